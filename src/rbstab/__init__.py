@@ -1,0 +1,55 @@
+"""Dynamics and Lyapunov stability of one rigid body that is free, held at a point, or tied to it.
+
+For notebooks::
+
+    import rbstab
+
+    result = rbstab.simulate("configs/paper/case1_permanent.yaml")
+    result["lyapunov"]     # an array
+    result.to_xarray()     # a dataset with units
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rbstab.config.errors import ConfigError
+    from rbstab.config.load import load_config
+    from rbstab.experiment.simulate import simulate
+    from rbstab.integrate.status import RunStatus
+    from rbstab.store.errors import StoreError
+    from rbstab.store.result import Result
+    from rbstab.store.run_file import open_result, write_result
+
+__all__ = [
+    "ConfigError",
+    "Result",
+    "RunStatus",
+    "StoreError",
+    "load_config",
+    "open_result",
+    "simulate",
+    "write_result",
+]
+
+_HOMES = {
+    "ConfigError": "rbstab.config.errors",
+    "Result": "rbstab.store.result",
+    "RunStatus": "rbstab.integrate.status",
+    "StoreError": "rbstab.store.errors",
+    "load_config": "rbstab.config.load",
+    "open_result": "rbstab.store.run_file",
+    "simulate": "rbstab.experiment.simulate",
+    "write_result": "rbstab.store.run_file",
+}
+
+
+def __getattr__(name: str) -> Any:
+    # Imported on first use: `rbstab --help` must not wait for numpy.
+    if name not in _HOMES:
+        raise AttributeError(f"module 'rbstab' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

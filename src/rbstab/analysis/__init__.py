@@ -1,0 +1,1 @@
+"""What a motion and a system say about stability."""

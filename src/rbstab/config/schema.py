@@ -1,0 +1,264 @@
+"""The config schema, version 1: one model for each variant of the controller."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+from rbstab.config.quantities import (
+    Count,
+    Orientation,
+    Positive,
+    PositiveDefinite,
+    Text,
+    Vector,
+    complaint,
+)
+
+SCHEMA_VERSION = 1
+
+ZERO = (0.0, 0.0, 0.0)
+
+
+def _in(unit: str) -> Any:
+    """A required key, described by what it is and its unit."""
+    return Field(description=unit)
+
+
+def _zero(unit: str) -> Any:
+    return Field(default=ZERO, description=unit)
+
+
+class Section(BaseModel):
+    """A mapping of the config: no unknown keys, no conversions, immutable."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class BodySection(Section):
+    """The rigid body."""
+
+    mass: Positive = _in("m, kg")
+    inertia: PositiveDefinite = _in("J, kg m^2, body coordinates: principal moments or matrix")
+    contact_point: Vector = _in("R, m, body coordinates, from the centre of gravity to C")
+
+
+class FreeController(Section):
+    """The two stabilizers alone (eq. 23, 24)."""
+
+    variant: Literal["free"]
+    K_t: PositiveDefinite = _in("translational stiffness, N/m, inertial")
+    L_t: PositiveDefinite = _in("translational damping, N s/m, inertial")
+    K_r: PositiveDefinite = _in("rotational stiffness, N m/rad, Euler angles")
+    L_r: PositiveDefinite = _in("rotational damping, N m s/rad, body")
+
+
+Anchor = Annotated[
+    Literal["origin", "equilibrium"],
+    Field(description="where C belongs: E = 0 at X = 0, or at the loaded rest position X_e"),
+]
+
+
+class PermanentController(FreeController):
+    """The contact point held fast (eq. 11 to 21)."""
+
+    variant: Literal["permanent"]  # type: ignore[assignment]
+    anchor: Anchor = "origin"
+
+
+class ViscoElasticController(FreeController):
+    """The contact point tied by a visco-elastic connector (eq. 40)."""
+
+    variant: Literal["visco-elastic"]  # type: ignore[assignment]
+    anchor: Anchor = "origin"
+    K_c: PositiveDefinite = _in("connector stiffness, N/m, inertial")
+    L_c: PositiveDefinite = _in("connector damping, N s/m, inertial")
+
+
+class EmbeddedController(ViscoElasticController):
+    """The contact point tied by a connector with own states (eq. 22)."""
+
+    variant: Literal["embedded"]  # type: ignore[assignment]
+    K_d: PositiveDefinite = _in("stiffness of the connector's own state, N/m, inertial")
+    L_d: PositiveDefinite = _in("damping of the connector's own state, N s/m, inertial")
+
+
+class HeldInitial(Section):
+    """Initial state of the held body; X and V follow (eq. 32)."""
+
+    orientation: Orientation = _zero("Θ, rad")
+    angular_velocity: Vector = _zero("Ω, rad/s, body")
+
+
+class FreeInitial(HeldInitial):
+    """Initial state of the body that is not held."""
+
+    position: Vector = _zero("X, m, inertial")
+    velocity: Vector = _zero("V, m/s, inertial")
+
+
+class EmbeddedInitial(FreeInitial):
+    """Initial state of the body and of the connector."""
+
+    connector_state: Vector = _zero("D, m, inertial")
+
+
+class Baumgarte(Section):
+    """Drift control by Baumgarte's stabilization."""
+
+    baumgarte: Positive = _in("rate at which drift dies out, 1/s")
+
+
+Method = Literal["DOP853", "RK45", "LSODA", "Radau"]
+
+SMALLEST_SCIPY_RTOL = 2.3e-14
+"""SciPy replaces a smaller one by 100 times round-off, with a warning only."""
+
+
+class Integration(Section):
+    """How the motion is followed."""
+
+    duration: Positive = _in("s")
+    samples: int = Field(401, ge=2, le=1_000_000, description="equally spaced, both ends")
+    coordinates: Literal["Z", "W"] = "Z"
+    engine: Literal["scipy", "heyoka"] = "scipy"
+    method: Method = Field("DOP853", description="scipy only")
+    rtol: Annotated[Positive, Field(ge=1e-16, le=0.1)] = 1e-12
+    atol: Annotated[Positive, Field(le=1.0)] = Field(1e-12, description="scipy only")
+    range_bound: Annotated[Positive, Field(lt=1)] = Field(
+        1e-3, description="the run stops where cos θ2 falls to this (eq. 5)"
+    )
+    step_limit: Count = 1_000_000
+    time_limit: Positive = Field(600.0, description="wall time, s")
+
+    @field_validator("rtol")
+    @classmethod
+    def _within_reach(cls, rtol: float, info: ValidationInfo) -> float:
+        if info.data.get("engine") == "scipy" and rtol < SMALLEST_SCIPY_RTOL:
+            raise complaint(
+                f"{rtol:g} is below what the engine scipy can do",
+                f"expected at least {SMALLEST_SCIPY_RTOL:g}",
+            )
+        return rtol
+
+
+class HeldIntegration(Integration):
+    """How the motion of the held body is followed."""
+
+    coordinates: Literal["reduced", "manifold"] = "reduced"  # type: ignore[assignment]
+    drift_control: Annotated[
+        Literal["none", "projection"] | Baumgarte,
+        Field(description="manifold only: none, projection or {baumgarte: rate}"),
+    ] = "none"
+
+    @field_validator("drift_control", mode="wrap")
+    @classmethod
+    def _possible(cls, value: Any, _handler: Any, info: ValidationInfo) -> Any:
+        if not isinstance(value, str | dict | Baumgarte):
+            raise complaint("is neither a word nor a mapping", _DRIFT_CONTROLS)
+        if isinstance(value, str) and value not in ("none", "projection"):
+            raise complaint(f"'{value}' is unknown", _DRIFT_CONTROLS)
+        control = value if isinstance(value, str) else Baumgarte.model_validate(value)
+        if control != "none" and info.data.get("coordinates") == "reduced":
+            raise complaint(
+                "has nothing to control in reduced coordinates", "expected coordinates: manifold"
+            )
+        if control == "projection" and _uses_lsoda(info.data):
+            raise complaint(
+                "cannot be combined with LSODA, which would lose its history at every step",
+                "expected another method",
+            )
+        return control
+
+
+_DRIFT_CONTROLS = "expected none, projection or {baumgarte: rate}"
+
+
+def _uses_lsoda(integration: dict[str, Any]) -> bool:
+    return integration.get("engine") == "scipy" and integration.get("method") == "LSODA"
+
+
+class FinalState(Section):
+    """Printed final values."""
+
+    orientation: Vector | None = None
+    angular_velocity: Vector | None = None
+    position: Vector | None = None
+    velocity: Vector | None = None
+
+
+class Reference(Section):
+    """Printed values that reports set beside the run."""
+
+    source: Text
+    note: Annotated[str, Field(max_length=1000)] | None = None
+    final: FinalState | None = None
+    peak_contact_displacement: Vector | None = Field(
+        None, description="the value of E farthest from zero, by axis, m"
+    )
+
+
+class Experiment(Section):
+    """One experiment: the parts that every variant has."""
+
+    schema_version: Literal[1] = 1
+    title: Text = "untitled"
+    body: BodySection
+    gravity: Vector = _zero("m/s^2, inertial")
+    controller: Any
+    initial: Any = Field(default_factory=HeldInitial)
+    integration: Any
+    reference: Reference | None = None
+
+
+class FreeExperiment(Experiment):
+    """A body with its two stabilizers."""
+
+    controller: FreeController
+    initial: FreeInitial = FreeInitial()
+    integration: Integration
+
+
+class PermanentExperiment(Experiment):
+    """A body held at its contact point."""
+
+    controller: PermanentController
+    initial: HeldInitial = HeldInitial()
+    integration: HeldIntegration
+
+
+class ViscoElasticExperiment(Experiment):
+    """A body tied by a visco-elastic connector."""
+
+    controller: ViscoElasticController
+    initial: FreeInitial = FreeInitial()
+    integration: Integration
+
+
+class EmbeddedExperiment(Experiment):
+    """A body tied by an embedded connector."""
+
+    controller: EmbeddedController
+    initial: EmbeddedInitial = EmbeddedInitial()
+    integration: Integration
+
+
+VARIANTS: dict[str, type[Experiment]] = {
+    "free": FreeExperiment,
+    "permanent": PermanentExperiment,
+    "visco-elastic": ViscoElasticExperiment,
+    "embedded": EmbeddedExperiment,
+}
+
+Config = FreeExperiment | PermanentExperiment | ViscoElasticExperiment | EmbeddedExperiment
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of a config, for editors."""
+    from pydantic import TypeAdapter
+
+    schema = TypeAdapter(Config).json_schema()
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": f"rbstab config, schema version {SCHEMA_VERSION}",
+        **schema,
+    }

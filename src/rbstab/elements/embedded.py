@@ -1,0 +1,54 @@
+"""The embedded connector, which has three states of its own (eq. 22, 44)."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+from rbstab.elements.element import Element, force_at_contact
+from rbstab.mechanics.algebra import inverse, quadratic_form
+from rbstab.mechanics.motion import Motion, Wrench
+from rbstab.mechanics.numbers import Array, Number
+
+
+@dataclass(frozen=True, eq=False)
+class EmbeddedConnector(Element):
+    """Λ = -K_c(E - D) - L_c F with Ḋ = L_d⁻¹(K_c(E - D) - K_d D) (eq. 22).
+
+    The own state is D, shape (3,), m, inertial.
+
+    Args:
+        K_c: Stiffness between C and D, shape (3, 3), N/m, inertial.
+        L_c: Damping at C, shape (3, 3), N s/m, inertial.
+        K_d: Stiffness between D and the anchor, shape (3, 3), N/m, inertial.
+        L_d: Damping of D, shape (3, 3), N s/m, inertial.
+    """
+
+    name: ClassVar[str] = "connector"
+    state_size: ClassVar[int] = 3
+
+    K_c: Array
+    L_c: Array
+    K_d: Array
+    L_d: Array
+
+    @cached_property
+    def _damping_inverse(self) -> Array:
+        return inverse(self.L_d)
+
+    def wrench(self, motion: Motion, own: Array) -> Wrench:
+        """Λ = -K_c(E - D) - L_c F, N, inertial (eq. 22)."""
+        return force_at_contact(-(self.K_c @ (motion.E - own)) - self.L_c @ motion.F)
+
+    def stored(self, motion: Motion, own: Array) -> Number:
+        """½ (E - D)'K_c(E - D) + ½ D'K_d D, J (eq. 44)."""
+        stretch = quadratic_form(self.K_c, motion.E - own)
+        return 0.5 * stretch + 0.5 * quadratic_form(self.K_d, own)
+
+    def dissipated(self, motion: Motion, own: Array) -> Number:
+        """F'L_c F + Ḋ'L_d Ḋ, W (eq. 46)."""
+        at_contact = quadratic_form(self.L_c, motion.F)
+        return at_contact + quadratic_form(self.L_d, self.rates(motion, own))
+
+    def rates(self, motion: Motion, own: Array) -> Array:
+        """Ḋ = L_d⁻¹(K_c(E - D) - K_d D), m/s (eq. 22)."""
+        return self._damping_inverse @ (self.K_c @ (motion.E - own) - self.K_d @ own)

@@ -1,0 +1,29 @@
+"""Gravity (eq. 1, 27)."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from rbstab.elements.element import Element, force_at_centre
+from rbstab.mechanics.motion import Motion, Wrench
+from rbstab.mechanics.numbers import Array, Number
+
+
+@dataclass(frozen=True, eq=False)
+class Gravity(Element):
+    """The weight G = m g at the centre of gravity; it stores p = -G'X (eq. 27), zero at X = 0.
+
+    Args:
+        weight: G, shape (3,), N, inertial.
+    """
+
+    name: ClassVar[str] = "gravity"
+
+    weight: Array
+
+    def wrench(self, motion: Motion, own: Array) -> Wrench:
+        """G at the centre of gravity (eq. 1)."""
+        return force_at_centre(self.weight)
+
+    def stored(self, motion: Motion, own: Array) -> Number:
+        """p = -G'X, J: eq. 27 integrated for a constant G."""
+        return -(self.weight @ motion.X)

@@ -1,0 +1,55 @@
+"""Where a result comes from: versions, commit and time."""
+
+import platform
+import subprocess
+from datetime import UTC, datetime
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+
+import rbstab
+
+PACKAGES = {"scipy": ("numpy", "scipy"), "heyoka": ("numpy", "heyoka")}
+"""The packages behind the numbers of each engine."""
+
+
+def provenance(engine: str) -> dict[str, str]:
+    """Versions, commit and time of creation, as attributes of a result."""
+    versions = {f"{name}_version": import_module(name).__version__ for name in PACKAGES[engine]}
+    return {
+        "rbstab_version": version("rbstab"),
+        "commit": commit(),
+        "python_version": platform.python_version(),
+        **versions,
+        "h5py_version": version("h5py"),
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def commit() -> str:
+    """The commit of the program's own checkout, with "+" where its code differs from it.
+
+    Returns:
+        The commit; "" where the program was installed from a package.
+    """
+    source = Path(rbstab.__file__).resolve().parent
+    checkout = source.parent.parent
+    if not (checkout / ".git").exists() or source.parent.name != "src":
+        return ""
+    head = _git(checkout, "rev-parse", "HEAD")
+    changed = _git(checkout, "status", "--porcelain", "--untracked-files=no", "--", "src", "cli")
+    return head + "+" if head and changed else head
+
+
+def _git(checkout: Path, *arguments: str) -> str:
+    try:
+        done = subprocess.run(
+            ["git", "-C", str(checkout), *arguments],
+            capture_output=True,
+            text=True,
+            timeout=5,
+            check=True,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return done.stdout.strip()

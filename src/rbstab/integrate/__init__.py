@@ -1,0 +1,1 @@
+"""From a problem to a trajectory: one interface, two engines, named statuses."""

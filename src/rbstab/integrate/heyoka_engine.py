@@ -1,0 +1,157 @@
+"""The compiled engine: Taylor integration by heyoka, the equations traced once per structure.
+
+Every parameter of a system becomes a `par[]` of the compiled integrator, so one compilation serves
+all systems of a structure. Its dense output is as accurate as its steps.
+"""
+
+import threading
+import time
+from collections.abc import Hashable
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.attitude import regularity
+from rbstab.mechanics.constraint import projected_state
+from rbstab.mechanics.numbers import Array, cos_of, sin_of
+from rbstab.systems.parameters import map_parameters, parameters, structure
+from rbstab.systems.system import AUDIT_SIZE, System
+
+sin_of.register(hy.expression, hy.sin)
+cos_of.register(hy.expression, hy.cos)
+
+# What heyoka would log (a step that is not a number) is a status here.
+hy.set_logger_level_critical()
+
+STATUSES = {
+    hy.taylor_outcome.time_limit: RunStatus.COMPLETED,  # heyoka's word for the end of the grid
+    hy.taylor_outcome.step_limit: RunStatus.STEP_LIMIT,
+    hy.taylor_outcome.err_nf_state: RunStatus.DIVERGED,
+}
+
+
+def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
+    """Integrates a problem with heyoka; `rtol` is its one tolerance (see `Engine`)."""
+    start, first = problem.audited_start(), float(problem.times[0])
+    status = _status_at_start(problem)
+    if status is not None:
+        detail = f"{_reason(status, problem)} at t = {first:.9g} s"
+        return trajectory([(first, start)], status, detail, 0, 0)
+    watch = _Watch(problem, progress)
+    compiled = compiled_system(problem.system, problem.rtol)
+    outcome, steps, reached = compiled.run(problem, watch)
+    status = watch.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
+    rows = list(zip(problem.times.tolist(), reached, strict=False)) or [(first, start)]
+    detail = ""
+    if status is not RunStatus.COMPLETED:
+        stop, state = compiled.integrator.time, compiled.integrator.state.copy()
+        if np.isfinite(state).all() and stop > rows[-1][0]:
+            rows.append((stop, state))
+        detail = f"{_reason(status, problem)} at t = {rows[-1][0]:.9g} s"
+    return trajectory(rows, status, detail, steps, steps)
+
+
+class CompiledSystem:
+    """The audited equations of one structure, compiled, with their parameters open.
+
+    Args:
+        system: Any system of the structure.
+        tolerance: heyoka's tolerance, relative or absolute, whichever is larger for a state.
+    """
+
+    def __init__(self, system: System, tolerance: float) -> None:
+        self.names: dict[str, int] = {}
+        count = 0
+
+        def symbol(name: str, value: Array) -> Array:
+            nonlocal count
+            self.names[name] = count
+            symbols = [hy.par[count + k] for k in range(value.size)]
+            count += value.size
+            return np.array(symbols, dtype=object).reshape(value.shape)
+
+        symbolic = map_parameters(system, symbol)
+        names = [f"y{k}" for k in range(system.size + AUDIT_SIZE)]
+        y = np.array([hy.expression(name) for name in names], dtype=object)
+        leaving = regularity(y[0:3]) - hy.par[count]
+        self.integrator = hy.taylor_adaptive(
+            list(zip(y, symbolic.audited_rates(y), strict=True)),
+            state=[0.0] * len(y),
+            tol=tolerance,
+            t_events=[hy.t_event(leaving)],
+        )
+
+    def run(self, problem: Problem, watch: "_Watch") -> tuple[Any, int, Array]:
+        """Integrates over the problem's samples.
+
+        Returns:
+            heyoka's outcome, the number of steps, and the samples reached, shape (n, states).
+        """
+        values = [np.ravel(value) for value in parameters(problem.system).values()]
+        integrator = self.integrator
+        integrator.pars[:] = np.concatenate([*values, [problem.range_bound]])
+        integrator.time = problem.times[0]
+        integrator.state[:] = problem.audited_start()
+        integrator.reset_cooldowns()
+        outcome, _, _, steps, _, samples = integrator.propagate_grid(
+            problem.times, max_steps=problem.step_limit, callback=watch
+        )
+        return outcome, steps, samples
+
+
+_compiled = threading.local()
+
+
+def compiled_system(system: System, tolerance: float) -> CompiledSystem:
+    """The compiled equations of a system's structure, made once in each thread.
+
+    One for each thread, because an integrator holds the state of its run.
+    """
+    cache: dict[Hashable, CompiledSystem] = _compiled.__dict__.setdefault("systems", {})
+    key = structure(system), tolerance
+    if key not in cache:
+        cache[key] = CompiledSystem(system, tolerance)
+    return cache[key]
+
+
+class _Watch:
+    """What is looked at after every step: the clock, the sub manifold, the progress."""
+
+    def __init__(self, problem: Problem, progress: Progress | None) -> None:
+        self.deadline = time.monotonic() + problem.time_limit
+        self.system = problem.system if problem.project else None
+        self.progress = progress
+        self.status: RunStatus | None = None
+
+    def __call__(self, integrator: Any) -> bool:
+        if self.system is not None:
+            state = integrator.state
+            state[:12] = projected_state(self.system.body, self.system.anchor, state[:12])
+        if self.progress is not None:
+            self.progress(integrator.time)
+        if time.monotonic() > self.deadline:
+            self.status = RunStatus.TIME_LIMIT
+        return self.status is None
+
+
+def _status_at_start(problem: Problem) -> RunStatus | None:
+    start = problem.start
+    with np.errstate(all="ignore"):
+        rates = problem.system.audited_rates(problem.audited_start())
+    if not (np.isfinite(start).all() and np.isfinite(rates).all()):
+        return RunStatus.DIVERGED
+    if regularity(start[0:3]) <= problem.range_bound:
+        return RunStatus.RANGE_LEFT
+    return None
+
+
+def _reason(status: RunStatus, problem: Problem) -> str:
+    return {
+        RunStatus.RANGE_LEFT: f"cos θ2 fell to {problem.range_bound:g}",
+        RunStatus.DIVERGED: "the state stopped being finite",
+        RunStatus.STEP_LIMIT: f"stopped after {problem.step_limit} steps",
+        RunStatus.TIME_LIMIT: f"stopped after {problem.time_limit:g} s of wall time",
+    }[status]

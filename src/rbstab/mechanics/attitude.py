@@ -1,0 +1,67 @@
+"""The attitude of the body: Euler angles Θ, the rotation A and the rate matrix B."""
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array, Number, cos, sin
+
+
+def rotation(Theta: Array) -> Array:
+    """A(Θ) = A1(θ1) A2(θ2) A3(θ3), from body to inertial coordinates (eq. 2).
+
+    Args:
+        Theta: Θ, shape (3,), rad.
+
+    Returns:
+        A, shape (3, 3), orthonormal; its inverse is its transpose.
+    """
+    (s1, s2, s3), (c1, c2, c3) = sin(Theta), cos(Theta)
+    A1 = np.array([[1.0, 0.0, 0.0], [0.0, c1, -s1], [0.0, s1, c1]])
+    A2 = np.array([[c2, 0.0, s2], [0.0, 1.0, 0.0], [-s2, 0.0, c2]])
+    A3 = np.array([[c3, -s3, 0.0], [s3, c3, 0.0], [0.0, 0.0, 1.0]])
+    return A1 @ A2 @ A3
+
+
+def rate_matrix(Theta: Array) -> Array:
+    """B(Θ), with Θ̇ = B(Θ) Ω (eq. 1), singular where cos θ2 = 0.
+
+    The second row is [sin θ3, cos θ3, 0]; the paper prints it divided by cos θ2, with which Ȧ = A Ω̌
+    fails.
+
+    Args:
+        Theta: Θ, shape (3,), rad.
+
+    Returns:
+        B, shape (3, 3), dimensionless, from body rates to angle rates.
+    """
+    (_, s2, s3), (_, c2, c3) = sin(Theta), cos(Theta)
+    return np.array(
+        [
+            [c3 / c2, -s3 / c2, 0.0],
+            [s3, c3, 0.0],
+            [-s2 * c3 / c2, s2 * s3 / c2, 1.0],
+        ]
+    )
+
+
+def rate_matrix_inverse(Theta: Array) -> Array:
+    """B(Θ)⁻¹, with Ω = B⁻¹ Θ̇, finite everywhere (used by eq. 6 and 7).
+
+    Args:
+        Theta: Θ, shape (3,), rad.
+
+    Returns:
+        B⁻¹, shape (3, 3), dimensionless.
+    """
+    (_, s2, s3), (_, c2, c3) = sin(Theta), cos(Theta)
+    return np.array(
+        [
+            [c2 * c3, s3, 0.0],
+            [-c2 * s3, c3, 0.0],
+            [s2, 0.0, 1.0],
+        ]
+    )
+
+
+def regularity(Theta: Array) -> Number:
+    """Cos θ2, which is 1 / det B: the range of eq. 5 ends where it falls to zero."""
+    return cos(Theta)[1]

@@ -1,0 +1,89 @@
+"""The rigid body: mass, inertia, contact point, and what follows from these alone."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from rbstab.mechanics.algebra import (
+    IDENTITY,
+    ZERO_MATRIX,
+    cross,
+    cross_matrix,
+    inverse,
+    quadratic_form,
+)
+from rbstab.mechanics.numbers import Array, Number
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A rigid body with a contact point C.
+
+    Args:
+        mass: m, kg.
+        inertia: J, shape (3, 3), kg m², about the centre of gravity, body coordinates.
+        contact_point: R, shape (3,), m, from the centre of gravity to C, body coordinates.
+
+    Source: section 2 and Table 1 of the paper.
+    """
+
+    mass: Number
+    inertia: Array
+    contact_point: Array
+
+    @cached_property
+    def contact_cross(self) -> Array:
+        """Ř, the cross-product matrix of R, shape (3, 3), m."""
+        return cross_matrix(self.contact_point)
+
+    @cached_property
+    def inertia_inverse(self) -> Array:
+        """J⁻¹, shape (3, 3), 1/(kg m²)."""
+        return inverse(self.inertia)
+
+    @cached_property
+    def inertia_about_contact(self) -> Array:
+        """J - m Ř², the inertia about C (eq. 21), shape (3, 3), kg m², body coordinates."""
+        return self.inertia - self.mass * (self.contact_cross @ self.contact_cross)
+
+    @cached_property
+    def inertia_about_contact_inverse(self) -> Array:
+        """(J - m Ř²)⁻¹, shape (3, 3), 1/(kg m²)."""
+        return inverse(self.inertia_about_contact)
+
+    @cached_property
+    def mass_matrix_inverse(self) -> Array:
+        """𝒥⁻¹ of eq. 3, the block diagonal of I, J⁻¹, I and I/m, shape (12, 12)."""
+        blocks = (IDENTITY, self.inertia_inverse, IDENTITY, IDENTITY / self.mass)
+        rows = [
+            np.hstack([block if column == row else ZERO_MATRIX for column in range(4)])
+            for row, block in enumerate(blocks)
+        ]
+        return np.vstack(rows)
+
+    def gyroscopic_couple(self, Omega: Array) -> Array:
+        """f(Ω) = -Ω × JΩ, N m, body coordinates (Euler's equations; eq. 1 leaves f unstated)."""
+        return -cross(Omega, self.inertia @ Omega)
+
+    def kinetic_energy(self, Omega: Array, V: Array) -> Number:
+        """½ m V'V + ½ Ω'JΩ, J: the kinetic terms of eq. 25."""
+        return 0.5 * self.mass * (V @ V) + 0.5 * quadratic_form(self.inertia, Omega)
+
+
+def triangle_violation(inertia: Array) -> tuple[float, float, float] | None:
+    """The principal moments of an inertia that no real body has, or None.
+
+    The moments of any distribution of mass obey j1 <= j2 + j3 for every order of the three. A sum
+    that is only equal (a flat body) is allowed, to round-off.
+
+    Args:
+        inertia: J, shape (3, 3), symmetric, kg m².
+
+    Returns:
+        The principal moments in descending order where the largest exceeds the sum of the others.
+    """
+    small, middle, large = np.linalg.eigvalsh(inertia).tolist()
+    if large > (small + middle) * (1 + 1e-12):
+        return large, middle, small
+    return None

@@ -1,0 +1,44 @@
+"""The contact point C: where it is from its anchor, and how fast it moves (eq. 4, 32, 38)."""
+
+from rbstab.mechanics.body import Body
+from rbstab.mechanics.numbers import Array
+
+
+def displacement(body: Body, A: Array, X: Array, anchor: Array) -> Array:
+    """E = X + A R - R - X_a: C from its anchor (eq. 4; with X_a = X_e, eq. 38).
+
+    Args:
+        body: The body, for R.
+        A: Rotation from body to inertial coordinates, shape (3, 3).
+        X: Position of the centre of gravity, shape (3,), m, inertial.
+        anchor: X_a, displacement of the anchor from its place at X = 0, Θ = 0, shape (3,), m.
+
+    Returns:
+        E, shape (3,), m, inertial.
+    """
+    return X + A @ body.contact_point - body.contact_point - anchor
+
+
+def velocity(body: Body, A: Array, Omega: Array, V: Array) -> Array:
+    """F = Ė = V - A Ř Ω (eq. 4).
+
+    Args:
+        body: The body, for Ř.
+        A: Rotation from body to inertial coordinates, shape (3, 3).
+        Omega: Angular velocity, shape (3,), rad/s, body.
+        V: Velocity of the centre of gravity, shape (3,), m/s, inertial.
+
+    Returns:
+        F, shape (3,), m/s, inertial.
+    """
+    return V - A @ (body.contact_cross @ Omega)
+
+
+def centre_position(body: Body, A: Array, E: Array, anchor: Array) -> Array:
+    """X = E - AR + R + X_a: eq. 4 solved for X; with E = 0, eq. 32. Shapes as `displacement`."""
+    return E - A @ body.contact_point + body.contact_point + anchor
+
+
+def centre_velocity(body: Body, A: Array, Omega: Array, F: Array) -> Array:
+    """V = F + A Ř Ω: eq. 4 solved for V; with F = 0, eq. 32. Shapes as `velocity`."""
+    return F + A @ (body.contact_cross @ Omega)

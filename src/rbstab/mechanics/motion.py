@@ -1,0 +1,119 @@
+"""The motion of the body at one instant, and the equations of motion of the free body."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics import attitude, contact
+from rbstab.mechanics.algebra import IDENTITY, ZERO_MATRIX
+from rbstab.mechanics.body import Body
+from rbstab.mechanics.numbers import Array
+
+
+class Motion(NamedTuple):
+    """Everything that forces may depend on, each of shape (3,) but for the matrices (3, 3).
+
+    Theta (rad) and Omega (rad/s, body) turn the body; X (m) and V (m/s) move its centre of
+    gravity, inertial; A and B belong to Theta; E (m) and F (m/s) are the contact point's
+    displacement from its anchor and its velocity, inertial.
+    """
+
+    Theta: Array
+    Omega: Array
+    X: Array
+    V: Array
+    A: Array
+    B: Array
+    E: Array
+    F: Array
+
+
+class Wrench(NamedTuple):
+    """What acts on the body besides a constraint, each of shape (3,).
+
+    force (N, inertial) acts at the centre of gravity, couple (N m) is in body coordinates,
+    contact_force (N, inertial) acts on the body at the contact point C.
+    """
+
+    force: Array
+    couple: Array
+    contact_force: Array
+
+
+def motion_from_centre(body: Body, anchor: Array, Z: Array) -> Motion:
+    """The motion at the state Z' = [Θ', Ω', X', V'], shape (12,), by eq. 2 and 4."""
+    Theta, Omega, X, V = Z[0:3], Z[3:6], Z[6:9], Z[9:12]
+    A = attitude.rotation(Theta)
+    return Motion(
+        Theta,
+        Omega,
+        X,
+        V,
+        A,
+        attitude.rate_matrix(Theta),
+        contact.displacement(body, A, X, anchor),
+        contact.velocity(body, A, Omega, V),
+    )
+
+
+def motion_from_contact(body: Body, anchor: Array, W: Array) -> Motion:
+    """The motion at the state W' = [Θ', Ω', E', F'], shape (12,), by eq. 2, and 4 solved for X, V.
+
+    With E = F = 0 this is the body held at its contact point: X = -AR + R + X_a and V = AŘΩ
+    (eq. 32).
+    """
+    Theta, Omega, E, F = W[0:3], W[3:6], W[6:9], W[9:12]
+    A = attitude.rotation(Theta)
+    return Motion(
+        Theta,
+        Omega,
+        contact.centre_position(body, A, E, anchor),
+        contact.centre_velocity(body, A, Omega, F),
+        A,
+        attitude.rate_matrix(Theta),
+        E,
+        F,
+    )
+
+
+def applied_forces(body: Body, motion: Motion, force: Array, couple: Array) -> Array:
+    """𝓔 = [BΩ, f(Ω) + N, V, G + H] of eq. 9, shape (12,).
+
+    In the order of Z; the paper prints the blocks of 𝓔 in another order than those of Z.
+
+    Args:
+        body: The body, for f.
+        motion: The motion.
+        force: G + H, shape (3,), N, inertial, at the centre of gravity.
+        couple: N, shape (3,), N m, body.
+    """
+    return np.concatenate(
+        [
+            motion.B @ motion.Omega,
+            body.gyroscopic_couple(motion.Omega) + couple,
+            motion.V,
+            force,
+        ]
+    )
+
+
+def contact_directions(body: Body, motion: Motion) -> Array:
+    """c of eq. 10, shape (12, 3): c' = [0, -AŘ, 0, I], so that c'Ż = Ḟ - AΩ̌²R.
+
+    cΛ is what Λ does: its second block ŘA'Λ is the moment R × A'Λ in body coordinates (eq. 1).
+    """
+    lever = body.contact_cross @ motion.A.T
+    return np.concatenate([ZERO_MATRIX, lever, ZERO_MATRIX, IDENTITY])
+
+
+def free_rates(body: Body, motion: Motion, wrench: Wrench) -> Array:
+    """Ż = 𝒥⁻¹(𝓔 + cΛ), shape (12,): eq. 1, 3 and 9.
+
+    Args:
+        body: The body.
+        motion: The motion.
+        wrench: G + H, N and Λ.
+    """
+    applied = applied_forces(body, motion, wrench.force, wrench.couple)
+    at_contact = contact_directions(body, motion) @ wrench.contact_force
+    return body.mass_matrix_inverse @ (applied + at_contact)

@@ -1,0 +1,1 @@
+"""Results on disk: the only code that touches HDF5. It knows arrays and names, not physics."""

@@ -1,0 +1,71 @@
+"""Files that appear whole or not at all."""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+from rbstab.store.errors import ResultExistsError
+
+
+def write_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
+    """Writes a file so that at every instant it is absent, or what was there before, or complete.
+
+    The content goes to a hidden file in the same folder, reaches the disk, and takes its name then.
+
+    Args:
+        path: The file; its folder must exist.
+        content: The bytes.
+        replace: Whether a file of that name gives way.
+
+    Raises:
+        ResultExistsError: The file exists and `replace` is not set.
+        OSError: The disk is full, the folder cannot be written, and the like.
+    """
+    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with partial.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        if replace:
+            partial.replace(path)
+        else:
+            _take_free_name(partial, path)
+        _sync_folder(path.parent)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def set_aside(path: Path, new: Path) -> None:
+    """Gives a file another name, which must be free.
+
+    Raises:
+        ResultExistsError: The new name is taken.
+        OSError: As `write_whole`.
+    """
+    _take_free_name(path, new)
+    path.unlink(missing_ok=True)
+    _sync_folder(path.parent)
+
+
+def _take_free_name(old: Path, new: Path) -> None:
+    """A second name for a file, refused where that name is taken, also by another process."""
+    try:
+        os.link(old, new)
+    except FileExistsError as error:
+        raise ResultExistsError(f"{new} exists already") from error
+    except OSError as error:
+        # Some file systems have no hard links; there the test and the rename are two steps.
+        if new.exists():
+            raise ResultExistsError(f"{new} exists already") from error
+        old.rename(new)
+
+
+def _sync_folder(folder: Path) -> None:
+    # Only POSIX lets a folder be opened; elsewhere the rename is as durable as it gets.
+    with suppress(OSError, AttributeError):
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

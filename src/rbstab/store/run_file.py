@@ -1,0 +1,129 @@
+"""One run, one file: netCDF-4 compatible HDF5, described in `results/README.md`."""
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from rbstab.store.atomic import write_whole
+from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
+from rbstab.store.result import SCHEMA_VERSION, Result, Variable
+
+TEXT = h5py.string_dtype("utf-8")
+
+NEEDED_ATTRIBUTES = ("title", "status", "run_id", "engine")
+
+
+def write_result(path: Path, result: Result, *, replace: bool = False) -> None:
+    """Writes a result; the file appears whole or not at all.
+
+    Args:
+        path: The file. Missing folders are made.
+        result: What to write.
+        replace: Whether an existing file gives way.
+
+    Raises:
+        ResultExistsError: The file exists and `replace` is not set.
+        StoreError: The operating system refused (full disk, no permission, ...).
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, _image(result), replace=replace)
+    except OSError as error:
+        raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def open_result(path: str | Path) -> Result:
+    """Reads a result.
+
+    Raises:
+        NewerSchemaError: It was written by a newer rbstab.
+        NotAResultError: It is damaged, or no result of rbstab.
+        StoreError: It cannot be opened.
+    """
+    path = Path(path)
+    try:
+        # A result never changes once it has its name, so it needs no lock, which network file
+        # systems often refuse.
+        with path.open("rb"), h5py.File(path, "r", locking=False) as file:
+            return _read(path, file)
+    except StoreError:
+        raise
+    except OSError as error:
+        if error.errno is not None:
+            raise StoreError(f"{path} cannot be read: {error.strerror}") from error
+        raise NotAResultError(f"{path} is damaged or is not HDF5") from error
+    except (KeyError, ValueError, RuntimeError, TypeError) as error:
+        raise NotAResultError(f"{path} is damaged: {error}") from error
+
+
+def _image(result: Result) -> bytes:
+    """The bytes of the file, made in memory: HDF5 on a full disk can take the process with it."""
+    with h5py.File("result.h5", "w", driver="core", backing_store=False, track_order=True) as file:
+        dimensions = {name for v in result.variables.values() for name in v.dimensions}
+        # Scales first: a netCDF reader numbers dimensions in this order.
+        for name in sorted(result.variables, key=lambda name: name not in dimensions):
+            _put(file, name, result.variables[name], is_scale=name in dimensions)
+        file.create_dataset("config", data=result.config, dtype=TEXT)
+        file["config"].attrs["long_name"] = "resolved config, YAML"
+        file.attrs["schema_version"] = SCHEMA_VERSION
+        for name, value in result.attributes.items():
+            file.attrs[name] = value
+        file.flush()
+        image: bytes = file.id.get_file_image()
+        return image
+
+
+def _put(file: h5py.File, name: str, variable: Variable, *, is_scale: bool) -> None:
+    is_text = variable.data.dtype.kind in "OUT"
+    data = variable.data.astype(object) if is_text else variable.data
+    dataset = file.create_dataset(
+        name, data=data, dtype=TEXT if is_text else None, track_order=True
+    )
+    dataset.attrs["units"] = variable.unit
+    dataset.attrs["long_name"] = variable.long_name
+    if is_scale:
+        dataset.make_scale(name)
+        return
+    for index, dimension in enumerate(variable.dimensions):
+        dataset.dims[index].attach_scale(file[dimension])
+
+
+def _read(path: Path, file: h5py.File) -> Result:
+    version = file.attrs.get("schema_version")
+    if not isinstance(version, int | np.integer):
+        raise NotAResultError(f"{path} is HDF5, but no result of rbstab")
+    if version > SCHEMA_VERSION:
+        raise NewerSchemaError(
+            f"{path} has schema version {version}, this rbstab knows up to {SCHEMA_VERSION}: "
+            "it was written by a newer rbstab, please update"
+        )
+    attributes = {name: _plain(value) for name, value in file.attrs.items()}
+    missing = [name for name in NEEDED_ATTRIBUTES if name not in attributes]
+    if missing or "config" not in file:
+        raise NotAResultError(f"{path} is damaged: {', '.join(missing) or 'config'} is missing")
+    del attributes["schema_version"]
+    variables = {name: _variable(path, file, name) for name in file if name != "config"}
+    return Result(variables, attributes, file["config"].asstr()[()])
+
+
+def _variable(path: Path, file: h5py.File, name: str) -> Variable:
+    link = file.get(name, getlink=True)
+    dataset = file[name] if isinstance(link, h5py.HardLink) else None
+    if not isinstance(dataset, h5py.Dataset) or dataset.is_virtual or dataset.external:
+        # rbstab writes none of these, and a file that leads to others is not read.
+        raise NotAResultError(f"{path}: {name} is not an array of this file")
+    is_text = h5py.check_string_dtype(dataset.dtype) is not None
+    data = dataset.asstr()[()] if is_text else dataset[()]
+    dimensions = (name,) if dataset.is_scale else tuple(_dimension(d) for d in dataset.dims)
+    unit, long_name = (str(dataset.attrs.get(key, "")) for key in ("units", "long_name"))
+    return Variable(dimensions, np.asarray(data), unit, long_name)
+
+
+def _dimension(axis: Any) -> str:
+    return str(axis[0].name).removeprefix("/")
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value

@@ -48,7 +48,7 @@ def random_elements(rng: np.random.Generator, variant: str) -> tuple[Element, ..
 def random_system(
     rng: np.random.Generator, variant: str, coordinates: Coordinates | None = None
 ) -> System:
-    """A random system of a variant, with a random anchor; in coordinates Z unless told otherwise."""
+    """A random system of a variant with a random anchor; in coordinates Z if none are given."""
     return System(
         random_body(rng),
         random_elements(rng, variant),

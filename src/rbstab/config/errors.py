@@ -28,11 +28,11 @@ class Problem:
         """`file:line:column: key: what is wrong (what was expected)`."""
         key = f"{self.key}: " if self.key else ""
         expected = f" ({self.expected})" if self.expected else ""
-        return _printable(f"{self.location}: {key}{self.problem}{expected}")
+        return printable(f"{self.location}: {key}{self.problem}{expected}")
 
 
-def _printable(text: str) -> str:
-    """The text in one line, with what could steer a terminal spelled out."""
+def printable(text: str) -> str:
+    """A foreign text in one line, with what could steer a terminal spelled out."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 

@@ -1,0 +1,14 @@
+"""The exit codes of every command."""
+
+OK = 0
+USAGE = 2
+"""A config or the command line is wrong; nothing was run."""
+
+NOT_COMPLETED = 3
+"""At least one run did not complete; its status is stored with it."""
+
+STORAGE = 4
+"""At least one result could not be written or read."""
+
+INTERRUPTED = 130
+"""Ctrl-C; what was finished is stored."""

@@ -1,0 +1,81 @@
+"""The command `rbstab`: its subcommands, each imported only when it is called."""
+
+import os
+import sys
+from importlib import import_module
+
+import click
+
+from rbstab_cli import exit_codes
+
+COMMANDS = {
+    "run": "Integrate configs and store their results.",
+    "check": "Say whether configs are right, and what is wrong with them.",
+    "show": "Show what a result holds.",
+    "schema": "Print the JSON Schema of a config, for editors.",
+    "completion": "Print the completion script of a shell.",
+}
+"""The subcommands and their one-line help: `rbstab --help` must not import them."""
+
+
+class LazyGroup(click.Group):
+    """A group whose command NAME is the object `command` of `rbstab_cli.NAME`."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The names, in the order of a first session."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Imports one command."""
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = import_module(f"rbstab_cli.{cmd_name}").command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The list of commands in the help."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+def _print_version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    if not value:
+        return
+    from importlib.metadata import version
+
+    click.echo(f"rbstab {version('rbstab')}")
+    ctx.exit()
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_version,
+    help="Show the version and exit.",
+)
+def cli() -> None:
+    """Dynamics and Lyapunov stability of one rigid body: free, held at a point, or tied to it.
+
+    Exit codes: 0 done; 2 wrong config or command line; 3 a run did not complete; 4 a result could
+    not be written or read; 130 interrupted.
+    """
+
+
+def main() -> None:
+    """Runs the command line and ends the process with its exit code."""
+    try:
+        code = cli.main(prog_name="rbstab", standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        code = error.exit_code
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("Interrupted.", err=True)
+        code = exit_codes.INTERRUPTED
+    except BrokenPipeError:
+        # The reader of our output is gone, as after `| head`; nothing is left to be said to it.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = exit_codes.OK
+    sys.exit(code if isinstance(code, int) else exit_codes.OK)

@@ -1,0 +1,88 @@
+"""Running a config into its result file, without repeating or losing a run."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from rbstab.config.load import run_id
+from rbstab.config.schema import Config
+from rbstab.experiment.simulate import simulate
+from rbstab.integrate.problem import Progress
+from rbstab.integrate.status import RunStatus
+from rbstab.store.atomic import set_aside
+from rbstab.store.errors import ResultExistsError, StoreError
+from rbstab.store.result import Result
+from rbstab.store.run_file import open_result, write_result
+
+
+class FiledRun(NamedTuple):
+    """A run that stands in a file.
+
+    path is the file, result what it holds; repeated tells whether it was run now or found there;
+    kept_aside is where a different result of the same name went, if there was one.
+    """
+
+    path: Path
+    result: Result
+    repeated: bool
+    kept_aside: Path | None
+
+
+def run_to_file(
+    config: Config, path: Path, *, force: bool = False, progress: Progress | None = None
+) -> FiledRun:
+    """Runs a config unless its result is there already, and writes the result.
+
+    Args:
+        config: The config.
+        path: The result file.
+        force: Repeat a finished identical run; move a different result of that name aside.
+        progress: As in `simulate`.
+
+    Raises:
+        ResultExistsError: A different result, or a damaged one, has that name (without `force`).
+        StoreError: The result cannot be written; EngineMissingError: as in `simulate`.
+    """
+    old = _existing(path, force=force)
+    identical = old is not None and old.run_id == run_id(config)
+    if old is not None and identical and not force and _is_final(old):
+        return FiledRun(path, old, repeated=False, kept_aside=None)
+    if path.exists() and not identical and not force:
+        _refuse(path, old)
+    result = simulate(config, progress=progress)
+    aside = None
+    if path.exists() and not identical:
+        name = old.run_id[:8] if old is not None else "damaged"
+        aside = _free_name(path, name)
+        set_aside(path, aside)
+    write_result(path, result, replace=identical)
+    return FiledRun(path, result, repeated=True, kept_aside=aside)
+
+
+def _existing(path: Path, *, force: bool) -> Result | None:
+    if not path.exists():
+        return None
+    try:
+        return open_result(path)
+    except StoreError as error:
+        if force:
+            return None
+        raise ResultExistsError(f"{error}; --force moves it aside") from error
+
+
+def _is_final(result: Result) -> bool:
+    return not RunStatus(result.status).depends_on_machine
+
+
+def _refuse(path: Path, old: Result | None) -> None:
+    what = f"run {old.run_id[:8]}" if old is not None else "another file"
+    raise ResultExistsError(
+        f"{path} holds a different result ({what}); it is not overwritten: "
+        "choose another folder with -o, or move it aside with --force"
+    )
+
+
+def _free_name(path: Path, middle: str) -> Path:
+    names = [path.with_name(f"{path.stem}.{middle}{path.suffix}")]
+    while names[-1].exists():
+        names.append(path.with_name(f"{path.stem}.{middle}-{len(names)}{path.suffix}"))
+    return names[-1]

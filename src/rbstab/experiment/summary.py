@@ -1,0 +1,80 @@
+"""The few numbers by which a run is judged at a glance."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.lyapunov import relative_residual
+from rbstab.analysis.peaks import signed_peak
+from rbstab.mechanics.attitude import rate_matrix
+from rbstab.store.result import Result
+
+
+class Summary(NamedTuple):
+    """A run in a few numbers.
+
+    v at both ends, J; the largest audit residual |r| over v(0); the largest |E|, m, and the value of
+    E farthest from zero by axis, m; the largest |θ2|, rad; the last time reached, s. Peaks are
+    those between the samples (see `signed_peak`).
+    """
+
+    lyapunov_start: float
+    lyapunov_end: float
+    relative_residual: float
+    peak_distance: float
+    peak_contact_displacement: tuple[float, float, float]
+    largest_pitch: float
+    end_time: float
+
+
+def summary_of(result: Result) -> Summary:
+    """The summary of a result, from its stored arrays alone."""
+    t, v = result["time"], result["lyapunov"]
+    E, F = result["contact_displacement"], result["contact_velocity"]
+    Theta, Omega = result["orientation"], result["angular_velocity"]
+    with np.errstate(all="ignore"):
+        distance = np.linalg.norm(E, axis=1)
+        distance_rate = (E * F).sum(axis=1) / np.where(distance > 0, distance, 1.0)
+        pitch_rate = np.array([(rate_matrix(a) @ w)[1] for a, w in zip(Theta, Omega, strict=True)])
+        x, y, z = (signed_peak(t, E[:, axis], F[:, axis]) for axis in range(3))
+        return Summary(
+            float(v[0]),
+            float(v[-1]),
+            relative_residual(result["energy_residual"], v),
+            signed_peak(t, distance, distance_rate),
+            (x, y, z),
+            abs(signed_peak(t, Theta[:, 1], pitch_rate)),
+            float(t[-1]),
+        )
+
+
+class Comparison(NamedTuple):
+    """A printed vector beside the computed one, under the name of the quantity and its unit."""
+
+    name: str
+    unit: str
+    printed: tuple[float, float, float]
+    computed: tuple[float, float, float]
+
+
+def comparisons_of(result: Result, reference: object) -> list[Comparison]:
+    """The values of a config's `reference` beside those of its run.
+
+    Args:
+        result: The result.
+        reference: The `Reference` of the config.
+    """
+    found = []
+    final = getattr(reference, "final", None)
+    for name in ("orientation", "angular_velocity", "position", "velocity"):
+        printed = getattr(final, name, None)
+        if printed is not None:
+            variable = result.variables[name]
+            x, y, z = variable.data[-1].tolist()
+            computed = (x, y, z)
+            found.append(Comparison(f"final {name}", variable.unit, printed, computed))
+    printed = getattr(reference, "peak_contact_displacement", None)
+    if printed is not None:
+        computed = summary_of(result).peak_contact_displacement
+        found.append(Comparison("peak contact_displacement", "m", printed, computed))
+    return found

@@ -1,0 +1,1 @@
+"""A test for every equation of the paper, by its number."""

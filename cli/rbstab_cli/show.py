@@ -106,12 +106,14 @@ _SHOWN_ABOVE = ("title", "status", "status_detail", "warnings")
 
 
 def _print_reference(result: "Result") -> None:
+    from rbstab.config.errors import printable
     from rbstab_cli.tables import row, show, table
 
     source, comparisons = _comparisons(result)
     if not comparisons:
         return
-    made = table(f"reference: {source}", "printed", "computed")
+    click.echo(f"Reference: {printable(source)}")
+    made = table("quantity", "printed", "computed")
     for c in comparisons:
         row(made, f"{c.name} [{c.unit}]", _vector(c.printed), _vector(c.computed))
     show(made)

@@ -13,8 +13,8 @@ from rbstab.store.result import Result
 class Summary(NamedTuple):
     """A run in a few numbers.
 
-    v at both ends, J; the largest audit residual |r| over v(0); the largest |E|, m, and the value of
-    E farthest from zero by axis, m; the largest |θ2|, rad; the last time reached, s. Peaks are
+    v at both ends, J; the largest audit residual |r| over v(0); the largest |E|, m, and the value
+    of E farthest from zero by axis, m; the largest |θ2|, rad; the last time reached, s. Peaks are
     those between the samples (see `signed_peak`).
     """
 

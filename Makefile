@@ -1,0 +1,48 @@
+# Everything a person does here, on a machine with only Python and make. `make help` lists it.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.DEFAULT_GOAL := help
+.PHONY: help install run test test-quick check format bench clean
+
+help:  ## list the targets
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
+
+install: $(READY)  ## make .venv with the command rbstab in it
+
+# Made again when the dependencies change. The stamp is the last thing, so that a broken installation
+# is never taken for a whole one.
+$(READY): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit("rbstab needs Python 3.11 or newer") if sys.version_info < (3, 11) else None'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $(READY)
+
+run: $(READY)  ## run the paper's cases and print their table
+	$(BIN)/rbstab run configs/paper/*.yaml
+
+test: $(READY)  ## all tests
+	$(BIN)/python -m pytest
+
+test-quick: $(READY)  ## the tests for daily use, without those marked slow
+	$(BIN)/python -m pytest -m 'not slow'
+
+check: $(READY)  ## lint, format, types, floors
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(READY)  ## put the code into its format
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: $(READY)  ## the benchmarks, as ratios within one run
+	$(BIN)/python -m benchmarks
+
+clean:  ## remove .venv and what tools left
+	rm -rf $(VENV) dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

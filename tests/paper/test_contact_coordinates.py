@@ -1,0 +1,101 @@
+"""Eq. 4, 6, 7, 8 and 38: the contact point, and coordinates that move with it."""
+
+import numpy as np
+import pytest
+from paper.differences import along, jacobian, relative_error
+from paper.path import random_path
+from paper.reading import read
+from support.systems import VARIANTS, random_body, random_state, random_system, random_Z
+
+from rbstab.mechanics.coordinates import (
+    centre_state,
+    contact_state,
+    jacobian_of_centre_state,
+    jacobian_of_contact_state,
+)
+from rbstab.mechanics.motion import motion_from_centre, motion_from_contact
+from rbstab.systems.coordinates import ContactCoordinates
+
+TIED = [variant for variant in VARIANTS if variant != "permanent"]
+
+
+def moved_by_both(body, anchor, Z):
+    """The same state through Z and through W."""
+    motion = motion_from_centre(body, anchor, Z)
+    return motion, motion_from_contact(body, anchor, contact_state(motion))
+
+
+def test_eq_04_E_is_where_C_is_from_where_it_belongs(rng):
+    path, anchor = random_path(rng, random_body(rng)), rng.normal(size=3)
+    motion = motion_from_centre(path.body, anchor, path.Z())
+    home = path.body.contact_point + anchor
+    assert relative_error(motion.E, path.contact(0.0) - home) < 1e-14
+
+
+def test_eq_04_F_is_the_velocity_of_C(rng):
+    path, anchor = random_path(rng, random_body(rng)), rng.normal(size=3)
+    motion = motion_from_centre(path.body, anchor, path.Z())
+    from_path = jacobian(lambda t: path.contact(t[0]), np.zeros(1), 5e-3)[:, 0]
+    assert relative_error(motion.F, from_path) < 1e-11
+
+
+def test_eq_04_state_is_kept_through_W_and_back(rng):
+    body, anchor, Z = random_body(rng), rng.normal(size=3), random_Z(rng)
+    _, back = moved_by_both(body, anchor, Z)
+    assert relative_error(centre_state(back), Z) < 1e-15
+
+
+def test_eq_06_jacobian_of_centre_state(rng):
+    body, anchor, W = random_body(rng), rng.normal(size=3), random_Z(rng)
+    motion = motion_from_contact(body, anchor, W)
+    expected = jacobian(lambda W: centre_state(motion_from_contact(body, anchor, W)), W)
+    assert relative_error(jacobian_of_centre_state(body, motion), expected) < 1e-12
+
+
+def test_eq_07_jacobian_of_contact_state(rng):
+    body, anchor, Z = random_body(rng), rng.normal(size=3), random_Z(rng)
+    motion = motion_from_centre(body, anchor, Z)
+    expected = jacobian(lambda Z: contact_state(motion_from_centre(body, anchor, Z)), Z)
+    assert relative_error(jacobian_of_contact_state(body, motion), expected) < 1e-12
+
+
+def test_eq_06_and_07_are_inverse_to_each_other(rng):
+    body, Z = random_body(rng), random_Z(rng)
+    motion = motion_from_centre(body, rng.normal(size=3), Z)
+    there, back = jacobian_of_contact_state(body, motion), jacobian_of_centre_state(body, motion)
+    assert relative_error(there @ back, np.eye(12)) < 1e-14
+    assert relative_error(back @ there, np.eye(12)) < 1e-14
+
+
+@pytest.mark.parametrize("variant", TIED)
+def test_eq_08_rates_of_W_are_those_of_Z_seen_from_C(rng, variant):
+    system = random_system(rng, variant)
+    y = random_state(rng, system)
+
+    def W(y):
+        reading = read(system, y)
+        return np.concatenate([reading.Theta, reading.Omega, reading.E, reading.F, reading.D])
+
+    about_contact = type(system)(
+        system.body, system.elements, ContactCoordinates(), system.anchor
+    )
+    expected = along(W, y, system.rates(y))
+    actual = about_contact.rates(W(y))
+    for block in range(0, len(y), 3):
+        at = slice(block, block + 3)
+        # F is itself a difference in `read`; its error grows with the fastest state's pace.
+        assert np.abs(actual[at] - expected[at]).max() < 1e-11 * np.abs(expected).max()
+
+
+def test_eq_38_loaded_position_is_the_anchor(rng):
+    body, X_e = random_body(rng), rng.normal(size=3)
+    Z = np.concatenate([np.zeros(6), X_e, np.zeros(3)])
+    np.testing.assert_allclose(motion_from_centre(body, X_e, Z).E, 0, atol=1e-15)
+
+
+def test_eq_38_anchor_shifts_E_and_leaves_F(rng):
+    body, X_e, Z = random_body(rng), rng.normal(size=3), random_Z(rng)
+    unshifted = motion_from_centre(body, np.zeros(3), Z)
+    shifted = motion_from_centre(body, X_e, Z)
+    assert relative_error(unshifted.E - shifted.E, X_e) < 1e-14
+    np.testing.assert_array_equal(unshifted.F, shifted.F)

@@ -1,0 +1,99 @@
+"""Eq. 1, 3 and 9: the equations of motion, against Newton's law for each particle of the body."""
+
+import numpy as np
+import pytest
+from paper.differences import along, derivative, relative_error
+from paper.particles import particles
+from paper.path import random_path
+from paper.pose import attitude, turned
+from scipy.linalg import block_diag
+from support.systems import random_body, random_Z
+
+from rbstab.mechanics.algebra import ZERO
+from rbstab.mechanics.motion import (
+    Wrench,
+    applied_forces,
+    contact_directions,
+    free_rates,
+    motion_from_centre,
+)
+
+
+def wrench_along(path, rng):
+    """Forces that carry the body along a path: a random Λ at C, the rest at the centre."""
+    Lambda_ = rng.normal(size=3) * 100
+    at_contact = np.cross(path.contact(0.0) - path.X(0.0), Lambda_)
+    moment = path.moment_about(path.X(0.0)) - at_contact
+    return Wrench(path.force() - Lambda_, path.A(0.0).T @ moment, Lambda_)
+
+
+@pytest.fixture
+def carried(rng):
+    """A path, the motion on it, and the forces that make the body follow it."""
+    path = random_path(rng, random_body(rng))
+    motion = motion_from_centre(path.body, rng.normal(size=3), path.Z())
+    return path, motion, wrench_along(path, rng)
+
+
+def test_eq_01_accelerations_are_those_of_the_path(carried):
+    path, motion, wrench = carried
+    rates = free_rates(path.body, motion, wrench)
+    for actual, expected in zip(
+        np.split(rates, 4), np.split(path.Z_rates(), 4), strict=True
+    ):
+        # Ω̇ is a difference of differences: 1e-11 each, times the condition of J.
+        assert relative_error(actual, expected) < 1e-9
+
+
+def test_eq_01_contact_force_has_a_moment_about_the_centre(carried):
+    path, motion, wrench = carried
+    ignoring = Wrench(wrench.force + wrench.contact_force, wrench.couple, ZERO)
+    actual = free_rates(path.body, motion, ignoring)
+    assert relative_error(actual[3:6], path.Z_rates()[3:6]) > 1e-2
+
+
+def test_eq_01_free_body_keeps_angular_momentum_and_energy(rng):
+    body, Z = random_body(rng), random_Z(rng)
+    masses, places = particles(body)
+    rates = free_rates(body, motion_from_centre(body, ZERO, Z), Wrench(ZERO, ZERO, ZERO))
+
+    def velocities(y):
+        return derivative(lambda t: places @ turned(attitude(y[:3]), y[3:6], t).T)
+
+    def momentum(y):
+        return masses @ np.cross(places @ attitude(y[:3]).T, velocities(y))
+
+    def energy(y):
+        return 0.5 * masses @ (velocities(y) ** 2).sum(axis=1)
+
+    pace = np.abs(rates).max()
+    # Scaled by what a change of the size of the fastest state in a second would give.
+    assert np.abs(along(momentum, Z, rates)).max() < 1e-10 * pace * np.abs(momentum(Z)).max()
+    assert abs(along(energy, Z, rates)) < 1e-10 * pace * abs(energy(Z))
+
+
+def test_eq_03_mass_matrix_has_blocks_I_J_I_M(rng):
+    body = random_body(rng)
+    mass_matrix = block_diag(np.eye(3), body.inertia, np.eye(3), body.mass * np.eye(3))
+    assert relative_error(body.mass_matrix_inverse @ mass_matrix, np.eye(12)) < 1e-13
+
+
+def test_eq_09_applied_and_contact_forces_give_the_rates_of_the_path(carried):
+    path, motion, wrench = carried
+    forces = applied_forces(path.body, motion, wrench.force, wrench.couple)
+    forces = forces + contact_directions(path.body, motion) @ wrench.contact_force
+    mass_matrix = block_diag(
+        np.eye(3), path.body.inertia, np.eye(3), path.body.mass * np.eye(3)
+    )
+    assert relative_error(forces, mass_matrix @ path.Z_rates()) < 1e-9
+
+
+def test_eq_09_printed_order_of_blocks_is_not_that_of_Z(carried):
+    path, motion, wrench = carried
+    turning, spinning, moving, pushing = np.split(
+        applied_forces(path.body, motion, wrench.force, wrench.couple), 4
+    )
+    printed = np.concatenate([moving, pushing, turning, spinning])
+    forces = printed + contact_directions(path.body, motion) @ wrench.contact_force
+    rates = path.body.mass_matrix_inverse @ forces
+    assert relative_error(rates, path.Z_rates()) > 1e-2

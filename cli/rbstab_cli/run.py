@@ -49,7 +49,7 @@ def command(
     force: bool,
     as_json: bool,
     quiet: bool,
-) -> int:
+) -> None:
     """Integrate configs and store their results.
 
     Each CONFIG is a YAML file (see `rbstab schema`). Nothing is run unless all of them are right. A
@@ -72,7 +72,7 @@ def command(
     _report(batch.finished, as_json=as_json)
     if batch.finished and not quiet and batch.exit_code != exit_codes.INTERRUPTED:
         click.echo(f"Next: rbstab show {batch.finished[-1].path}", err=True)
-    return batch.exit_code
+    raise click.exceptions.Exit(batch.exit_code)
 
 
 def _targets(configs: dict[Path, "Config"], output: Path) -> dict[Path, Path]:

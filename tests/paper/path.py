@@ -4,10 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
 from paper.differences import derivative, second_derivative
 from paper.particles import particles
 from paper.pose import attitude
-
 from rbstab.mechanics.body import Body
 
 

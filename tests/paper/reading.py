@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+
 from paper.differences import derivative
 from paper.particles import particles
 from paper.pose import attitude, turned

@@ -109,9 +109,8 @@ def _bound(relation: str, name: str) -> Callable[[Any], Words]:
 
 def _length(details: Any) -> Words:
     context = details["ctx"]
-    wanted = context.get("min_length", context.get("max_length"))
-    kind = "entry" if wanted == 1 else "entries"
-    return f"has {len(details['input'])} entries", f"expected {wanted} {kind}"
+    found, wanted = len(details["input"]), context.get("min_length", context.get("max_length"))
+    return f"has {found} {'entry' if found == 1 else 'entries'}", f"expected {wanted}"
 
 
 def _text_length(details: Any) -> Words:

@@ -1,0 +1,173 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+from cli.conftest import GOOD, Invoke
+
+from rbstab_cli.main import COMMANDS, cli
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_listed_help_is_the_commands_own(name: str) -> None:
+    command = cli.get_command(None, name)
+    assert command is not None
+    assert command.name == name
+    assert command.get_short_help_str(limit=200) == COMMANDS[name]
+
+
+def test_help_does_not_wait_for_numerical_packages() -> None:
+    code = (
+        "import sys\n"
+        "from rbstab_cli.main import main\n"
+        "sys.argv = ['rbstab', '--help']\n"
+        "try:\n"
+        "    main()\n"
+        "except SystemExit:\n"
+        "    pass\n"
+        "print(*sorted(sys.modules), file=sys.stderr)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "Commands:" in done.stdout
+    heavy = {"numpy", "scipy", "h5py", "yaml", "pydantic", "rich", "heyoka"}
+    assert not heavy & set(done.stderr.split())
+
+
+def test_a_run_imports_nothing_that_it_does_not_use(folder: Path) -> None:
+    code = (
+        "import sys\n"
+        "from rbstab_cli.main import main\n"
+        "sys.argv = ['rbstab', 'run', 'good.yaml', '--json', '-q']\n"
+        "try:\n"
+        "    main()\n"
+        "except SystemExit as stop:\n"
+        "    assert stop.code == 0\n"
+        "print(*sorted(sys.modules), file=sys.stderr)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    modules = set(done.stderr.split())
+    assert {"scipy.integrate", "h5py"} <= modules
+    assert not {"heyoka", "rich", "xarray", "netCDF4", "pandas", "matplotlib"} & modules
+
+
+def test_version(rbstab: Invoke) -> None:
+    assert rbstab("--version").stdout.startswith("rbstab 0.")
+
+
+def test_an_unknown_command_is_a_usage_error(rbstab: Invoke) -> None:
+    assert rbstab("simulate").exit_code == 2
+
+
+@pytest.mark.parametrize("command", ["run", "check", "show"])
+def test_a_missing_argument_is_a_usage_error(command: str, rbstab: Invoke) -> None:
+    assert rbstab(command).exit_code == 2
+
+
+def test_check_says_what_is_right(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("check", "good.yaml")
+    assert done.exit_code == 0
+    assert done.stdout.startswith("good.yaml: right: free, coordinates Z, engine scipy, run id ")
+    assert not Path("results").exists()
+
+
+def test_check_says_all_that_is_wrong(folder: Path, rbstab: Invoke) -> None:
+    Path("wrong.yaml").write_text(GOOD.replace("mass: 41", "mass: 0"))
+    done = rbstab("check", "good.yaml", "wrong.yaml", "--set", "integration.samples=1")
+    assert done.exit_code == 2
+    assert done.stdout == ""
+    assert done.stderr.splitlines() == [
+        "--set integration.samples:1:21: integration.samples: is 1 (expected a number at least 2)",
+        "wrong.yaml:2:14: body.mass: is 0 (expected a number greater than 0)",
+    ]
+
+
+def test_show_says_how_a_run_ended(folder: Path, rbstab: Invoke) -> None:
+    reference = "reference: {source: a book, final: {orientation: [0.1, 0.2, 0.3]}}\n"
+    Path("good.yaml").write_text(GOOD + reference)
+    rbstab("run", "good.yaml")
+    shown = rbstab("show", "results/good.h5")
+    assert shown.exit_code == 0
+    assert "A short run" in shown.stdout
+    assert "Reference: a book" in shown.stdout
+    assert "(0.1, 0.2, 0.3)" in shown.stdout
+    for name in ("contact_displacement", "run_id", "numpy_version"):
+        assert name in shown.stdout
+
+
+def test_show_as_json(folder: Path, rbstab: Invoke) -> None:
+    rbstab("run", "good.yaml")
+    facts = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    assert facts["status"] == "completed"
+    assert facts["arrays"]["orientation"]["shape"] == [11, 3]
+    assert yaml.safe_load(facts["config"])["title"] == "A short run"
+
+
+def test_numbers_that_are_not_finite_are_null_in_json(folder: Path, rbstab: Invoke) -> None:
+    Path("good.yaml").write_text(GOOD.replace("[1, 2, -1]", "[1e200, 0, 1e200]"))
+    assert rbstab("run", "good.yaml").exit_code == 3
+    facts = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    assert facts["status"] == "diverged"
+    assert facts["lyapunov_start"] is None
+
+
+@pytest.mark.parametrize(
+    ("name", "content"), [("missing.h5", None), ("text.h5", b"text"), ("empty.h5", b"")]
+)
+def test_show_refuses_what_is_no_result(
+    name: str, content: bytes | None, folder: Path, rbstab: Invoke
+) -> None:
+    if content is not None:
+        Path(name).write_bytes(content)
+    done = rbstab("show", name)
+    assert done.exit_code == 4
+    assert done.stderr.startswith(f"error: {name}")
+
+
+def test_titles_cannot_steer_the_terminal(folder: Path, rbstab: Invoke) -> None:
+    title = '"\\e[31mred\\e[0m [bold]markup[/bold]"'
+    Path("good.yaml").write_text(GOOD.replace("A short run", title))
+    rbstab("run", "good.yaml")
+    shown = rbstab("show", "results/good.h5").stdout
+    assert "\x1b" not in shown
+    assert "[bold]markup[/bold]" in shown
+
+
+def test_the_printed_schema_accepts_a_config(folder: Path, rbstab: Invoke) -> None:
+    schema = json.loads(rbstab("schema").stdout)
+    jsonschema.validate(yaml.safe_load(GOOD), schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(yaml.safe_load(GOOD.replace("mass: 41", "mass: -41")), schema)
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_scripts(shell: str, rbstab: Invoke) -> None:
+    done = rbstab("completion", shell)
+    assert done.exit_code == 0
+    assert "_RBSTAB_COMPLETE" in done.stdout
+
+
+def test_completion_completes(monkeypatch: pytest.MonkeyPatch) -> None:
+    environment = {"_RBSTAB_COMPLETE": "bash_complete", "COMP_WORDS": "rbstab s", "COMP_CWORD": "1"}
+    for key, value in environment.items():
+        monkeypatch.setenv(key, value)
+    done = subprocess.run(
+        [sys.executable, "-m", "rbstab_cli"], capture_output=True, text=True, check=False
+    )
+    assert done.stdout.split() == ["plain,show", "plain,schema"]
+
+
+def test_output_into_a_closed_pipe_is_no_error() -> None:
+    schema = subprocess.Popen(
+        [sys.executable, "-m", "rbstab_cli", "schema"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert schema.stdout is not None
+    schema.stdout.close()
+    assert schema.stderr is not None
+    assert b"Traceback" not in schema.stderr.read()
+    schema.wait(timeout=60)
+    schema.stderr.close()

@@ -1,0 +1,115 @@
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from rbstab.config.schema import VARIANTS
+from rbstab.integrate.status import RunStatus
+from rbstab.systems.quantities import QUANTITIES, Quantity
+from rbstab_cli.main import COMMANDS, cli
+
+ROOT = Path(__file__).parents[2]
+
+
+def read(name: str) -> str:
+    return (ROOT / name).read_text()
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES, ids=lambda q: q.name)
+def test_each_array_is_described_with_its_dimensions_and_unit(quantity: Quantity) -> None:
+    dimensions = ", ".join(quantity.dimensions) or "-"
+    row = f"| `{quantity.name}` | {dimensions} | {quantity.unit} |"
+    assert row in read("results/README.md")
+    assert f"`{quantity.name}`" in read("docs/notation.md")
+
+
+@pytest.mark.parametrize("status", RunStatus)
+def test_each_status_is_described(status: RunStatus) -> None:
+    assert f"| `{status}` |" in read("results/README.md")
+
+
+def test_each_key_of_a_config_is_in_the_readme() -> None:
+    for model in VARIANTS.values():
+        for name, section in model.model_fields.items():
+            if name in ("schema_version", "title"):
+                continue
+            assert f"`{name}" in read("README.md")
+            annotation = section.annotation
+            for key in getattr(annotation, "model_fields", {}):
+                assert key in read("README.md"), key
+
+
+def test_each_command_is_in_the_readme() -> None:
+    for name in COMMANDS:
+        assert f"rbstab {name}" in read("README.md")
+
+
+def test_each_floor_is_in_the_architecture() -> None:
+    folders = {path.name for path in (ROOT / "src/rbstab").iterdir() if path.is_dir()}
+    for name in folders - {"__pycache__"}:
+        assert f"| `src/rbstab/{name}` |" in read("docs/architecture.md")
+
+
+def test_relative_links_lead_somewhere() -> None:
+    for page in (*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), ROOT / "results/README.md"):
+        for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text()):
+            assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def blocks(page: str) -> list[str]:
+    return re.findall(r"```text\n(.*?)```", page, flags=re.DOTALL)
+
+
+def without_time(text: str) -> list[list[str]]:
+    """The words of each line but for the last of a table of runs, which is wall time."""
+    lines = [line.split() for line in text.strip().splitlines()]
+    return [words[:-1] if words[0].endswith(".h5") else words for words in lines]
+
+
+@pytest.mark.slow
+def test_the_readme_shows_what_the_program_prints(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table, shown, _ = blocks(read("README.md"))
+    monkeypatch.chdir(tmp_path)
+    cases = sorted(str(path) for path in (ROOT / "configs/paper").glob("*.yaml"))
+    ran = CliRunner().invoke(cli, ["run", *cases])
+    show = CliRunner().invoke(cli, ["show", "results/case2_visco_elastic.h5"])
+    assert round_off(without_time(ran.stdout)) == round_off(without_time(table))
+    expected = shown.strip().splitlines()
+    found = show.stdout.strip().splitlines()[: len(expected)]
+    assert round_off(map(str.split, found)) == round_off(map(str.split, expected))
+
+
+def round_off(lines: object) -> list[list[str]]:
+    """The words without the audit residuals, which are round-off and differ between processors."""
+    return [[w for w in words if not re.fullmatch(r"\d(\.\d)?e-1\d", w)] for words in lines]
+
+
+def test_the_errors_in_the_readme_are_those_of_the_program(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    command, *expected = blocks(read("README.md"))[2].strip().splitlines()
+    assert command == "$ rbstab check wrong.yaml"
+    wrong = """\
+title: My body
+body:
+  mass: -41
+  inertia: [10.0, 8.0, 0.4]
+  contact_point: [0.15, 0.10]
+controller:
+  variant: free
+  Kt: [4100, 4100, 3280]
+  L_t: [200, 200, 140]
+  K_r: [[400, 0, 0], [0, 400, 500], [0, 500, 320]]
+  L_r: [60, 60, 42]
+initial:
+  orientation: [0, 90, 0]
+integration:
+  duration: 2.0
+"""
+    monkeypatch.chdir(tmp_path)
+    Path("wrong.yaml").write_text(wrong)
+    done = CliRunner().invoke(cli, ["check", "wrong.yaml"])
+    assert done.stderr.splitlines() == expected

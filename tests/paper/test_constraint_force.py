@@ -1,0 +1,169 @@
+"""Eq. 15, 16 and 17: the force of constraint, the projection, motion on the sub manifold."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag
+from support.systems import random_body, random_Z
+
+from paper.differences import along, derivative, relative_error
+from paper.path import held_path
+from paper.pose import attitude, turned
+from rbstab.mechanics import reduced
+from rbstab.mechanics.body import Body
+from rbstab.mechanics.constraint import (
+    centripetal_acceleration,
+    constraint_force,
+    manifold_rates,
+    mobility,
+    projected,
+)
+from rbstab.mechanics.motion import (
+    Motion,
+    Wrench,
+    applied_forces,
+    contact_directions,
+    free_rates,
+    motion_from_centre,
+)
+
+
+class Held(NamedTuple):
+    body: Body
+    motion: Motion
+    Z: Any
+    force: Any
+    couple: Any
+    applied: Any
+    c: Any
+    demand: Any
+
+
+def under_forces(rng, body, anchor, Z):
+    motion = motion_from_centre(body, anchor, Z)
+    force, couple = rng.normal(size=3) * 100, rng.normal(size=3) * 100
+    applied = applied_forces(body, motion, force, couple)
+    c, demand = contact_directions(body, motion), centripetal_acceleration(body, motion)
+    return Held(body, motion, Z, force, couple, applied, c, demand)
+
+
+@pytest.fixture
+def anywhere(rng):
+    """A body under random forces at a state that need not lie on the sub manifold."""
+    return under_forces(rng, random_body(rng), rng.normal(size=3), random_Z(rng))
+
+
+@pytest.fixture
+def on_manifold(rng):
+    body, anchor = random_body(rng), rng.normal(size=3)
+    return under_forces(rng, body, anchor, held_path(rng, body, anchor).Z())
+
+
+def contact_acceleration(held, Z_rates):
+    """Ḟ along a flow, where F is the velocity of C by geometry."""
+
+    def F(Z):
+        A = attitude(Z[0:3])
+        return Z[9:12] + derivative(lambda t: turned(A, Z[3:6], t) @ held.body.contact_point)
+
+    return along(F, held.Z, Z_rates)
+
+
+def mass_matrix(body):
+    return block_diag(np.eye(3), body.inertia, np.eye(3), body.mass * np.eye(3))
+
+
+def test_eq_15_force_of_constraint_stops_the_contact_point(anywhere):
+    def acceleration_under(demand):
+        Lambda_ = constraint_force(anywhere.body, anywhere.c, anywhere.applied, demand)
+        wrench = Wrench(anywhere.force, anywhere.couple, Lambda_)
+        rates = free_rates(anywhere.body, anywhere.motion, wrench)
+        return np.abs(contact_acceleration(anywhere, rates)).max()
+
+    scale = acceleration_under(np.zeros(3))
+    assert acceleration_under(anywhere.demand) < 1e-9 * scale
+    assert acceleration_under(-anywhere.demand) > 1e-2 * scale
+
+
+def test_eq_15_bracket_is_the_response_of_the_contact_point_to_a_force(anywhere):
+    def response(Lambda_):
+        with_it, without = (
+            free_rates(anywhere.body, anywhere.motion, Wrench(anywhere.force, anywhere.couple, x))
+            for x in (Lambda_, np.zeros(3))
+        )
+        return contact_acceleration(anywhere, with_it) - contact_acceleration(anywhere, without)
+
+    columns = [response(100 * unit) / 100 for unit in np.eye(3)]
+    assert relative_error(mobility(anywhere.body, anywhere.c), np.array(columns).T) < 1e-9
+
+
+def test_eq_15_and_17_solve_the_equations_of_motion_with_multipliers(anywhere):
+    # 𝒥Ż - cΛ = 𝓔 and c'Ż = -γ as one system, γ being what is left of Ḟ without Ω̇ and V̇.
+    c = anywhere.c
+    turning_only = np.concatenate([anywhere.applied[0:3], np.zeros(9)])
+    gamma = contact_acceleration(anywhere, turning_only)
+    system = np.block([[mass_matrix(anywhere.body), -c], [c.T, np.zeros((3, 3))]])
+    solution = np.linalg.solve(system, np.concatenate([anywhere.applied, -gamma]))
+    arguments = anywhere.body, c, anywhere.applied, anywhere.demand
+    assert relative_error(constraint_force(*arguments), solution[12:]) < 1e-11
+    assert relative_error(manifold_rates(*arguments), solution[:12]) < 1e-11
+
+
+def test_eq_16_projection_is_idempotent_and_keeps_c(anywhere):
+    P = projected(anywhere.body, anywhere.c, np.eye(12))
+    assert relative_error(P @ P, P) < 1e-13
+    assert relative_error(P @ anywhere.c, anywhere.c) < 1e-13
+
+
+def test_eq_16_projection_has_three_unit_and_nine_zero_eigenvalues(anywhere):
+    P = projected(anywhere.body, anywhere.c, np.eye(12))
+    # P is not symmetric: its zero eigenvalues, nine times over, spread as the root of round-off.
+    eigenvalues = np.sort(np.linalg.eigvals(P).real)
+    np.testing.assert_allclose(eigenvalues, [0.0] * 9 + [1.0] * 3, rtol=0, atol=1e-7)
+    assert np.linalg.matrix_rank(P, tol=1e-8) == 3
+
+
+def test_eq_16_projection_takes_away_what_does_not_move_C(anywhere):
+    # The null space of c'𝒥⁻¹, by singular values.
+    rows = anywhere.c.T @ np.linalg.inv(mass_matrix(anywhere.body))
+    others = np.linalg.svd(rows)[2][3:].T
+    P = projected(anywhere.body, anywhere.c, np.eye(12))
+    assert others.shape == (12, 9)
+    np.testing.assert_allclose(P @ others, 0, atol=1e-12 * np.abs(P).max())
+
+
+def test_eq_16_projection_is_the_nearest_force_at_C(anywhere):
+    # Nearest in the metric 𝒥⁻¹, by least squares.
+    root = np.linalg.cholesky(np.linalg.inv(mass_matrix(anywhere.body))).T
+    nearest = np.linalg.lstsq(root @ anywhere.c, root @ anywhere.applied, rcond=None)[0]
+    actual = projected(anywhere.body, anywhere.c, anywhere.applied)
+    assert relative_error(actual, anywhere.c @ nearest) < 1e-13
+
+
+def test_eq_17_contact_point_does_not_accelerate(anywhere):
+    rates = manifold_rates(anywhere.body, anywhere.c, anywhere.applied, anywhere.demand)
+    unheld = np.linalg.solve(mass_matrix(anywhere.body), anywhere.applied)
+    scale = np.abs(contact_acceleration(anywhere, unheld)).max()
+    assert np.abs(contact_acceleration(anywhere, rates)).max() < 1e-9 * scale
+
+
+def test_eq_17_agrees_with_the_force_of_eq_15_but_not_with_its_printed_sign(anywhere):
+    def rates_under(demand):
+        Lambda_ = constraint_force(anywhere.body, anywhere.c, anywhere.applied, demand)
+        wrench = Wrench(anywhere.force, anywhere.couple, Lambda_)
+        return free_rates(anywhere.body, anywhere.motion, wrench)
+
+    rates = manifold_rates(anywhere.body, anywhere.c, anywhere.applied, anywhere.demand)
+    assert relative_error(rates_under(anywhere.demand), rates) < 1e-13
+    assert relative_error(rates_under(-anywhere.demand), rates) > 1e-3
+
+
+def test_eq_17_20_and_21_agree_on_the_sub_manifold(on_manifold):
+    held = on_manifold
+    rates = manifold_rates(held.body, held.c, held.applied, held.demand)
+    Lambda_ = constraint_force(held.body, held.c, held.applied, held.demand)
+    Omega_rate = reduced.angular_acceleration(held.body, held.motion, held.force, held.couple)
+    assert relative_error(Omega_rate, rates[3:6]) < 1e-13
+    holding = reduced.holding_force(held.body, held.motion, held.force, Omega_rate)
+    assert relative_error(holding, Lambda_) < 1e-13

@@ -1,0 +1,131 @@
+"""A body held at its contact point under gravity alone: the pendulum and the spinning top."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from scipy.special import ellipj, ellipk
+
+from rbstab.mechanics.body import Body
+from rbstab.systems.coordinates import ManifoldCoordinates, ReducedCoordinates
+from support.problems import ENGINES, bare_system, held_start, problem, solve
+
+MASS, GRAVITY = 2.5, 9.81
+LENGTH = 0.7
+COORDINATES = {"reduced": ReducedCoordinates(), "manifold": ManifoldCoordinates(0.0)}
+
+ERROR = 1e-10
+
+each_engine = pytest.mark.parametrize("engine", ENGINES)
+each_coordinates = pytest.mark.parametrize("coordinates", COORDINATES.values(), ids=COORDINATES)
+
+
+def swing(engine, system, Theta, Omega, times):
+    """Observations along the motion of a held body."""
+    start = held_start(system, np.asarray(Theta, float), np.asarray(Omega, float))
+    trajectory = solve(engine, problem(system, start, times))
+    assert trajectory.status == "completed"
+    return [system.observe(state) for state in trajectory.states]
+
+
+def pendulum(coordinates):
+    # The contact point lies above the centre: hanging down is Θ = 0.
+    body = Body(MASS, np.diag([0.5, 0.3, 0.2]), np.array([0.0, 0.0, LENGTH]))
+    return bare_system(body, coordinates, weight=(0.0, 0.0, -MASS * GRAVITY))
+
+
+@each_coordinates
+@each_engine
+@pytest.mark.parametrize("axis", [0, 1])
+def test_planar_pendulum_swings_as_the_elliptic_functions_say(engine, coordinates, axis):
+    system = pendulum(coordinates)
+    inertia = (0.5, 0.3)[axis] + MASS * LENGTH**2
+    pace = np.sqrt(MASS * GRAVITY * LENGTH / inertia)
+    modulus = np.sin(1.2 / 2)
+    period = 4 * ellipk(modulus**2) / pace
+    times = np.linspace(0.0, period, 41)
+    seen = swing(engine, system, 1.2 * np.eye(3)[axis], np.zeros(3), times)
+    angles = np.array([o.motion.Theta for o in seen])
+    # Released at rest from 1.2 rad: sin(θ/2) = k sn(K - ω t), back at the start after 4K/ω.
+    sn, cn, dn, _ = ellipj(ellipk(modulus**2) - pace * times, modulus**2)
+    np.testing.assert_allclose(angles[:, axis], 2 * np.arcsin(modulus * sn), rtol=0, atol=ERROR)
+    assert angles[-1, axis] == pytest.approx(1.2, rel=0, abs=ERROR)
+    np.testing.assert_allclose(np.delete(angles, axis, 1), 0.0, rtol=0, atol=ERROR)
+    rates = np.array([o.motion.Omega for o in seen])[:, axis]
+    np.testing.assert_allclose(rates, -2 * modulus * pace * cn, rtol=0, atol=10 * ERROR)
+
+
+@each_coordinates
+@each_engine
+def test_force_on_the_pin_is_weight_and_centripetal_force(engine, coordinates):
+    system = pendulum(coordinates)
+    seen = swing(engine, system, [1.2, 0.0, 0.0], np.zeros(3), np.linspace(0.0, 2.0, 21))
+    inertia = 0.5 + MASS * LENGTH**2
+    for o in seen:
+        # From the pin the centre lies at l (0, sin θ, -cos θ).
+        theta, rate = o.motion.Theta[0], o.motion.Omega[0]
+        radial = np.array([0.0, np.sin(theta), -np.cos(theta)])
+        tangential = np.array([0.0, np.cos(theta), np.sin(theta)])
+        turning = -MASS * GRAVITY * LENGTH * np.sin(theta) / inertia
+        acceleration = LENGTH * (turning * tangential - rate**2 * radial)
+        expected = MASS * acceleration - np.array([0.0, 0.0, -MASS * GRAVITY])
+        np.testing.assert_allclose(o.contact_force, expected, rtol=0, atol=1e-8)
+
+
+@each_engine
+def test_pendulum_with_enough_energy_goes_round(engine):
+    system = pendulum(COORDINATES["reduced"])
+    inertia = 0.5 + MASS * LENGTH**2
+    pace = np.sqrt(MASS * GRAVITY * LENGTH / inertia)
+    spin = 3.0 * pace  # 2 pace would just reach the top
+    times = np.linspace(0.0, 3.0, 31)
+    seen = swing(engine, system, np.zeros(3), [spin, 0.0, 0.0], times)
+    *_, amplitude = ellipj(spin * times / 2, (2 * pace / spin) ** 2)
+    angles = np.array([o.motion.Theta[0] for o in seen])
+    assert angles[-1] > 2 * np.pi
+    np.testing.assert_allclose(angles, 2 * amplitude, rtol=0, atol=10 * ERROR)
+
+
+@each_coordinates
+@each_engine
+def test_fast_top_precesses_steadily(engine, coordinates):
+    # Gravity along the inertial axis -1, so that θ1 is the angle of precession and θ3 of spin; the
+    # top's axis e3, with the centre at +l e3 from the pin, leans by n from the vertical, sin θ2 =
+    # cos n. Steady: I3 ω3 p - I1 p² cos n = m g l, for the moments about the pin.
+    transverse, axial = 0.4, 0.25
+    body = Body(MASS, np.diag([transverse, transverse, axial]), np.array([0.0, 0.0, -LENGTH]))
+    system = bare_system(body, coordinates, weight=(-MASS * GRAVITY, 0.0, 0.0))
+    about_pin = transverse + MASS * LENGTH**2
+    theta2, precession = 0.5, 1.7
+    cos_n = np.sin(theta2)
+    axial_spin = MASS * GRAVITY * LENGTH + about_pin * precession**2 * cos_n
+    axial_spin /= axial * precession
+    spin = axial_spin - precession * cos_n
+    # Ω = A2'e1 θ1' + e3 θ3' at θ3 = 0.
+    Omega = [precession * np.cos(theta2), 0.0, axial_spin]
+    times = np.linspace(0.0, 2.0, 21)
+    seen = swing(engine, system, [0.0, theta2, 0.0], Omega, times)
+    angles = np.array([o.motion.Theta for o in seen])
+    expected = np.stack([precession * times, np.full(21, theta2), spin * times], axis=1)
+    # The spin is 45 rad/s, and the motion a balance of large terms.
+    np.testing.assert_allclose(angles, expected, rtol=0, atol=1e-9)
+
+
+@each_coordinates
+@each_engine
+def test_heavy_body_keeps_its_energy_and_its_momentum_about_the_vertical(engine, coordinates):
+    inertia = np.array([[0.5, 0.1, -0.05], [0.1, 0.4, 0.08], [-0.05, 0.08, 0.3]])
+    R = np.array([0.15, 0.1, 0.42])
+    system = bare_system(Body(MASS, inertia, R), coordinates, weight=(0.0, 0.0, -MASS * GRAVITY))
+    seen = swing(engine, system, [0.2, 0.4, -0.3], [1.0, 0.4, 2.0], np.linspace(0.0, 3.0, 31))
+    heights, energies, momenta = [], [], []
+    for o in seen:
+        A = Rotation.from_euler("XYZ", o.motion.Theta).as_matrix()
+        about_pin = inertia + MASS * (R @ R * np.eye(3) - np.outer(R, R))
+        Omega = o.motion.Omega
+        # The centre lies at -AR from the pin; about the pin the body has no other kinetic energy.
+        heights.append(-(A @ R)[2])
+        energies.append(0.5 * Omega @ about_pin @ Omega + MASS * GRAVITY * heights[-1])
+        momenta.append((A @ about_pin @ Omega)[2])
+    assert np.ptp(heights) > 0.1  # gravity did work
+    np.testing.assert_allclose(energies, energies[0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(momenta, momenta[0], rtol=0, atol=1e-9)

@@ -1,0 +1,120 @@
+"""A body on which nothing acts, against Euler's and Jacobi's closed solutions."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
+from scipy.special import ellipj
+
+from rbstab.mechanics.body import Body
+from support.problems import ENGINES, bare_system, problem, solve
+
+TIMES = np.linspace(0.0, 5.0, 101)
+CONTACT_POINT = np.array([0.15, 0.1, -0.42])
+
+# A hundred steps of 1e-12 each, in rad and rad/s.
+ERROR = 1e-10
+
+
+def attitude(Theta):
+    """A1(θ1) A2(θ2) A3(θ3) by another program: turns about the body's own axes 1, 2, 3."""
+    return Rotation.from_euler("XYZ", Theta).as_matrix()
+
+
+def skew(a):
+    return np.cross(np.eye(3), a)
+
+
+def spin_freely(engine, moments, Theta, Omega, velocity=(0.0, 0.0, 0.0)):
+    system = bare_system(Body(3.0, np.diag(moments), CONTACT_POINT))
+    start = np.concatenate([Theta, Omega, [0.1, -0.2, 0.3], velocity])
+    trajectory = solve(engine, problem(system, start, TIMES))
+    assert trajectory.status == "completed"
+    return trajectory.states
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("moments", [(2.0, 2.0, 3.0), (2.0, 2.0, 0.4)], ids=["oblate", "prolate"])
+def test_axisymmetric_body_precesses_about_its_angular_momentum(engine, moments):
+    Theta, Omega = np.array([0.3, -0.4, 0.2]), np.array([0.5, 0.3, 1.1])
+    states = spin_freely(engine, moments, Theta, Omega)
+    transverse, axial = moments[0], moments[2]
+    momentum = attitude(Theta) @ (moments * Omega)
+    # Ω turns about the axis in the body at (J3 - J1)/J1 Ω3; the body turns about L at |L|/J1.
+    body_rate = (axial - transverse) / transverse * Omega[2]
+    for t, state in zip(TIMES, states, strict=True):
+        turn = expm(skew(np.array([0.0, 0.0, body_rate * t])))
+        np.testing.assert_allclose(state[3:6], turn @ Omega, rtol=0, atol=ERROR)
+        precession = expm(skew(momentum / transverse * t))
+        expected = precession @ attitude(Theta) @ turn.T
+        np.testing.assert_allclose(attitude(state[0:3]), expected, rtol=0, atol=ERROR)
+
+
+def jacobi_spin(moments, Omega1, Omega3, t):
+    """Ω(t) with Ω2(0) = 0 and Ω1, Ω3 > 0 (Landau & Lifshitz, section 37).
+
+    For L² > 2T J2 with the moments in ascending order, for L² < 2T J2 in descending order.
+    """
+    J1, J2, J3 = moments
+    energy = J1 * Omega1**2 + J3 * Omega3**2  # 2T
+    square = (J1 * Omega1) ** 2 + (J3 * Omega3) ** 2  # L²
+    rate = np.sqrt((J3 - J2) * (square - energy * J1) / (J1 * J2 * J3))
+    modulus = (J2 - J1) * (energy * J3 - square) / ((J3 - J2) * (square - energy * J1))
+    assert 0 < modulus < 1
+    sn, cn, dn, _ = ellipj(rate * t, modulus)
+    middle = np.sqrt((energy * J3 - square) / (J2 * (J3 - J2)))
+    return np.array([Omega1 * cn, middle * sn, Omega3 * dn])
+
+
+MOMENTS = np.array([1.0, 1.7, 2.2])
+
+# L² > 2T J2, then L² < 2T J2: Ω circles the axis of the largest moment, or of the smallest.
+SPINS = {"about the largest": (0.6, 1.2), "about the smallest": (1.5, 0.5)}
+
+
+def expected_spin(spin, t):
+    if spin == SPINS["about the largest"]:
+        return jacobi_spin(MOMENTS, *spin, t)
+    # Axes 1 and 3 change places. Ω2 grows at first all the same: its rate is (J3 - J1)/J2 Ω3Ω1.
+    return jacobi_spin(MOMENTS[::-1], *spin[::-1], t)[::-1]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("spin", SPINS.values(), ids=SPINS)
+def test_triaxial_body_follows_jacobis_functions(engine, spin):
+    Omega = np.array([spin[0], 0.0, spin[1]])
+    momentum = MOMENTS * Omega
+    size = np.linalg.norm(momentum)
+    # Turned so that L lies along the inertial axis 1: then L, in the body, is
+    # |L| (cos θ2 cos θ3, -cos θ2 sin θ3, sin θ2), which gives θ2 and θ3 from Ω alone.
+    Theta = np.array([0.0, np.arcsin(momentum[2] / size), 0.0])
+    states = spin_freely(engine, MOMENTS, Theta, Omega)
+    expected = np.array([expected_spin(spin, t) for t in TIMES])
+    np.testing.assert_allclose(states[:, 3:6], expected, rtol=0, atol=ERROR)
+    in_body = MOMENTS * expected / size
+    np.testing.assert_allclose(states[:, 1], np.arcsin(in_body[:, 2]), rtol=0, atol=ERROR)
+    theta3 = np.unwrap(np.arctan2(-in_body[:, 1], in_body[:, 0]))
+    np.testing.assert_allclose(states[:, 2], theta3, rtol=0, atol=ERROR)
+
+    def precession(t):
+        J1, J2, _ = MOMENTS
+        first, second, _ = expected_spin(spin, t)
+        return size * (J1 * first**2 + J2 * second**2) / ((J1 * first) ** 2 + (J2 * second) ** 2)
+
+    for row in (20, 60, 100):
+        theta1, _ = quad(precession, 0.0, TIMES[row], epsabs=1e-12, epsrel=1e-12, limit=200)
+        assert states[row, 0] == pytest.approx(theta1, rel=0, abs=ERROR)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_momentum_energy_and_drift_of_a_thrown_body(engine):
+    velocity = np.array([0.3, -0.1, 0.2])
+    Theta, Omega = np.array([0.3, -0.4, 0.2]), np.array([0.5, 0.9, -0.6])
+    states = spin_freely(engine, MOMENTS, Theta, Omega, velocity)
+    momentum = np.array([attitude(state[0:3]) @ (MOMENTS * state[3:6]) for state in states])
+    np.testing.assert_allclose(momentum, np.broadcast_to(momentum[0], (101, 3)), atol=ERROR)
+    energy = 0.5 * (MOMENTS * states[:, 3:6] ** 2).sum(axis=1)
+    np.testing.assert_allclose(energy, energy[0], rtol=ERROR)
+    straight = np.array([0.1, -0.2, 0.3]) + np.outer(TIMES, velocity)
+    np.testing.assert_allclose(states[:, 6:9], straight, rtol=0, atol=1e-13)

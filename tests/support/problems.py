@@ -1,0 +1,69 @@
+"""Initial value problems for tests, with the tolerances and limits of a default run."""
+
+from typing import Any
+
+import numpy as np
+
+from rbstab.elements.gravity import Gravity
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.translational_stabilizer import TranslationalStabilizer
+from rbstab.integrate.engines import engine
+from rbstab.integrate.problem import Problem, Trajectory
+from rbstab.mechanics.body import Body
+from rbstab.mechanics.motion import motion_from_contact
+from rbstab.systems.coordinates import CentreCoordinates, Coordinates
+from rbstab.systems.system import System
+from support.systems import Array
+
+ENGINES = ("scipy", "heyoka")
+
+ZERO_MATRIX = np.zeros((3, 3))
+
+
+def problem(system: System, start: Any, times: Any, **changes: Any) -> Problem:
+    """A problem with the defaults of a config, and a time limit that no sound run comes near."""
+    settings: dict[str, Any] = {
+        "rtol": 1e-12,
+        "atol": 1e-12,
+        "method": "DOP853",
+        "range_bound": 1e-3,
+        "project": False,
+        "step_limit": 1_000_000,
+        "time_limit": 60.0,
+    }
+    start, times = np.asarray(start, dtype=float), np.asarray(times, dtype=float)
+    return Problem(system=system, start=start, times=times, **(settings | changes))
+
+
+def solve(engine_name: str, given: Problem) -> Trajectory:
+    """The trajectory of a problem by the engine of that name."""
+    return engine(engine_name)(given)
+
+
+def bare_system(
+    body: Body,
+    coordinates: Coordinates | None = None,
+    *,
+    weight: Any = (0.0, 0.0, 0.0),
+    K_t: Array = ZERO_MATRIX,
+    L_t: Array = ZERO_MATRIX,
+    K_r: Array = ZERO_MATRIX,
+    L_r: Array = ZERO_MATRIX,
+) -> System:
+    """A body whose stabilizers do nothing but for the gains given.
+
+    The stabilizers stay in, with zero gains: so all these systems share one compilation.
+    """
+    elements = (
+        Gravity(np.asarray(weight, dtype=float)),
+        TranslationalStabilizer(K_t, L_t),
+        RotationalStabilizer(K_r, L_r),
+    )
+    return System(body, elements, coordinates or CentreCoordinates(), np.zeros(3))
+
+
+def held_start(system: System, Theta: Any, Omega: Any) -> Array:
+    """The state vector of a body at rest in its contact point, turned by Θ, spinning with Ω."""
+    W = np.concatenate([Theta, Omega, np.zeros(6)])
+    motion = motion_from_contact(system.body, system.anchor, W)
+    return system.start(motion, np.zeros(system.size - system.coordinates.size))

@@ -79,7 +79,7 @@ def test_eq_01_rate_matrix_and_its_inverse(rng):
 
 def test_eq_01_determinant_of_rate_matrix_is_one_over_cos_pitch(rng):
     Theta = random_Z(rng)[:3]
-    assert np.linalg.det(rate_matrix(Theta)) * np.cos(Theta[1]) == pytest.approx(1, rel=1e-13)
+    assert np.linalg.det(rate_matrix(Theta)) * np.cos(Theta[1]) == pytest.approx(1, rel=1e-14)
 
 
 def test_eq_05_angles_inside_the_range_are_the_only_ones(rng):
@@ -90,7 +90,7 @@ def test_eq_05_angles_inside_the_range_are_the_only_ones(rng):
 
 def test_eq_05_regularity_is_one_over_the_determinant_of_B(rng):
     Theta = random_Z(rng)[:3]
-    assert regularity(Theta) * np.linalg.det(rate_matrix(Theta)) == pytest.approx(1, rel=1e-13)
+    assert regularity(Theta) * np.linalg.det(rate_matrix(Theta)) == pytest.approx(1, rel=1e-14)
 
 
 @pytest.mark.parametrize("end", [-1, 1])

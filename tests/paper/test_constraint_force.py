@@ -118,9 +118,8 @@ def test_eq_16_projection_is_idempotent_and_keeps_c(anywhere):
 
 def test_eq_16_projection_has_three_unit_and_nine_zero_eigenvalues(anywhere):
     P = projected(anywhere.body, anywhere.c, np.eye(12))
-    # P is not symmetric: its zero eigenvalues, nine times over, spread as the root of round-off.
     eigenvalues = np.sort(np.linalg.eigvals(P).real)
-    np.testing.assert_allclose(eigenvalues, [0.0] * 9 + [1.0] * 3, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(eigenvalues, [0.0] * 9 + [1.0] * 3, rtol=0, atol=1e-12)
     assert np.linalg.matrix_rank(P, tol=1e-8) == 3
 
 

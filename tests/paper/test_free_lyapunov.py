@@ -51,7 +51,7 @@ def test_eq_30_lyapunov_function_is_a_quadratic_form_about_the_rest_state(rng, s
     stretch = K_a @ reading.X - np.linalg.solve(K_a, G)
     turn = 0.5 * reading.Theta @ gain(system, "K_r") @ reading.Theta
     expected = 0.5 * stretch @ stretch + turn + kinetic_energy(system.body, reading)
-    assert lyapunov_value(system, y) == pytest.approx(expected, rel=1e-10)
+    assert lyapunov_value(system, y) == pytest.approx(expected, rel=1e-12)
 
 
 def test_eq_30_constant_h_is_the_energy_that_gravity_releases(system):

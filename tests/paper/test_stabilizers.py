@@ -116,7 +116,7 @@ def test_eq_25_rotational_energy_is_the_work_against_the_spring(rng, body):
         return -stabilizer.wrench(motion_at(body, turned_so_far), NO_STATE).couple @ Omega
 
     stored = stabilizer.stored(motion_at(body, Z), NO_STATE)
-    assert stored == pytest.approx(integral(power), rel=1e-10)
+    assert stored == pytest.approx(integral(power), rel=1e-12)
 
 
 def test_eq_27_potential_energy_is_minus_the_work_of_the_weight(rng, body):
@@ -126,7 +126,7 @@ def test_eq_27_potential_energy_is_minus_the_work_of_the_weight(rng, body):
         motion_at(body, path.Z(0.0)), NO_STATE
     )
     work = integral(lambda t: path.V(t) @ weight, 0.5)
-    assert change == pytest.approx(-work, rel=1e-10)
+    assert change == pytest.approx(-work, rel=1e-12)
 
 
 def test_eq_27_potential_energy_is_zero_at_the_origin(rng, body):

@@ -6,10 +6,10 @@ The free body's centre moves independently of its rotation (eq. 1 with Λ = 0), 
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from support.problems import ENGINES, bare_system, problem, solve
 
 from rbstab.mechanics.body import Body
 from rbstab.systems.coordinates import ContactCoordinates
-from support.problems import ENGINES, bare_system, problem, solve
 
 MASS = 4.0
 BODY = Body(MASS, np.diag([2.0, 1.5, 1.0]), np.array([0.15, 0.1, -0.42]))

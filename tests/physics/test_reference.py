@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from support.paper_runs import CASE_NAMES, CASES, paper_run, reference_case
 from support.problems import ENGINES
 

@@ -15,7 +15,7 @@ def within(seconds: float, function: Callable[..., Any], *arguments: Any) -> Any
     def call() -> None:
         try:
             outcome["value"] = function(*arguments)
-        except BaseException as error:  # noqa: BLE001 - handed on to the test
+        except BaseException as error:  # handed on to the test
             outcome["error"] = error
 
     thread = threading.Thread(target=call, daemon=True)

@@ -7,8 +7,6 @@ from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 
-import rbstab
-
 PACKAGES = {"scipy": ("numpy", "scipy"), "heyoka": ("numpy", "heyoka")}
 """The packages behind the numbers of each engine."""
 
@@ -32,7 +30,7 @@ def commit() -> str:
     Returns:
         The commit; "" where the program was installed from a package.
     """
-    source = Path(rbstab.__file__).resolve().parent
+    source = Path(__file__).resolve().parents[1]
     checkout = source.parent.parent
     if not (checkout / ".git").exists() or source.parent.name != "src":
         return ""

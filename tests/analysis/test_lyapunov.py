@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+
+from rbstab.analysis.lyapunov import lyapunov_trace, relative_residual
+
+
+def damped_oscillator(times):
+    """Kinetic and stored energy, loss and its integral of x = e^-t cos 2t, whose mass is one.
+
+    Its stiffness is 5 and its damping 2; each closed.
+    """
+    x = np.exp(-times) * np.cos(2 * times)
+    v = -np.exp(-times) * (np.cos(2 * times) + 2 * np.sin(2 * times))
+    kinetic, stored = 0.5 * v**2, 2.5 * x**2
+    return kinetic, stored, 2 * v**2
+
+
+def test_trace_of_a_damped_oscillator_under_a_load():
+    times = np.linspace(0, 3, 31)
+    kinetic, stored, lost = damped_oscillator(times)
+    # A load releases energy: the rest state lies 7 J below the unloaded position.
+    energy = np.column_stack([kinetic, stored - 7.0])
+    fallen = kinetic + stored - (kinetic[0] + stored[0])
+    trace = lyapunov_trace(energy, np.column_stack([0 * lost, lost]), fallen, -7.0)
+    np.testing.assert_allclose(trace.value, kinetic + stored, rtol=0, atol=1e-14)
+    np.testing.assert_array_equal(trace.rate, -lost)
+    np.testing.assert_allclose(trace.residual, 0, atol=1e-14)
+
+
+def test_rate_is_the_slope_of_the_value():
+    # Five points per derivative, a step of 1e-3: to 1e-11.
+    step = 1e-3
+    times = 0.4 + step * np.arange(-2, 3)
+    kinetic, stored, lost = damped_oscillator(times)
+    energy, dissipation = np.column_stack([kinetic, stored]), np.column_stack([0 * lost, lost])
+    trace = lyapunov_trace(energy, dissipation, np.zeros(5), 0.0)
+    slope = trace.value @ [1, -8, 0, 8, -1] / (12 * step)
+    assert trace.rate[2] == pytest.approx(slope, rel=1e-10)
+
+
+def test_residual_is_what_the_integral_misses():
+    energy, dissipation = np.array([[3.0, 2.0], [1.0, 1.5]]), np.array([[0.0, 4.0], [0.0, 2.0]])
+    trace = lyapunov_trace(energy, dissipation, np.array([0.0, -2.25]), -1.0)
+    np.testing.assert_array_equal(trace.value, [6.0, 3.5])
+    np.testing.assert_array_equal(trace.rate, [-4.0, -2.0])
+    np.testing.assert_array_equal(trace.residual, [0.0, -0.25])
+
+
+def test_relative_residual_is_counted_against_the_first_value():
+    residual, value = np.array([0.0, -0.5, 0.25]), np.array([4.0, 2.0, 10.0])
+    assert relative_residual(residual, value) == 0.125
+
+
+@pytest.mark.parametrize("start", [0.0, -1e-16])
+def test_relative_residual_of_a_motion_that_starts_at_rest(start):
+    assert relative_residual(np.array([0.0, -0.5]), np.array([start, 0.0])) == 0.5

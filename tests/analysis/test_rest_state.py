@@ -1,0 +1,187 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from paper.differences import jacobian, relative_error
+from paper.pose import attitude
+from support.systems import VARIANTS, random_body, random_system
+
+from rbstab.analysis.rest_state import GRADIENT_TOLERANCE, RestState, nearest_rest_state
+from rbstab.elements.embedded import EmbeddedConnector
+from rbstab.elements.gravity import Gravity
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.translational_stabilizer import TranslationalStabilizer
+from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.mechanics.body import Body
+from rbstab.mechanics.motion import motion_from_centre
+from rbstab.systems.coordinates import (
+    CentreCoordinates,
+    ContactCoordinates,
+    ManifoldCoordinates,
+    ReducedCoordinates,
+)
+from rbstab.systems.system import System
+
+K_T, L_T = np.diag([4100.0, 4100.0, 3280.0]), np.diag([210.0, 210.0, 140.0])
+K_R, L_R = np.diag([400.0, 400.0, 320.0]), np.diag([60.0, 60.0, 42.0])
+K_C, L_C = np.diag([12300.0, 12300.0, 9840.0]), np.diag([600.0, 600.0, 420.0])
+WEIGHT = np.array([0.0, 0.0, -410.0])
+
+LOADED = {
+    "free": CentreCoordinates(),
+    "visco-elastic": ContactCoordinates(),
+    "embedded": CentreCoordinates(),
+    "permanent": ReducedCoordinates(),
+}
+
+
+def paper_system(coordinates, *connector, weight=WEIGHT, anchor=(0.0, 0.0, 0.0)):
+    body = Body(41.0, np.diag([10.0, 8.0, 0.4]), np.array([0.15, 0.10, -0.42]))
+    stabilizers = TranslationalStabilizer(K_T, L_T), RotationalStabilizer(K_R, L_R)
+    elements = (Gravity(weight), *stabilizers, *connector)
+    return System(body, elements, coordinates, np.array(anchor))
+
+
+@pytest.fixture(params=VARIANTS)
+def loaded(request, rng):
+    """A random system under a weight that bends it, but not out of the range of eq. 5."""
+    return random_system(rng, request.param, LOADED[request.param])
+
+
+@pytest.mark.parametrize("coordinates", [ReducedCoordinates(), ManifoldCoordinates(3.0)])
+def test_held_paper_body_under_gravity(coordinates):
+    rest = nearest_rest_state(paper_system(coordinates))
+    assert rest.found
+    np.testing.assert_allclose(rest.motion.Theta, [0.03917, -0.05825, 0.00018], rtol=0, atol=5e-6)
+
+
+@pytest.mark.parametrize("coordinates", [CentreCoordinates(), ContactCoordinates()])
+def test_tied_paper_body_under_gravity(coordinates):
+    rest = nearest_rest_state(paper_system(coordinates, ViscoElasticConnector(K_C, L_C)))
+    assert rest.found
+    # 5e-5: the first two are known to four decimals; the last to five.
+    np.testing.assert_allclose(rest.motion.Theta, [0.0347, -0.0517, 0.0001], rtol=0, atol=5e-5)
+    assert rest.motion.Theta[2] == pytest.approx(0.00012, abs=5e-6)
+
+
+def test_free_paper_body_under_gravity():
+    rest = nearest_rest_state(paper_system(CentreCoordinates()))
+    assert rest.found
+    # 410 N on 3280 N/m; half of the weight's work is left in the spring.
+    np.testing.assert_allclose(rest.motion.X, [0, 0, -0.125], rtol=0, atol=1e-15)
+    assert rest.energy == pytest.approx(-0.5 * 410 * 0.125, rel=1e-14)
+    np.testing.assert_array_equal(rest.motion.Theta, 0)
+
+
+@pytest.mark.parametrize(
+    ("coordinates", "connector"),
+    [
+        (ReducedCoordinates(), ()),
+        (CentreCoordinates(), (ViscoElasticConnector(K_C, L_C),)),
+        (CentreCoordinates(), (EmbeddedConnector(K_C, L_C, K_C, 2 * L_C),)),
+    ],
+    ids=["permanent", "visco-elastic", "embedded"],
+)
+def test_body_anchored_where_the_free_body_hangs_rests_upright(coordinates, connector):
+    rest = nearest_rest_state(paper_system(coordinates, *connector, anchor=(0.0, 0.0, -0.125)))
+    assert rest.found
+    np.testing.assert_array_equal(rest.motion.Theta, 0)
+    np.testing.assert_array_equal(rest.own, 0)
+    assert rest.energy == pytest.approx(-25.625, rel=1e-14)
+
+
+@pytest.mark.parametrize("coordinates", [CentreCoordinates(), ReducedCoordinates()])
+def test_body_without_a_load_rests_where_it_is(coordinates):
+    rest = nearest_rest_state(paper_system(coordinates, weight=np.zeros(3)))
+    assert rest.found
+    assert rest.energy == 0
+    assert rest.gradient == 0
+    np.testing.assert_array_equal([rest.motion.Theta, rest.motion.X, rest.motion.E], 0)
+
+
+def test_rest_state_does_not_move(loaded):
+    rest = nearest_rest_state(loaded)
+    assert rest.found
+    rates = loaded.rates(loaded.start(rest.motion, rest.own))
+    # Forces of the order of the weight, 100 N, are balanced to the 1e-10 of a Newton step.
+    np.testing.assert_allclose(rates, 0, atol=1e-10)
+
+
+def test_rest_state_is_still(loaded):
+    rest = nearest_rest_state(loaded)
+    np.testing.assert_array_equal(rest.motion.Omega, 0)
+    np.testing.assert_allclose(rest.motion.V, 0, atol=0)
+    np.testing.assert_allclose(rest.motion.F, 0, atol=0)
+
+
+def test_rest_state_is_a_minimum_of_the_stored_energy(loaded, rng):
+    rest = nearest_rest_state(loaded)
+    y = loaded.start(rest.motion, rest.own)
+    assert loaded.potential_energy(y) == pytest.approx(rest.energy, rel=1e-12)
+    places = np.r_[0:3, 6:9, 12 : len(y)] if loaded.coordinates.size == 12 else np.r_[0:3]
+    for _ in range(20):
+        shifted = y.copy()
+        shifted[places] += 1e-3 * rng.normal(size=len(places))
+        assert loaded.potential_energy(shifted) > rest.energy
+
+
+def test_gradient_is_the_largest_force_that_is_left(loaded):
+    rest = nearest_rest_state(loaded)
+    y = loaded.start(rest.motion, rest.own)
+    slope = jacobian(loaded.potential_energy, y, 1e-3)
+    # Differences see nothing below 1e-9 of stiffnesses of the order of 1e4.
+    np.testing.assert_allclose(slope, 0, atol=1e-8)
+    assert 0 <= rest.gradient < 1e-9
+
+
+def test_node_of_the_embedded_connector_rests_between_its_springs():
+    embedded = EmbeddedConnector(K_C, L_C, 0.5 * K_C, 2 * L_C)
+    rest = nearest_rest_state(paper_system(CentreCoordinates(), embedded))
+    assert rest.found
+    assert np.abs(rest.motion.E).max() > 1e-2
+    # The softer spring, to the anchor, takes twice the stretch of the other.
+    assert relative_error(rest.own, 2 / 3 * rest.motion.E) < 1e-13
+
+
+def test_held_body_rests_where_the_moments_about_C_balance(rng):
+    system = random_system(rng, "permanent", ReducedCoordinates())
+    rest = nearest_rest_state(system)
+    observed = system.observe(system.start(rest.motion, rest.own))
+    A, arm = attitude(rest.motion.Theta), -system.body.contact_point
+    force = sum(wrench.force for wrench in observed.wrenches)
+    couple = sum(wrench.couple for wrench in observed.wrenches)
+    moments = np.array([couple, np.cross(arm, A.T @ force)])
+    assert np.abs(moments).max() > 1
+    np.testing.assert_allclose(moments.sum(axis=0), 0, atol=1e-11)
+
+
+def rest_at(Theta, gradient):
+    Z = np.concatenate([Theta, np.zeros(9)])
+    motion = motion_from_centre(random_body(np.random.default_rng(0)), np.zeros(3), Z)
+    return RestState(motion, np.zeros(0), 0.0, gradient)
+
+
+def test_rest_state_is_found_where_no_force_is_left():
+    assert rest_at([3.0, 1.5, 3.0], GRADIENT_TOLERANCE).found
+    assert not rest_at([3.0, 1.5, 3.0], 1.01 * GRADIENT_TOLERANCE).found
+    assert not rest_at([0.0, 0.0, 0.0], np.nan).found
+
+
+@pytest.mark.parametrize("pitch", [1.6, -1.6])
+def test_rest_state_outside_the_range_is_not_found(pitch):
+    assert not rest_at([0.0, pitch, 0.0], 0.0).found
+
+
+def test_tolerance_leaves_the_energy_exact_to_round_off():
+    # Energy is off by the gradient squared over twice the stiffness.
+    assert GRADIENT_TOLERANCE**2 / (2 * 320) < 1e-16
+
+
+def test_descent_that_leaves_the_range_is_reported():
+    # Stabilizers too weak for the weight: the body swings over, to a rest state beyond θ2 = π/2.
+    system = paper_system(ReducedCoordinates())
+    weak = TranslationalStabilizer(1e-3 * K_T, L_T), RotationalStabilizer(0.1 * K_R, L_R)
+    rest = nearest_rest_state(replace(system, elements=(system.elements[0], *weak)))
+    assert rest.gradient < GRADIENT_TOLERANCE
+    assert abs(rest.motion.Theta[1]) > np.pi / 2
+    assert not rest.found

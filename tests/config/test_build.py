@@ -1,0 +1,200 @@
+"""From a config to its problem: the numbers arrive where they belong."""
+
+import numpy as np
+import pytest
+
+from rbstab.config.build import problem_of, system_of, warnings_of
+from rbstab.config.load import load_config
+from support.configs import BY_VARIANT, EMBEDDED, FREE, PERMANENT, VISCO_ELASTIC, plain
+from support.systems import random_state
+
+HELD = ("reduced", "manifold")
+
+
+def config_of(text, *changes):
+    return load_config(plain(text), changes)
+
+
+def full(diagonal):
+    return np.diag(diagonal).tolist()
+
+
+@pytest.mark.parametrize("variant", BY_VARIANT)
+def test_a_diagonal_and_its_matrix_are_one_system(variant):
+    data = plain(BY_VARIANT[variant])
+    as_matrices = plain(BY_VARIANT[variant])
+    as_matrices["body"]["inertia"] = full(data["body"]["inertia"])
+    for key, value in data["controller"].items():
+        if isinstance(value, list):
+            as_matrices["controller"][key] = full(value)
+    one, other = system_of(load_config(data)), system_of(load_config(as_matrices))
+    rng = np.random.default_rng(1)
+    for _ in range(3):
+        y = random_state(rng, one)
+        assert np.array_equal(one.rates(y), other.rates(y))
+
+
+GAINS = {
+    "free": ["K_t", "L_t", "K_r", "L_r"],
+    "permanent": ["K_t", "L_t", "K_r", "L_r"],
+    "visco-elastic": ["K_t", "L_t", "K_r", "L_r", "K_c", "L_c"],
+    "embedded": ["K_t", "L_t", "K_r", "L_r", "K_c", "L_c", "K_d", "L_d"],
+}
+
+
+@pytest.mark.parametrize("variant", GAINS)
+def test_every_gain_has_its_own_effect(variant):
+    """Mixing up two gains, or dropping one, would leave two of these rates equal."""
+    rng = np.random.default_rng(2)
+    base = system_of(config_of(BY_VARIANT[variant]))
+    y = random_state(rng, base)
+    rates = [base.audited_rates(y)]
+    for key in GAINS[variant]:
+        change = f"controller.{key}=[[900, 1, 2], [1, 700, 3], [2, 3, 800]]"
+        rates.append(system_of(config_of(BY_VARIANT[variant], change)).audited_rates(y))
+    for i, one in enumerate(rates):
+        for other in rates[:i]:
+            assert not np.array_equal(one, other)
+
+
+def test_potential_energy_by_hand():
+    """½ x'Kx of each spring alone, at a displacement of that spring alone."""
+    system = system_of(config_of(EMBEDDED))
+    y = np.zeros(system.size)
+    assert system.potential_energy(y) == 0.0
+    y[2] = 0.1  # θ3 turns C by 0.1 (and lifts nothing): the couple's spring and the connector
+    R = np.array([0.15, 0.10, -0.42])
+    turn = np.array([[np.cos(0.1), -np.sin(0.1), 0], [np.sin(0.1), np.cos(0.1), 0], [0, 0, 1]])
+    E = turn @ R - R
+    expected = 0.5 * 320 * 0.1**2 + 0.5 * E @ (np.array([12300, 12300, 9840]) * E)
+    assert system.potential_energy(y) == pytest.approx(expected, rel=1e-13)
+    y[:] = 0
+    y[12:] = (0.1, 0.2, 0.3)  # D alone stretches both springs of the connector
+    D = y[12:]
+    expected = 0.5 * D @ ((np.array([12300, 12300, 9840]) * 2) * D)
+    assert system.potential_energy(y) == pytest.approx(expected, rel=1e-13)
+
+
+def test_a_body_at_rest_falls_with_gravity():
+    g = (0.3, -0.2, -9.81)
+    problem = problem_of(config_of(FREE, f"gravity={list(g)}", "initial={}"))
+    rates = problem.system.rates(problem.start)
+    assert rates[9:12] == pytest.approx(g, rel=1e-14)
+    assert not rates[:9].any()
+
+
+@pytest.mark.parametrize("text", [PERMANENT, VISCO_ELASTIC, EMBEDDED])
+def test_anchor(text):
+    """At the origin, or where the loaded spring K_t X = m g holds the centre."""
+    g = np.array([1.0, -2.0, -9.81])
+    change = f"gravity={g.tolist()}"
+    assert not system_of(config_of(text, change)).anchor.any()
+    system = system_of(config_of(text, change, "controller.anchor=equilibrium"))
+    assert system.anchor == pytest.approx(41.0 * g / np.array([4100, 4100, 3280]), rel=1e-14)
+    K = np.array([[4000.0, 500, 0], [500, 3000, 200], [0, 200, 5000]])
+    changes = (change, "controller.anchor=equilibrium", f"controller.K_t={K.tolist()}")
+    system = system_of(config_of(text, *changes))
+    assert K @ system.anchor == pytest.approx(41.0 * g, rel=1e-12)
+
+
+@pytest.mark.parametrize("coordinates", HELD)
+@pytest.mark.parametrize("anchor", ["origin", "equilibrium"])
+def test_the_held_body_starts_on_the_sub_manifold(coordinates, anchor):
+    problem = problem_of(
+        config_of(
+            PERMANENT,
+            f"integration.coordinates={coordinates}",
+            f"controller.anchor={anchor}",
+            "gravity=[1, 2, -9.81]",
+            "initial.orientation=[0.3, -0.4, 0.5]",
+        )
+    )
+    motion = problem.system.motion(problem.start)
+    assert motion.Theta.tolist() == [0.3, -0.4, 0.5]
+    assert motion.Omega.tolist() == [16.0, 32.0, -16.0]
+    assert np.abs(motion.E).max() < 1e-15
+    assert np.abs(motion.F).max() < 1e-14
+    assert len(problem.start) == {"reduced": 6, "manifold": 12}[coordinates]
+
+
+START = ("initial.orientation=[0.3, -0.4, 0.5]", "initial.position=[1, 2, 3]")
+START += ("initial.velocity=[4, 5, 6]",)
+
+
+@pytest.mark.parametrize("coordinates", ["Z", "W"])
+@pytest.mark.parametrize("text", [FREE, VISCO_ELASTIC, EMBEDDED])
+def test_the_start_is_the_one_that_was_given(text, coordinates):
+    problem = problem_of(config_of(text, *START, f"integration.coordinates={coordinates}"))
+    motion = problem.system.motion(problem.start)
+    assert motion.Theta.tolist() == [0.3, -0.4, 0.5]
+    assert motion.Omega.tolist() == [16.0, 32.0, -16.0]
+    assert motion.X == pytest.approx([1, 2, 3], rel=1e-14)
+    assert motion.V == pytest.approx([4, 5, 6], rel=1e-13)
+    assert problem.system.coordinates.name == coordinates
+
+
+def test_the_connector_starts_in_its_state():
+    assert problem_of(config_of(EMBEDDED)).start[12:].tolist() == [0, 0, 0]
+    problem = problem_of(config_of(EMBEDDED, "initial.connector_state=[7, 8, 9]"))
+    assert problem.start[12:].tolist() == [7, 8, 9]
+
+
+def test_settings_arrive():
+    changes = [
+        "integration.duration=3",
+        "integration.samples=7",
+        "integration.rtol=1e-7",
+        "integration.atol=1e-8",
+        "integration.method=Radau",
+        "integration.range_bound=0.2",
+        "integration.step_limit=55",
+        "integration.time_limit=66",
+    ]
+    problem = problem_of(config_of(VISCO_ELASTIC, *changes))
+    assert problem.times.tolist() == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
+    assert (problem.rtol, problem.atol, problem.method) == (1e-7, 1e-8, "Radau")
+    assert (problem.range_bound, problem.step_limit, problem.time_limit) == (0.2, 55, 66)
+    assert problem.project is False
+
+
+def test_drift_control():
+    manifold = "integration.coordinates=manifold"
+    assert problem_of(config_of(PERMANENT)).project is False
+    assert problem_of(config_of(PERMANENT, manifold)).project is False
+    projected = problem_of(config_of(PERMANENT, manifold, "integration.drift_control=projection"))
+    assert projected.project is True
+    assert projected.system.coordinates.baumgarte_rate == 0.0
+    changes = (manifold, "integration.drift_control={baumgarte: 5}")
+    damped = problem_of(config_of(PERMANENT, *changes))
+    assert damped.project is False
+    assert damped.system.coordinates.baumgarte_rate == 5.0
+
+
+def test_the_broken_triangle_is_named():
+    (warning,) = warnings_of(config_of(VISCO_ELASTIC))
+    assert warning == (
+        "body.inertia: no real body has the principal moments 10, 8, 0.4 kg m²: 10 > 8 + 0.4 "
+        "breaks the triangle inequality"
+    )
+
+
+def test_the_triangle_is_judged_by_principal_moments():
+    """A matrix hides its moments: this is diag(10, 8, 0.4) turned by 0.7 rad about one axis."""
+    c, s = np.cos(0.7), np.sin(0.7)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ np.array(
+        [[1, 0, 0], [0, c, -s], [0, s, c]]
+    )
+    matrix = turn @ np.diag([10, 8, 0.4]) @ turn.T
+    matrix = (0.5 * (matrix + matrix.T)).tolist()
+    (warning,) = warnings_of(config_of(VISCO_ELASTIC, f"body.inertia={matrix}"))
+    assert "10 > 8 + 0.4" in warning
+
+
+@pytest.mark.parametrize("inertia", ["[1, 1, 1]", "[3, 2, 1]", "[1, 3, 2]", "[5, 4, 3]"])
+def test_a_body_that_exists_gets_no_warning(inertia):
+    assert warnings_of(config_of(VISCO_ELASTIC, f"body.inertia={inertia}")) == []
+
+
+@pytest.mark.parametrize("inertia", ["[3.001, 2, 1]", "[1, 3.001, 2]", "[1, 2, 3.001]"])
+def test_which_moment_is_too_large_does_not_matter(inertia):
+    assert len(warnings_of(config_of(VISCO_ELASTIC, f"body.inertia={inertia}"))) == 1

@@ -1,0 +1,140 @@
+"""Files that are no config at all: absent, too large, not text."""
+
+import os
+
+import pytest
+
+from rbstab.config.errors import ConfigError
+from rbstab.config.load import load_config
+from support.configs import VISCO_ELASTIC, edited
+
+MIB = 1 << 20
+
+
+def refused(path):
+    with pytest.raises(ConfigError) as caught:
+        load_config(path)
+    return str(caught.value)
+
+
+def test_missing(tmp_path):
+    path = tmp_path / "no.yaml"
+    assert refused(path) == (
+        f"{path}:1:1: cannot be read: No such file or directory (expected a YAML file)"
+    )
+    assert refused(str(path)) == refused(path)
+
+
+def test_directory(tmp_path):
+    expected = f"{tmp_path}:1:1: cannot be read: Is a directory (expected a YAML file)"
+    assert refused(tmp_path) == expected
+
+
+def test_below_a_file(tmp_path):
+    (tmp_path / "a").write_text("")
+    path = tmp_path / "a" / "b.yaml"
+    assert refused(path) == f"{path}:1:1: cannot be read: Not a directory (expected a YAML file)"
+
+
+def test_name_too_long(tmp_path):
+    assert "File name too long" in refused(tmp_path / ("x" * 300))
+
+
+def test_largest_file(write):
+    padding = "#" * (MIB - len(VISCO_ELASTIC) - 1) + "\n"
+    path = write(VISCO_ELASTIC + padding)
+    assert path.stat().st_size == MIB
+    assert load_config(path).body.mass == 41.0
+    path = write(VISCO_ELASTIC + "#" + padding)
+    assert refused(path) == (
+        f"{path}:1:1: is larger than 1 MiB (expected a config of a few kilobytes)"
+    )
+
+
+def test_endless_file():
+    """A device is read up to the bound and no further."""
+    if not os.path.exists("/dev/zero"):  # noqa: PTH110 - a device, no file of ours
+        pytest.skip("no such device here")
+    assert "is larger than 1 MiB" in refused("/dev/zero")
+
+
+NOT_UTF_8 = [
+    (b"title: Caf\xe9\n", "1:11: is not text: byte 0xe9 (expected UTF-8)"),
+    (b"\xff\n", "1:1: is not text: byte 0xff (expected UTF-8)"),
+    (b"a: 1\nb: 2\nccc: \x80\n", "3:6: is not text: byte 0x80 (expected UTF-8)"),
+    (b"a: 1\r\n\xc3", "2:1: is not text: byte 0xc3 (expected UTF-8)"),
+    (VISCO_ELASTIC.encode("utf-16"), "1:1: is not text: byte 0xff (expected UTF-8)"),
+    (b"a: \xed\xa0\x80\n", "1:4: is not text: byte 0xed (expected UTF-8)"),
+    pytest.param(
+        "title: é".encode() + b"\xff\n",
+        "1:9: is not text: byte 0xff (expected UTF-8)",
+        marks=pytest.mark.xfail(reason="this one column counts bytes, all others characters"),
+    ),
+    pytest.param(
+        b"\xef\xbb\xbftitle: \xff\n",
+        "1:8: is not text: byte 0xff (expected UTF-8)",
+        marks=pytest.mark.xfail(reason="behind a byte order mark the place is off by three bytes"),
+    ),
+    pytest.param(
+        b"\xef\xbb\xbfa: 1\n\xff: 1\n",
+        "2:1: is not text: byte 0xff (expected UTF-8)",
+        marks=pytest.mark.xfail(reason="behind a byte order mark the line may be wrong"),
+    ),
+]
+
+
+@pytest.mark.parametrize(("raw", "expected"), NOT_UTF_8)
+def test_not_utf_8(complaints, raw, expected):
+    assert complaints(raw) == [expected]
+
+
+def test_byte_order_mark(load, complaints):
+    """Editors on Windows write one; places are counted behind it."""
+    mark = b"\xef\xbb\xbf"
+    assert load(mark + VISCO_ELASTIC.encode()).title == "Case"
+    found = complaints(mark + edited("title:", "titel:").encode())
+    assert found == ["1:1: titel: is unknown (did you mean title?)"]
+    found = complaints(mark + b"{title: 5, " + b"x: 1}\n")
+    assert "1:9: title: is 5 (expected a text)" in found
+
+
+@pytest.mark.parametrize("line_end", ["\n", "\r\n", "\r"])
+def test_line_ends(load, complaints, line_end):
+    assert load(VISCO_ELASTIC.replace("\n", line_end)).body.mass == 41.0
+    text = edited("mass: 41.0", "mass: -1").replace("\n", line_end)
+    assert complaints(text) == ["3:9: body.mass: is -1 (expected a number greater than 0)"]
+
+
+def test_columns_count_characters(complaints):
+    """As editors do: neither bytes nor the halves of a surrogate pair."""
+    found = complaints("{title: é😀é, zzz: 1}\n")
+    assert any(message.startswith("1:14: zzz: is unknown") for message in found)
+
+
+FORBIDDEN = [
+    ("title: Ca\0se\n", "1:10:"),
+    ("title: Ca\x1bse\n", "1:10:"),
+    ("title: Case\n\x07\n", "2:1:"),
+    ("\x7f", "1:1:"),
+    ("title: Case\nbody: \ufffe\n", "2:7:"),
+    pytest.param(
+        'title: "éé\0"\n',
+        "1:11:",
+        marks=pytest.mark.xfail(reason="libyaml counts bytes: what follows é is misplaced"),
+    ),
+    pytest.param(
+        'title: "ééééé\0"\nx: 1\n',
+        "1:14:",
+        marks=pytest.mark.xfail(reason="libyaml counts bytes: even the line may be wrong"),
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "place"), FORBIDDEN)
+def test_control_characters(complaints, text, place):
+    assert complaints(text) == [f"{place} has a character that YAML forbids (expected text)"]
+
+
+@pytest.mark.xfail(reason="ValueError: embedded null byte")
+def test_path_with_a_null_byte():
+    assert "cannot be read" in refused("a\0b.yaml")

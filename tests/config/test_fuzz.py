@@ -1,0 +1,146 @@
+"""Whatever is given: a config comes back, or a ConfigError, and nothing else."""
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from rbstab.config.errors import ConfigError
+from rbstab.config.load import load_config, resolved_yaml, run_id
+from rbstab.config.schema import Section
+from support.configs import BY_VARIANT, PERMANENT, plain
+
+# Derandomized: a failure in one run is a failure in all. No database: nothing is left behind.
+FUZZ = settings(
+    max_examples=150,
+    deadline=None,
+    derandomize=True,
+    database=None,
+    suppress_health_check=list(HealthCheck),
+)
+
+TEXTS = [*BY_VARIANT.values(), PERMANENT + "  coordinates: manifold\n  drift_control: none\n"]
+
+NASTY = (
+    "-1 0 1e999 .nan -.inf true null ~ yes '' \"1\" [] {} [1] [1,2,3] [[1,2,3],[4,5,6],[7,8,9]] "
+    "{a:1} *a &a !!float ! | > - ? : , ] } [ { # % @ ` ' \" 1e-400 2020-01-01 free embedded sliding "
+    "reduced Z W manifold projection {baumgarte:1} heyoka LSODA 9999999999999999999 --- ... << = "
+    "\t \x00 \x1b \ufeff \u2028 é 😀"
+).split(" ")
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return tmp_path_factory.mktemp("fuzz") / "config.yaml"
+
+
+def check(path, raw, changes=()):
+    """Both outcomes must be sound: a message for every problem, or a config that loads again."""
+    if raw is not None:
+        path.write_bytes(raw)
+    try:
+        config = load_config(path, changes)
+    except ConfigError as error:
+        assert error.problems
+        assert all(line.isprintable() and line for line in str(error).split("\n"))
+        assert len(str(error).split("\n")) == len(error.problems)
+        return
+    assert isinstance(config, Section)
+    assert len(run_id(config)) == 32
+    assert resolved_yaml(config)
+
+
+@FUZZ
+@given(text=st.text(max_size=300))
+def test_any_text(path, text):
+    check(path, text.encode("utf-8", "surrogatepass"))
+
+
+@FUZZ
+@given(raw=st.binary(max_size=200))
+def test_any_bytes(path, raw):
+    check(path, raw)
+
+
+@settings(FUZZ, max_examples=300)
+@given(data=st.data())
+def test_any_damage_to_a_good_config(path, data):
+    lines = data.draw(st.sampled_from(TEXTS)).splitlines()
+    for _ in range(data.draw(st.integers(1, 4))):
+        index = data.draw(st.integers(0, len(lines) - 1))
+        line = lines[index]
+        match data.draw(st.integers(0, 5)):
+            case 0:
+                lines[index] = line.split(":")[0] + ": " + data.draw(st.sampled_from(NASTY))
+            case 1:
+                del lines[index]
+            case 2:
+                lines.insert(data.draw(st.integers(0, len(lines))), line)
+            case 3:
+                at = data.draw(st.integers(0, len(line)))
+                lines[index] = line[:at] + data.draw(st.sampled_from(NASTY)) + line[at:]
+            case 4:
+                lines[index] = data.draw(st.sampled_from(["  ", " ", "- ", ""])) + line.lstrip()
+            case 5:
+                at = data.draw(st.integers(0, len(line)))
+                lines[index] = line[:at] + line[at + 1 :]
+        if not lines:
+            break
+    check(path, "\n".join(lines).encode())
+
+
+SCALARS = (
+    st.none()
+    | st.booleans()
+    | st.integers(-(10**30), 10**30)
+    | st.floats()
+    | st.text(max_size=8)
+    | st.sampled_from(["free", "permanent", "embedded", "Z", "reduced", "projection"])
+)
+KEYS = st.text(max_size=5) | st.sampled_from(
+    "title body mass inertia controller variant K_t K_d initial orientation integration samples "
+    "drift_control baumgarte reference source final".split(" ")
+)
+TREES = st.recursive(
+    SCALARS,
+    lambda below: st.lists(below, max_size=4) | st.dictionaries(KEYS, below, max_size=4),
+    max_leaves=12,
+)
+
+
+@FUZZ
+@given(data=st.dictionaries(KEYS, TREES, max_size=6))
+def test_any_plain_data(data):
+    try:
+        load_config(data)
+    except ConfigError as error:
+        assert error.problems
+
+
+@settings(FUZZ, max_examples=300)
+@given(where=st.lists(st.integers(0, 5), min_size=1, max_size=3), tree=TREES, variant=st.data())
+def test_any_value_in_a_good_config(where, tree, variant):
+    data = plain(variant.draw(st.sampled_from(TEXTS)))
+    here = data
+    for step in where[:-1]:
+        keys = [key for key in here if isinstance(here[key], dict)]
+        if not keys:
+            break
+        here = here[keys[step % len(keys)]]
+    here[list(here)[where[-1] % len(here)]] = tree
+    try:
+        load_config(data)
+    except ConfigError as error:
+        assert error.problems
+
+
+PARTS = st.sampled_from(
+    "body mass . [0] [1] [9] = controller K_t variant inertia initial orientation -1 free [ ] x "
+    "{a: 1, a: 2} *a integration drift_control samples reference source final".split(" ")
+)
+
+
+@FUZZ
+@given(parts=st.lists(PARTS | st.text(max_size=3), max_size=6), more=st.text(max_size=5))
+def test_any_change(path, parts, more):
+    path.write_text(BY_VARIANT["visco-elastic"], encoding="utf-8")
+    check(path, None, ["".join(parts), "".join(parts) + "=" + more])

@@ -1,0 +1,159 @@
+"""The JSON Schema that editors use says what the program says, as far as it can."""
+
+import jsonschema
+import pytest
+
+from rbstab.config.errors import ConfigError
+from rbstab.config.load import load_config
+from rbstab.config.schema import VARIANTS, json_schema
+from rbstab.config.source import parse_source
+from support.configs import BY_VARIANT, EMBEDDED, FREE, PERMANENT, VISCO_ELASTIC, edited
+
+MANIFOLD = PERMANENT + "  coordinates: manifold\n"
+
+ACCEPTED = [
+    *BY_VARIANT.values(),
+    VISCO_ELASTIC + "gravity: [0, 0, -9.81]\nschema_version: 1\n",
+    VISCO_ELASTIC + "  engine: heyoka\n  coordinates: W\n  method: Radau\n  atol: 1\n",
+    VISCO_ELASTIC + "reference:\n",
+    VISCO_ELASTIC + "reference: {source: a, note: b, final: {position: [1, 2, 3]}}\n",
+    edited("[60, 60, 42]", "[[60, 1, 0], [1, 60, 0], [0, 0, 42]]"),
+    edited("title: Case\n", ""),
+    edited("  samples: 11\n", ""),
+    edited("  K_t:", "  anchor: equilibrium\n  K_t:", EMBEDDED),
+    edited("initial:", "initial:\n  connector_state: [1, 2, 3]", EMBEDDED),
+    MANIFOLD + "  drift_control: none\n",
+    MANIFOLD + "  drift_control: projection\n",
+    MANIFOLD + "  drift_control: {baumgarte: 5}\n",
+    FREE + "  range_bound: 0.5\n  step_limit: 1\n  time_limit: 1e-3\n  rtol: 0.1\n",
+]
+
+REFUSED = [
+    "",
+    "[]",
+    "5",
+    edited("title: Case", "title: 5"),
+    edited("title: Case", 'title: ""'),
+    edited("title: Case", f"title: {'x' * 201}"),
+    edited("title:", "titel:"),
+    edited("mass: 41.0", "mass: -1"),
+    edited("mass: 41.0", "mass: 0"),
+    edited("mass: 41.0", "mass: true"),
+    edited("mass: 41.0", "mass: '41'"),
+    edited("mass: 41.0", "mass:"),
+    edited("  mass: 41.0\n", ""),
+    edited("  mass: 41.0\n", "  mass: 41.0\n  colour: red\n"),
+    edited("[10.0, 8.0, 0.4]", "[10.0, 8.0]"),
+    edited("[10.0, 8.0, 0.4]", "[10.0, 8.0, 0.4, 1.0]"),
+    edited("[10.0, 8.0, 0.4]", "[10.0, 8.0, 0]"),
+    edited("[10.0, 8.0, 0.4]", "[[1, 0, 0], [0, 1, 0]]"),
+    edited("[10.0, 8.0, 0.4]", "[[1, 0, 0], [0, 1, 0], [0, 0, x]]"),
+    edited("[0.15, 0.10, -0.42]", "[0.15, 0.10]"),
+    edited("[0.15, 0.10, -0.42]", "0.15"),
+    edited("variant: visco-elastic", "variant: sliding"),
+    edited("  variant: visco-elastic\n", ""),
+    edited("visco-elastic", "free"),
+    edited("visco-elastic", "permanent"),
+    edited("visco-elastic", "embedded"),
+    edited("  K_t:", "  anchor: origin\n  K_t:", FREE),
+    edited("  K_t:", "  anchor: centre\n  K_t:"),
+    edited("initial:", "initial:\n  position: [0, 0, 0]", PERMANENT),
+    edited("initial:", "initial:\n  connector_state: [0, 0, 0]"),
+    edited("duration: 2.0", "duration: 0"),
+    edited("samples: 11", "samples: 1"),
+    edited("samples: 11", "samples: 1000001"),
+    edited("samples: 11", "samples: 1.5"),
+    VISCO_ELASTIC + "  coordinates: reduced\n",
+    VISCO_ELASTIC + "  drift_control: none\n",
+    VISCO_ELASTIC + "  engine: spicy\n",
+    VISCO_ELASTIC + "  method: RK23\n",
+    VISCO_ELASTIC + "  rtol: 1\n",
+    VISCO_ELASTIC + "  rtol: 1e-17\n",
+    VISCO_ELASTIC + "  atol: 2\n",
+    VISCO_ELASTIC + "  range_bound: 1\n",
+    VISCO_ELASTIC + "  step_limit: 0\n",
+    VISCO_ELASTIC + "schema_version: 2\n",
+    VISCO_ELASTIC + "reference: {}\n",
+    VISCO_ELASTIC + "reference: {source: a, final: {x: 1}}\n",
+    PERMANENT + "  coordinates: Z\n",
+    MANIFOLD + "  drift_control: {baumgarte: 0}\n",
+    MANIFOLD + "  drift_control: {rate: 1}\n",
+    MANIFOLD + "  drift_control: 5\n",
+    MANIFOLD + "  drift_control: other\n",
+]
+
+
+@pytest.fixture(scope="module")
+def validator():
+    schema = json_schema()
+    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+@pytest.mark.parametrize("text", ACCEPTED)
+def test_both_accept(validator, load, text):
+    load(text)
+    assert list(validator.iter_errors(parse_source(text, "a").data)) == []
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_both_refuse(validator, complaints, text):
+    complaints(text)
+    assert not validator.is_valid(parse_source(text, "a").data)
+
+
+def _objects(node, path="$"):
+    """Every schema of an object, with its path."""
+    if isinstance(node, dict):
+        if "properties" in node:
+            yield path, node
+        for key, value in node.items():
+            yield from _objects(value, f"{path}.{key}")
+    elif isinstance(node, list):
+        for index, value in enumerate(node):
+            yield from _objects(value, f"{path}[{index}]")
+
+
+# What these are follows from their names, or from the words they may be.
+SELF_EXPLAINING = {"schema_version", "title", "variant", "source", "note", "final"}
+SELF_EXPLAINING |= {"coordinates", "engine", "rtol", "step_limit"}
+OF_FINAL_STATE = {"orientation", "angular_velocity", "position", "velocity"}
+
+
+def test_every_number_says_what_it_is():
+    schema = json_schema()
+    without = {
+        key
+        for path, node in _objects(schema)
+        for key, value in node["properties"].items()
+        if "description" not in value and "$ref" not in str(value)
+        and not (path.endswith("FinalState") and key in OF_FINAL_STATE)
+    }
+    assert without <= SELF_EXPLAINING
+
+
+def test_every_section_says_what_it_is_and_takes_no_other_keys():
+    objects = dict(_objects(json_schema()))
+    assert len(objects) > 10
+    for path, node in objects.items():
+        assert node.get("description"), path
+        assert node["additionalProperties"] is False, path
+
+
+def test_the_variants_are_the_issued_ones():
+    assert set(VARIANTS) == {"free", "permanent", "visco-elastic", "embedded"}
+    text = str(json_schema())
+    assert "sliding" not in text
+    assert all(f"'const': '{variant}'" in text for variant in VARIANTS)
+
+
+def test_bounds_that_only_the_program_knows(validator, write):
+    """Definiteness and the range of eq. 5 cannot be said in JSON Schema: the program is stricter."""
+    for text in (
+        edited("[60, 60, 42]", "[[1, 2, 0], [2, 1, 0], [0, 0, 1]]"),
+        edited("orientation: [0, 0, 0]", "orientation: [0, 2, 0]"),
+    ):
+        assert validator.is_valid(parse_source(text, "a").data)
+        with pytest.raises(ConfigError):
+            load_config(write(text))

@@ -1,0 +1,113 @@
+"""Inertia and gains: three positive numbers, or a symmetric positive definite matrix."""
+
+import numpy as np
+import pytest
+
+from support.configs import edited
+
+INERTIA = "inertia: [10.0, 8.0, 0.4]"
+DAMPING = "L_r: [60, 60, 42]"
+
+REFUSED = [
+    ("[1, 2]", ["body.inertia: has 2 entries (expected 3)"]),
+    ("[1, 2, 3, 4]", ["body.inertia: has 4 entries (expected 3)"]),
+    ("[0, 1, 1]", ["body.inertia[0]: is 0 (expected a number greater than 0)"]),
+    ("[1, 1, -1]", ["body.inertia[2]: is -1 (expected a number greater than 0)"]),
+    ("[1, .inf, 1]", ["body.inertia[1]: is inf (expected a finite number)"]),
+    ("[1, true, 1]", ["body.inertia[1]: is true (expected a number)"]),
+    ("5", ["body.inertia: is 5 (expected a list of 3"]),
+    ("", ["body.inertia: is empty (expected a list of 3"]),
+    ("{xx: 1}", ["body.inertia: is a mapping (expected a list of 3"]),
+    ("[[1, 0, 0], [0, 1, 0]]", ["body.inertia: has 2 entries (expected 3)"]),
+    ("[[1, 0, 0], [0, 1], [0, 0, 1]]", ["body.inertia[1]: has 2 entries (expected 3)"]),
+    ("[[1, 0, 0], [0, 1, 0], 1]", ["body.inertia[2]: is 1 (expected a list of 3)"]),
+    ("[[1, 0, 0], [0, x, 0], [0, 0, 1]]", ["body.inertia[1][1]: is the text 'x' (expected a num"]),
+    ("[[1, 0, 0], [0, 1, 0], [0, 0, .nan]]", ["body.inertia[2][2]: is nan (expected a finite"]),
+    (
+        "[[a, 0, 0], [0, .inf, 0], [0, 0, 1]]",
+        [
+            "body.inertia[0][0]: is the text 'a' (expected a number)",
+            "body.inertia[1][1]: is inf (expected a finite number)",
+        ],
+    ),
+    ("[[1, 2, 0], [0, 9, 0], [0, 0, 1]]", ["body.inertia: is not symmetric (expected a symmetric"]),
+    # Asymmetric by one unit in the last place: whoever writes a matrix writes both halves alike.
+    (
+        "[[1, 0, 0.1], [0, 1, 0], [0.10000000000000002, 0, 1]]",
+        ["body.inertia: is not symmetric (expected a symmetric"],
+    ),
+    (
+        "[[1, 0, 0], [0, 1, 0], [0, 0, -1]]",
+        ["body.inertia: is not positive definite, its smallest eigenvalue is -1 (expected positive"],
+    ),
+    (
+        "[[1, 2, 0], [2, 1, 0], [0, 0, 1]]",
+        ["body.inertia: is not positive definite, its smallest eigenvalue is -1 (expected positive"],
+    ),
+    ("[[0, 0, 0], [0, 0, 0], [0, 0, 0]]", ["body.inertia: is not positive definite"]),
+    # Singular: its smallest eigenvalue is computed as a number of the order of round-off.
+    ("[[1, 1, 1], [1, 1, 1], [1, 1, 1]]", ["body.inertia: is not positive definite"]),
+    (
+        "[[0.1, 0.2, 0.3], [0.2, 0.4, 0.6], [0.3, 0.6, 0.9]]",
+        ["body.inertia: is not positive definite"],
+    ),
+]
+
+
+@pytest.mark.parametrize(("value", "expected"), REFUSED)
+def test_refused(complaints, value, expected):
+    found = complaints(edited(INERTIA, f"inertia: {value}"))
+    assert len(found) == len(expected)
+    for message, part in zip(found, expected, strict=True):
+        assert message.startswith("4:")
+        assert part in message
+
+
+def test_places_of_a_matrix(complaints):
+    found = complaints(edited(INERTIA, "inertia: [[1, 0, 0], [0, x, 0], [0, y, 1]]"))
+    assert [message.split(" ")[0] for message in found] == ["4:28:", "4:39:"]
+    found = complaints(edited(INERTIA, "inertia: [[1, 2, 0], [0, 1, 0], [0, 0, 1]]"))
+    assert found[0].startswith("4:12:")
+
+
+def test_places_of_a_matrix_in_rows(complaints):
+    rows = "\n    - [1, 0, 0]\n    - [0, 1, 0]\n    - [0, 0, z]"
+    (message,) = complaints(edited(INERTIA, f"inertia:{rows}"))
+    assert message.startswith("7:14: body.inertia[2][2]: is the text 'z'")
+
+
+@pytest.mark.parametrize("key", ["K_t", "L_t", "K_r", "L_r", "K_c", "L_c"])
+def test_every_gain_must_be_positive_definite(complaints, key):
+    lines = edited("title: Case", "title: Gains").splitlines()
+    (index,) = [i for i, line in enumerate(lines) if line.startswith(f"  {key}:")]
+    lines[index] = f"  {key}: [[1, 2, 0], [2, 1, 0], [0, 0, 1]]"
+    (message,) = complaints("\n".join(lines))
+    assert message.startswith(f"{index + 1}:8: controller.{key}: is not positive definite")
+    lines[index] = f"  {key}: [1, 2, -3]"
+    (message,) = complaints("\n".join(lines))
+    assert message.startswith(f"{index + 1}:15: controller.{key}[2]: is -3")
+
+
+def test_accepted(load):
+    """A full matrix stays one, and definite is definite however small."""
+    rng = np.random.default_rng(5)
+    for scale in (1e-9, 1.0, 1e9):
+        root = rng.normal(size=(3, 3))
+        matrix = scale * (root @ root.T + 0.01 * np.eye(3))
+        matrix = 0.5 * (matrix + matrix.T)
+        config = load(edited(DAMPING, f"L_r: {matrix.tolist()}"))
+        assert np.array_equal(config.controller.L_r, matrix)
+    assert load(edited(DAMPING, "L_r: [1e-9, 1, 1e9]")).controller.L_r == (1e-9, 1.0, 1e9)
+
+
+def test_off_diagonal_entries_may_be_negative(load):
+    config = load(edited(DAMPING, "L_r: [[2, -1, 0], [-1, 2, -1], [0, -1, 2]]"))
+    assert config.controller.L_r == ((2.0, -1.0, 0.0), (-1.0, 2.0, -1.0), (0.0, -1.0, 2.0))
+
+
+@pytest.mark.xfail(reason="'its smallest eigenvalue is 1e-200 (expected positive eigenvalues)'")
+def test_a_matrix_too_stiff_to_decide_is_not_called_indefinite_with_a_positive_eigenvalue(
+    complaints,
+):
+    (message,) = complaints(edited(DAMPING, "L_r: [[1, 0, 0], [0, 1, 0], [0, 0, 1e-200]]"))
+    assert "smallest eigenvalue is 1e-200 (expected positive eigenvalues)" not in message

@@ -1,0 +1,86 @@
+"""The variant decides which keys there are, so it is judged first."""
+
+import pytest
+
+from support.configs import VISCO_ELASTIC, edited
+
+ALL = "expected one of free, permanent, visco-elastic, embedded"
+
+WRONG = [
+    ("rigid", f"7:12: controller.variant: is the text 'rigid' ({ALL})"),
+    ("sliding", f"7:12: controller.variant: is the text 'sliding' ({ALL})"),
+    ("Free", f"7:12: controller.variant: is the text 'Free' ({ALL})"),
+    ("visco_elastic", f"7:12: controller.variant: is the text 'visco_elastic' ({ALL})"),
+    ("[free]", f"7:12: controller.variant: is a list of 1 ({ALL})"),
+    ("{free: 1}", f"7:12: controller.variant: is a mapping ({ALL})"),
+    ("true", f"7:12: controller.variant: is true ({ALL})"),
+    ("1", f"7:12: controller.variant: is 1 ({ALL})"),
+    ("", f"7:11: controller.variant: is empty ({ALL})"),
+]
+
+
+@pytest.mark.parametrize(("value", "expected"), WRONG)
+def test_unknown_variant(complaints, value, expected):
+    assert complaints(edited("variant: visco-elastic", f"variant: {value}")) == [expected]
+
+
+def test_no_variant(complaints):
+    found = complaints(edited("  variant: visco-elastic\n", ""))
+    assert found == [f"7:3: controller.variant: is missing ({ALL})"]
+
+
+def test_what_does_not_depend_on_the_variant_is_reported_too(complaints):
+    text = edited("variant: visco-elastic", "variant: rigid")
+    text = edited("mass: 41.0", "mass: -41.0", text)
+    text = edited("orientation:", "orientaton:", text)
+    text = edited("duration: 2.0", "duration: 0", text)
+    assert complaints(text) == [
+        "3:9: body.mass: is -41 (expected a number greater than 0)",
+        f"7:12: controller.variant: is the text 'rigid' ({ALL})",
+        "15:3: initial.orientaton: is unknown (did you mean orientation?)",
+        "18:13: integration.duration: is 0 (expected a number greater than 0)",
+    ]
+
+
+# Right for one variant and wrong for another: nothing can be said before the variant is known.
+UNDECIDED = [
+    edited("  K_t:", "  K_s: [1, 1, 1]\n  K_t:"),
+    edited("initial:", "initial:\n  connector_state: [0, 0, 0]"),
+    edited("initial:", "initial:\n  position: [0, 0]"),
+    VISCO_ELASTIC + "  coordinates: reduced\n",
+    VISCO_ELASTIC + "  drift_control: none\n",
+]
+
+
+@pytest.mark.parametrize("text", UNDECIDED)
+def test_what_depends_on_the_variant_is_not_judged_without_it(complaints, text):
+    (message,) = complaints(edited("variant: visco-elastic", "variant: rigid", text))
+    assert ": controller.variant: is the text 'rigid'" in message
+
+
+@pytest.mark.parametrize(
+    ("value", "found"),
+    [("2", "2"), ("0", "0"), ("-1", "-1"), ("999", "999")],
+)
+def test_schema_version(complaints, value, found):
+    assert complaints(f"{VISCO_ELASTIC}schema_version: {value}\n") == [
+        f"20:17: schema_version: is {found}, which this version of rbstab does not know"
+        " (expected 1)"
+    ]
+
+
+@pytest.mark.parametrize("value", ['"1"', "one", "~", "[1]", "1.5"])
+def test_schema_version_of_the_wrong_kind(complaints, value):
+    (message,) = complaints(f"{VISCO_ELASTIC}schema_version: {value}\n")
+    assert message.startswith("20:17: schema_version: is ")
+    assert "expected 1" in message
+
+
+@pytest.mark.parametrize("value", ["true", "1.0"])
+@pytest.mark.xfail(reason="equal to 1, hence accepted")
+def test_schema_version_that_only_equals_one(complaints, value):
+    complaints(f"{VISCO_ELASTIC}schema_version: {value}\n")
+
+
+def test_schema_version_one(load):
+    assert load(VISCO_ELASTIC + "schema_version: 1\n").schema_version == 1

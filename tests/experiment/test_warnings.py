@@ -1,0 +1,93 @@
+"""What is odd about a run and yet no error."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
+from support.paper_runs import paper_config, paper_run
+from support.problems import ENGINES
+from support.systems import VARIANTS
+
+import rbstab
+
+REAL_BODY = {"mass": 41.0, "inertia": [10.0, 8.0, 4.0], "contact_point": [0.15, 0.1, -0.42]}
+
+
+def warnings(result):
+    """The warnings of a result, one by one."""
+    text = result.attributes["warnings"]
+    return text.split("\n") if text else []
+
+
+def turning(Omega, engine="scipy", **integration):
+    """A real body that turns almost freely about one of its principal axes."""
+    weak = {"K_r": [1e-9] * 3, "L_r": [1e-9] * 3}
+    config = paper_config(
+        "free",
+        controller=weak,
+        initial={"angular_velocity": list(Omega)},
+        engine=engine,
+        **({"samples": 201, "rtol": 1e-9} | integration),
+    )
+    return rbstab.simulate(config | {"body": REAL_BODY})
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_inertia_of_the_paper_is_of_no_real_body(variant):
+    (warning,) = warnings(paper_run(variant, True, "scipy"))
+    assert warning == (
+        "body.inertia: no real body has the principal moments 10, 8, 0.4 kg m²: "
+        "10 > 8 + 0.4 breaks the triangle inequality"
+    )
+
+
+def test_real_body_that_stays_in_range_is_nothing_odd():
+    assert warnings(turning((0.5, 0.0, 0.0))) == []
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(("axis", "name"), [(0, "θ1"), (2, "θ3")])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_angle_beyond_pi_is_told_with_its_time(engine, axis, name, sign):
+    result = turning(sign * 4.0 * np.eye(3)[axis], engine)
+    assert result.status == "completed"
+    # 4 rad/s pass π at 0.7854 s; samples are 10 ms apart.
+    assert warnings(result) == [f"{name} is outside [-π, π], the range of eq. 5, from t = 0.79 s"]
+
+
+def test_angle_that_ends_before_pi_is_not_told():
+    # 4 rad/s over 0.78 s: 3.12 rad.
+    assert warnings(turning((4.0, 0.0, 0.0), duration=0.78, samples=79)) == []
+
+
+def test_angle_that_comes_back_is_told_from_its_first_time():
+    # θ1 = 4 sin(ω t) with ω² = K/J1; back inside for good after half a period and more.
+    pace = 3.0
+    config = paper_config(
+        "free",
+        controller={"K_r": [10.0 * pace**2] * 3, "L_r": [1e-9] * 3},
+        initial={"angular_velocity": [4.0 * pace, 0.0, 0.0]},
+        duration=1.0,
+        samples=101,
+    )
+    result = rbstab.simulate(config | {"body": REAL_BODY})
+    assert abs(result["orientation"][-1, 0]) < np.pi
+    leaves = np.ceil(100 * np.arcsin(np.pi / 4.0) / pace) / 100
+    assert warnings(result) == [f"θ1 is outside [-π, π], the range of eq. 5, from t = {leaves:g} s"]
+
+
+def test_rest_state_beyond_the_range_is_told():
+    # Springs too weak to carry the body on its contact point, above which its centre lies: it
+    # falls over, to where θ2 is beyond -π/2.
+    stiffness, turning_stiffness, R = 100.0, 10.0, np.array([0.15, 0.1, -0.42])
+
+    def stored(Theta):
+        X = R - Rotation.from_euler("XYZ", Theta).as_matrix() @ R
+        return turning_stiffness * Theta @ Theta / 2 + stiffness * X @ X / 2 + 410.0 * X[2]
+
+    rest = minimize(stored, np.zeros(3), method="BFGS", options={"gtol": 1e-6}).x
+    assert abs(rest[1]) > np.pi / 2
+    weak = {"K_t": [stiffness] * 3, "K_r": [turning_stiffness] * 3}
+    config = paper_config("permanent", weighed=True, controller=weak, duration=0.01, samples=2)
+    result = rbstab.simulate(config | {"body": REAL_BODY})
+    assert warnings(result) == ["no rest state was found in the range of eq. 5"]

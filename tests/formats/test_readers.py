@@ -1,0 +1,108 @@
+"""Every reader of HDF5 and netCDF-4 finds the same values, dimensions, units and texts."""
+
+import h5py
+import netCDF4
+import numpy as np
+import xarray
+
+from rbstab.store.run_file import open_result
+from support.results import assert_equal
+
+
+def same(found, expected):
+    if expected.dtype == object:
+        return np.asarray(found).tolist() == expected.tolist()
+    return np.asarray(found).tobytes() == expected.tobytes()
+
+
+def test_rbstab(run):
+    result, path = run
+    assert_equal(open_result(path), result)
+
+
+def test_h5py(run):
+    result, path = run
+    with h5py.File(path) as file:
+        assert list(file) == [*result.variables, "config"]
+        for name, variable in result.variables.items():
+            dataset = file[name]
+            text = h5py.check_string_dtype(dataset.dtype) is not None
+            assert same(dataset.asstr()[()] if text else dataset[()], variable.data), name
+            assert dataset.attrs["units"] == variable.unit
+            assert dataset.attrs["long_name"] == variable.long_name
+            assert isinstance(dataset.attrs["units"], str)
+            if name not in ("time", "axis", "part"):
+                scales = tuple(axis[0].name.lstrip("/") for axis in dataset.dims)
+                assert scales == variable.dimensions, name
+        assert file["config"].asstr()[()] == result.config
+        assert {k: file.attrs[k] for k in result.attributes} == result.attributes
+        assert all(isinstance(v, str | np.number) for v in file.attrs.values())
+
+
+def test_netcdf4(run):
+    result, path = run
+    with netCDF4.Dataset(path) as file:
+        assert file.data_model == "NETCDF4"
+        assert set(file.variables) == {*result.variables, "config"}
+        sizes = {name: len(dimension) for name, dimension in file.dimensions.items()}
+        assert sizes == {
+            "axis": 3,
+            "part": len(result["part"]),
+            "time": len(result["time"]),
+        }
+        for name, variable in result.variables.items():
+            found = file[name]
+            assert found.dimensions == variable.dimensions, name
+            assert (found.units, found.long_name) == (variable.unit, variable.long_name)
+            found.set_auto_mask(False)
+            assert same(found[...], variable.data), name
+        assert str(file["config"][...]) == result.config
+        assert {k: file.getncattr(k) for k in result.attributes} == result.attributes
+
+
+def assert_dataset(dataset, result):
+    assert set(dataset.variables) == {*result.variables, "config"}
+    assert set(dataset.coords) == {"time", "axis", "part"}
+    for name, variable in result.variables.items():
+        found = dataset[name]
+        assert found.dims == variable.dimensions, name
+        assert found.attrs == {"units": variable.unit, "long_name": variable.long_name}
+        if variable.data.dtype == object:
+            assert [str(x) for x in found.values] == variable.data.tolist()
+            assert all(isinstance(x, str) for x in found.values)
+        else:
+            assert same(found.values, variable.data), name
+    assert isinstance(dataset["config"].item(), str)
+    assert dataset["config"].item() == result.config
+    attributes = {k: v for k, v in dataset.attrs.items() if k != "schema_version"}
+    assert attributes == result.attributes
+
+
+def test_xarray_with_h5netcdf(run):
+    result, path = run
+    with xarray.open_dataset(path, engine="h5netcdf") as dataset:
+        assert_dataset(dataset, result)
+
+
+def test_xarray_with_netcdf4(run):
+    result, path = run
+    with xarray.open_dataset(path, engine="netcdf4") as dataset:
+        assert_dataset(dataset, result)
+
+
+def test_the_dataset_from_memory_is_the_one_from_the_file(run):
+    result, path = run
+    assert_dataset(open_result(path).to_xarray(), result)
+    with xarray.open_dataset(path, engine="h5netcdf") as dataset:
+        assert dataset.drop_vars("config").equals(result.to_xarray().drop_vars("config"))
+
+
+def test_selecting_by_name(runs):
+    """What dimensions and coordinates are there for."""
+    result, path = runs["visco-elastic"]
+    with xarray.open_dataset(path, engine="h5netcdf") as dataset:
+        spring = dataset["energy"].sel(part="rotational stabilizer", time=0.02).item()
+        last = result["energy"][-1, result["part"].tolist().index("rotational stabilizer")]
+        assert spring == last != 0.0
+        pitch = dataset["orientation"].sel(axis=2).values
+        assert pitch.tolist() == result["orientation"][:, 1].tolist()

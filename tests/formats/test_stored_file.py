@@ -1,0 +1,115 @@
+"""A file of format 1, written once and kept: every later version must read it as it stands.
+
+It is the paper's held body without gravity, followed for 2 s and sampled every 0.05 s, by the first
+program that wrote the format. It is never written again; a new format gets a file of its own.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+
+from rbstab.config.load import load_config, run_id
+from rbstab.store.run_file import open_result
+
+STORED = Path(__file__).parent / "data" / "run_v1_permanent.h5"
+
+REFERENCE = Path(__file__).parents[1] / "data" / "paper_state.json"
+
+DIGEST = "a1f0118c20c3b3b7d593e35bb258dfb829790cf1b8c2e98777319f6ee6de3371"
+
+
+@pytest.fixture(scope="module")
+def stored():
+    return open_result(STORED)
+
+
+def test_it_is_the_file_that_was_stored():
+    assert hashlib.sha256(STORED.read_bytes()).hexdigest() == DIGEST
+    assert STORED.stat().st_size < 100_000
+
+
+def test_attributes(stored):
+    assert stored.status == "completed"
+    assert stored.attributes["title"] == "Format 1, the held body"
+    assert stored.attributes["variant"] == "permanent"
+    assert stored.attributes["engine"] == "scipy"
+    assert stored.attributes["created"].startswith("20")
+    assert stored.attributes["steps"] > 100
+    with h5py.File(STORED) as file:
+        assert file.attrs["schema_version"] == 1
+
+
+NAMES = {
+    "orientation": ("Theta", 1e-8),
+    "angular_velocity": ("Omega", 1e-8),
+    "position": ("X", 1e-8),
+    "velocity": ("V", 1e-8),
+    "contact_displacement": ("E", 1e-8),
+    "contact_velocity": ("F", 1e-8),
+    # Of 7,400 N at the start; its error is that of Ω times m R and the gains.
+    "contact_force": ("Lam", 1e-5),
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_values_are_the_reference_solution(stored, name):
+    """Computed by another program: Taylor series in 80-bit numbers at tolerance 1e-18."""
+    case = json.loads(REFERENCE.read_text())["cases"]["permanent/0/S0_paper"]
+    symbol, tolerance = NAMES[name]
+    times = stored["time"]
+    assert len(case["states"]) == 7
+    for state in case["states"]:
+        (index,) = np.flatnonzero(np.isclose(times, state["t"], rtol=0, atol=1e-12))
+        assert np.abs(stored[name][index] - state[symbol]).max() < tolerance, state["t"]
+
+
+def test_energy_at_the_start_by_hand(stored):
+    """Half of 41 kg at (11.84, -4.32, 3.2) m/s, and of (10, 8, 0.4) kg m² at (16, 32, -16) 1/s."""
+    kinetic = 0.5 * 41 * (11.84**2 + 4.32**2 + 3.2**2) + 0.5 * (2560 + 8192 + 102.4)
+    assert stored["part"].tolist() == [
+        "kinetic",
+        "gravity",
+        "translational stabilizer",
+        "rotational stabilizer",
+    ]
+    assert stored["energy"][0] == pytest.approx([kinetic, 0, 0, 0], rel=1e-14)
+    assert stored["lyapunov"][0] == pytest.approx(kinetic, rel=1e-14)
+    # ½ V'L_t V and Ω'L_r Ω leave: (210, 210, 140) N s/m and (60, 60, 42) N m s.
+    translational = 210 * (11.84**2 + 4.32**2) + 140 * 3.2**2
+    rotational = 60 * (16**2 + 32**2) + 42 * 16**2
+    assert stored["dissipation"][0] == pytest.approx([0, 0, translational, rotational], rel=1e-14)
+    assert stored["lyapunov_rate"][0] == pytest.approx(-translational - rotational, rel=1e-14)
+    assert stored["stabilizing_force"][0] == pytest.approx([-2486.4, 907.2, -448.0], rel=1e-14)
+    assert stored["stabilizing_couple"][0] == pytest.approx([-960, -1920, 672], rel=1e-14)
+
+
+def test_energy_only_decreases(stored):
+    v = stored["lyapunov"]
+    assert (np.diff(v) < 0).all()
+    assert 0 < v[-1] < 1e-3 * v[0]
+    assert np.abs(stored["energy_residual"]).max() < 1e-9 * v[0]
+
+
+def test_its_config_still_loads_as_that_run(stored, tmp_path):
+    """A result is recognised by this name, whatever version of the program asks."""
+    path = tmp_path / "config.yaml"
+    path.write_text(stored.config, encoding="utf-8")
+    config = load_config(path)
+    assert config.controller.L_t == (210.0, 210.0, 140.0)
+    assert (config.integration.duration, config.integration.samples) == (2.0, 41)
+    assert run_id(config) == stored.run_id
+
+
+def test_xarray_reads_it():
+    with xarray.open_dataset(STORED, engine="h5netcdf") as dataset:
+        assert dict(dataset.sizes) == {"time": 41, "axis": 3, "part": 4}
+        assert dataset["orientation"].dims == ("time", "axis")
+        assert dataset["orientation"].attrs["units"] == "rad"
+        assert dataset["contact_force"].sel(time=0, axis=1).item() == pytest.approx(
+            7397.398766438735, rel=1e-12
+        )

@@ -1,0 +1,144 @@
+"""The compiled engine: one compilation for a structure, no traces of the runs before."""
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.hang_guard import within
+from support.problems import bare_system, problem, solve
+from support.systems import random_system
+
+from rbstab.integrate.engines import EngineMissingError, engine
+from rbstab.integrate.heyoka_engine import compiled_system
+from rbstab.mechanics.body import Body
+from rbstab.systems.coordinates import ReducedCoordinates
+
+TIMES = np.linspace(0.0, 0.5, 11)
+RTOL = 1e-9  # heyoka compiles for each tolerance; this one, of low order, quickly
+
+
+def random_problem(seed, **changes):
+    rng = np.random.default_rng(seed)
+    system = random_system(rng, "free")
+    start = np.concatenate([rng.normal(size=3) * 0.2, rng.normal(size=9)])
+    return problem(system, start, TIMES, **({"rtol": RTOL} | changes))
+
+
+def test_another_system_of_the_structure_is_not_compiled_again():
+    first, second = random_problem(1), random_problem(2)
+    compiled = compiled_system(first.system, RTOL)
+    solve("heyoka", first)
+    assert compiled_system(second.system, RTOL) is compiled
+    found = solve("heyoka", second)
+    expected = solve("scipy", random_problem(2, rtol=1e-12))
+    np.testing.assert_allclose(found.states, expected.states, rtol=0, atol=1e-7)
+    # The anchor and the contact point are parameters as well, and no state of Z shows them.
+    assert not np.array_equal(first.system.anchor, second.system.anchor)
+
+
+def test_structure_tolerance_and_thread_each_have_their_own():
+    system = random_problem(1).system
+    compiled = compiled_system(system, RTOL)
+    assert compiled_system(system, 1e-6) is not compiled
+    tied = random_system(np.random.default_rng(1), "visco-elastic")
+    assert compiled_system(tied, RTOL) is not compiled
+    held = replace(system, coordinates=ReducedCoordinates())
+    assert compiled_system(held, RTOL) is not compiled
+    assert within(60.0, compiled_system, system, RTOL) is not compiled
+    assert compiled_system(system, RTOL) is compiled
+
+
+def test_compiled_parameters_are_all_of_the_systems():
+    # m, J, R; G; K_t, L_t; K_r, L_r; X_a.
+    compiled = compiled_system(random_problem(1).system, RTOL)
+    assert len(compiled.names) == 9
+    assert len(compiled.integrator.pars) == 1 + 9 + 3 + 3 + 4 * 9 + 3 + 1  # and the range bound
+
+
+def leaving(**changes):
+    system = bare_system(Body(2.0, np.diag([2.0, 1.5, 1.0]), np.array([0.1, 0.0, 0.2])))
+    start = np.concatenate([np.zeros(3), [0.0, 4.0, 0.0], np.zeros(6)])
+    return problem(system, start, TIMES, **({"rtol": RTOL} | changes))
+
+
+def diverging():
+    system = bare_system(Body(2.0, np.eye(3), np.zeros(3)), K_t=-1e10 * np.eye(3))
+    return problem(system, np.concatenate([np.zeros(6), np.ones(6)]), TIMES, rtol=RTOL)
+
+
+@pytest.mark.parametrize(
+    ("before", "status"),
+    [
+        (leaving(), "range left"),
+        (leaving(step_limit=1), "step limit"),
+        (leaving(time_limit=1e-9), "time limit"),
+        (diverging(), "diverged"),
+        (leaving(range_bound=0.9), "range left"),
+    ],
+    ids=["range left", "step limit", "time limit", "diverged", "other bound"],
+)
+def test_a_stopped_run_leaves_nothing_behind(before, status):
+    given = random_problem(3)
+    alone = solve("heyoka", given)
+    assert alone.status == "completed"
+    assert solve("heyoka", before).status == status
+    after = solve("heyoka", given)
+    np.testing.assert_array_equal(after.states, alone.states)
+    np.testing.assert_array_equal(after.lyapunov_change, alone.lyapunov_change)
+    assert after.steps == alone.steps
+
+
+def test_a_run_that_left_the_range_leaves_it_again():
+    # An event that has just fired is deaf for a while, which must not outlast its run.
+    first = solve("heyoka", leaving())
+    again = solve("heyoka", leaving())
+    assert first.status == again.status == "range left"
+    np.testing.assert_array_equal(again.states, first.states)
+    assert again.times[-1] == pytest.approx(np.arccos(1e-3) / 4.0, abs=1e-10)
+
+
+def test_result_is_not_overwritten_by_the_next_run():
+    stopped = solve("heyoka", leaving())
+    row = stopped.states[-1].copy()
+    solve("heyoka", random_problem(3))
+    np.testing.assert_array_equal(stopped.states[-1], row)
+
+
+def test_missing_heyoka_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "heyoka", None)
+    monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka_engine")
+    with pytest.raises(EngineMissingError, match=r"engine 'heyoka' cannot be used here.*'scipy'"):
+        engine("heyoka")
+    # The other engine needs nothing of it.
+    assert solve("scipy", random_problem(1)).status == "completed"
+
+
+WITHOUT_A_HOME = """
+import numpy as np
+from support.problems import bare_system, problem, solve
+from rbstab.mechanics.body import Body
+
+system = bare_system(Body(2.0, np.eye(3), np.zeros(3)), weight=(0.0, 0.0, -20.0))
+print(solve("heyoka", problem(system, np.zeros(12), [0.0, 1.0], rtol=1e-6)).states[-1, 8])
+"""
+
+
+def test_home_that_cannot_be_written_does_no_harm():
+    # heyoka keeps a cache of compiled code under the user's home.
+    paths = os.pathsep.join(entry for entry in sys.path if entry)
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("XDG_")}
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_A_HOME],
+        env=environment | {"HOME": "/dev/null", "PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    # Free fall at 10 m/s² for a second.
+    assert float(done.stdout) == pytest.approx(-5.0, rel=1e-12)
+    assert done.stderr == ""

@@ -1,0 +1,125 @@
+"""Limits of steps and of wall time, and what a run that was stopped still holds."""
+
+import numpy as np
+import pytest
+from support.hang_guard import within
+from support.problems import ENGINES, bare_system, problem, solve
+from support.systems import random_body
+
+METHODS = [
+    ("scipy", "DOP853"),
+    ("scipy", "RK45"),
+    ("scipy", "LSODA"),
+    ("scipy", "Radau"),
+    ("heyoka", ""),
+]
+each_engine = pytest.mark.parametrize("engine_name", ENGINES)
+each_method = pytest.mark.parametrize(("engine_name", "method"), METHODS)
+
+SYSTEM = bare_system(
+    random_body(np.random.default_rng(3)),
+    weight=(10.0, -20.0, -200.0),
+    K_t=400.0 * np.eye(3),
+    L_t=10.0 * np.eye(3),
+    K_r=300.0 * np.eye(3),
+    L_r=20.0 * np.eye(3),
+)
+START = np.concatenate([[0.1, -0.2, 0.3], [2.0, -1.0, 1.5], np.zeros(6)])
+TIMES = np.linspace(0.0, 2.0, 41)
+
+
+def run(engine_name, method="DOP853", times=TIMES, **changes):
+    tolerances = {"rtol": 1e-8, "atol": 1e-8, "method": method}
+    return solve(engine_name, problem(SYSTEM, START, times, **(tolerances | changes)))
+
+
+@each_method
+@pytest.mark.parametrize("limit", [1, 7])
+def test_step_limit_stops_the_run(engine_name, method, limit):
+    trajectory = run(engine_name, method, step_limit=limit)
+    assert trajectory.status == "step limit"
+    assert trajectory.steps == limit
+    stop = trajectory.times[-1]
+    assert 0 < stop < 2.0
+    assert trajectory.detail == f"stopped after {limit} steps at t = {stop:.9g} s"
+
+
+@each_method
+def test_no_more_steps_than_allowed_are_needed(engine_name, method):
+    whole = run(engine_name, method)
+    assert whole.status == "completed"
+    enough = run(engine_name, method, step_limit=whole.steps + 1)
+    assert enough.status == "completed"
+    np.testing.assert_array_equal(enough.states, whole.states)
+    short = run(engine_name, method, step_limit=whole.steps - 1)
+    assert short.status == "step limit"
+    assert short.times[-1] < 2.0
+
+
+@each_method
+def test_stopped_run_is_the_beginning_of_the_whole_run(engine_name, method):
+    whole = run(engine_name, method)
+    stopped = run(engine_name, method, step_limit=whole.steps // 2)
+    kept = len(stopped.times) - 1
+    assert kept >= 5
+    np.testing.assert_array_equal(stopped.times[:kept], TIMES[:kept])
+    for name in ("states", "lyapunov_change", "contact_work"):
+        np.testing.assert_array_equal(
+            getattr(stopped, name)[:kept], getattr(whole, name)[:kept], err_msg=name
+        )
+    # All samples up to the stop are there, and the stop itself where it is none of them.
+    assert TIMES[kept - 1] < stopped.times[-1] <= TIMES[kept]
+
+
+@pytest.mark.parametrize(("engine_name", "error"), [("scipy", 0.0), ("heyoka", 1e-12)])
+def test_stopped_run_equals_a_run_up_to_the_sample_before(engine_name, error):
+    # heyoka's last step ends with the run, and so samples another polynomial.
+    stopped = run(engine_name, step_limit=run(engine_name).steps // 2)
+    kept = len(stopped.times) - 1
+    shorter = run(engine_name, times=TIMES[:kept])
+    assert shorter.status == "completed"
+    np.testing.assert_allclose(stopped.states[:kept], shorter.states, rtol=0, atol=error)
+
+
+@each_engine
+def test_state_of_the_stop_lies_on_the_motion(engine_name):
+    stopped = run(engine_name, step_limit=run(engine_name).steps // 2)
+    times = [0.0, stopped.times[-1], 2.0]
+    through = solve("scipy", problem(SYSTEM, START, times)).states[1]
+    # To the tolerance of 1e-8, some fifty times.
+    np.testing.assert_allclose(stopped.states[-1], through, rtol=0, atol=5e-7)
+
+
+@each_method
+def test_time_limit_stops_the_run(engine_name, method):
+    # Undamped and a million seconds long: no method gets to the end.
+    system = bare_system(SYSTEM.body, K_r=300.0 * np.eye(3))
+    # Compiled here, for the guard is there for the run alone.
+    solve(engine_name, problem(system, np.zeros(12), [0.0, 1.0], method=method))
+    limits = {"time_limit": 0.3, "step_limit": 10**9}
+    given = problem(system, START, [0.0, 1e-3, 1e6], method=method, **limits)
+    trajectory = within(1.3, solve, engine_name, given)
+    assert trajectory.status == "time limit"
+    assert trajectory.status.depends_on_machine
+    stop = trajectory.times[-1]
+    assert 0 < stop < 1e6
+    assert trajectory.detail == f"stopped after 0.3 s of wall time at t = {stop:.9g} s"
+    # What was reached is kept.
+    assert trajectory.times[1] == 1e-3 or stop <= 1e-3
+    assert np.isfinite(trajectory.states).all()
+
+
+def test_time_limit_reaches_into_a_step_that_never_ends():
+    # Not a step is finished in this time, so only the rates can notice.
+    given = problem(SYSTEM, START, [0.0, 2.0], time_limit=1e-9)
+    trajectory = within(1.0, solve, "scipy", given)
+    assert trajectory.status == "time limit"
+    assert trajectory.detail == "stopped after 1e-09 s of wall time at t = 0 s"
+    np.testing.assert_array_equal(trajectory.states, [START])
+    assert trajectory.steps == 0
+
+
+def test_only_the_time_limit_depends_on_the_machine():
+    from rbstab import RunStatus
+
+    assert [s for s in RunStatus if s.depends_on_machine] == [RunStatus.TIME_LIMIT]

@@ -1,0 +1,172 @@
+"""The end of the range of eq. 5: a run stops where cos θ2 falls to its bound."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from support.problems import ENGINES, bare_system, held_start, problem, solve
+
+from rbstab.integrate.engines import engine
+from rbstab.mechanics.body import Body
+from rbstab.systems.coordinates import ReducedCoordinates
+
+METHODS = [
+    ("scipy", "DOP853"),
+    ("scipy", "RK45"),
+    ("scipy", "LSODA"),
+    ("scipy", "Radau"),
+    ("heyoka", ""),
+]
+# LSODA and Radau are given the tolerance that they reach in a sensible number of steps.
+TOLERANCE = {"DOP853": 1e-12, "": 1e-12, "RK45": 1e-10, "LSODA": 1e-11, "Radau": 1e-9}
+TIME_ERROR = {"DOP853": 1e-10, "": 1e-10, "RK45": 1e-9, "LSODA": 1e-9, "Radau": 1e-8}
+
+each_method = pytest.mark.parametrize(("engine_name", "method"), METHODS)
+
+# About axis 2 alone every θ2 is a damped oscillator: J2 θ̈ + L θ̇ + K θ = 0.
+INERTIA, STIFFNESS, DAMPING = 8.0, 400.0, 60.0
+
+
+def turning_system(stiffness=STIFFNESS, damping=DAMPING):
+    return bare_system(
+        Body(41.0, np.diag([10.0, INERTIA, 4.0]), np.array([0.15, 0.1, -0.42])),
+        K_r=stiffness * np.eye(3),
+        L_r=damping * np.eye(3),
+    )
+
+
+def turning_start(rate):
+    return np.concatenate([np.zeros(3), [0.0, rate, 0.0], np.zeros(6)])
+
+
+def theta2(rate, t):
+    decay = DAMPING / (2 * INERTIA)
+    pace = np.sqrt(STIFFNESS / INERTIA - decay**2)
+    return rate / pace * np.exp(-decay * t) * np.sin(pace * t)
+
+
+def turn(engine_name, method, rate, times, **changes):
+    tolerances = {"rtol": TOLERANCE[method], "atol": TOLERANCE[method], "method": method}
+    given = problem(turning_system(), turning_start(rate), times, **(tolerances | changes))
+    return solve(engine_name, given)
+
+
+@each_method
+@pytest.mark.parametrize("bound", [1e-3, 0.4])
+@pytest.mark.parametrize("rate", [32.0, -32.0])
+def test_run_stops_where_the_bound_is_reached(engine_name, method, bound, rate):
+    times = np.linspace(0.0, 2.0, 401)
+    trajectory = turn(engine_name, method, rate, times, range_bound=bound)
+    limit = np.arccos(bound)
+    expected = brentq(lambda t: abs(theta2(rate, t)) - limit, 0.0, 0.15, xtol=1e-14)
+    assert trajectory.status == "range left"
+    stop = trajectory.times[-1]
+    assert stop == pytest.approx(expected, rel=0, abs=TIME_ERROR[method])
+    # The last row is the stop itself, to what heyoka's polynomial of cos θ2 is good for.
+    assert np.cos(trajectory.states[-1, 1]) == pytest.approx(bound, rel=0, abs=1e-11)
+    assert np.sign(trajectory.states[-1, 1]) == np.sign(rate)
+    assert trajectory.detail == f"cos θ2 fell to {bound:g} at t = {stop:.9g} s"
+    # Nothing else moves, and the audit has come along: the body lost what the damper took.
+    work = 0.5 * INERTIA * (trajectory.states[-1, 4] ** 2 - rate**2) + 0.5 * STIFFNESS * limit**2
+    assert trajectory.lyapunov_change[-1] == pytest.approx(work, rel=1e-6)
+
+
+def test_engines_leave_the_range_at_the_same_time():
+    times = np.linspace(0.0, 2.0, 401)
+    stops = [turn(name, "DOP853", 32.0, times).times[-1] for name in ENGINES]
+    assert stops[0] == pytest.approx(stops[1], rel=0, abs=1e-12)
+
+
+@pytest.mark.parametrize("engine_name", ENGINES)
+def test_rows_before_the_stop_are_the_samples(engine_name):
+    times = np.linspace(0.0, 2.0, 401)
+    trajectory = turn(engine_name, "DOP853", 32.0, times)
+    before = times[times < trajectory.times[-1]]
+    assert len(before) > 10
+    np.testing.assert_array_equal(trajectory.times[:-1], before)
+    np.testing.assert_allclose(trajectory.states[:-1, 1], theta2(32.0, before), rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("engine_name", ENGINES)
+def test_held_body_leaves_the_range_too(engine_name):
+    # The same motion about a pin: the inertia about C takes the place of J2.
+    body = Body(5.0, np.diag([1.0, 2.0, 1.5]), np.array([0.0, 0.0, 0.4]))
+    system = bare_system(body, ReducedCoordinates())
+    start = held_start(system, np.zeros(3), np.array([0.0, 3.0, 0.0]))
+    trajectory = solve(engine_name, problem(system, start, [0.0, 2.0], range_bound=0.25))
+    assert trajectory.status == "range left"
+    # No couple: it turns evenly.
+    assert trajectory.times[-1] == pytest.approx(np.arccos(0.25) / 3.0, rel=0, abs=1e-11)
+
+
+@pytest.mark.parametrize("engine_name", ENGINES)
+@pytest.mark.parametrize("bound", [0.25, float(np.cos(1.3))], ids=["beyond", "on"])
+def test_start_on_or_beyond_the_bound_is_the_stop(engine_name, bound):
+    # Although it would turn back into the range.
+    start = turning_start(-1.0)
+    start[1] = 1.3 if bound != 0.25 else 1.4
+    given = problem(turning_system(), start, [3.0, 4.0], range_bound=bound)
+    trajectory = solve(engine_name, given)
+    assert trajectory.status == "range left"
+    assert trajectory.detail == f"cos θ2 fell to {bound:g} at t = 3 s"
+    np.testing.assert_array_equal(trajectory.times, [3.0])
+    np.testing.assert_array_equal(trajectory.states, [start])
+    assert trajectory.steps == 0
+
+
+@each_method
+def test_peak_just_inside_the_bound_is_no_stop(engine_name, method):
+    peak = max(theta2(8.0, np.linspace(0.0, 1.0, 100_001)))
+    times = np.linspace(0.0, 2.0, 5)
+    trajectory = turn(engine_name, method, 8.0, times, range_bound=np.cos(peak + 1e-6))
+    assert trajectory.status == "completed"
+    assert trajectory.times[-1] == 2.0
+
+
+@each_method
+def test_other_angles_may_pass_every_value(engine_name, method):
+    # About axis 1, freely: θ1 passes π/2 and π.
+    system = turning_system(0.0, 0.0)
+    start = np.concatenate([np.zeros(3), [4.0, 0.0, 0.0], np.zeros(6)])
+    tolerances = {"rtol": TOLERANCE[method], "atol": TOLERANCE[method], "method": method}
+    trajectory = solve(engine_name, problem(system, start, [0.0, 2.0], **tolerances))
+    assert trajectory.status == "completed"
+    assert trajectory.states[-1, 0] == pytest.approx(8.0, rel=0, abs=1e-8)
+
+
+# Undamped, θ2 = 1.2 sin 2t. At these tolerances one step reaches over the whole peak; beyond the
+# bound the body is for longer than a sixteenth of it, which is how closely a step is looked at.
+@pytest.mark.parametrize(
+    ("method", "rtol", "excess"), [("DOP853", 1e-6, 1e-3), ("RK45", 1e-3, 1.5e-3)]
+)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_excursion_inside_one_long_step_is_noticed(method, rtol, excess, side):
+    system = turning_system(4 * INERTIA, 0.0)
+    tolerances = {"method": method, "rtol": rtol, "atol": rtol}
+    start = turning_start(side * 2.4)
+    wide = problem(system, start, [0.0, 1.5], **tolerances)
+    steps = [0.0]
+    assert engine("scipy")(wide, steps.append).status == "completed"
+    limit = 1.2 - excess
+    leaves = np.arcsin(limit / 1.2) / 2
+    comes_back = np.pi / 2 - leaves
+    # What makes this hard: no step ends beyond the bound.
+    assert not any(leaves <= t <= comes_back for t in steps)
+    narrow = problem(system, start, [0.0, 1.5], range_bound=np.cos(limit), **tolerances)
+    trajectory = solve("scipy", narrow)
+    assert trajectory.status == "range left"
+    assert abs(trajectory.states[-1, 1]) == pytest.approx(limit, rel=0, abs=1e-12)
+    assert trajectory.times[-1] == pytest.approx(leaves, rel=0, abs=0.05)
+
+
+@pytest.mark.parametrize("excess", [1e-3, 1e-6])
+def test_excursion_inside_one_long_step_is_noticed_by_heyoka(excess):
+    given = problem(
+        turning_system(4 * INERTIA, 0.0),
+        turning_start(2.4),
+        [0.0, 1.5],
+        range_bound=np.cos(1.2 - excess),
+    )
+    trajectory = solve("heyoka", given)
+    assert trajectory.status == "range left"
+    leaves = np.arcsin((1.2 - excess) / 1.2) / 2
+    assert trajectory.times[-1] == pytest.approx(leaves, rel=0, abs=1e-8)

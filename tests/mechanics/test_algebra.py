@@ -1,0 +1,64 @@
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from paper.differences import relative_error
+from support.systems import random_spd
+
+from rbstab.mechanics.algebra import (
+    IDENTITY,
+    ZERO,
+    ZERO_MATRIX,
+    cross,
+    cross_matrix,
+    inverse,
+    quadratic_form,
+)
+
+
+def test_cross_is_numpy_s(rng):
+    a, b = rng.normal(size=(2, 3))
+    np.testing.assert_array_equal(cross(a, b), np.cross(a, b))
+
+
+def test_cross_matrix_multiplies_from_the_left(rng):
+    a, b = rng.normal(size=(2, 3))
+    assert relative_error(cross_matrix(a) @ b, np.cross(a, b)) < 1e-15
+
+
+def test_cross_matrix_is_skew(rng):
+    matrix = cross_matrix(rng.normal(size=3))
+    np.testing.assert_array_equal(matrix, -matrix.T)
+
+
+def test_inverse_of_a_symmetric_matrix(rng):
+    matrix = random_spd(rng, 900)
+    assert relative_error(inverse(matrix) @ matrix, np.eye(3)) < 1e-14
+
+
+def test_inverse_is_exact_in_fractions_and_needs_no_symmetry():
+    matrix = np.array([[2, -1, 3], [5, 4, -2], [1, 7, 6]]) * Fraction(1, 3)
+    np.testing.assert_array_equal(inverse(matrix) @ matrix, np.eye(3))
+    np.testing.assert_array_equal(matrix @ inverse(matrix), np.eye(3))
+
+
+def test_inverse_of_a_paper_inertia_is_exact():
+    expected = np.diag([1 / 10, 1 / 8, 1 / 0.4])
+    assert relative_error(inverse(np.diag([10.0, 8.0, 0.4])), expected) < 1e-15
+
+
+def test_quadratic_form_in_integers():
+    matrix = np.array([[1, 2, 3], [4, 5, 6], [7, 8, 10]])
+    # 1·1·1 + 2·(2 + 4) - (3 + 7) + 4·5 - 2·(6 + 8) + 10
+    assert quadratic_form(matrix, np.array([1, 2, -1])) == 5
+
+
+@pytest.mark.parametrize("constant", [ZERO, IDENTITY, ZERO_MATRIX])
+def test_shared_constants_cannot_be_written(constant):
+    with pytest.raises(ValueError, match="read-only"):
+        constant[0] = 1.0
+
+
+def test_shared_constants():
+    np.testing.assert_array_equal(IDENTITY @ np.arange(3.0) + ZERO, np.arange(3.0))
+    np.testing.assert_array_equal(ZERO_MATRIX, IDENTITY - IDENTITY)

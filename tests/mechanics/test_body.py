@@ -1,0 +1,85 @@
+import numpy as np
+import pytest
+from paper.differences import derivative, relative_error
+from paper.pose import turned
+from support.systems import random_body, random_spd
+
+from rbstab.mechanics.body import Body, triangle_violation
+
+
+def test_gyroscopic_couple_does_no_work(rng):
+    body, Omega = random_body(rng), rng.normal(size=3)
+    couple = body.gyroscopic_couple(Omega)
+    # Ω·f vanishes by cancellation, to round-off of its terms.
+    assert abs(Omega @ couple) < 1e-14 * np.abs(Omega).max() * np.abs(couple).max()
+
+
+def test_gyroscopic_couple_turns_the_angular_momentum_back(rng):
+    # The body drags JΩ along with it; f takes just that off again.
+    body, Omega = random_body(rng), rng.normal(size=3)
+    dragged = derivative(lambda t: turned(np.eye(3), Omega, t) @ body.inertia @ Omega)
+    assert relative_error(body.gyroscopic_couple(Omega), -dragged) < 1e-12
+
+
+def test_gyroscopic_couple_vanishes_about_a_principal_axis(rng):
+    body = random_body(rng)
+    for axis in np.linalg.eigh(body.inertia)[1].T:
+        scale = np.abs(body.inertia).max()
+        np.testing.assert_allclose(body.gyroscopic_couple(axis), 0, atol=1e-14 * scale)
+
+
+def test_kinetic_energy_of_a_rolling_wheel():
+    # A hoop rolling at v has the energy m v²: half in its motion, half in its spin.
+    mass, radius, speed = 3.0, 0.2, 1.7
+    hoop = Body(mass, np.diag([0.5, 0.5, 1.0]) * mass * radius**2, np.zeros(3))
+    spin, velocity = np.array([0, 0, speed / radius]), np.array([speed, 0, 0])
+    assert hoop.kinetic_energy(spin, velocity) == pytest.approx(mass * speed**2, rel=1e-15)
+
+
+def test_inertias_and_their_inverses(rng):
+    body = random_body(rng)
+    assert relative_error(body.inertia_inverse @ body.inertia, np.eye(3)) < 1e-14
+    product = body.inertia_about_contact_inverse @ body.inertia_about_contact
+    assert relative_error(product, np.eye(3)) < 1e-14
+
+
+def test_inertia_about_the_contact_point_of_a_rod():
+    # A thin rod about its end: m l²/3 from m l²/12 about its middle.
+    mass, length = 2.0, 0.6
+    transverse = mass * length**2 / 12
+    rod = Body(mass, np.diag([transverse, transverse, 0.0]), np.array([0, 0, length / 2]))
+    expected = np.diag([4 * transverse, 4 * transverse, 0.0])
+    np.testing.assert_allclose(rod.inertia_about_contact, expected, rtol=0, atol=1e-16)
+
+
+def test_triangle_violation_of_the_paper_s_body():
+    assert triangle_violation(np.diag([10.0, 8.0, 0.4])) == pytest.approx(
+        (10.0, 8.0, 0.4), rel=1e-15
+    )
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (1, 2, 0), (2, 1, 0)])
+def test_triangle_violation_does_not_depend_on_the_axes(rng, order):
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    impossible = axes @ np.diag(np.array([10.0, 8.0, 1.9])[list(order)]) @ axes.T
+    assert triangle_violation(impossible) == pytest.approx((10.0, 8.0, 1.9), rel=1e-13)
+    possible = axes @ np.diag(np.array([10.0, 8.0, 2.1])[list(order)]) @ axes.T
+    assert triangle_violation(possible) is None
+
+
+def test_inertia_of_any_particles_is_possible(rng):
+    places = rng.normal(size=(5, 3))
+    squares = (places**2).sum() * np.eye(3)
+    assert triangle_violation(squares - places.T @ places) is None
+
+
+def test_flat_body_is_possible(rng):
+    # Its moments obey j1 = j2 + j3, in any axes only to round-off.
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    assert triangle_violation(np.diag([0.3, 0.1 + 0.2, 0.1 + 0.2 + 0.3])) is None
+    assert triangle_violation(axes @ np.diag([0.7, 0.5, 1.2]) @ axes.T) is None
+    assert triangle_violation(np.diag([0.3, 0.3, 0.6 * (1 + 1e-9)])) is not None
+
+
+def test_random_gain_matrices_are_positive_definite(rng):
+    assert np.linalg.eigvalsh(random_spd(rng, 40)).min() > 0

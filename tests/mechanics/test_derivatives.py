@@ -1,0 +1,32 @@
+import numpy as np
+from paper.differences import relative_error
+
+from rbstab.mechanics.derivatives import jacobian
+
+
+def test_jacobian_of_products_and_sines(rng):
+    x, y, z = point = rng.normal(size=3)
+
+    def function(p):
+        return np.array([p[0] * p[1], np.sin(p[2]), p[0] / p[2], p[1] ** 3])
+
+    expected = [[y, x, 0], [0, 0, np.cos(z)], [1 / z, 0, -x / z**2], [0, 3 * y**2, 0]]
+    assert relative_error(jacobian(function, point), expected) < 1e-15
+
+
+def test_gradient_of_a_scalar_has_one_axis(rng):
+    point = rng.normal(size=4)
+    gradient = jacobian(lambda p: p @ p, point)
+    assert gradient.shape == (4,)
+    np.testing.assert_allclose(gradient, 2 * point, rtol=1e-15)
+
+
+def test_nothing_is_subtracted(rng):
+    # A value 1e30 times its slope: no difference of floats could see the slope.
+    slope = jacobian(lambda p: 1e30 + np.sin(p[0]), np.array([0.7]))
+    np.testing.assert_allclose(slope, [np.cos(0.7)], rtol=1e-15)
+
+
+def test_steps_are_in_the_entries_not_in_the_whole():
+    gradient = jacobian(lambda p: p[0] * p[1] * p[2], np.array([2.0, 3.0, 5.0]))
+    np.testing.assert_allclose(gradient, [15, 10, 6], rtol=1e-15)

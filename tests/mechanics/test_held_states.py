@@ -1,0 +1,120 @@
+"""Staying on the sub manifold: the projected state, and Baumgarte's stabilization."""
+
+import numpy as np
+import pytest
+from paper.differences import along, relative_error
+from paper.path import held_path
+from paper.pose import attitude
+from paper.reading import read
+from scipy.linalg import block_diag
+from scipy.spatial.transform import Rotation
+from support.systems import random_body, random_state, random_system
+
+from rbstab.mechanics.constraint import projected_state
+from rbstab.mechanics.motion import contact_directions, motion_from_centre
+from rbstab.systems.coordinates import ManifoldCoordinates
+
+
+class Drifted:
+    """A state that has left the sub manifold by about a given distance."""
+
+    def __init__(self, rng, distance):
+        self.body, self.anchor = random_body(rng), rng.normal(size=3)
+        held = held_path(rng, self.body, self.anchor).Z()
+        self.Z = held + distance * rng.normal(size=12)
+        self.back = projected_state(self.body, self.anchor, self.Z)
+
+    def motion(self, Z):
+        return motion_from_centre(self.body, self.anchor, Z)
+
+    def mass_matrix(self):
+        """Of [Ω, V]."""
+        return block_diag(self.body.inertia, self.body.mass * np.eye(3))
+
+    def directions(self, Z):
+        """C of eq. 10 without its empty blocks."""
+        c = contact_directions(self.body, self.motion(Z))
+        return np.vstack([c[3:6], c[9:12]])
+
+
+def velocities(Z):
+    return np.concatenate([Z[3:6], Z[9:12]])
+
+
+def test_projected_state_lies_on_the_sub_manifold(rng):
+    drifted = Drifted(rng, 1e-3)
+    motion = drifted.motion(drifted.back)
+    # Each of the two steps squares what is left of E: 1e-3, 1e-6, 1e-12.
+    assert np.abs(drifted.motion(drifted.Z).E).max() > 1e-4
+    np.testing.assert_allclose(motion.E, 0, atol=1e-12)
+    np.testing.assert_allclose(motion.F, 0, atol=1e-14 * np.abs(drifted.Z).max())
+
+
+def test_projection_of_a_held_state_changes_nothing(rng):
+    drifted = Drifted(rng, 1e-3)
+    again = projected_state(drifted.body, drifted.anchor, drifted.back)
+    # What the first projection left of E.
+    assert relative_error(again, drifted.back) < 1e-13
+
+
+def test_projection_leaves_its_argument_alone(rng):
+    drifted = Drifted(rng, 1e-3)
+    before = drifted.Z.copy()
+    projected_state(drifted.body, drifted.anchor, drifted.Z)
+    np.testing.assert_array_equal(drifted.Z, before)
+
+
+def test_projection_takes_off_only_velocities_that_move_C(rng):
+    # The rest of the velocity is orthogonal, in kinetic energy, to every velocity with F = 0.
+    drifted = Drifted(rng, 1e-3)
+    placed = np.concatenate([drifted.back[0:3], drifted.Z[3:6], drifted.back[6:9], drifted.Z[9:12]])
+    taken_off = velocities(placed) - velocities(drifted.back)
+    still_at_C = np.linalg.svd(drifted.directions(drifted.back).T)[2][3:].T
+    products = still_at_C.T @ drifted.mass_matrix() @ taken_off
+    assert still_at_C.shape == (6, 3)
+    assert np.abs(taken_off).max() > 1e-4
+    scale = np.abs(drifted.mass_matrix()).max() * np.abs(velocities(placed)).max()
+    np.testing.assert_allclose(products, 0, atol=1e-14 * scale)
+
+
+def test_projection_loses_as_little_kinetic_energy_as_any(rng):
+    drifted = Drifted(rng, 0.1)
+    placed = np.concatenate([drifted.back[0:3], drifted.Z[3:6], drifted.back[6:9], drifted.Z[9:12]])
+    root = np.linalg.cholesky(drifted.mass_matrix()).T
+    still_at_C = np.linalg.svd(drifted.directions(drifted.back).T)[2][3:].T
+    # The nearest velocity with F = 0, by least squares.
+    nearest = np.linalg.lstsq(root @ still_at_C, root @ velocities(placed), rcond=None)[0]
+    assert relative_error(velocities(drifted.back), still_at_C @ nearest) < 1e-13
+
+
+def test_projection_moves_the_body_by_the_least_shift(rng):
+    drifted = Drifted(rng, 1e-6)
+    turn = Rotation.from_matrix(attitude(drifted.Z[0:3]).T @ attitude(drifted.back[0:3]))
+    shift = np.concatenate([turn.as_rotvec(), drifted.back[6:9] - drifted.Z[6:9]])
+    root = np.linalg.cholesky(drifted.mass_matrix()).T
+    to_contact = drifted.directions(drifted.Z).T @ np.linalg.inv(root)
+    E = drifted.motion(drifted.Z).E
+    least = np.linalg.solve(root, np.linalg.lstsq(to_contact, -E, rcond=None)[0])
+    # The shift is least to first order: what is left is of the order of the shift squared.
+    assert relative_error(shift, least) < 1e-5
+
+
+@pytest.mark.parametrize("rate", [0.0, 7.0])
+def test_baumgarte_makes_drift_die_out_critically_damped(rng, rate):
+    system = random_system(rng, "permanent", ManifoldCoordinates(rate))
+    y = random_state(rng, system)
+    drift = read(system, y)
+    acceleration = along(lambda y: read(system, y).F, y, system.rates(y))
+    expected = -2 * rate * drift.F - rate**2 * drift.E
+    pace = np.abs(system.rates(y)).max()
+    np.testing.assert_allclose(acceleration, expected, rtol=0, atol=1e-11 * pace)
+    assert np.abs(drift.E).max() > 0.1
+
+
+def test_baumgarte_changes_nothing_on_the_sub_manifold(rng):
+    system = random_system(rng, "permanent", ManifoldCoordinates(0.0))
+    stabilized = random_system(np.random.default_rng(0), "permanent", ManifoldCoordinates(50.0))
+    stabilized = type(system)(system.body, system.elements, stabilized.coordinates, system.anchor)
+    Z = held_path(rng, system.body, system.anchor).Z()
+    # The velocities of the path are differences, good to 1e-12.
+    assert relative_error(stabilized.rates(Z), system.rates(Z)) < 1e-12

@@ -1,0 +1,100 @@
+"""What becomes of a small offence against E = F = 0 in the twelve states of the held body."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.problems import problem, solve
+from support.systems import random_system
+
+from rbstab.mechanics.motion import motion_from_contact
+from rbstab.systems.coordinates import ManifoldCoordinates
+
+TIMES = np.linspace(0.0, 1.0, 41)
+E0 = np.array([2e-3, -1e-3, 3e-3])
+F0 = np.array([-0.02, 0.05, 0.01])
+
+# heyoka compiles these coordinates for eight seconds where its cache is empty.
+each_engine = pytest.mark.parametrize(
+    "engine", ["scipy", pytest.param("heyoka", marks=pytest.mark.slow)]
+)
+
+
+def held_system(rate):
+    return random_system(np.random.default_rng(7), "permanent", ManifoldCoordinates(rate))
+
+
+def start_at(system, E, F):
+    W = np.concatenate([[0.2, -0.3, 0.1], [1.0, -2.0, 1.5], E, F])
+    return system.start(motion_from_contact(system.body, system.anchor, W), np.zeros(0))
+
+
+def drift(engine, system, E, F, **changes):
+    """E and F over time."""
+    trajectory = solve(engine, problem(system, start_at(system, E, F), TIMES, **changes))
+    assert trajectory.status == "completed"
+    motions = [system.motion(state) for state in trajectory.states]
+    return np.array([m.E for m in motions]), np.array([m.F for m in motions])
+
+
+@each_engine
+def test_without_control_the_offence_goes_on_at_its_speed(engine):
+    # Eq. 17 makes Ë zero, not E.
+    E, F = drift(engine, held_system(0.0), E0, F0)
+    np.testing.assert_allclose(E, E0 + np.outer(TIMES, F0), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(F, np.broadcast_to(F0, F.shape), rtol=0, atol=1e-12)
+
+
+@each_engine
+def test_without_control_a_start_on_the_sub_manifold_hardly_drifts(engine):
+    E, F = drift(engine, held_system(0.0), np.zeros(3), np.zeros(3))
+    assert np.abs(E).max() < 1e-12
+    assert np.abs(F).max() < 1e-12
+
+
+@each_engine
+@pytest.mark.parametrize("rate", [3.0, 10.0])
+def test_baumgarte_damps_the_offence_critically(engine, rate):
+    E, F = drift(engine, held_system(rate), E0, F0)
+    # The solution of Ë + 2αĖ + α²E = 0.
+    decay = np.exp(-rate * TIMES)[:, None]
+    slope = F0 + rate * E0
+    np.testing.assert_allclose(E, decay * (E0 + np.outer(TIMES, slope)), rtol=0, atol=1e-12)
+    expected = decay * (F0 - rate * np.outer(TIMES, slope))
+    np.testing.assert_allclose(F, expected, rtol=0, atol=1e-12)
+
+
+@each_engine
+def test_projection_removes_the_offence_within_its_first_steps(engine):
+    E, F = drift(engine, held_system(0.0), E0, F0, project=True)
+    # From here on only round-off is left, and heyoka's step between two projections.
+    later = TIMES >= 0.2
+    assert np.abs(E[later]).max() < 1e-14
+    assert np.abs(F[later]).max() < 1e-13
+
+
+def test_projection_is_an_impulse_and_a_shift_at_the_contact_point():
+    # The nearest state in the metric of kinetic energy is reached by a force at C: it turns the
+    # body by J δφ = R × m δX and keeps the angular momentum about C.
+    system = held_system(0.0)
+    body = system.body
+    start = start_at(system, 1e-3 * E0, F0)
+    # So short that the motion itself changes nothing.
+    end = solve("scipy", problem(system, start, [0.0, 1e-14], project=True)).states[-1]
+    before, after = system.motion(start), system.motion(end)
+    np.testing.assert_allclose(after.E, 0.0, atol=1e-15)
+    np.testing.assert_allclose(after.F, 0.0, atol=1e-14)
+    A, A_after = (Rotation.from_euler("XYZ", m.Theta).as_matrix() for m in (before, after))
+    turn = Rotation.from_matrix(A.T @ A_after).as_rotvec()
+    moment = np.cross(body.contact_point, body.mass * A.T @ (after.X - before.X))
+    # Both are of first order in E, some 1e-6 m; what is left is of second order.
+    np.testing.assert_allclose(body.inertia @ turn, moment, rtol=0, atol=1e-10)
+    assert np.abs(moment).max() > 1e-6
+
+    def momentum_about_contact(m):
+        arm = np.cross(-body.contact_point, body.mass * A.T @ m.V)
+        return body.inertia @ m.Omega + arm
+
+    np.testing.assert_allclose(
+        momentum_about_contact(after), momentum_about_contact(before), rtol=0, atol=1e-6
+    )
+    assert np.abs(after.Omega - before.Omega).max() > 1e-3

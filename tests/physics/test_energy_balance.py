@@ -1,0 +1,151 @@
+"""The audit of energy along a motion: r = v(t) - v(0) - ∫v'dt, the contact work, and eq. 28, 29."""
+
+import numpy as np
+import pytest
+from support.paper_runs import (
+    CASE_NAMES,
+    CASES,
+    LOOSE_TOLERANCES,
+    loose_run,
+    paper_config,
+    paper_matrix,
+    paper_run,
+)
+from support.problems import ENGINES, problem, solve
+from support.systems import random_system
+
+import rbstab
+
+each_case = pytest.mark.parametrize(("variant", "weighed"), CASES, ids=CASE_NAMES)
+each_engine = pytest.mark.parametrize("engine", ENGINES)
+
+
+@each_engine
+@each_case
+def test_residual_is_small_at_the_default_tolerances(variant, weighed, engine):
+    result = paper_run(variant, weighed, engine)
+    v = result["lyapunov"]
+    residual = v - v[0] - result["lyapunov_change"]
+    assert np.abs(residual).max() < 1e-9 * v[0]
+    np.testing.assert_allclose(result["energy_residual"], residual, rtol=0, atol=1e-9)
+    # It is an audit only where there is something to be audited.
+    assert v[-1] < 0.01 * v[0]
+
+
+@each_engine
+def test_residual_falls_with_the_tolerance(engine):
+    residuals = []
+    for rtol in LOOSE_TOLERANCES:
+        result = loose_run(engine, rtol)
+        residuals.append(np.abs(result["energy_residual"]).max() / result["lyapunov"][0])
+        assert residuals[-1] < rtol
+    # By about 100 each time; less where heyoka's order, a whole number, did not change in step.
+    ratios = np.array(residuals[:-1]) / np.array(residuals[1:])
+    assert (ratios > 5).all(), residuals
+
+
+@each_case
+def test_v_falls_wherever_the_body_moves(variant, weighed):
+    result = paper_run(variant, weighed, "scipy")
+    assert (np.diff(result["lyapunov"]) < 0).all()
+    assert (result["lyapunov"] > 0).all()
+
+
+@each_engine
+@pytest.mark.parametrize("weighed", [False, True])
+def test_contact_force_does_no_work_on_a_held_body(weighed, engine):
+    result = paper_run("permanent", weighed, engine)
+    assert np.abs(result["contact_force"]).max() > 1e3
+    np.testing.assert_array_equal(result["contact_work"], 0.0)
+
+
+def test_contact_force_does_no_work_on_the_sub_manifold():
+    # Here F is zero only as far as the integration keeps it; the work is that drift times 1e4 N.
+    config = paper_config("permanent", weighed=True, coordinates="manifold", samples=21)
+    assert np.abs(rbstab.simulate(config)["contact_work"]).max() < 1e-8
+
+
+PANELS, NODES = 40, 10
+
+
+def gauss_nodes(duration):
+    """Samples on which the integrals of smooth functions are exact to round-off, and 0."""
+    nodes, _ = np.polynomial.legendre.leggauss(NODES)
+    edges = np.linspace(0.0, duration, PANELS + 1)
+    middles, half = (edges[1:] + edges[:-1]) / 2, duration / PANELS / 2
+    return np.concatenate([[0.0], (middles[:, None] + half * nodes).ravel(), [duration]])
+
+
+def gauss_integral(values, duration):
+    _, weights = np.polynomial.legendre.leggauss(NODES)
+    return (values[1:-1].reshape(PANELS, NODES) @ weights).sum() * duration / PANELS / 2
+
+
+@each_engine
+@pytest.mark.parametrize("variant", ["visco-elastic", "embedded"])
+def test_work_and_dissipation_balance_for_full_gains(variant, engine):
+    # v_t + v_r + p - ε of eq. 28 has the rate -V'L_tV - Ω'L_rΩ of eq. 29, whatever Λ is; both
+    # integrals, ε of eq. 26 and ∫v'dt, are compared with quadratures over the trace.
+    rng = np.random.default_rng(5)
+    system = random_system(rng, variant)
+    Z = np.concatenate([[0.2, -0.3, 0.1], [2.0, -3.0, 1.0], rng.normal(size=6) * 0.1])
+    start = np.concatenate([Z, rng.normal(size=system.size - 12) * 0.05])
+    duration = 1.0
+    trajectory = solve(engine, problem(system, start, gauss_nodes(duration)))
+    assert trajectory.status == "completed"
+    seen = [system.observe(state) for state in trajectory.states]
+    V, Omega, X, Theta, F = (
+        np.array([getattr(o.motion, symbol) for o in seen])
+        for symbol in ("V", "Omega", "X", "Theta", "F")
+    )
+    force = np.array([o.contact_force for o in seen])
+    gravity, translational, rotational = system.elements[:3]
+
+    def form(matrix, x):
+        return np.einsum("ti,ij,tj->t", x, matrix, x)
+
+    body = system.body
+    stored = 0.5 * (
+        body.mass * (V**2).sum(axis=1)
+        + form(body.inertia, Omega)
+        + form(translational.K_t, X)
+        + form(rotational.K_r, Theta)
+    )
+    p = -X @ gravity.weight
+    lost = form(translational.L_t, V) + form(rotational.L_r, Omega)
+    work = gauss_integral((F * force).sum(axis=1), duration)
+    scale = stored[0]
+    assert abs(work) > 1e-3 * scale
+    assert trajectory.contact_work[0] == 0
+    assert trajectory.contact_work[-1] == pytest.approx(work, rel=0, abs=1e-10 * scale)
+    gained = (stored + p)[-1] - (stored + p)[0] - trajectory.contact_work[-1]
+    assert gained == pytest.approx(-gauss_integral(lost, duration), rel=0, abs=1e-10 * scale)
+
+    connector = system.elements[3]
+    at_connector = form(connector.L_c, F)
+    if variant == "embedded":
+        D = np.array([o.connector_state for o in seen])
+        E = np.array([o.motion.E for o in seen])
+        pull = (E - D) @ connector.K_c - D @ connector.K_d  # = L_d Ḋ
+        at_connector = at_connector + form(np.linalg.inv(connector.L_d), pull)
+    rate = -lost - at_connector
+    assert trajectory.lyapunov_change[0] == 0
+    assert trajectory.lyapunov_change[-1] == pytest.approx(
+        gauss_integral(rate, duration), rel=0, abs=1e-10 * scale
+    )
+
+
+@pytest.mark.parametrize("variant", ["visco-elastic", "embedded"])
+@pytest.mark.parametrize("weighed", [False, True])
+def test_balance_holds_at_every_sample_of_the_papers_runs(variant, weighed):
+    result = paper_run(variant, weighed, "scipy")
+    V, Omega = result["velocity"], result["angular_velocity"]
+    lost = np.einsum("ti,ij,tj->t", V, paper_matrix(variant, "Lt"), V)
+    lost += np.einsum("ti,ij,tj->t", Omega, paper_matrix(variant, "Lr"), Omega)
+    kinetic, gravity, translational, rotational, _ = result["energy"].T
+    balance = kinetic + gravity + translational + rotational - result["contact_work"]
+    # Central differences of fourth order over steps of 5 ms, where the fastest time constant of
+    # the connector is 3 ms: good to a few thousandths of the largest power.
+    h = result["time"][1]
+    slope = (balance[:-4] - 8 * balance[1:-3] + 8 * balance[3:-1] - balance[4:]) / (12 * h)
+    np.testing.assert_allclose(slope, -lost[2:-2], rtol=0, atol=5e-3 * lost.max())

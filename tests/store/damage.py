@@ -1,0 +1,48 @@
+"""Opens damaged copies of a result, one after the other, and tells how each ended.
+
+A program of its own: HDF5 may crash or never return on a damaged file, which no test survives.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from rbstab.store.errors import StoreError
+from rbstab.store.run_file import open_result
+
+
+def main(image: Path, work: Path, first: int, last: int, begin: int, end: int) -> None:
+    """Prints `seed outcome` for each seed.
+
+    Args:
+        image: A good result.
+        work: The file that is damaged.
+        first: The first seed.
+        last: The seed to stop before.
+        begin: The first byte that may be damaged.
+        end: The byte to stop before.
+    """
+    good = np.frombuffer(image.read_bytes(), dtype=np.uint8)
+    for seed in range(first, last):
+        rng = np.random.default_rng(seed)
+        damaged, count = good.copy(), int(rng.integers(1, 20))
+        where = rng.integers(begin, end, count)
+        if seed % 2:
+            damaged[where] = rng.integers(0, 256, count)
+        else:
+            damaged[where] ^= (1 << rng.integers(0, 8, count)).astype(np.uint8)
+        work.write_bytes(damaged.tobytes())
+        try:
+            open_result(work)
+            outcome = "result"
+        except StoreError as error:
+            outcome = type(error).__name__
+        except BaseException as error:  # noqa: BLE001 - the outcome that must not be
+            outcome = f"{type(error).__name__}: {error}"
+        sys.stdout.write(f"{seed} {outcome}\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]), *map(int, sys.argv[3:]))

@@ -1,0 +1,102 @@
+"""A result that leads to other files, or to itself by another name, is not read.
+
+A file from elsewhere could otherwise bring in what only its reader can see.
+"""
+
+import h5py
+import numpy as np
+import pytest
+
+from rbstab.store.errors import NotAResultError
+from rbstab.store.run_file import open_result, write_result
+from support.results import result
+
+SECRET = b"secret" * 10
+
+
+@pytest.fixture
+def file(tmp_path):
+    """A good result, open for changes, beside another one and a file of text."""
+    write_result(tmp_path / "other.h5", result(1))
+    (tmp_path / "secret.txt").write_bytes(SECRET)
+    write_result(tmp_path / "a.h5", result())
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        yield file
+
+
+def refused(file, name):
+    path = file.filename
+    file.close()
+    with pytest.raises(NotAResultError) as caught:
+        open_result(path)
+    assert str(caught.value) == f"{path}: {name} is not an array of this file"
+
+
+def external_link(file, name):
+    file[name] = h5py.ExternalLink("other.h5", "/config" if name == "config" else "/time")
+
+
+def soft_link(file, name):
+    file[name] = h5py.SoftLink("/part" if name == "config" else "/time")
+
+
+def dangling_link(file, name):
+    file[name] = h5py.SoftLink("/nothing")
+
+
+def virtual(file, name):
+    text = h5py.string_dtype()
+    shape, dtype, origin = ((), text, "config") if name == "config" else ((5,), "f8", "time")
+    layout = h5py.VirtualLayout(shape=shape, dtype=dtype)
+    layout[...] = h5py.VirtualSource("other.h5", origin, shape=shape, dtype=dtype)
+    file.create_virtual_dataset(name, layout)
+
+
+def external_storage(file, name):
+    folder = file.filename.removesuffix("a.h5")
+    shape, dtype = ((1,), "S40") if name == "config" else ((5,), "f8")
+    made = file.create_dataset(
+        name, shape=shape, dtype=dtype, external=[(f"{folder}secret.txt", 0, 40)]
+    )
+    assert made.external
+
+
+def group(file, name):
+    file.create_group(name)
+
+
+def named_type(file, name):
+    file[name] = np.dtype("f8")
+
+
+MAKERS = [external_link, soft_link, dangling_link, virtual, external_storage, group, named_type]
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_as_one_more_array(file, make):
+    make(file, "x")
+    refused(file, "x")
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_in_place_of_an_array(file, make):
+    """Also one that other arrays have as their dimension."""
+    del file["lyapunov"]
+    make(file, "lyapunov")
+    refused(file, "lyapunov")
+
+
+@pytest.mark.parametrize("make", [external_link, soft_link, virtual, external_storage])
+@pytest.mark.xfail(reason="the config is read without the check that all arrays get")
+def test_in_place_of_the_config(file, make):
+    del file["config"]
+    make(file, "config")
+    refused(file, "config")
+
+
+def test_a_second_name_of_an_array_is_a_hard_link(file):
+    """It leads nowhere else, so it is read (rbstab writes none)."""
+    file["again"] = file["lyapunov"]
+    path = file.filename
+    file.close()
+    assert open_result(path)["again"].tolist() == result()["lyapunov"].tolist()

@@ -1,0 +1,97 @@
+"""Several processes, and processes that are killed: real ones, because only those are torn apart."""
+
+import random
+import signal
+import subprocess
+import sys
+import time
+
+from rbstab.store.atomic import write_whole
+
+SIZE = 4_000_000
+
+WRITER = """
+import sys
+from pathlib import Path
+from rbstab.store.atomic import write_whole
+contents = [letter * {size} for letter in (b"a", b"b")]
+print("ready", flush=True)
+while True:
+    for content in contents:
+        write_whole(Path(sys.argv[1]), content, replace=True)
+"""
+
+RACER = """
+import sys, time
+from pathlib import Path
+from rbstab.store.atomic import write_whole
+from rbstab.store.errors import ResultExistsError
+folder, me, start = Path(sys.argv[1]), sys.argv[2], float(sys.argv[3])
+time.sleep(max(0.0, start - time.time()))
+for index in range({rounds}):
+    try:
+        write_whole(folder / f"{{index}}.h5", me.encode() * {size})
+        print(index, flush=True)
+    except ResultExistsError:
+        pass
+"""
+
+
+def spawn(script, *arguments):
+    return subprocess.Popen(
+        [sys.executable, "-c", script, *map(str, arguments)], stdout=subprocess.PIPE, text=True
+    )
+
+
+def whole(path):
+    content = path.read_bytes()
+    return len(content) == SIZE and content.strip(content[:1]) == b""
+
+
+def test_killed_while_writing(tmp_path):
+    """At whatever instant: the old content, or the new one, and always all of it."""
+    path, rng = tmp_path / "a.h5", random.Random(3)
+    write_whole(path, b"z" * SIZE)
+    seen = set()
+    for _ in range(12):
+        writer = spawn(WRITER.format(size=SIZE), path)
+        with writer:
+            assert writer.stdout.readline() == "ready\n"
+            time.sleep(rng.uniform(0.0, 0.05))
+            writer.send_signal(signal.SIGKILL)
+        assert writer.returncode == -signal.SIGKILL
+        assert whole(path)
+        seen.add(path.read_bytes()[:1])
+    assert seen & {b"a", b"b"}, "no writer ever came to its first file"
+
+
+def test_what_a_killed_writer_leaves_is_hidden_and_in_nobodys_way(tmp_path):
+    path = tmp_path / "a.h5"
+    for _ in range(6):
+        with spawn(WRITER.format(size=SIZE), path) as writer:
+            assert writer.stdout.readline() == "ready\n"
+            time.sleep(0.02)
+            writer.send_signal(signal.SIGKILL)
+    left = [entry.name for entry in tmp_path.iterdir() if entry != path]
+    assert all(name.startswith(".") and not name.endswith(".h5") for name in left)
+    write_whole(path, b"c" * SIZE, replace=True)
+    assert path.read_bytes()[:1] == b"c"
+    assert whole(path)
+
+
+def test_one_of_several_writers_wins(tmp_path):
+    rounds, start = 40, time.time() + 0.6
+    script = RACER.format(rounds=rounds, size=SIZE // 20)
+    racers = {me: spawn(script, tmp_path, me, start) for me in "abcd"}
+    won = {}
+    for me, racer in racers.items():
+        output, _ = racer.communicate(timeout=60)
+        assert racer.returncode == 0
+        for index in output.split():
+            assert index not in won, "two believe that they have written it"
+            won[index] = me
+    assert len(won) == rounds
+    for index, me in won.items():
+        assert (tmp_path / f"{index}.h5").read_bytes() == me.encode() * (SIZE // 20)
+    assert len(list(tmp_path.iterdir())) == rounds
+    assert len(set(won.values())) > 1, "there was no race"

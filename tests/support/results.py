@@ -1,0 +1,53 @@
+"""A result to store: small, made by hand, with every number that is easily lost on the way."""
+
+import numpy as np
+
+from rbstab.store.result import Result, Variable
+
+AWKWARD = [0.0, -0.0, np.inf, -np.inf, np.nan, 5e-324, 1.7976931348623157e308, 0.1, -1 / 3]
+
+
+def result(seed: int = 0, samples: int = 5) -> Result:
+    """A result with random arrays; different seeds give different arrays of the same sizes."""
+    rng = np.random.default_rng(seed)
+    vectors = rng.normal(size=(samples, 3))
+    vectors.flat[: len(AWKWARD)] = AWKWARD[: vectors.size]
+    parts = np.array(["kinetic", "Feder µ", "連結"], dtype=object)
+    variables = {
+        "axis": Variable(("axis",), np.array([1, 2, 3]), "1", "component of a vector"),
+        "part": Variable(("part",), parts, "1", "part of the system"),
+        "time": Variable(("time",), np.linspace(0, 1, samples), "s", "t: time"),
+        "orientation": Variable(("time", "axis"), vectors, "rad", "Θ: angles"),
+        "energy": Variable(("time", "part"), rng.normal(size=(samples, 3)), "J", "-: energy"),
+        "lyapunov": Variable(("time",), rng.normal(size=samples), "J", "v: ∫v'dt"),
+        "energy_at_rest": Variable((), np.array(-1e-300), "J", "-h: at rest"),
+    }
+    attributes: dict[str, str | int | float] = {
+        "title": "Fall 2 – θ",
+        "status": "completed",
+        "status_detail": "",
+        "run_id": f"{seed:032x}",
+        "engine": "scipy",
+        "steps": 2**40 + seed,
+        "wall_time": 0.1,
+    }
+    return Result(variables, attributes, f"title: Fall 2 – θ\nseed: {seed}\n")
+
+
+def assert_equal(found: Result, expected: Result) -> None:
+    """The two are the same to the last bit, names, order, units and texts included."""
+    assert list(found.variables) == list(expected.variables)
+    for name, variable in expected.variables.items():
+        other = found.variables[name]
+        assert other.dimensions == variable.dimensions, name
+        assert (other.unit, other.long_name) == (variable.unit, variable.long_name), name
+        assert other.data.dtype == variable.data.dtype, name
+        assert other.data.shape == variable.data.shape, name
+        if variable.data.dtype == object:
+            assert other.data.tolist() == variable.data.tolist(), name
+        else:
+            assert other.data.tobytes() == variable.data.tobytes(), name
+    assert found.attributes == expected.attributes
+    kinds = {name: type(value) for name, value in found.attributes.items()}
+    assert kinds == {name: type(value) for name, value in expected.attributes.items()}
+    assert found.config == expected.config

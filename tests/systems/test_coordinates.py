@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+from paper.differences import relative_error
+from paper.path import held_path, random_path
+from support.systems import random_body, random_system
+
+from rbstab.mechanics.motion import Wrench, motion_from_centre
+from rbstab.systems.coordinates import (
+    CentreCoordinates,
+    ContactCoordinates,
+    Coordinates,
+    ManifoldCoordinates,
+    ReducedCoordinates,
+)
+
+FREE = (CentreCoordinates(), ContactCoordinates())
+HELD = (ReducedCoordinates(), ManifoldCoordinates(), ManifoldCoordinates(5.0))
+
+
+@pytest.mark.parametrize("coordinates", [*FREE, *HELD], ids=lambda c: c.name)
+def test_coordinates_of_a_motion_stand_for_that_motion(rng, coordinates):
+    body, anchor = random_body(rng), rng.normal(size=3)
+    path = held_path(rng, body, anchor) if coordinates.holds_contact else random_path(rng, body)
+    motion = motion_from_centre(body, anchor, path.Z())
+    y = coordinates.of(motion)
+    again = coordinates.motion(body, anchor, y)
+    assert y.shape == (coordinates.size,)
+    for name in motion._fields:
+        # A held path keeps F at zero to the 1e-12 of its differences.
+        assert relative_error(getattr(again, name), getattr(motion, name), 10.0) < 1e-13
+
+
+def test_names_sizes_and_restrictions():
+    stated = {c.name: (c.size, c.holds_contact) for c in (*FREE, *HELD)}
+    assert stated == {
+        "Z": (12, False),
+        "W": (12, False),
+        "reduced": (6, True),
+        "manifold": (12, True),
+    }
+
+
+@pytest.mark.parametrize("coordinates", FREE, ids=lambda c: c.name)
+def test_contact_force_of_a_free_body_is_what_the_elements_exert(rng, coordinates):
+    system = random_system(rng, "free", coordinates)
+    wrench = Wrench(*rng.normal(size=(3, 3)))
+    motion = system.motion(rng.normal(size=12))
+    _, Lambda_ = coordinates.dynamics(system.body, motion, wrench)
+    np.testing.assert_array_equal(Lambda_, wrench.contact_force)
+
+
+def test_both_held_coordinates_move_alike(rng):
+    body, anchor = random_body(rng), rng.normal(size=3)
+    motion = motion_from_centre(body, anchor, held_path(rng, body, anchor).Z())
+    wrench = Wrench(*rng.normal(size=(2, 3)), np.zeros(3))
+    (six, holding), (twelve, constraining) = (
+        coordinates.dynamics(body, motion, wrench) for coordinates in HELD[:2]
+    )
+    assert relative_error(twelve[:6], six) < 1e-13
+    assert relative_error(constraining, holding) < 1e-13
+    np.testing.assert_array_equal(twelve[6:9], motion.V)
+
+
+def test_coordinates_have_to_state_their_equations():
+    stated = Coordinates()
+    with pytest.raises(NotImplementedError):
+        stated.of(None)
+    with pytest.raises(NotImplementedError):
+        stated.motion(None, None, None)
+    with pytest.raises(NotImplementedError):
+        stated.dynamics(None, None, None)
+
+
+def test_manifold_is_not_stabilized_unless_asked():
+    assert ManifoldCoordinates().baumgarte_rate == 0

@@ -1,0 +1,110 @@
+import numpy as np
+import pytest
+from support.systems import random_state, random_system
+
+from rbstab.systems.coordinates import (
+    CentreCoordinates,
+    ContactCoordinates,
+    ManifoldCoordinates,
+    ReducedCoordinates,
+)
+from rbstab.systems.parameters import map_parameters, parameters, structure
+
+BODY = ["body.mass", "body.inertia", "body.contact_point"]
+STABILIZERS = [
+    "gravity.weight",
+    "translational stabilizer.K_t",
+    "translational stabilizer.L_t",
+    "rotational stabilizer.K_r",
+    "rotational stabilizer.L_r",
+]
+EMBEDDED = ["connector.K_c", "connector.L_c", "connector.K_d", "connector.L_d"]
+VISCO_ELASTIC = ["connector.K_c", "connector.L_c"]
+
+
+@pytest.mark.parametrize(
+    ("variant", "coordinates", "own"),
+    [
+        ("free", CentreCoordinates(), []),
+        ("visco-elastic", ContactCoordinates(), VISCO_ELASTIC),
+        ("embedded", CentreCoordinates(), EMBEDDED),
+        ("permanent", ReducedCoordinates(), []),
+        ("permanent", ManifoldCoordinates(2.0), ["manifold.baumgarte_rate"]),
+    ],
+)
+def test_parameters_are_named_by_where_they_stand(rng, variant, coordinates, own):
+    system = random_system(rng, variant, coordinates)
+    found = parameters(system)
+    assert list(found) == [*BODY, *STABILIZERS, *own, "anchor"]
+    np.testing.assert_array_equal(found["body.inertia"], system.body.inertia)
+    np.testing.assert_array_equal(found["rotational stabilizer.L_r"], system.elements[2].L_r)
+    np.testing.assert_array_equal(found["anchor"], system.anchor)
+    assert found["body.mass"].shape == ()
+    assert float(found["body.mass"]) == system.body.mass
+
+
+def test_parameters_put_back_give_the_same_equations(rng):
+    system = random_system(rng, "embedded")
+    known = parameters(system)
+    rebuilt = map_parameters(system, lambda name, _: known[name].copy())
+    y = random_state(rng, system)
+    assert rebuilt is not system
+    np.testing.assert_array_equal(rebuilt.audited_rates(y), system.audited_rates(y))
+    assert isinstance(rebuilt.body.mass, float)
+
+
+def test_parameters_of_another_system_give_its_equations(rng):
+    system, other = (random_system(rng, "embedded", ContactCoordinates()) for _ in range(2))
+    values = parameters(other)
+    moved = map_parameters(system, lambda name, _: values[name])
+    y = random_state(rng, system)
+    np.testing.assert_array_equal(moved.audited_rates(y), other.audited_rates(y))
+    assert np.abs(system.rates(y) - other.rates(y)).max() > 1
+
+
+def test_every_parameter_is_in_the_equations(rng):
+    # A parameter that the mapping missed, or that the equations ignore, would change nothing.
+    system = random_system(rng, "embedded")
+    y = random_state(rng, system)
+    for chosen in parameters(system):
+        changed = map_parameters(
+            system, lambda name, value, chosen=chosen: value * (1.01 if name == chosen else 1)
+        )
+        assert np.abs(changed.rates(y) - system.rates(y)).max() > 1e-6, chosen
+
+
+def test_mapping_leaves_the_system_alone(rng):
+    system = random_system(rng, "visco-elastic")
+    before = {name: value.copy() for name, value in parameters(system).items()}
+    map_parameters(system, lambda _, value: value * 2)
+    np.testing.assert_equal(parameters(system), before)
+
+
+def test_structure_is_kept_by_other_values(rng):
+    one, other = (random_system(rng, "embedded") for _ in range(2))
+    assert structure(one) == structure(other)
+    assert hash(structure(one)) == hash(structure(other))
+
+
+def test_structure_tells_elements_and_coordinates_apart(rng):
+    systems = [
+        random_system(rng, "free"),
+        random_system(rng, "free", ContactCoordinates()),
+        random_system(rng, "visco-elastic"),
+        random_system(rng, "embedded"),
+        random_system(rng, "permanent", ReducedCoordinates()),
+        random_system(rng, "permanent", ManifoldCoordinates()),
+    ]
+    assert len({structure(system) for system in systems}) == len(systems)
+
+
+def test_structure_tells_the_order_of_elements_apart(rng):
+    system = random_system(rng, "visco-elastic")
+    reordered = type(system)(system.body, system.elements[::-1], system.coordinates, system.anchor)
+    assert structure(reordered) != structure(system)
+
+
+def test_structure_tells_shapes_apart(rng):
+    system = random_system(rng, "free")
+    reshaped = map_parameters(system, lambda _, value: value[None])
+    assert structure(reshaped) != structure(system)

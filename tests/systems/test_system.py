@@ -1,0 +1,146 @@
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from paper.differences import relative_error
+from paper.reading import read, stored_energy
+from support.systems import VARIANTS, random_spd, random_state, random_system
+
+from rbstab.elements.embedded import EmbeddedConnector
+from rbstab.elements.gravity import Gravity
+from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.systems.coordinates import (
+    CentreCoordinates,
+    ContactCoordinates,
+    ManifoldCoordinates,
+    ReducedCoordinates,
+)
+from rbstab.systems.system import AUDIT_SIZE, System
+
+TIED = (CentreCoordinates(), ContactCoordinates())
+HELD = (ReducedCoordinates(), ManifoldCoordinates(), ManifoldCoordinates(5.0))
+EVERY = [
+    (variant, coordinates)
+    for variant in VARIANTS
+    for coordinates in (HELD if variant == "permanent" else TIED)
+]
+
+
+@pytest.fixture(params=EVERY, ids=lambda every: f"{every[0]} {every[1].name}")
+def system(request, rng):
+    return random_system(rng, *request.param)
+
+
+def with_elements(system, *elements):
+    return System(system.body, elements, system.coordinates, system.anchor)
+
+
+def test_size_and_parts(system):
+    own = 3 if any(isinstance(e, EmbeddedConnector) for e in system.elements) else 0
+    assert system.size == (6 if system.coordinates.name == "reduced" else 12) + own
+    assert system.parts == ("kinetic", *(element.name for element in system.elements))
+
+
+def test_audited_rates_are_the_rates_and_the_audit(rng, system):
+    y = random_state(rng, system)
+    audited = system.audited_rates(y)
+    assert audited.shape == (system.size + AUDIT_SIZE,)
+    np.testing.assert_array_equal(audited[: system.size], system.rates(y))
+    observed = system.observe(y)
+    assert audited[-2] == pytest.approx(-observed.dissipation.sum(), rel=1e-13)
+    assert audited[-1] == pytest.approx(observed.motion.F @ observed.contact_force, rel=1e-13)
+
+
+def test_audit_states_are_not_read(rng, system):
+    y = random_state(rng, system)
+    audited = np.concatenate([y, [np.nan, np.inf]])
+    np.testing.assert_array_equal(system.audited_rates(audited), system.audited_rates(y))
+    np.testing.assert_array_equal(system.rates(audited), system.rates(y))
+    np.testing.assert_array_equal(system.observe(audited).energy, system.observe(y).energy)
+    assert system.observe(audited).connector_state.shape == y[system.coordinates.size :].shape
+
+
+def test_observation_is_the_motion_by_geometry(rng, system):
+    y = random_state(rng, system)
+    observed, expected = system.observe(y), read(system, y)
+    for name in ("Theta", "Omega", "X", "V", "A", "E", "F"):
+        by_geometry = getattr(expected, name)
+        # F is held at zero in the reduced coordinates.
+        scale = max(np.abs(by_geometry).max(), 1.0)
+        assert relative_error(getattr(observed.motion, name), by_geometry, scale) < 1e-11
+    np.testing.assert_array_equal(observed.connector_state, expected.D)
+
+
+def test_potential_energy_is_all_that_is_stored(rng, system):
+    y = random_state(rng, system)
+    expected = stored_energy(system, read(system, y))
+    assert system.potential_energy(y) == pytest.approx(expected, rel=1e-13)
+    assert system.observe(y).energy[1:].sum() == pytest.approx(expected, rel=1e-13)
+
+
+def test_parts_of_the_energy_stand_in_the_order_of_the_elements(rng, system):
+    y = random_state(rng, system)
+    observed = system.observe(y)
+    assert observed.dissipation[0] == 0
+    for k, element in enumerate(system.elements, 1):
+        alone = with_elements(system, element)
+        state = y if element.state_size else y[: system.coordinates.size]
+        assert alone.observe(state).energy[1] == observed.energy[k]
+        assert alone.observe(state).dissipation[1] == observed.dissipation[k]
+        np.testing.assert_array_equal(alone.observe(state).wrenches[0], observed.wrenches[k - 1])
+
+
+def test_state_is_kept_through_its_motion(rng, system):
+    y = random_state(rng, system)
+    again = system.start(system.motion(y), y[system.coordinates.size :])
+    assert relative_error(again, y) < 1e-15
+
+
+def test_order_of_the_elements_does_not_matter(rng, system):
+    y = random_state(rng, system)
+    reversed_ = with_elements(system, *system.elements[::-1])
+    rates = system.rates(y)
+    # Sums in another order differ by round-off.
+    assert relative_error(reversed_.rates(y), rates) < 1e-14
+
+
+class Witness(Gravity):
+    """A weight that writes down which states it was handed."""
+
+    seen: ClassVar[list] = []
+
+    def wrench(self, motion, own):
+        self.seen.append(own)
+        return super().wrench(motion, own)
+
+
+def test_element_without_states_is_handed_none(rng):
+    tied = random_system(rng, "embedded")
+    witness = Witness(rng.normal(size=3))
+    # Before, between and after elements, of which one has states.
+    system = with_elements(tied, witness, tied.elements[-1], witness, *tied.elements[:3], witness)
+    Witness.seen.clear()
+    system.rates(random_state(rng, system))
+    assert [own.shape for own in Witness.seen] == [(0,)] * 3
+
+
+def test_each_element_reads_and_moves_its_own_states(rng):
+    tied = random_system(rng, "free")
+    first, second = (
+        EmbeddedConnector(*(random_spd(rng, scale) for scale in (2000, 90, 1500, 150)))
+        for _ in range(2)
+    )
+    plain = ViscoElasticConnector(random_spd(rng, 900), random_spd(rng, 40))
+    system = with_elements(tied, first, plain, second)
+    y = random_state(rng, system)
+    assert system.size == 18
+    observed, motion = system.observe(y), system.motion(y)
+    np.testing.assert_array_equal(system.rates(y)[12:15], first.rates(motion, y[12:15]))
+    np.testing.assert_array_equal(system.rates(y)[15:18], second.rates(motion, y[15:18]))
+    np.testing.assert_array_equal(system.audited_rates(y)[12:18], system.rates(y)[12:18])
+    stored = [first.stored(motion, y[12:15]), plain.stored(motion, None)]
+    np.testing.assert_array_equal(observed.energy[1:3], stored)
+    assert observed.energy[3] == second.stored(motion, y[15:18])
+    pull = sum(wrench.contact_force for wrench in observed.wrenches)
+    assert relative_error(observed.contact_force, pull) < 1e-15
+    np.testing.assert_array_equal(observed.connector_state, y[12:18])

@@ -48,9 +48,16 @@ def test_residual_is_what_the_integral_misses():
 
 def test_relative_residual_is_counted_against_the_first_value():
     residual, value = np.array([0.0, -0.5, 0.25]), np.array([4.0, 2.0, 10.0])
-    assert relative_residual(residual, value) == 0.125
+    assert relative_residual(residual, value, np.full((3, 2), 2.0)) == 0.125
 
 
-@pytest.mark.parametrize("start", [0.0, -1e-16])
+@pytest.mark.parametrize("start", [0.0, -1e-16, 1e-14])
 def test_relative_residual_of_a_motion_that_starts_at_rest(start):
-    assert relative_residual(np.array([0.0, -0.5]), np.array([start, 0.0])) == 0.5
+    """v(0) is the round-off of energies that cancel, so it is no measure of anything."""
+    residual, value = np.array([0.0, -1e-14]), np.array([start, 0.0])
+    assert relative_residual(residual, value, np.array([[0.0, -50.0], [0.0, 50.0]])) == 2e-12
+
+
+def test_relative_residual_where_there_is_no_energy_at_all():
+    nothing = np.zeros((2, 3))
+    assert relative_residual(np.array([0.0, -0.5]), np.zeros(2), nothing) == 0.5

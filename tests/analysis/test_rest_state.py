@@ -2,8 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from paper.differences import jacobian, relative_error
-from paper.pose import attitude
+from support.differences import jacobian, relative_error
+from support.pose import attitude
 from support.systems import VARIANTS, random_body, random_system
 
 from rbstab.analysis.rest_state import GRADIENT_TOLERANCE, RestState, nearest_rest_state
@@ -52,6 +52,7 @@ def loaded(request, rng):
 def test_held_paper_body_under_gravity(coordinates):
     rest = nearest_rest_state(paper_system(coordinates))
     assert rest.found
+    # To half of the last digit that is known.
     np.testing.assert_allclose(rest.motion.Theta, [0.03917, -0.05825, 0.00018], rtol=0, atol=5e-6)
 
 
@@ -59,9 +60,10 @@ def test_held_paper_body_under_gravity(coordinates):
 def test_tied_paper_body_under_gravity(coordinates):
     rest = nearest_rest_state(paper_system(coordinates, ViscoElasticConnector(K_C, L_C)))
     assert rest.found
-    # 5e-5: the first two are known to four decimals; the last to five.
-    np.testing.assert_allclose(rest.motion.Theta, [0.0347, -0.0517, 0.0001], rtol=0, atol=5e-5)
-    assert rest.motion.Theta[2] == pytest.approx(0.00012, abs=5e-6)
+    # To half of the last digit that is known of each.
+    roll_and_pitch, yaw = rest.motion.Theta[:2], rest.motion.Theta[2]
+    np.testing.assert_allclose(roll_and_pitch, [0.0347, -0.0517], rtol=0, atol=5e-5)
+    assert yaw == pytest.approx(0.00012, abs=5e-6)
 
 
 def test_free_paper_body_under_gravity():
@@ -129,8 +131,8 @@ def test_gradient_is_the_largest_force_that_is_left(loaded):
     rest = nearest_rest_state(loaded)
     y = loaded.start(rest.motion, rest.own)
     slope = jacobian(loaded.potential_energy, y, 1e-3)
-    # Differences see nothing below 1e-9 of stiffnesses of the order of 1e4.
-    np.testing.assert_allclose(slope, 0, atol=1e-8)
+    # Energies of 100 J, which are good to 1e-14, over a step of 1e-3.
+    np.testing.assert_allclose(slope, 0, atol=1e-9)
     assert 0 <= rest.gradient < 1e-9
 
 

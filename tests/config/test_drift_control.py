@@ -1,9 +1,9 @@
 """Drift control of the held body: what it may be, and with what it goes together."""
 
 import pytest
+from support.configs import PERMANENT
 
 from rbstab.config.schema import Baumgarte
-from support.configs import PERMANENT
 
 CHOICES = "expected none, projection or {baumgarte: rate}"
 

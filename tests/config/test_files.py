@@ -1,12 +1,12 @@
 """Files that are no config at all: absent, too large, not text."""
 
-import os
+from pathlib import Path
 
 import pytest
+from support.configs import VISCO_ELASTIC, edited
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config
-from support.configs import VISCO_ELASTIC, edited
 
 MIB = 1 << 20
 
@@ -53,7 +53,7 @@ def test_largest_file(write):
 
 def test_endless_file():
     """A device is read up to the bound and no further."""
-    if not os.path.exists("/dev/zero"):  # noqa: PTH110 - a device, no file of ours
+    if not Path("/dev/zero").exists():
         pytest.skip("no such device here")
     assert "is larger than 1 MiB" in refused("/dev/zero")
 

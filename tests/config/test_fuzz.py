@@ -3,11 +3,11 @@
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from support.configs import BY_VARIANT, PERMANENT, plain
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.schema import Section
-from support.configs import BY_VARIANT, PERMANENT, plain
 
 # Derandomized: a failure in one run is a failure in all. No database: nothing is left behind.
 FUZZ = settings(
@@ -20,12 +20,12 @@ FUZZ = settings(
 
 TEXTS = [*BY_VARIANT.values(), PERMANENT + "  coordinates: manifold\n  drift_control: none\n"]
 
-NASTY = (
-    "-1 0 1e999 .nan -.inf true null ~ yes '' \"1\" [] {} [1] [1,2,3] [[1,2,3],[4,5,6],[7,8,9]] "
-    "{a:1} *a &a !!float ! | > - ? : , ] } [ { # % @ ` ' \" 1e-400 2020-01-01 free embedded sliding "
-    "reduced Z W manifold projection {baumgarte:1} heyoka LSODA 9999999999999999999 --- ... << = "
-    "\t \x00 \x1b \ufeff \u2028 é 😀"
-).split(" ")
+VALUES = """
+-1 0 1e999 .nan -.inf true null ~ yes '' "1" [] {} [1] [1,2,3] [[1,2,3],[4,5,6],[7,8,9]] {a:1}
+*a &a !!float ! | > - ? : , ] } [ { # % @ ` ' " 1e-400 2020-01-01 free embedded rigid reduced Z W
+manifold projection {baumgarte:1} heyoka LSODA 9999999999999999999 --- ... << = é 😀
+"""
+NASTY = [*VALUES.split(), "", " ", "\t", "\x00", "\x1b", "\ufeff", "\u2028"]
 
 
 @pytest.fixture(scope="module")
@@ -33,32 +33,38 @@ def path(tmp_path_factory):
     return tmp_path_factory.mktemp("fuzz") / "config.yaml"
 
 
-def check(path, raw, changes=()):
-    """Both outcomes must be sound: a message for every problem, or a config that loads again."""
-    if raw is not None:
-        path.write_bytes(raw)
+def outcome(config, changes=()):
+    """The config, or the error that says what is wrong with it; all else fails the test."""
     try:
-        config = load_config(path, changes)
+        return load_config(config, changes)
     except ConfigError as error:
-        assert error.problems
-        assert all(line.isprintable() and line for line in str(error).split("\n"))
-        assert len(str(error).split("\n")) == len(error.problems)
-        return
-    assert isinstance(config, Section)
-    assert len(run_id(config)) == 32
-    assert resolved_yaml(config)
+        return error
+
+
+def check(found):
+    """Both outcomes must be sound: a line for every problem, or a config that can be stored."""
+    if isinstance(found, ConfigError):
+        lines = str(found).split("\n")
+        assert len(lines) == len(found.problems) > 0
+        assert all(line and line.isprintable() for line in lines)
+    else:
+        assert isinstance(found, Section)
+        assert len(run_id(found)) == 32
+        assert resolved_yaml(found)
 
 
 @FUZZ
 @given(text=st.text(max_size=300))
 def test_any_text(path, text):
-    check(path, text.encode("utf-8", "surrogatepass"))
+    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    check(outcome(path))
 
 
 @FUZZ
 @given(raw=st.binary(max_size=200))
 def test_any_bytes(path, raw):
-    check(path, raw)
+    path.write_bytes(raw)
+    check(outcome(path))
 
 
 @settings(FUZZ, max_examples=300)
@@ -85,7 +91,8 @@ def test_any_damage_to_a_good_config(path, data):
                 lines[index] = line[:at] + line[at + 1 :]
         if not lines:
             break
-    check(path, "\n".join(lines).encode())
+    path.write_bytes("\n".join(lines).encode())
+    check(outcome(path))
 
 
 SCALARS = (
@@ -96,10 +103,11 @@ SCALARS = (
     | st.text(max_size=8)
     | st.sampled_from(["free", "permanent", "embedded", "Z", "reduced", "projection"])
 )
-KEYS = st.text(max_size=5) | st.sampled_from(
-    "title body mass inertia controller variant K_t K_d initial orientation integration samples "
-    "drift_control baumgarte reference source final".split(" ")
-)
+NAMES = """
+title body mass inertia controller variant K_t K_d initial orientation integration samples
+drift_control baumgarte reference source final
+"""
+KEYS = st.text(max_size=5) | st.sampled_from(NAMES.split())
 TREES = st.recursive(
     SCALARS,
     lambda below: st.lists(below, max_size=4) | st.dictionaries(KEYS, below, max_size=4),
@@ -110,10 +118,7 @@ TREES = st.recursive(
 @FUZZ
 @given(data=st.dictionaries(KEYS, TREES, max_size=6))
 def test_any_plain_data(data):
-    try:
-        load_config(data)
-    except ConfigError as error:
-        assert error.problems
+    check(outcome(data))
 
 
 @settings(FUZZ, max_examples=300)
@@ -127,20 +132,15 @@ def test_any_value_in_a_good_config(where, tree, variant):
             break
         here = here[keys[step % len(keys)]]
     here[list(here)[where[-1] % len(here)]] = tree
-    try:
-        load_config(data)
-    except ConfigError as error:
-        assert error.problems
+    check(outcome(data))
 
 
-PARTS = st.sampled_from(
-    "body mass . [0] [1] [9] = controller K_t variant inertia initial orientation -1 free [ ] x "
-    "{a: 1, a: 2} *a integration drift_control samples reference source final".split(" ")
-)
+SIGNS = ". . . [0] [1] [9] = = -1 free [ ] x {a: 1 , } *a"
+PARTS = st.sampled_from([*NAMES.split(), *SIGNS.split()])
 
 
 @FUZZ
 @given(parts=st.lists(PARTS | st.text(max_size=3), max_size=6), more=st.text(max_size=5))
 def test_any_change(path, parts, more):
     path.write_text(BY_VARIANT["visco-elastic"], encoding="utf-8")
-    check(path, None, ["".join(parts), "".join(parts) + "=" + more])
+    check(outcome(path, ["".join(parts), "".join(parts) + "=" + more]))

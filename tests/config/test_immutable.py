@@ -2,7 +2,6 @@
 
 import pytest
 from pydantic import BaseModel, ValidationError
-
 from support.configs import BY_VARIANT, PERMANENT, VISCO_ELASTIC
 
 

@@ -2,12 +2,12 @@
 
 import jsonschema
 import pytest
+from support.configs import BY_VARIANT, EMBEDDED, FREE, PERMANENT, VISCO_ELASTIC, edited
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config
 from rbstab.config.schema import VARIANTS, json_schema
 from rbstab.config.source import parse_source
-from support.configs import BY_VARIANT, EMBEDDED, FREE, PERMANENT, VISCO_ELASTIC, edited
 
 MANIFOLD = PERMANENT + "  coordinates: manifold\n"
 
@@ -127,7 +127,8 @@ def test_every_number_says_what_it_is():
         key
         for path, node in _objects(schema)
         for key, value in node["properties"].items()
-        if "description" not in value and "$ref" not in str(value)
+        if "description" not in value
+        and "$ref" not in str(value)
         and not (path.endswith("FinalState") and key in OF_FINAL_STATE)
     }
     assert without <= SELF_EXPLAINING
@@ -149,7 +150,7 @@ def test_the_variants_are_the_issued_ones():
 
 
 def test_bounds_that_only_the_program_knows(validator, write):
-    """Definiteness and the range of eq. 5 cannot be said in JSON Schema: the program is stricter."""
+    """JSON Schema cannot say definiteness or the range of eq. 5: the program is stricter."""
     for text in (
         edited("[60, 60, 42]", "[[1, 2, 0], [2, 1, 0], [0, 0, 1]]"),
         edited("orientation: [0, 0, 0]", "orientation: [0, 2, 0]"),

@@ -1,7 +1,6 @@
 """Keys that are unknown, misspelt, missing, repeated, or of another variant."""
 
 import pytest
-
 from support.configs import FREE, PERMANENT, VISCO_ELASTIC, edited
 
 ROOT = "body, controller, gravity, initial, integration, reference, schema_version, title"

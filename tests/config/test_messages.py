@@ -1,10 +1,10 @@
 """How problems are told: all at once, in order, each in one line that no terminal obeys."""
 
 import pytest
+from support.configs import VISCO_ELASTIC, edited, plain
 
 from rbstab.config.errors import ConfigError, Location, Problem, printable
 from rbstab.config.load import load_config
-from support.configs import VISCO_ELASTIC, edited, plain
 
 MANY = """\
 title: ""

@@ -3,7 +3,6 @@
 import math
 
 import pytest
-
 from support.configs import edited
 
 ORIENTATION = "orientation: [0, 0, 0]"

@@ -1,10 +1,10 @@
 """`--set key=value`: what it reaches, what it makes, and how its errors are told."""
 
 import pytest
+from support.configs import PERMANENT, VISCO_ELASTIC, edited
 
 from rbstab.config.overrides import parse_key
 from rbstab.config.source import key_of
-from support.configs import PERMANENT, VISCO_ELASTIC, edited
 
 
 def test_a_number(load):

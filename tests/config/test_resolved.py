@@ -7,9 +7,9 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.configs import BY_VARIANT, FREE, PERMANENT, VISCO_ELASTIC, edited, plain
 
 from rbstab.config.load import load_config, resolved, resolved_yaml, run_id
-from support.configs import BY_VARIANT, FREE, PERMANENT, VISCO_ELASTIC, edited, plain
 
 TEXTS = {
     **BY_VARIANT,
@@ -98,7 +98,19 @@ def test_every_number_survives(tmp_path_factory, mass, gain, x):
 # Texts that YAML, of whatever version, could take for something else.
 TITLES = ["yes", "~", "null", "true", "5", "5.0", "1_0", "0x1", "2020-01-01", ".inf", "=", "<<"]
 TITLES += ["- a", "a: b", "a #b", "#a", "*a", "&a", "!a", "%a", "@a", "`a", "|", ">", "'", '"']
-TITLES += ["é😀", " a", "a ", "a\tb", "a\nb", "\x7f", "\ufeffa", "a\u2028b", "x y " * 50, "012", "5."]
+TITLES += [
+    "é😀",
+    " a",
+    "a ",
+    "a\tb",
+    "a\nb",
+    "\x7f",
+    "\ufeffa",
+    "a\u2028b",
+    "x y " * 50,
+    "012",
+    "5.",
+]
 AS_NUMBERS = ["1e5", "1e-9", "1E5", ".5e3", "-1e+5", "1e1000"]
 
 

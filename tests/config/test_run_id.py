@@ -5,9 +5,9 @@ import subprocess
 import sys
 
 import pytest
+from support.configs import EMBEDDED, PERMANENT, VISCO_ELASTIC, edited, plain
 
 from rbstab.config.load import load_config, run_id
-from support.configs import EMBEDDED, PERMANENT, VISCO_ELASTIC, edited, plain
 
 HEYOKA = VISCO_ELASTIC + "  engine: heyoka\n"
 

@@ -1,10 +1,10 @@
 """Values of the wrong kind or out of their bounds: place, key, what is wrong, what was expected."""
 
 import pytest
+from support.configs import VISCO_ELASTIC, edited
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config
-from support.configs import VISCO_ELASTIC, edited
 
 MASS = "mass: 41.0"
 POINT = "contact_point: [0.15, 0.10, -0.42]"

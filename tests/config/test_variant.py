@@ -1,7 +1,6 @@
 """The variant decides which keys there are, so it is judged first."""
 
 import pytest
-
 from support.configs import VISCO_ELASTIC, edited
 
 ALL = "expected one of free, permanent, visco-elastic, embedded"

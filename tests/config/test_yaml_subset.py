@@ -2,9 +2,9 @@
 
 import pytest
 import yaml
+from support.configs import VISCO_ELASTIC, edited
 
 from rbstab.config import source
-from support.configs import VISCO_ELASTIC, edited
 
 MASS = "mass: 41.0"
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from paper.differences import along, relative_error
+from support.differences import along, relative_error
 from support.systems import random_body, random_spd, random_Z
 
 from rbstab.elements.embedded import EmbeddedConnector

@@ -1,9 +1,9 @@
 import pytest
+from support.configs import EMBEDDED, FREE, PERMANENT, VISCO_ELASTIC, edited, plain
 
 from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
 from rbstab.store.run_file import write_result
-from support.configs import EMBEDDED, FREE, PERMANENT, VISCO_ELASTIC, edited, plain
 
 # Short: what a file holds does not depend on how long the motion was followed.
 SHORT = ("integration.duration=0.02", "integration.samples=5", "integration.rtol=1e-9")

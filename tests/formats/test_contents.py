@@ -81,7 +81,7 @@ ATTRIBUTES = {
 
 
 def test_attributes(run, kind):
-    result, path = run
+    _, path = run
     stored = open_result(path).attributes
     for name, expected in ATTRIBUTES.items():
         assert type(stored[name]) is expected, name

@@ -4,9 +4,9 @@ import h5py
 import netCDF4
 import numpy as np
 import xarray
+from support.results import assert_equal
 
 from rbstab.store.run_file import open_result
-from support.results import assert_equal
 
 
 def same(found, expected):

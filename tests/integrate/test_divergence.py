@@ -69,6 +69,23 @@ def test_start_whose_rates_overflow_diverged(engine_name, method):
     np.testing.assert_array_equal(trajectory.states, [start])
 
 
+@each_method
+def test_overflow_is_a_status_also_for_callers_who_want_it_raised(engine_name, method):
+    start = np.concatenate([np.zeros(3), [1e200, 2e200, -1e200], np.zeros(6)])
+    given = problem(bare_system(BODY), start, [0.0, 1.0], method=method)
+    with np.errstate(all="raise"):
+        assert solve(engine_name, given).status == "diverged"
+
+
+def test_lsodas_own_warnings_are_not_shown():
+    # The tolerances are beyond what doubles can do, which it says twice before it gives up.
+    start = np.concatenate([[0.1, 0.2, 0.1], [1.0, 2.0, -1.0], np.zeros(6)])
+    system = bare_system(BODY, K_r=400.0 * np.eye(3), L_r=60.0 * np.eye(3))
+    trajectory = outcome("scipy", "LSODA", system, start, rtol=1e-20, atol=1e-30)
+    assert trajectory.status == "solver failure"
+    assert trajectory.detail.startswith("LSODA: ")
+
+
 @pytest.mark.parametrize("method", ["DOP853", "Radau"])
 def test_finite_rates_that_no_step_can_follow_are_a_solver_failure(method):
     # The rates are of the order of 1e302; counted in tolerances they are not numbers.
@@ -92,15 +109,15 @@ def test_huge_spins_end_in_a_status(engine_name, method, size):
 
 
 # X grows as exp(√(1e10/41) t), out of the numbers after 0.05 s at the latest.
-REPELLED = bare_system(BODY, K_t=-1e10 * np.eye(3))
 AWAY = np.concatenate([np.zeros(6), [1.0, -0.5, 0.2], np.zeros(3)])
 
 
 @each_engine
 def test_motion_that_grows_out_of_the_numbers_diverged(engine_name):
     times = np.linspace(0.0, 2.0, 2001)
+    system = bare_system(BODY, K_t=-1e10 * np.eye(3))
     # A thousand steps lead there.
-    trajectory = outcome(engine_name, "DOP853", REPELLED, AWAY, times, time_limit=20.0)
+    trajectory = outcome(engine_name, "DOP853", system, AWAY, times, time_limit=20.0)
     assert trajectory.status == "diverged"
     assert 0.005 < trajectory.times[-1] < 0.05
     stop = re.escape(f"{trajectory.times[-1]:.9g}")
@@ -109,6 +126,8 @@ def test_motion_that_grows_out_of_the_numbers_diverged(engine_name):
     )
     # What is kept of the run are numbers, and right: X(t) = X(0) cosh(√(k/m) t).
     assert np.isfinite(trajectory.states).all()
+    assert np.isfinite(trajectory.lyapunov_change).all()
+    assert np.isfinite(trajectory.contact_work).all()
     rows = slice(0, 5)
     growth = np.cosh(np.sqrt(1e10 / 41.0) * trajectory.times[rows])
     expected = np.outer(growth, AWAY[6:9])
@@ -125,6 +144,20 @@ def test_negative_gains_of_enormous_size_end_in_a_status(engine_name, method, ga
     assert trajectory.times[-1] < 1e-3
 
 
+def weighed(weight):
+    return System(BODY, (weight,), CentreCoordinates(), np.zeros(3))
+
+
+@each_engine
+def test_start_without_a_number_diverged_even_where_no_rate_notices(engine_name):
+    # A weight alone does not ask where the body is.
+    start = np.zeros(12)
+    start[6] = np.nan
+    trajectory = outcome(engine_name, "DOP853", weighed(Gravity(np.zeros(3))), start)
+    assert trajectory.status == "diverged"
+    np.testing.assert_array_equal(trajectory.states, [start])
+
+
 class Vanishing(Gravity):
     """A weight that is not a number once the body has fallen below 1 m: √(1 + x3)."""
 
@@ -133,11 +166,30 @@ class Vanishing(Gravity):
         return whole._replace(force=whole.force * np.sqrt(1.0 + motion.X[2]))
 
 
-@pytest.mark.parametrize("method", ["DOP853", "RK45"])
+@pytest.mark.parametrize("method", ["DOP853", "RK45", "LSODA"])
 def test_rates_that_stop_being_numbers_midway_diverged(method):
-    weight = Vanishing(np.array([0.0, 0.0, -410.0]))
-    system = System(BODY, (weight,), CentreCoordinates(), np.zeros(3))
+    system = weighed(Vanishing(np.array([0.0, 0.0, -410.0])))
     trajectory = outcome("scipy", method, system, np.zeros(12), np.linspace(0.0, 2.0, 201))
     assert trajectory.status == "diverged"
-    assert trajectory.detail.startswith("the rates stopped being finite at t = ")
     assert -1.0 <= trajectory.states[-1, 8] < -0.99
+    assert np.isfinite(trajectory.states).all()
+
+
+class Edge(Gravity):
+    """A weight that is a number nowhere but at the start: √x3, thrown downwards from x3 = 0."""
+
+    def wrench(self, motion, own):
+        whole = super().wrench(motion, own)
+        return whole._replace(force=whole.force * np.sqrt(motion.X[2]))
+
+
+@pytest.mark.parametrize("method", ["DOP853", "RK45", "LSODA", "Radau"])
+def test_start_on_the_edge_of_the_numbers_is_given_up_soon(method):
+    start = np.zeros(12)
+    start[11] = -1.0
+    trajectory = outcome("scipy", method, weighed(Edge(np.array([0.0, 0.0, -410.0]))), start)
+    assert trajectory.status == "diverged"
+    assert trajectory.times[-1] < 1e-100
+    # A step that has met a thousand of them in a row will not find a number any more.
+    explicit = method in {"DOP853", "RK45"}
+    assert trajectory.evaluations < (1100 if explicit else 5000)

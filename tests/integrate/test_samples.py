@@ -62,10 +62,25 @@ def test_samples_add_at_most_one_step_each(method):
     # A step cut short on a sample must not make the next ones short.
     tolerances = {"method": method, "rtol": 1e-8, "atol": 1e-8}
     alone = solve("scipy", problem(SYSTEM, START, [0.0, 2.0], **tolerances))
-    times = np.linspace(0.0, 2.0, 13)
+    # In pairs, of which the second cuts the step after the first very short.
+    pairs = np.linspace(0.0, 2.0, 7)[1:-1]
+    times = np.sort(np.concatenate([[0.0, 2.0], pairs, pairs + 1e-9]))
     sampled = solve("scipy", problem(SYSTEM, START, times, **tolerances))
-    assert alone.steps > 13
     assert sampled.steps <= alone.steps + len(times)
+
+
+def test_tolerances_are_not_mistaken_for_each_other():
+    # All that moves is far below one tolerance, and has to be followed at the other.
+    small = START * 1e-6
+    small[1] = 0.0
+    still = {"rtol": 1e-11, "atol": 1e-5}
+    followed_closely = {"rtol": 1e-5, "atol": 1e-11}
+    system = bare_system(SYSTEM.body, K_t=30.0 * np.eye(3), K_r=5.0 * np.eye(3))
+    coarse, fine = (
+        solve("scipy", problem(system, small, [0.0, 20.0], **tolerances))
+        for tolerances in (still, followed_closely)
+    )
+    assert coarse.steps < fine.steps / 2
 
 
 @pytest.mark.parametrize("engine_name", ENGINES)

@@ -2,7 +2,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from paper.differences import relative_error
+from support.differences import relative_error
 from support.systems import random_spd
 
 from rbstab.mechanics.algebra import (
@@ -54,11 +54,11 @@ def test_quadratic_form_in_integers():
 
 
 @pytest.mark.parametrize("constant", [ZERO, IDENTITY, ZERO_MATRIX])
-def test_shared_constants_cannot_be_written(constant):
+def test_constants_cannot_be_written(constant):
     with pytest.raises(ValueError, match="read-only"):
         constant[0] = 1.0
 
 
-def test_shared_constants():
+def test_constants():
     np.testing.assert_array_equal(IDENTITY @ np.arange(3.0) + ZERO, np.arange(3.0))
     np.testing.assert_array_equal(ZERO_MATRIX, IDENTITY - IDENTITY)

@@ -1,5 +1,5 @@
 import numpy as np
-from paper.differences import relative_error
+from support.differences import relative_error
 
 from rbstab.mechanics.derivatives import jacobian
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from paper.differences import along, relative_error
-from paper.path import held_path
-from paper.pose import attitude
-from paper.reading import read
 from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
+from support.differences import along, relative_error
+from support.path import held_path
+from support.pose import attitude
+from support.reading import read
 from support.systems import random_body, random_state, random_system
 
 from rbstab.mechanics.constraint import projected_state

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from support.differences import derivative, relative_error
+from support.pose import angles, attitude, turned
 from support.systems import random_body, random_Z
 
-from paper.differences import derivative, relative_error
-from paper.pose import angles, attitude, turned
 from rbstab.mechanics.attitude import rate_matrix, rate_matrix_inverse, regularity, rotation
 from rbstab.mechanics.contact import displacement, velocity
 
@@ -84,7 +84,6 @@ def test_eq_01_determinant_of_rate_matrix_is_one_over_cos_pitch(rng):
 
 def test_eq_05_angles_inside_the_range_are_the_only_ones(rng):
     Theta = random_Z(rng)[:3]
-    # Near the end of the range the angles lose digits as 1/cos θ2.
     assert relative_error(angles(rotation(Theta)), Theta) < 1e-14
 
 

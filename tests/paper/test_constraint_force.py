@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
+from support.differences import along, derivative, relative_error
+from support.path import held_path
+from support.pose import attitude, turned
 from support.systems import random_body, random_Z
 
-from paper.differences import along, derivative, relative_error
-from paper.path import held_path
-from paper.pose import attitude, turned
 from rbstab.mechanics import reduced
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.constraint import (

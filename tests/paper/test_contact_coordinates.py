@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from support.differences import along, jacobian, relative_error
+from support.path import random_path
+from support.reading import read
 from support.systems import VARIANTS, random_body, random_state, random_system, random_Z
 
-from paper.differences import along, jacobian, relative_error
-from paper.path import random_path
-from paper.reading import read
 from rbstab.mechanics.coordinates import (
     centre_state,
     contact_state,

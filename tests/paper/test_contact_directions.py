@@ -1,11 +1,11 @@
 """Eq. 10 to 14: the constraint, its first and second derivative, and the directions c."""
 
 import numpy as np
+from support.differences import derivative, jacobian, relative_error, second_derivative
+from support.path import held_path, random_path
+from support.pose import turned
 from support.systems import random_body, random_Z
 
-from paper.differences import derivative, jacobian, relative_error, second_derivative
-from paper.path import held_path, random_path
-from paper.pose import turned
 from rbstab.mechanics.constraint import centripetal_acceleration
 from rbstab.mechanics.motion import contact_directions, motion_from_centre
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from support.differences import along, derivative, relative_error
+from support.pose import turned
+from support.reading import gain, kinetic_energy, read, total_energy
 from support.systems import random_spd, random_state, random_system
 
-from paper.differences import along, derivative, relative_error
-from paper.pose import turned
-from paper.reading import gain, kinetic_energy, read, total_energy
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.systems.coordinates import ContactCoordinates, ManifoldCoordinates, ReducedCoordinates
 from rbstab.systems.system import System

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
+from support.differences import along, derivative, relative_error
+from support.particles import particles
+from support.path import random_path
+from support.pose import attitude, turned
 from support.systems import random_body, random_Z
 
-from paper.differences import along, derivative, relative_error
-from paper.particles import particles
-from paper.path import random_path
-from paper.pose import attitude, turned
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import (
     Wrench,

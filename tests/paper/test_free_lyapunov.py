@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from scipy.linalg import sqrtm
+from support.differences import along, relative_error
+from support.reading import gain, kinetic_energy, read, total_energy
 from support.systems import random_state, random_system
 
-from paper.differences import along, relative_error
-from paper.reading import gain, kinetic_energy, read, total_energy
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.systems.coordinates import ContactCoordinates

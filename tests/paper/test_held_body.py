@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from support.differences import along, derivative, relative_error
+from support.particles import inertia_about, particles
+from support.path import held_path
+from support.pose import attitude, turned
+from support.reading import gain, read
 from support.systems import random_body, random_state, random_system
 
-from paper.differences import along, derivative, relative_error
-from paper.particles import inertia_about, particles
-from paper.path import held_path
-from paper.pose import attitude, turned
-from paper.reading import gain, read
 from rbstab.mechanics.algebra import cross_matrix
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.mechanics.reduced import angular_acceleration, holding_force

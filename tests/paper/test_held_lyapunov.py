@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.differences import along, derivative, relative_error
+from support.particles import inertia_about
+from support.pose import attitude, turned
+from support.reading import gain, read, total_energy
 from support.systems import random_state, random_system
 
-from paper.differences import along, derivative, relative_error
-from paper.particles import inertia_about
-from paper.pose import attitude, turned
-from paper.reading import gain, read, total_energy
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.elements.gravity import Gravity
 from rbstab.systems.coordinates import ManifoldCoordinates, ReducedCoordinates

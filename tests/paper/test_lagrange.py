@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from support.differences import derivative, jacobian, relative_error
+from support.particles import particles
+from support.pose import angles, attitude, turned
+from support.reading import gain, read
 from support.systems import random_state, random_system
 
-from paper.differences import derivative, jacobian, relative_error
-from paper.particles import particles
-from paper.pose import angles, attitude, turned
-from paper.reading import gain, read
 from rbstab.systems.coordinates import ReducedCoordinates
 
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
+from support.differences import derivative, jacobian, relative_error
+from support.path import random_path
+from support.pose import angles, attitude, turned
+from support.reading import kinetic_energy, read
 from support.systems import random_body, random_spd, random_system, random_Z
 
-from paper.differences import derivative, jacobian, relative_error
-from paper.path import random_path
-from paper.pose import angles, attitude, turned
-from paper.reading import kinetic_energy, read
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.differences import along, relative_error
+from support.reading import gain, read, total_energy
 from support.systems import random_state, random_system
 
-from paper.differences import along, relative_error
-from paper.reading import gain, read, total_energy
 from rbstab.elements.gravity import Gravity
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.systems.coordinates import ContactCoordinates

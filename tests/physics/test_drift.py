@@ -72,6 +72,18 @@ def test_projection_removes_the_offence_within_its_first_steps(engine):
     assert np.abs(F[later]).max() < 1e-13
 
 
+def test_projection_is_done_at_every_step():
+    # Not at samples only: from its first step on, of some milliseconds, the body moves as one that
+    # was put where the projection puts it.
+    system = held_system(0.0)
+    start = start_at(system, E0, np.zeros(3))
+    found = solve("scipy", problem(system, start, [0.0, 1.0], project=True)).states[-1]
+    put = solve("scipy", problem(system, start, [0.0, 1e-14], project=True)).states[-1]
+    expected = solve("scipy", problem(system, put, [0.0, 1.0])).states[-1]
+    left = solve("scipy", problem(system, start, [0.0, 1.0])).states[-1]
+    assert np.abs(found - expected).max() < 0.02 * np.abs(left - expected).max()
+
+
 def test_projection_is_an_impulse_and_a_shift_at_the_contact_point():
     # The nearest state in the metric of kinetic energy is reached by a force at C: it turns the
     # body by J δφ = R × m δX and keeps the angular momentum about C.

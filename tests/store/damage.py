@@ -12,22 +12,20 @@ from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result
 
 
-def main(image: Path, work: Path, first: int, last: int, begin: int, end: int) -> None:
+def main(image: Path, work: Path, seeds: range, places: tuple[int, int]) -> None:
     """Prints `seed outcome` for each seed.
 
     Args:
         image: A good result.
         work: The file that is damaged.
-        first: The first seed.
-        last: The seed to stop before.
-        begin: The first byte that may be damaged.
-        end: The byte to stop before.
+        seeds: One for each copy.
+        places: The first byte that may be damaged, and the one to stop before.
     """
     good = np.frombuffer(image.read_bytes(), dtype=np.uint8)
-    for seed in range(first, last):
+    for seed in seeds:
         rng = np.random.default_rng(seed)
         damaged, count = good.copy(), int(rng.integers(1, 20))
-        where = rng.integers(begin, end, count)
+        where = rng.integers(*places, count)
         if seed % 2:
             damaged[where] = rng.integers(0, 256, count)
         else:
@@ -38,11 +36,12 @@ def main(image: Path, work: Path, first: int, last: int, begin: int, end: int) -
             outcome = "result"
         except StoreError as error:
             outcome = type(error).__name__
-        except BaseException as error:  # noqa: BLE001 - the outcome that must not be
+        except BaseException as error:
             outcome = f"{type(error).__name__}: {error}"
         sys.stdout.write(f"{seed} {outcome}\n")
         sys.stdout.flush()
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]), *map(int, sys.argv[3:]))
+    first, last, begin, end = map(int, sys.argv[3:])
+    main(Path(sys.argv[1]), Path(sys.argv[2]), range(first, last), (begin, end))

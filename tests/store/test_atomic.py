@@ -5,13 +5,14 @@ import os
 import resource
 import signal
 import stat
+from pathlib import Path
 
 import pytest
+from support.results import assert_equal, result
 
 from rbstab.store.atomic import set_aside, write_whole
 from rbstab.store.errors import ResultExistsError, StoreError
 from rbstab.store.run_file import open_result, write_result
-from support.results import assert_equal, result
 
 NEW = b"new" * 100_000
 OLD = b"old" * 50_000
@@ -130,10 +131,10 @@ def test_the_synced_folder_is_the_files_own(tmp_path, monkeypatch):
 
 
 def test_no_descriptor_is_left_open(tmp_path):
-    before = len(os.listdir("/proc/self/fd"))  # noqa: PTH208 - no folder of ours
+    before = len(list(Path("/proc/self/fd").iterdir()))
     for index in range(5):
         write_whole(tmp_path / f"{index}.h5", NEW)
-    assert len(os.listdir("/proc/self/fd")) == before  # noqa: PTH208
+    assert len(list(Path("/proc/self/fd").iterdir())) == before
 
 
 def test_a_folder_that_cannot_be_synced_is_no_failure(tmp_path, monkeypatch):

@@ -6,10 +6,10 @@ A file from elsewhere could otherwise bring in what only its reader can see.
 import h5py
 import numpy as np
 import pytest
+from support.results import result
 
 from rbstab.store.errors import NotAResultError
 from rbstab.store.run_file import open_result, write_result
-from support.results import result
 
 SECRET = b"secret" * 10
 

@@ -1,6 +1,5 @@
-"""Several processes, and processes that are killed: real ones, because only those are torn apart."""
+"""Several processes, and processes that are killed: real ones, as only those are torn apart."""
 
-import random
 import signal
 import subprocess
 import sys
@@ -50,14 +49,14 @@ def whole(path):
 
 def test_killed_while_writing(tmp_path):
     """At whatever instant: the old content, or the new one, and always all of it."""
-    path, rng = tmp_path / "a.h5", random.Random(3)
+    path = tmp_path / "a.h5"
     write_whole(path, b"z" * SIZE)
     seen = set()
-    for _ in range(12):
+    for delay in range(12):
         writer = spawn(WRITER.format(size=SIZE), path)
         with writer:
             assert writer.stdout.readline() == "ready\n"
-            time.sleep(rng.uniform(0.0, 0.05))
+            time.sleep(0.004 * delay)
             writer.send_signal(signal.SIGKILL)
         assert writer.returncode == -signal.SIGKILL
         assert whole(path)

@@ -6,10 +6,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from support.results import result
 
 from rbstab.store.errors import NewerSchemaError, NotAResultError, ResultExistsError, StoreError
 from rbstab.store.run_file import open_result, write_result
-from support.results import result
 
 
 @pytest.fixture
@@ -178,7 +178,9 @@ def test_file_below_a_file_is_told_as_such(stored):
 
 
 def test_name_too_long(tmp_path):
-    assert refused_to_write(tmp_path / ("x" * 300)).endswith("cannot be written: File name too long")
+    assert refused_to_write(tmp_path / ("x" * 300)).endswith(
+        "cannot be written: File name too long"
+    )
 
 
 def test_a_folder_is_not_replaced(tmp_path):

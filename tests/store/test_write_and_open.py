@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
+from support.results import AWKWARD, assert_equal, result
 
 import rbstab
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result, write_result
-from support.results import AWKWARD, assert_equal, result
 
 
 def test_to_the_last_bit(tmp_path):

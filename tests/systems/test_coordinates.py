@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from paper.differences import relative_error
-from paper.path import held_path, random_path
+from support.differences import relative_error
+from support.path import held_path, random_path
 from support.systems import random_body, random_system
 
 from rbstab.mechanics.motion import Wrench, motion_from_centre

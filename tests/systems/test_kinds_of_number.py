@@ -3,8 +3,8 @@
 import mpmath
 import numpy as np
 import pytest
-from paper.differences import jacobian as by_differences
-from paper.differences import relative_error
+from support.differences import jacobian as by_differences
+from support.differences import relative_error
 from support.systems import random_state, random_system
 
 from rbstab.mechanics.derivatives import jacobian

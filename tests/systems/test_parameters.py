@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.systems import random_state, random_system
@@ -108,3 +110,18 @@ def test_structure_tells_shapes_apart(rng):
     system = random_system(rng, "free")
     reshaped = map_parameters(system, lambda _, value: value[None])
     assert structure(reshaped) != structure(system)
+
+
+def test_whole_numbers_are_parameters_too(rng):
+    """A parameter left out would be compiled in as a constant, and shared by other systems."""
+    system = random_system(rng, "free")
+    whole = replace(system, body=replace(system.body, mass=41))
+    assert parameters(whole)["body.mass"] == 41.0
+    assert structure(whole) == structure(system)
+
+
+def test_two_elements_of_one_name_are_refused(rng):
+    system = random_system(rng, "visco-elastic")
+    twice = replace(system, elements=(*system.elements, system.elements[-1]))
+    with pytest.raises(ValueError, match="two elements have the same name"):
+        parameters(twice)

@@ -1,9 +1,10 @@
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 import pytest
-from paper.differences import relative_error
-from paper.reading import read, stored_energy
+from support.differences import relative_error
+from support.reading import read, stored_energy
 from support.systems import VARIANTS, random_spd, random_state, random_system
 
 from rbstab.elements.embedded import EmbeddedConnector
@@ -144,3 +145,11 @@ def test_each_element_reads_and_moves_its_own_states(rng):
     pull = sum(wrench.contact_force for wrench in observed.wrenches)
     assert relative_error(observed.contact_force, pull) < 1e-15
     np.testing.assert_array_equal(observed.connector_state, y[12:18])
+
+
+def test_a_body_without_elements_moves_by_itself(rng):
+    system = replace(random_system(rng, "free"), elements=())
+    y = random_state(rng, system)
+    Omega, J = y[3:6], system.body.inertia
+    assert system.rates(y)[3:6] == pytest.approx(np.linalg.solve(J, -np.cross(Omega, J @ Omega)))
+    assert system.audited_rates(y)[-2:].tolist() == [0.0, 0.0]

@@ -38,7 +38,20 @@ def lyapunov_trace(
     return LyapunovTrace(value, -dissipation.sum(axis=1), value - value[0] - rate_integral)
 
 
-def relative_residual(residual: Array, value: Array) -> float:
-    """The largest |r| over v(0); over 1 J where the motion starts at rest."""
-    scale = float(value[0]) if value[0] > 0 else 1.0
+AT_REST = 1e-4
+"""A v(0) below this part of the energies that it is the sum of is little more than round-off."""
+
+
+def relative_residual(residual: Array, value: Array, energy: Array) -> float:
+    """The largest |r| over v(0).
+
+    Where the motion starts at rest, over a ten thousandth of the largest energy part instead; over
+    1 J where there is no energy at all.
+
+    Args:
+        residual: r, shape (samples,), J.
+        value: v, shape (samples,), J.
+        energy: By part, shape (samples, parts), J.
+    """
+    scale = max(float(value[0]), AT_REST * float(np.abs(energy).max())) or 1.0
     return float(np.abs(residual).max()) / scale

@@ -47,8 +47,8 @@ class SlidingConnector(Element):
     def stored(self, motion: Motion, own: Array) -> Number:
         """Σ K_s |E| for s = E, J: of each axis K_s σE, in a layer K_s (E² + δ²)/(2δ).
 
-        Both meet at |E| = δ. For s = F + κE the force has no potential, and this is 0: there v - ε of
-        eq. 28 takes its place.
+        Both meet at |E| = δ. For s = F + κE the force has no potential, and this is 0: there v - ε
+        of eq. 28 takes its place.
         """
         E, width = motion.E, self.layer_width
         inside = self.layer * (E * E + width * width) / (2.0 * width)

@@ -40,7 +40,7 @@ def summary_of(result: Result) -> Summary:
         return Summary(
             float(v[0]),
             float(v[-1]),
-            relative_residual(result["energy_residual"], v),
+            relative_residual(result["energy_residual"], v, result["energy"]),
             signed_peak(t, distance, distance_rate),
             (x, y, z),
             abs(signed_peak(t, Theta[:, 1], pitch_rate)),

@@ -8,6 +8,7 @@ them by its own symbols, traces the equations once, and then runs any system of 
 
 from collections.abc import Callable, Hashable
 from dataclasses import fields, is_dataclass, replace
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -19,10 +20,16 @@ Transform = Callable[[str, Array], Array]
 
 
 def parameters(system: System) -> dict[str, Array]:
-    """The parameters by name, in the order of the fields; a number has shape ()."""
+    """The parameters by name, in the order of the fields; a number has shape ().
+
+    Raises:
+        ValueError: Two parameters have one name, because two elements have.
+    """
     found: dict[str, Array] = {}
 
     def note(name: str, value: Array) -> Array:
+        if name in found:
+            raise ValueError(f"two elements have the same name: {name} stands twice")
         found[name] = value
         return value
 
@@ -54,8 +61,8 @@ def structure(system: System) -> Hashable:
 def _mapped(value: Any, name: str, transform: Transform) -> Any:
     if isinstance(value, np.ndarray):
         return transform(name, value)
-    if isinstance(value, float):
-        return transform(name, np.array(value))[()]
+    if isinstance(value, Real):
+        return transform(name, np.array(float(value)))[()]
     if isinstance(value, tuple):
         return tuple(_mapped(entry, name, transform) for entry in value)
     if is_dataclass(value) and not isinstance(value, type):

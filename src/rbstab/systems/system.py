@@ -6,10 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.elements.element import Element
+from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.coordinates import Coordinates
+
+NO_WRENCH = Wrench(ZERO, ZERO, ZERO)
 
 AUDIT_SIZE = 2
 """The states that the audit adds: ∫v' dt and ε (eq. 26)."""
@@ -110,8 +113,12 @@ class System:
 
 
 def _total_wrench(motion: Motion, pairs: list[tuple[Element, Array]]) -> Wrench:
-    wrenches = [element.wrench(motion, own) for element, own in pairs]
-    return Wrench(*(sum(parts) for parts in zip(*wrenches, strict=True)))
+    force, couple, contact_force = NO_WRENCH
+    for element, own in pairs:
+        wrench = element.wrench(motion, own)
+        force, couple = force + wrench.force, couple + wrench.couple
+        contact_force = contact_force + wrench.contact_force
+    return Wrench(force, couple, contact_force)
 
 
 def _own_rates(motion: Motion, pairs: list[tuple[Element, Array]]) -> list[Array]:

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from paper.differences import derivative, second_derivative
-from paper.particles import particles
-from paper.pose import attitude
 from rbstab.mechanics.body import Body
+from support.differences import derivative, second_derivative
+from support.particles import particles
+from support.pose import attitude
 
 
 @dataclass(frozen=True)

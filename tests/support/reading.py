@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from paper.differences import derivative
-from paper.particles import particles
-from paper.pose import attitude, turned
+from support.differences import derivative
+from support.particles import particles
+from support.pose import attitude, turned
 
 Array = np.ndarray
 

@@ -68,17 +68,14 @@ NOT_UTF_8 = [
     pytest.param(
         "title: é".encode() + b"\xff\n",
         "1:9: is not text: byte 0xff (expected UTF-8)",
-        marks=pytest.mark.xfail(reason="this one column counts bytes, all others characters"),
     ),
     pytest.param(
         b"\xef\xbb\xbftitle: \xff\n",
         "1:8: is not text: byte 0xff (expected UTF-8)",
-        marks=pytest.mark.xfail(reason="behind a byte order mark the place is off by three bytes"),
     ),
     pytest.param(
         b"\xef\xbb\xbfa: 1\n\xff: 1\n",
         "2:1: is not text: byte 0xff (expected UTF-8)",
-        marks=pytest.mark.xfail(reason="behind a byte order mark the line may be wrong"),
     ),
 ]
 
@@ -120,12 +117,10 @@ FORBIDDEN = [
     pytest.param(
         'title: "éé\0"\n',
         "1:11:",
-        marks=pytest.mark.xfail(reason="libyaml counts bytes: what follows é is misplaced"),
     ),
     pytest.param(
         'title: "ééééé\0"\nx: 1\n',
         "1:14:",
-        marks=pytest.mark.xfail(reason="libyaml counts bytes: even the line may be wrong"),
     ),
 ]
 
@@ -135,6 +130,5 @@ def test_control_characters(complaints, text, place):
     assert complaints(text) == [f"{place} has a character that YAML forbids (expected text)"]
 
 
-@pytest.mark.xfail(reason="ValueError: embedded null byte")
 def test_path_with_a_null_byte():
     assert "cannot be read" in refused("a\0b.yaml")

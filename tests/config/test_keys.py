@@ -166,18 +166,15 @@ def test_duplicate(complaints, text, expected):
     assert complaints(text) == expected
 
 
-@pytest.mark.xfail(reason="places of the first mapping are left: '3:9: body.mass: is missing'")
 def test_a_repeated_section_is_not_called_incomplete_where_it_is_complete(complaints):
     assert not any(x.startswith("3:9: body.mass") for x in complaints(VISCO_ELASTIC + "body: {}\n"))
 
 
-@pytest.mark.xfail(reason="hidden by the complaint about the variant")
 def test_a_repeated_controller_is_called_repeated(complaints):
     found = complaints(VISCO_ELASTIC + "controller: {}\n")
     assert any("20:1: controller: stands twice" in message for message in found)
 
 
-@pytest.mark.xfail(reason="every key that begins with 'controller' is passed over")
 def test_a_misspelt_controller_is_named(complaints):
     assert any(
         "controllers: is unknown" in x for x in complaints(edited("controller:", "controllers:"))
@@ -186,7 +183,6 @@ def test_a_misspelt_controller_is_named(complaints):
 
 @pytest.mark.parametrize("key", ["matrix", "diagonal"])
 @pytest.mark.parametrize("before", ["title:", "  mass:", "  K_t:"])
-@pytest.mark.xfail(reason="taken for the validation library's names of shapes")
 def test_unknown_key_named_like_a_shape(complaints, key, before):
     indent = before[: len(before) - len(before.lstrip())]
     (message,) = complaints(edited(before, f"{indent}{key}: 1\n{before}"))

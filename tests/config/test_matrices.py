@@ -104,7 +104,6 @@ def test_off_diagonal_entries_may_be_negative(load):
     assert config.controller.L_r == ((2.0, -1.0, 0.0), (-1.0, 2.0, -1.0), (0.0, -1.0, 2.0))
 
 
-@pytest.mark.xfail(reason="'its smallest eigenvalue is 1e-200 (expected positive eigenvalues)'")
 def test_a_matrix_too_stiff_to_decide_is_not_called_indefinite_with_a_positive_eigenvalue(
     complaints,
 ):

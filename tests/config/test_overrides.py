@@ -84,9 +84,15 @@ WRONG_VALUES = [
         "controller.variant=rigid",
         "--set controller.variant:1:20: controller.variant: is the text 'rigid' (expected one of",
     ),
-    ("body.mass=*a", "--set body.mass:1:11: is the alias *a (expected values written out)"),
-    ("body.mass=&a 5", "--set body.mass:1:11: has the anchor &a (expected no anchors)"),
-    ("body.mass=!!int 5", "--set body.mass:1:11: has the tag tag:yaml.org,2002:int (expected no"),
+    (
+        "body.mass=*a",
+        "--set body.mass:1:11: body.mass: is the alias *a (expected values written out)",
+    ),
+    ("body.mass=&a 5", "--set body.mass:1:11: body.mass: has the anchor &a (expected no anchors)"),
+    (
+        "body.mass=!!int 5",
+        "--set body.mass:1:11: body.mass: has the tag tag:yaml.org,2002:int (expected no",
+    ),
     ("body=5", "--set body:1:6: body: is 5 (expected a mapping)"),
     ("title=x\n---\ny", "--set title:2:1: starts a second document (expected one document)"),
     ("body.mass=\n  -1", "--set body.mass:2:3: body.mass: is -1 (expected a number greater"),
@@ -116,7 +122,6 @@ WRONG_KEYS = [
     ("body.inertia.x=5", "--set body.inertia.x:1:1: body.inertia.x: leads nowhere (expected a"),
     ("controller.K_t[3]=5", "--set controller.K_t[3]:1:1: controller.K_t[3]: leads nowhere"),
     ("controller.K_t[3][0]=5", "--set controller.K_t[3][0]:1:1: controller.K_t[3]: leads nowhere"),
-    ("gravity[2]=-9.81", "--set gravity[2]:1:1: gravity[2]: leads nowhere (expected a key of"),
     ("body.mass", "--set body.mass:1:1: is no assignment (expected key=value)"),
     ("=5", "--set :1:1: is no assignment (expected key=value)"),
     ("", "--set :1:1: is no assignment (expected key=value)"),
@@ -181,8 +186,7 @@ def test_no_key(text):
     assert parse_key(text) is None
 
 
-@pytest.mark.parametrize("change", ["title=", "initial=", "initial=  # x", "reference="])
-@pytest.mark.xfail(reason="an empty value is read as an empty mapping")
+@pytest.mark.parametrize("change", ["title=", "initial=", "initial=  # x", "body="])
 def test_an_empty_value_is_empty(complaints, change):
     (message,) = complaints(VISCO_ELASTIC, change)
     assert "is empty" in message
@@ -191,25 +195,21 @@ def test_an_empty_value_is_empty(complaints, change):
 @pytest.mark.parametrize(
     ("change", "place"), [("body.mass=1\0", "1:12"), ("body.mass=\x1b[1m", "1:11")]
 )
-@pytest.mark.xfail(reason="this one column is counted from the value, all others from the change")
 def test_a_control_character_is_found_where_it_stands(complaints, change, place):
     (message,) = complaints(VISCO_ELASTIC, change)
     assert message.startswith(f"--set body.mass:{place}: ")
 
 
-@pytest.mark.xfail(reason="'a: stands twice' instead of 'body.mass.a: stands twice'")
 def test_problems_inside_a_value_name_the_whole_key(complaints):
     found = complaints(VISCO_ELASTIC, "body.mass={a: 1, a: 2}")
     assert any("body.mass.a: stands twice" in message for message in found)
 
 
 @pytest.mark.parametrize("change", ["body.mass =5", "body-mass=5", "body..mass=5"])
-@pytest.mark.xfail(reason="'is no assignment (expected key=value)' is said of an assignment")
 def test_a_malformed_key_is_called_that(complaints, change):
     (message,) = complaints(VISCO_ELASTIC, change)
     assert "is no assignment" not in message
 
 
-@pytest.mark.xfail(reason="leads nowhere, although the key is there and has a default")
 def test_an_entry_of_a_default_can_be_set(load):
     assert load(VISCO_ELASTIC, "gravity[2]=-9.81").gravity == (0.0, 0.0, -9.81)

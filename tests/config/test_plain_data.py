@@ -73,7 +73,7 @@ REFUSED = [
     (with_mass(-1), "config:1:1: body.mass: is -1 (expected a number greater than 0)"),
     (with_mass(float("nan")), "config:1:1: body.mass: is nan (expected a finite number)"),
     (with_mass(np.bool_(True)), "config:1:1: body.mass: is true (expected a number)"),
-    (with_mass(1j), "config:1:1: body.mass: is 0+1j (expected a number)"),
+    (with_mass(1j), "config:1:1: body.mass: is a complex (expected a number)"),
     (with_mass(None), "config:1:1: body.mass: is empty (expected a number)"),
     (with_mass(np.array([1.0])), "config:1:1: body.mass: is a list of 1 (expected a number)"),
     (with_inertia(np.zeros((2, 3))), "config:1:1: body.inertia: has 2 entries (expected 3)"),
@@ -99,13 +99,11 @@ def test_an_empty_mapping():
 
 
 @pytest.mark.parametrize("value", [object(), b"41", 10**400, range])
-@pytest.mark.xfail(reason="the message cannot be made: TypeError or OverflowError")
 def test_a_value_of_a_foreign_kind(value):
     with pytest.raises(ConfigError, match=r"body\.mass: is "):
         load_config(with_mass(value))
 
 
-@pytest.mark.xfail(reason="RecursionError")
 def test_a_mapping_that_holds_itself():
     data = plain()
     data["body"]["again"] = data
@@ -113,7 +111,6 @@ def test_a_mapping_that_holds_itself():
         load_config(data)
 
 
-@pytest.mark.xfail(reason="taken, in whatever order a set has: another body without a word")
 def test_a_set_has_no_order():
     with pytest.raises(ConfigError, match=r"body\.inertia: is "):
         load_config(with_inertia({10.0, 8.0, 0.4}))

@@ -76,7 +76,6 @@ def test_schema_version_of_the_wrong_kind(complaints, value):
 
 
 @pytest.mark.parametrize("value", ["true", "1.0"])
-@pytest.mark.xfail(reason="equal to 1, hence accepted")
 def test_schema_version_that_only_equals_one(complaints, value):
     complaints(f"{VISCO_ELASTIC}schema_version: {value}\n")
 

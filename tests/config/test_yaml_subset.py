@@ -113,7 +113,6 @@ NO_MAPPING = [
     ("- 1\n", "1:1: is a list of 1 (expected a mapping)"),
     ("hello\n", "1:1: is the text 'hello' (expected a mapping)"),
     ("5\n", "1:1: is 5 (expected a mapping)"),
-    ("~\n", "1:1: is empty (expected a mapping)"),
 ]
 
 

@@ -112,7 +112,6 @@ def test_a_full_disk_does_not_lose_a_different_result(tmp_path, monkeypatch):
     assert open_result(left).run_id == old.run_id
 
 
-@pytest.mark.xfail(reason="without force it is moved aside, and as 'damaged', which it is not")
 def test_a_name_that_was_taken_while_the_run_went_on(tmp_path):
     """Two runs are started under one name: the second to end does not overwrite the first."""
     path = tmp_path / "a.h5"

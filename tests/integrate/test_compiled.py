@@ -11,6 +11,7 @@ from support.hang_guard import within
 from support.problems import bare_system, problem, solve
 from support.systems import random_system
 
+from rbstab.integrate import heyoka_engine
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.integrate.heyoka_engine import compiled_system
 from rbstab.mechanics.body import Body
@@ -98,6 +99,27 @@ def test_a_run_that_left_the_range_leaves_it_again():
     assert first.status == again.status == "range left"
     np.testing.assert_array_equal(again.states, first.states)
     assert again.times[-1] == pytest.approx(np.arccos(1e-3) / 4.0, abs=1e-10)
+
+
+def test_a_start_close_to_the_border_leaves_at_once_after_another_that_left():
+    # Within the time for which an event is deaf: 1e-8 rad before the border, at 4 rad/s.
+    border = np.cos(1.3)
+    assert solve("heyoka", leaving(range_bound=border)).status == "range left"
+    close = leaving(range_bound=border)
+    close.start[1] = 1.3 - 1e-8
+    found = solve("heyoka", close)
+    assert found.status == "range left"
+    assert found.times[-1] == pytest.approx(1e-8 / 4.0, rel=1e-5)
+
+
+def test_nothing_is_compiled_for_a_start_without_rates(monkeypatch):
+    def refuse(*_):
+        raise AssertionError("compiled")
+
+    monkeypatch.setattr(heyoka_engine, "compiled_system", refuse)
+    given = leaving()
+    given.start[3:6] = 1e200
+    assert solve("heyoka", given).status == "diverged"
 
 
 def test_result_is_not_overwritten_by_the_next_run():

@@ -51,6 +51,9 @@ def test_no_more_steps_than_allowed_are_needed(engine_name, method):
     enough = run(engine_name, method, step_limit=whole.steps + 1)
     assert enough.status == "completed"
     np.testing.assert_array_equal(enough.states, whole.states)
+    exactly = run(engine_name, method, step_limit=whole.steps)
+    np.testing.assert_array_equal(exactly.times, TIMES)
+    np.testing.assert_array_equal(exactly.states, whole.states)
     short = run(engine_name, method, step_limit=whole.steps - 1)
     assert short.status == "step limit"
     assert short.times[-1] < 2.0

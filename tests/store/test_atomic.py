@@ -212,7 +212,6 @@ def test_results_are_written_this_way(tmp_path, monkeypatch):
     assert names(tmp_path) == ["a.h5"]
 
 
-@pytest.mark.xfail(reason="the partial file has one name in a process: the loser truncates it")
 def test_two_writers_in_one_process(tmp_path, monkeypatch):
     """Threads: the second writes just when the first has given its file the name."""
     path, link, losses = tmp_path / "a.h5", os.link, []
@@ -230,7 +229,6 @@ def test_two_writers_in_one_process(tmp_path, monkeypatch):
     assert path.read_bytes() == NEW
 
 
-@pytest.mark.xfail(reason="the partial file is opened although it exists, and is the result itself")
 def test_what_a_killed_process_left_behind_is_not_reused(tmp_path):
     """Killed between giving the name and removing the other one; then a process of the same number
     comes, as every first process of a container does."""

@@ -87,7 +87,6 @@ def test_in_place_of_an_array(file, make):
 
 
 @pytest.mark.parametrize("make", [external_link, soft_link, virtual, external_storage])
-@pytest.mark.xfail(reason="the config is read without the check that all arrays get")
 def test_in_place_of_the_config(file, make):
     del file["config"]
     make(file, "config")

@@ -1,6 +1,7 @@
 """The rest state from which the Lyapunov function is counted."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -66,7 +67,9 @@ def nearest_rest_state(system: System) -> RestState:
     unloaded = np.concatenate([np.zeros(3), still.anchor])[:free]
     q = np.concatenate([unloaded, np.zeros(still.size - still.coordinates.size)])
     if _steepness(energy, q) > GRADIENT_TOLERANCE:
-        q = _descend(energy, q)
+        # Numbers near the end of their range make the descent fail: `found` says so.
+        with suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
+            q = _descend(energy, q)
     return RestState(still.motion(state(q)), q[free:], float(energy(q)), _steepness(energy, q))
 
 

@@ -29,10 +29,13 @@ from rbstab.systems.system import System
 def problem_of(config: Config) -> Problem:
     """The initial value problem of a config."""
     integration: Any = config.integration
-    system = system_of(config)
+    # A load beyond all numbers becomes infinite, and the run a diverged one.
+    with np.errstate(all="ignore"):
+        system = system_of(config)
+        start = _start(config, system)
     return Problem(
         system=system,
-        start=_start(config, system),
+        start=start,
         times=np.linspace(0.0, integration.duration, integration.samples),
         rtol=integration.rtol,
         atol=integration.atol,

@@ -31,6 +31,10 @@ class Problem:
         return printable(f"{self.location}: {key}{self.problem}{expected}")
 
 
+MOST_PROBLEMS = 100
+"""A file with more is not a config; the rest is only counted."""
+
+
 def printable(text: str) -> str:
     """A foreign text in one line, with what could steer a terminal spelled out."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
@@ -44,5 +48,10 @@ class ConfigError(ValueError):
     """
 
     def __init__(self, problems: list[Problem]) -> None:
-        self.problems = tuple(sorted(problems))
+        ordered = sorted(problems)
+        if len(ordered) > MOST_PROBLEMS:
+            last = ordered[MOST_PROBLEMS - 1]
+            more = f"{len(ordered) - MOST_PROBLEMS + 1} more problems are not listed"
+            ordered = [*ordered[: MOST_PROBLEMS - 1], Problem(last.location, "", more, "")]
+        self.problems = tuple(ordered)
         super().__init__("\n".join(str(problem) for problem in self.problems))

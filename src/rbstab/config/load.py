@@ -12,7 +12,7 @@ from rbstab.config.errors import ConfigError, Location, Problem
 from rbstab.config.messages import described, problems_of
 from rbstab.config.overrides import override
 from rbstab.config.schema import SCHEMA_VERSION, VARIANTS, Config
-from rbstab.config.source import Source, read_source
+from rbstab.config.source import DEEPEST, Source, read_source
 
 STAND_IN = "visco-elastic"
 """The variant against which a config of unknown variant is checked where variants agree."""
@@ -42,11 +42,13 @@ def load_config(config: str | FilePath | Mapping[str, Any], changes: Iterable[st
             `file:line:column: key: what is wrong (what was expected)`.
     """
     if isinstance(config, Mapping):
-        source = Source(_plain(config), {(): Location("config")})
+        source = Source(_plain(config, DEEPEST), {(): Location("config")})
     else:
         source = read_source(FilePath(config))
+    if source.data is None:
+        source.data = {}  # an empty file lacks what every config needs
     if not isinstance(source.data, dict):
-        found = "is empty" if source.data is None else f"is {described(source.data)}"
+        found = f"is {described(source.data)}"
         raise ConfigError([Problem(source.location(()), "", found, "expected a mapping")])
     override(source, changes)
     return validated(source)
@@ -73,7 +75,8 @@ def validated(source: Source) -> Config:
     if variant_problem is None and not problems:
         return cast("Config", config)
     if variant_problem is not None:
-        problems = [variant_problem, *(p for p in problems if not p.key.startswith(VARIANT_KEYS))]
+        shared = [p for p in problems if p in source.problems or not _depends_on_variant(p.key)]
+        problems = [variant_problem, *shared]
     raise ConfigError([_newer_schema(p, source) for p in problems])
 
 
@@ -91,12 +94,9 @@ def resolved(config: Config) -> dict[str, Any]:
 
 def resolved_yaml(config: Config) -> str:
     """The resolved config as YAML, which loads again as the same config."""
-    import yaml
+    from rbstab.config.dump import as_yaml
 
-    text: str = yaml.safe_dump(
-        resolved(config), sort_keys=False, allow_unicode=True, default_flow_style=None, width=96
-    )
-    return text
+    return as_yaml(resolved(config))
 
 
 def run_id(config: Config) -> str:
@@ -124,6 +124,10 @@ def _problem_of_variant(source: Source) -> Problem | None:
     return None
 
 
+def _depends_on_variant(key: str) -> bool:
+    return any(key == known or key.startswith((f"{known}.", f"{known}[")) for known in VARIANT_KEYS)
+
+
 def _newer_schema(problem: Problem, source: Source) -> Problem:
     version = source.data.get("schema_version")
     if problem.key != "schema_version" or not isinstance(version, int):
@@ -132,10 +136,15 @@ def _newer_schema(problem: Problem, source: Source) -> Problem:
     return Problem(problem.location, problem.key, what, f"expected {SCHEMA_VERSION}")
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any, levels: int) -> Any:
     """Mappings, sequences and arrays as the dicts and lists that a YAML file gives."""
+    if levels < 0:
+        problem = Problem(
+            Location("config"), "", "is nested too deeply", f"at most {DEEPEST} levels"
+        )
+        raise ConfigError([problem])
     if isinstance(value, Mapping):
-        return {str(key): _plain(entry) for key, entry in value.items()}
+        return {str(key): _plain(entry, levels - 1) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    return _plain(value.tolist()) if hasattr(value, "tolist") else value
+        return [_plain(entry, levels - 1) for entry in value]
+    return _plain(value.tolist(), levels) if hasattr(value, "tolist") else value

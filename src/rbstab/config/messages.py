@@ -89,7 +89,18 @@ def described(value: Any) -> str:
         return "a mapping"
     if isinstance(value, list | tuple):
         return f"a list of {len(value)}"
-    return f"{value:g}"
+    return _number(value) if isinstance(value, int | float) else f"a {type(value).__name__}"
+
+
+def _number(value: float) -> str:
+    """A number with the digits that tell it from others like it."""
+    if isinstance(value, int) and abs(value) >= LONGEST:
+        return "a whole number of more than 15 digits"
+    return f"{value:.12g}"
+
+
+LONGEST = 10**15
+"""Whole numbers from here on are not written out."""
 
 
 def _is_not(expected: str) -> Callable[[Any], Words]:
@@ -99,10 +110,17 @@ def _is_not(expected: str) -> Callable[[Any], Words]:
     return words
 
 
+def _no_whole_number(details: Any) -> Words:
+    value = details["input"]
+    # 11.0 is shown with its point, which is what is wrong with it.
+    found = repr(value) if isinstance(value, float) else described(value)
+    return f"is {found}", "expected a whole number"
+
+
 def _bound(relation: str, name: str) -> Callable[[Any], Words]:
     def words(details: Any) -> Words:
         limit = details["ctx"][name]
-        return f"is {details['input']:g}", f"expected a number {relation} {limit:g}"
+        return f"is {_number(details['input'])}", f"expected a number {relation} {limit:.12g}"
 
     return words
 
@@ -137,7 +155,7 @@ _WORDS: dict[str, Callable[[Any], Words]] = {
     "missing": lambda _: ("is missing", "it is required"),
     "float_type": _is_not("a number"),
     "finite_number": _is_not("a finite number"),
-    "int_type": _is_not("a whole number"),
+    "int_type": _no_whole_number,
     "string_type": _is_not("a text"),
     "tuple_type": _is_not("a list of 3"),
     "model_type": _is_not("a mapping"),

@@ -2,9 +2,11 @@
 
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 from rbstab.config.errors import ConfigError, Location, Problem
+from rbstab.config.schema import VARIANTS
 from rbstab.config.source import Path, Source, key_of, parse_source
 
 _PART = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]{1,6})\]")
@@ -34,19 +36,22 @@ def _assign(source: Source, text: str) -> None:
     key, equals, value = text.partition("=")
     name = f"--set {key}"
     path = parse_key(key)
-    if not equals or path is None:
+    if not equals or not key:
         raise _error(name, 1, "", "is no assignment", "expected key=value")
+    if path is None:
+        raise _error(name, 1, "", "is no key", "expected key=value with a key as body.inertia[0]")
     parsed = parse_source(value, name, column_offset=len(key) + 1)
-    source.problems += parsed.problems
+    source.problems += [
+        replace(problem, key=f"{key}.{problem.key}" if problem.key else key)
+        for problem in parsed.problems
+    ]
     container: Any = _container(source, path, name)
     last = path[-1]
     listed = isinstance(container, list) and isinstance(last, int) and last < len(container)
     if not (listed or (isinstance(container, dict) and isinstance(last, str))):
         raise _error(name, 1, key, "leads nowhere", "expected a key of the config")
     container[last] = parsed.data
-    for table in (source.values, source.keys):
-        for old in [p for p in table if p[: len(path)] == path]:
-            del table[old]
+    source.forget(path)
     source.keys[path] = Location(name)
     for below, where in parsed.values.items():
         source.values[path + below] = where
@@ -69,7 +74,7 @@ def _container(source: Source, path: Path, name: str) -> Any:
     for depth, part in enumerate(path[:-1]):
         if isinstance(here, dict) and isinstance(part, str):
             if part not in here:
-                here[part] = {}
+                here[part] = _default(source, path[: depth + 1])
                 source.keys[path[: depth + 1]] = source.values[path[: depth + 1]] = Location(name)
             here = here[part]
         elif isinstance(here, list) and isinstance(part, int) and part < len(here):
@@ -78,6 +83,17 @@ def _container(source: Source, path: Path, name: str) -> Any:
             key = key_of(path[: depth + 1])
             raise _error(name, 1, key, "leads nowhere", "expected a key of the config")
     return here
+
+
+def _default(source: Source, path: Path) -> Any:
+    """What a key is where it is not given: its default as a list, else an empty mapping."""
+    controller = source.data.get("controller")
+    variant = controller.get("variant") if isinstance(controller, dict) else None
+    here: Any = VARIANTS.get(variant) if isinstance(variant, str) else None
+    for part in path:
+        field = getattr(here, "model_fields", {}).get(part)
+        here = field.default if field is not None else None
+    return list(here) if isinstance(here, tuple) else {}
 
 
 def _error(name: str, column: int, key: str, problem: str, expected: str) -> ConfigError:

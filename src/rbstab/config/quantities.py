@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
 
@@ -25,10 +25,24 @@ Text = Annotated[str, Field(min_length=1, max_length=200)]
 # Not strict: a YAML list becomes a tuple, which is immutable. The numbers in it stay strict.
 _THREE = Field(min_length=3, max_length=3, strict=False)
 
-Vector = Annotated[tuple[Real, ...], _THREE]
+
+def _is_list(value: Any) -> Any:
+    # Without this a set would be taken too, in whatever order it has.
+    if not isinstance(value, list | tuple):
+        raise PydanticCustomError("tuple_type", "no list")
+    return value
+
+
+_LIST = BeforeValidator(_is_list)
+
+Vector = Annotated[tuple[Real, ...], _THREE, _LIST]
 """Three finite numbers."""
 
-Diagonal = Annotated[tuple[Positive, ...], _THREE]
+Diagonal = Annotated[tuple[Positive, ...], _THREE, _LIST]
+
+
+ROUND_OFF = 1e-15
+"""Error of eigenvalues relative to the largest entry: below it definiteness is not decided."""
 
 
 def _symmetric_positive_definite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -39,45 +53,55 @@ def _symmetric_positive_definite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
     if not (matrix == matrix.T).all():
         raise complaint("is not symmetric", "expected a symmetric matrix")
     smallest = float(np.linalg.eigvalsh(matrix)[0])
-    # The eigenvalues carry an error of this order: below it definiteness is not decided.
-    if not smallest > 1e-15 * float(np.abs(matrix).max()):
+    largest = float(np.abs(matrix).max())
+    if smallest <= -ROUND_OFF * largest:
         raise complaint(
             f"is not positive definite, its smallest eigenvalue is {smallest:.6g}",
             "expected positive eigenvalues",
         )
+    if not smallest > ROUND_OFF * largest:
+        raise complaint(
+            "is not positive definite beyond round-off",
+            f"expected a smallest eigenvalue above {ROUND_OFF:g} of the largest entry",
+        )
     return rows
 
 
-Matrix = Annotated[tuple[Vector, ...], _THREE, AfterValidator(_symmetric_positive_definite)]
+Matrix = Annotated[tuple[Vector, ...], _THREE, _LIST, AfterValidator(_symmetric_positive_definite)]
+
+
+SHAPE_TAGS = ("<diagonal>", "<matrix>")
+"""What pydantic puts into the path of an error inside `PositiveDefinite`; no key is called so."""
 
 
 def _shape(value: Any) -> str:
     rows = isinstance(value, list | tuple) and len(value) > 0 and isinstance(value[0], list | tuple)
-    return "matrix" if rows else "diagonal"
+    return SHAPE_TAGS[1] if rows else SHAPE_TAGS[0]
 
 
 PositiveDefinite = Annotated[
-    Annotated[Diagonal, Tag("diagonal")] | Annotated[Matrix, Tag("matrix")],
+    Annotated[Diagonal, Tag(SHAPE_TAGS[0])] | Annotated[Matrix, Tag(SHAPE_TAGS[1])],
     Discriminator(_shape),
 ]
 """A symmetric positive definite 3x3 matrix: three numbers (its diagonal) or three rows."""
-
-SHAPE_TAGS = ("diagonal", "matrix")
-"""What pydantic puts into the path of an error inside `PositiveDefinite`."""
 
 
 def _in_range(angles: Any) -> Any:
     names = ("θ1", "θ2", "θ3")
     limits = (math.pi, math.pi / 2, math.pi)
     words = ("π", "π/2", "π")
+    outside, ranges = [], []
     for angle, name, limit, word in zip(angles, names, limits, words, strict=True):
-        outside = abs(angle) >= limit if name == "θ2" else abs(angle) > limit
-        if outside:
-            hint = "; degrees?" if abs(angle) > 2 * math.pi else ""
-            raise complaint(
-                f"{name} = {angle:g} rad is outside the range of eq. 5{hint}",
-                f"expected between -{word} and {word}",
-            )
+        if abs(angle) > limit or (name == "θ2" and abs(angle) == limit):
+            outside.append(f"{name} = {angle:g} rad")
+            ranges.append(f"-{word} and {word}")
+    if outside:
+        hint = "; degrees?" if max(map(abs, angles)) > 2 * math.pi else ""
+        verb = "is" if len(outside) == 1 else "are"
+        raise complaint(
+            f"{', '.join(outside)} {verb} outside the range of eq. 5{hint}",
+            f"expected between {', '.join(ranges)}",
+        )
     return angles
 
 

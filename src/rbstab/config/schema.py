@@ -2,7 +2,8 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
 
 from rbstab.config.quantities import (
     Count,
@@ -114,6 +115,10 @@ SMALLEST_SCIPY_RTOL = 2.3e-14
 """SciPy replaces a smaller one by 100 times round-off, with a warning only."""
 
 
+SHORTEST_INTERVAL = 1e-100
+"""s: far below all physics, far above where floating point numbers run out."""
+
+
 class Integration(Section):
     """How the motion is followed."""
 
@@ -129,6 +134,17 @@ class Integration(Section):
     )
     step_limit: Count = 1_000_000
     time_limit: Positive = Field(600.0, description="wall time, s")
+
+    @field_validator("samples")
+    @classmethod
+    def _apart(cls, samples: int, info: ValidationInfo) -> int:
+        duration = info.data.get("duration")
+        if duration is not None and duration / (samples - 1) < SHORTEST_INTERVAL:
+            raise complaint(
+                f"{samples} samples in {duration:g} s cannot be told apart",
+                f"expected them at least {SHORTEST_INTERVAL:g} s apart",
+            )
+        return samples
 
     @field_validator("rtol")
     @classmethod
@@ -197,10 +213,20 @@ class Reference(Section):
     )
 
 
+def _whole(value: Any) -> Any:
+    # True and 1.0 equal 1, and a literal would take them.
+    if type(value) is not int:
+        raise PydanticCustomError("literal_error", "no whole number", {"expected": "1"})
+    return value
+
+
+SchemaVersion = Annotated[Literal[1], BeforeValidator(_whole)]
+
+
 class Experiment(Section):
     """One experiment: the parts that every variant has."""
 
-    schema_version: Literal[1] = 1
+    schema_version: SchemaVersion = 1
     title: Text = "untitled"
     body: BodySection
     gravity: Vector = _zero("m/s^2, inertial")

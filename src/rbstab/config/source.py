@@ -5,14 +5,16 @@ the core schema of YAML 1.2 (so `1e-9` is a number and `no` is text, unlike in Y
 tags and duplicate keys are errors.
 """
 
+import codecs
 import re
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Any
 
 import yaml
+from yaml.reader import Reader
 
-from rbstab.config.errors import ConfigError, Location, Problem
+from rbstab.config.errors import MOST_PROBLEMS, ConfigError, Location, Problem
 
 Path = tuple[str | int, ...]
 """Keys and list indices from the root of the document to a value."""
@@ -22,9 +24,6 @@ LARGEST_FILE = 1 << 20
 
 DEEPEST = 16
 """Mappings and lists inside each other."""
-
-MOST_PROBLEMS = 100
-"""A file with more is not a config; the rest is not listed."""
 
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
@@ -59,6 +58,12 @@ class Source:
             table, path = self.values, path[:-1]
         return table[path]
 
+    def forget(self, path: Path) -> None:
+        """Drops the places of a value and of all that is in it."""
+        for table in (self.values, self.keys):
+            for old in [p for p in table if p[: len(path)] == path]:
+                del table[old]
+
 
 def read_source(path: FilePath) -> Source:
     """Reads a YAML file.
@@ -70,16 +75,16 @@ def read_source(path: FilePath) -> Source:
     try:
         with path.open("rb") as file:
             raw = file.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise _single(Location(name), f"cannot be read: {error.strerror}", "a YAML file") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise _single(Location(name), f"cannot be read: {reason}", "a YAML file") from error
     if len(raw) > LARGEST_FILE:
         raise _single(Location(name), "is larger than 1 MiB", "a config of a few kilobytes")
+    raw = raw.removeprefix(codecs.BOM_UTF8)
     try:
-        text = raw.decode("utf-8-sig")
+        text = raw.decode()
     except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        column = error.start - raw.rfind(b"\n", 0, error.start)
-        where = Location(name, line, column)
+        where = _place_in(raw[: error.start].decode(), name)
         raise _single(where, f"is not text: byte 0x{raw[error.start]:02x}", "UTF-8") from error
     return parse_source(text, name)
 
@@ -90,6 +95,11 @@ def parse_source(text: str, name: str, column_offset: int = 0) -> Source:
     Raises:
         ConfigError: As `read_source`.
     """
+    forbidden = Reader.NON_PRINTABLE.search(text)
+    if forbidden is not None:
+        # Looked for here, because libyaml tells its place in bytes.
+        where = _place_in(text[: forbidden.start()], name, column_offset)
+        raise _single(where, "has a character that YAML forbids", "text")
     parser = _Parser(name, column_offset)
     try:
         for event in yaml.parse(text, Loader=_Loader):
@@ -99,10 +109,6 @@ def parse_source(text: str, name: str, column_offset: int = 0) -> Source:
     except yaml.MarkedYAMLError as error:
         where = parser.place(error.problem_mark or error.context_mark)
         parser.problems.append(_problem(where, error.problem or "is not YAML", "YAML"))
-    except yaml.YAMLError as error:
-        before = text[: getattr(error, "position", 0)]
-        where = Location(name, before.count("\n") + 1, len(before) - before.rfind("\n"))
-        parser.problems.append(_problem(where, "has a character that YAML forbids", "text"))
     else:
         return parser.source
     raise ConfigError(parser.problems)
@@ -127,7 +133,7 @@ class _Parser:
     def __init__(self, name: str, column_offset: int) -> None:
         self.name = name
         self.column_offset = column_offset
-        self.source = Source({}, {(): Location(name, 1, 1 + column_offset)})
+        self.source = Source(None, {(): Location(name, 1, 1 + column_offset)})
         self.problems = self.source.problems
         self.open: list[_Open] = []
         self.documents = 0
@@ -189,6 +195,8 @@ class _Parser:
         if key in top.container:
             first = self.source.keys[path]
             self.note(where, f"stands twice, first in line {first.line}", "each key once", path)
+            self.source.forget(path)
+            where = first  # a third one is told of the first as well
         self.source.keys.setdefault(path, where)
         top.key = key
 
@@ -224,7 +232,8 @@ def key_of(path: Path) -> str:
     """A path as it is written in messages and on the command line: `controller.K_t[0]`."""
     text = ""
     for part in path:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+        word = part if part != "" else "''"
+        text += f"[{part}]" if isinstance(part, int) else f".{word}" if text else f"{word}"
     return text
 
 
@@ -238,6 +247,13 @@ def _plain_scalar(text: str) -> Any:
     if _INFINITY.fullmatch(text) or _NAN.fullmatch(text):
         return float(text.replace(".", ""))
     return text
+
+
+def _place_in(before: str, name: str, column_offset: int = 0) -> Location:
+    """The place behind some text."""
+    line = before.count("\n") + 1
+    column = len(before) - before.rfind("\n")
+    return Location(name, line, column + (column_offset if line == 1 else 0))
 
 
 def _problem(where: Location, problem: str, expected: str, path: Path = ()) -> Problem:

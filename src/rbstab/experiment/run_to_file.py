@@ -46,14 +46,15 @@ def run_to_file(
     identical = old is not None and old.run_id == run_id(config)
     if old is not None and identical and not force and _is_final(old):
         return FiledRun(path, old, repeated=False, kept_aside=None)
-    if path.exists() and not identical and not force:
+    different = path.exists() and not identical
+    if different and not force:
         _refuse(path, old)
     result = simulate(config, progress=progress)
     aside = None
-    if path.exists() and not identical:
-        name = old.run_id[:8] if old is not None else "damaged"
-        aside = _free_name(path, name)
+    if different:
+        aside = _free_name(path, old.run_id[:8] if old is not None else "damaged")
         set_aside(path, aside)
+    # A result that took the name meanwhile is met by the refusal of `write_result`.
     write_result(path, result, replace=identical)
     return FiledRun(path, result, repeated=True, kept_aside=aside)
 

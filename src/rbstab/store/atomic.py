@@ -1,6 +1,7 @@
 """Files that appear whole or not at all."""
 
 import os
+import secrets
 from contextlib import suppress
 from pathlib import Path
 
@@ -21,9 +22,11 @@ def write_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
         ResultExistsError: The file exists and `replace` is not set.
         OSError: The disk is full, the folder cannot be written, and the like.
     """
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    # A name that no other writer has: not another thread, and not a killed process of the same
+    # number, whose remains can be a second name of the result itself.
+    partial = path.with_name(f".{path.name}.{secrets.token_hex(8)}.part")
     try:
-        with partial.open("wb") as file:
+        with partial.open("xb") as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())

@@ -15,7 +15,7 @@ TEXT = h5py.string_dtype("utf-8")
 NEEDED_ATTRIBUTES = ("title", "status", "run_id", "engine")
 
 
-def write_result(path: Path, result: Result, *, replace: bool = False) -> None:
+def write_result(path: str | Path, result: Result, *, replace: bool = False) -> None:
     """Writes a result; the file appears whole or not at all.
 
     Args:
@@ -27,11 +27,16 @@ def write_result(path: Path, result: Result, *, replace: bool = False) -> None:
         ResultExistsError: The file exists and `replace` is not set.
         StoreError: The operating system refused (full disk, no permission, ...).
     """
+    path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, _image(result), replace=replace)
-    except OSError as error:
-        raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+    except FileExistsError as error:
+        # mkdir's word for a file where a folder should be.
+        raise StoreError(f"{path} cannot be written: Not a directory") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StoreError(f"{path} cannot be written: {reason}") from error
 
 
 def open_result(path: str | Path) -> Result:
@@ -54,7 +59,7 @@ def open_result(path: str | Path) -> Result:
         if error.errno is not None:
             raise StoreError(f"{path} cannot be read: {error.strerror}") from error
         raise NotAResultError(f"{path} is damaged or is not HDF5") from error
-    except (KeyError, ValueError, RuntimeError, TypeError) as error:
+    except (KeyError, ValueError, RuntimeError, TypeError, MemoryError) as error:
         raise NotAResultError(f"{path} is damaged: {error}") from error
 
 
@@ -65,7 +70,7 @@ def _image(result: Result) -> bytes:
         # Scales first: a netCDF reader numbers dimensions in this order.
         for name in sorted(result.variables, key=lambda name: name not in dimensions):
             _put(file, name, result.variables[name], is_scale=name in dimensions)
-        file.create_dataset("config", data=result.config, dtype=TEXT)
+        file.create_dataset("config", data=result.config, dtype=TEXT, track_order=True)
         file["config"].attrs["long_name"] = "resolved config, YAML"
         file.attrs["schema_version"] = SCHEMA_VERSION
         for name, value in result.attributes.items():
@@ -92,7 +97,7 @@ def _put(file: h5py.File, name: str, variable: Variable, *, is_scale: bool) -> N
 
 def _read(path: Path, file: h5py.File) -> Result:
     version = file.attrs.get("schema_version")
-    if not isinstance(version, int | np.integer):
+    if not isinstance(version, int | np.integer) or version < 1:
         raise NotAResultError(f"{path} is HDF5, but no result of rbstab")
     if version > SCHEMA_VERSION:
         raise NewerSchemaError(
@@ -105,20 +110,25 @@ def _read(path: Path, file: h5py.File) -> Result:
         raise NotAResultError(f"{path} is damaged: {', '.join(missing) or 'config'} is missing")
     del attributes["schema_version"]
     variables = {name: _variable(path, file, name) for name in file if name != "config"}
-    return Result(variables, attributes, file["config"].asstr()[()])
+    return Result(variables, attributes, _dataset(path, file, "config").asstr()[()])
 
 
 def _variable(path: Path, file: h5py.File, name: str) -> Variable:
-    link = file.get(name, getlink=True)
-    dataset = file[name] if isinstance(link, h5py.HardLink) else None
-    if not isinstance(dataset, h5py.Dataset) or dataset.is_virtual or dataset.external:
-        # rbstab writes none of these, and a file that leads to others is not read.
-        raise NotAResultError(f"{path}: {name} is not an array of this file")
+    dataset = _dataset(path, file, name)
     is_text = h5py.check_string_dtype(dataset.dtype) is not None
     data = dataset.asstr()[()] if is_text else dataset[()]
     dimensions = (name,) if dataset.is_scale else tuple(_dimension(d) for d in dataset.dims)
     unit, long_name = (str(dataset.attrs.get(key, "")) for key in ("units", "long_name"))
     return Variable(dimensions, np.asarray(data), unit, long_name)
+
+
+def _dataset(path: Path, file: h5py.File, name: str) -> h5py.Dataset:
+    link = file.get(name, getlink=True)
+    dataset = file[name] if isinstance(link, h5py.HardLink) else None
+    if not isinstance(dataset, h5py.Dataset) or dataset.is_virtual or dataset.external:
+        # rbstab writes none of these, and a file that leads to others is not read.
+        raise NotAResultError(f"{path}: {name} is not an array of this file")
+    return dataset
 
 
 def _dimension(axis: Any) -> str:

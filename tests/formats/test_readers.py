@@ -8,6 +8,9 @@ from support.results import assert_equal
 
 from rbstab.store.run_file import open_result
 
+FILE_ONLY = ("schema_version", "digest")
+"""Attributes that are about the file, not about the run."""
+
 
 def same(found, expected):
     if expected.dtype == object:
@@ -74,7 +77,7 @@ def assert_dataset(dataset, result):
             assert same(found.values, variable.data), name
     assert isinstance(dataset["config"].item(), str)
     assert dataset["config"].item() == result.config
-    attributes = {k: v for k, v in dataset.attrs.items() if k != "schema_version"}
+    attributes = {k: v for k, v in dataset.attrs.items() if k not in FILE_ONLY}
     assert attributes == result.attributes
 
 

@@ -86,7 +86,6 @@ def test_flipped_in_the_texts(image):
     outcomes(image, range(700, 760), (begin, begin + HEAP_SIZE), seconds=3)
 
 
-@pytest.mark.xfail(reason="nothing tells a damaged number from a good one")
 def test_a_flipped_number_is_noticed(image, tmp_path):
     content = bytearray(image.read_bytes())
     at = content.index(result()["lyapunov"].tobytes())

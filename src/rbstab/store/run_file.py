@@ -7,12 +7,13 @@ import h5py
 import numpy as np
 
 from rbstab.store.atomic import write_whole
+from rbstab.store.digest import digest_of
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.result import SCHEMA_VERSION, Result, Variable
 
 TEXT = h5py.string_dtype("utf-8")
 
-NEEDED_ATTRIBUTES = ("title", "status", "run_id", "engine")
+NEEDED_ATTRIBUTES = ("title", "status", "run_id", "engine", "digest")
 
 
 def write_result(path: str | Path, result: Result, *, replace: bool = False) -> None:
@@ -75,6 +76,7 @@ def _image(result: Result) -> bytes:
         file.attrs["schema_version"] = SCHEMA_VERSION
         for name, value in result.attributes.items():
             file.attrs[name] = value
+        file.attrs["digest"] = digest_of(result)
         file.flush()
         image: bytes = file.id.get_file_image()
         return image
@@ -109,8 +111,12 @@ def _read(path: Path, file: h5py.File) -> Result:
     if missing or "config" not in file:
         raise NotAResultError(f"{path} is damaged: {', '.join(missing) or 'config'} is missing")
     del attributes["schema_version"]
+    written = attributes.pop("digest")
     variables = {name: _variable(path, file, name) for name in file if name != "config"}
-    return Result(variables, attributes, _dataset(path, file, "config").asstr()[()])
+    result = Result(variables, attributes, _dataset(path, file, "config").asstr()[()])
+    if digest_of(result) != written:
+        raise NotAResultError(f"{path} is damaged: it is not what was written (by its digest)")
+    return result
 
 
 def _variable(path: Path, file: h5py.File, name: str) -> Variable:

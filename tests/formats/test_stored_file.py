@@ -20,7 +20,7 @@ STORED = Path(__file__).parent / "data" / "run_v1_permanent.h5"
 
 REFERENCE = Path(__file__).parents[1] / "data" / "paper_state.json"
 
-DIGEST = "a1f0118c20c3b3b7d593e35bb258dfb829790cf1b8c2e98777319f6ee6de3371"
+DIGEST = "9678f52c594c038bbef3e4e7e3110b742e8aa9bf607a5aff45f470e8907f5bfe"
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ def test_the_digest_is_stored(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("status", "diverged"), ("title", ""), ("run_id", "0" * 32), ("steps", 1)]
+    ("name", "value"), [("status", "diverged"), ("title", ""), ("run_id", "1" * 32), ("steps", 1)]
 )
 def test_a_changed_attribute_is_noticed(tmp_path, name, value):
     path = tmp_path / "a.h5"

@@ -1,3 +1,4 @@
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -43,10 +44,16 @@ def rbstab() -> Invoke:
 
 
 def start(*arguments: str) -> "subprocess.Popen[str]":
-    """Starts the command line as a process of its own."""
+    """Starts the command line as a process of its own, which an interrupt reaches."""
+
+    def heed_interrupts() -> None:
+        # A shell starts what runs in its background with interrupts ignored, children included.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
     return subprocess.Popen(
         [sys.executable, "-m", "rbstab_cli", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=heed_interrupts if sys.platform != "win32" else None,  # noqa: PLW1509 no threads here
     )

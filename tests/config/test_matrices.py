@@ -99,6 +99,25 @@ def test_accepted(load):
     assert load(edited(DAMPING, "L_r: [1e-9, 1, 1e9]")).controller.L_r == (1e-9, 1.0, 1e9)
 
 
+SINGULAR = [
+    "[[0.41, 0.42, 0.49], [0.42, 0.45, 0.57], [0.49, 0.57, 0.82]]",
+    "[[0.72, 0.72, -0.36], [0.72, 0.9, 0.0], [-0.36, 0.0, 0.9]]",
+    "[[0.97, -0.13, -0.16], [-0.13, 0.89, 0.6], [-0.16, 0.6, 0.41]]",
+]
+
+
+@pytest.mark.parametrize("value", SINGULAR)
+def test_a_singular_matrix_whose_smallest_eigenvalue_is_computed_as_positive(complaints, value):
+    """Its determinant is zero to the last decimal; eigenvalues come out as 1e-17 or so."""
+    (message,) = complaints(edited(DAMPING, f"L_r: {value}"))
+    assert message.startswith("11:8: controller.L_r: is not positive definite")
+
+
+def test_a_matrix_that_is_barely_definite(load):
+    config = load(edited(DAMPING, "L_r: [[1, 0, 0], [0, 1, 0], [0, 0, 1e-13]]"))
+    assert config.controller.L_r[2] == (0.0, 0.0, 1e-13)
+
+
 def test_off_diagonal_entries_may_be_negative(load):
     config = load(edited(DAMPING, "L_r: [[2, -1, 0], [-1, 2, -1], [0, -1, 2]]"))
     assert config.controller.L_r == ((2.0, -1.0, 0.0), (-1.0, 2.0, -1.0), (0.0, -1.0, 2.0))

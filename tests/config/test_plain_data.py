@@ -55,6 +55,19 @@ def test_a_matrix_as_an_array():
     assert config.body.inertia == ((10.0, 0.0, 0.0), (0.0, 8.0, 0.0), (0.0, 0.0, 0.4))
 
 
+def test_a_matrix_as_a_list_of_arrays():
+    rows = [np.array([10, 0, 0]), (0, 8, 0), np.array([0.0, 0.0, 0.4], dtype=np.float32)]
+    inertia = load_config(with_inertia(rows)).body.inertia
+    assert inertia[:2] == ((10.0, 0.0, 0.0), (0.0, 8.0, 0.0))
+    assert all(type(x) is float for row in inertia for x in row)
+
+
+@pytest.mark.parametrize("kind", [tuple, list, np.array])
+def test_an_entry_of_any_sequence_can_be_set(kind):
+    config = load_config(with_inertia(kind([10.0, 8.0, 0.4])), ["body.inertia[1]=9"])
+    assert config.body.inertia == (10.0, 9.0, 0.4)
+
+
 def test_the_mapping_is_neither_changed_nor_kept():
     data = plain()
     config = load_config(data, ["body.mass=7", "gravity=[0, 0, 1]"])

@@ -5,7 +5,7 @@ import json
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support.configs import BY_VARIANT, FREE, PERMANENT, VISCO_ELASTIC, edited, plain
 
@@ -70,6 +70,23 @@ def test_nothing_is_left_to_defaults(load):
     }
 
 
+def test_keys_stand_in_the_order_of_a_written_config(load):
+    """It is read by people, too: version and title first, the settings last."""
+    text = resolved_yaml(load(VISCO_ELASTIC + "reference: {source: a}\n"))
+    keys = [line.split(":")[0] for line in text.splitlines() if line[0] != " "]
+    assert keys == [
+        "schema_version",
+        "title",
+        "body",
+        "gravity",
+        "controller",
+        "initial",
+        "integration",
+        "reference",
+    ]
+    assert "  mass: 41.0\n  inertia: [10.0, 8.0, 0.4]\n" in text
+
+
 def test_what_has_no_effect_is_left_out(load):
     assert "drift_control" not in resolved(load(PERMANENT))["integration"]
     compiled = resolved(load(VISCO_ELASTIC + "  engine: heyoka\n"))["integration"]
@@ -120,3 +137,18 @@ def test_every_title_survives(load, title):
     again = load(resolved_yaml(config))
     assert again.title == title
     assert run_id(again) == run_id(config)
+
+
+LOOKALIKES = st.text(alphabet="0123456789eE.+-_:xob~nul truefasy,{}[]#&*!|>'\"%@`=", max_size=8)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True, database=None)
+@given(title=LOOKALIKES | st.text(max_size=60), note=st.text(max_size=200))
+def test_any_text_survives(tmp_path_factory, title, note):
+    assume(title)
+    reference = {"source": title, "note": note}
+    config = load_config(plain() | {"title": title, "reference": reference})
+    path = tmp_path_factory.getbasetemp() / "texts.yaml"
+    path.write_bytes(resolved_yaml(config).encode())
+    assert load_config(path) == config
+    assert yaml.safe_load(resolved_yaml(config)) == resolved(config)

@@ -95,6 +95,21 @@ def test_dataset_has_the_same(variant):
     assert dataset["energy"].sel(part="kinetic").values[0] == result["energy"][0, 0]
 
 
+@pytest.mark.parametrize("coordinates", ["Z", "W"])
+def test_first_row_is_the_initial_state_of_the_config(coordinates):
+    initial = {
+        "orientation": [0.1, -0.2, 0.3],
+        "angular_velocity": [1.0, -2.0, 3.0],
+        "position": [0.01, 0.02, -0.03],
+        "velocity": [0.4, -0.5, 0.6],
+        "connector_state": [0.07, -0.08, 0.09],
+    }
+    short = {"duration": 0.01, "samples": 2, "coordinates": coordinates}
+    result = rbstab.simulate(paper_config("embedded", True, initial=initial, **short))
+    for name, value in initial.items():
+        np.testing.assert_allclose(result[name][0], value, rtol=0, atol=1e-15, err_msg=name)
+
+
 def rotations(result):
     """A at each sample, by another program: turns about the body's own axes 1, 2, 3."""
     return Rotation.from_euler("XYZ", result["orientation"]).as_matrix()

@@ -160,6 +160,8 @@ def test_layout(run):
             assert (dataset.compression, dataset.shuffle, dataset.chunks) == (None, False, None)
             assert dataset.id.get_create_plist().get_nfilters() == 0
             assert dataset.is_scale == (name in ("time", "axis", "part")), name
+            if dataset.is_scale:
+                assert dataset.attrs["NAME"] == name.encode()
             if dataset.dtype.kind == "f":
                 assert dataset.dtype == np.dtype("<f8")
     with netCDF4.Dataset(path) as file:

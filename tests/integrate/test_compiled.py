@@ -56,7 +56,8 @@ def test_compiled_parameters_are_all_of_the_systems():
     # m, J, R; G; K_t, L_t; K_r, L_r; X_a.
     compiled = compiled_system(random_problem(1).system, RTOL)
     assert len(compiled.names) == 9
-    assert len(compiled.integrator.pars) == 1 + 9 + 3 + 3 + 4 * 9 + 3 + 1  # and the range bound
+    # And the range bound and the scale of the energies.
+    assert len(compiled.integrator.pars) == 1 + 9 + 3 + 3 + 4 * 9 + 3 + 2
 
 
 def leaving(**changes):

@@ -44,6 +44,18 @@ def test_without_control_the_offence_goes_on_at_its_speed(engine):
     np.testing.assert_allclose(F, np.broadcast_to(F0, F.shape), rtol=0, atol=1e-12)
 
 
+def test_holding_force_works_on_an_offence_that_lasts():
+    # ε of eq. 26 is ∫F'Λ dt, and F is constant here: F0' ∫Λ dt.
+    nodes, weights = np.polynomial.legendre.leggauss(30)
+    times = np.concatenate([[0.0], (1.0 + nodes) / 4.0, [0.5]])
+    system = held_system(0.0)
+    trajectory = solve("scipy", problem(system, start_at(system, E0, F0), times))
+    force = [system.observe(state).contact_force for state in trajectory.states[1:-1]]
+    work = F0 @ (weights @ np.array(force)) / 4.0
+    assert abs(work) > 0.1
+    assert trajectory.contact_work[-1] == pytest.approx(work, rel=1e-9)
+
+
 @each_engine
 def test_without_control_a_start_on_the_sub_manifold_hardly_drifts(engine):
     E, F = drift(engine, held_system(0.0), np.zeros(3), np.zeros(3))

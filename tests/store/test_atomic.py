@@ -100,8 +100,9 @@ def test_an_interruption_leaves_nothing(path, unchanged, monkeypatch, error):
     assert unchanged()
 
 
+@pytest.mark.parametrize("content", [NEW, b"less than a buffer"])
 @pytest.mark.parametrize("replace", [False, True])
-def test_content_is_on_the_disk_before_the_name(tmp_path, replace, monkeypatch):
+def test_content_is_on_the_disk_before_the_name(tmp_path, replace, content, monkeypatch):
     """Else a power cut leaves a name with nothing behind it. Then the folder, for the name."""
     path, seen = tmp_path / "a.h5", []
     fsync = os.fsync
@@ -113,8 +114,8 @@ def test_content_is_on_the_disk_before_the_name(tmp_path, replace, monkeypatch):
         fsync(descriptor)
 
     monkeypatch.setattr(os, "fsync", watched)
-    write_whole(path, NEW, replace=replace)
-    assert seen == [(f"file of {len(NEW)}", False), ("folder", True)]
+    write_whole(path, content, replace=replace)
+    assert seen == [(f"file of {len(content)}", False), ("folder", True)]
 
 
 def test_the_synced_folder_is_the_files_own(tmp_path, monkeypatch):
@@ -159,6 +160,16 @@ def test_an_existing_file_is_not_overwritten(tmp_path):
         write_whole(path, NEW)
     assert path.read_bytes() == OLD
     assert (path.stat().st_ino, path.stat().st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
+    assert names(tmp_path) == ["a.h5"]
+
+
+def test_a_link_that_leads_nowhere_is_a_name_that_is_taken(tmp_path):
+    """Where it leads may be a disk that is not mounted now."""
+    path = tmp_path / "a.h5"
+    path.symlink_to(tmp_path / "elsewhere" / "b.h5")
+    with pytest.raises(ResultExistsError, match="exists already"):
+        write_whole(path, NEW)
+    assert path.is_symlink()
     assert names(tmp_path) == ["a.h5"]
 
 

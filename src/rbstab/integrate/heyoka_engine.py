@@ -47,7 +47,7 @@ def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
     rows = list(zip(problem.times.tolist(), reached, strict=False)) or [(first, start)]
     detail = ""
     if status is not RunStatus.COMPLETED:
-        stop, state = compiled.integrator.time, compiled.integrator.state.copy()
+        stop, state = compiled.reached()
         if np.isfinite(state).all() and stop > rows[-1][0]:
             rows.append((stop, state))
         detail = f"{_reason(status, problem)} at t = {rows[-1][0]:.9g} s"
@@ -76,9 +76,14 @@ class CompiledSystem:
         symbolic = map_parameters(system, symbol)
         names = [f"y{k}" for k in range(system.size + AUDIT_SIZE)]
         y = np.array([hy.expression(name) for name in names], dtype=object)
-        leaving = regularity(y[0:3]) - hy.par[count]
+        bound, self.scale = hy.par[count], 1.0
+        leaving = regularity(y[0:3]) - bound
+        # heyoka measures its error against the largest of all states. Audit states are energies,
+        # as large as the body is heavy: unscaled they would drown the error of the motion.
+        rates = symbolic.audited_rates(y)
+        rates = np.concatenate([rates[:-AUDIT_SIZE], rates[-AUDIT_SIZE:] / hy.par[count + 1]])
         self.integrator = hy.taylor_adaptive(
-            list(zip(y, symbolic.audited_rates(y), strict=True)),
+            list(zip(y, rates, strict=True)),
             state=[0.0] * len(y),
             tol=tolerance,
             t_events=[hy.t_event(leaving)],
@@ -92,14 +97,28 @@ class CompiledSystem:
         """
         values = [np.ravel(value) for value in parameters(problem.system).values()]
         integrator = self.integrator
-        integrator.pars[:] = np.concatenate([*values, [problem.range_bound]])
+        self.scale = _energy_scale(problem)
+        integrator.pars[:] = np.concatenate([*values, [problem.range_bound, self.scale]])
         integrator.time = problem.times[0]
         integrator.state[:] = problem.audited_start()
         integrator.reset_cooldowns()
         outcome, _, _, steps, _, samples = integrator.propagate_grid(
             problem.times, max_steps=problem.step_limit, callback=watch
         )
-        return outcome, steps, samples
+        return outcome, steps, self._in_joules(samples)
+
+    def reached(self) -> tuple[float, Array]:
+        """The time and the state where the last run ended."""
+        return self.integrator.time, self._in_joules(self.integrator.state.copy())
+
+    def _in_joules(self, states: Array) -> Array:
+        states[..., -AUDIT_SIZE:] *= self.scale
+        return states
+
+
+def _energy_scale(problem: Problem) -> float:
+    """The size of the energies at the start, J; 1 J where there are none."""
+    return float(np.abs(problem.system.observe(problem.start).energy).sum()) or 1.0
 
 
 _compiled = threading.local()

@@ -39,6 +39,27 @@ def constraint_force(body: Body, c: Array, applied: Array, demand: Array) -> Arr
     return -inverse(mobility(body, c)) @ (c.T @ body.mass_matrix_inverse @ applied + demand)
 
 
+def partial_constraint_force(
+    body: Body, c: Array, applied: Array, demand: Array, held: Array
+) -> Array:
+    """Λ on the held axes alone, by which these have c'Ż = -γ, shape (3,), N, inertial.
+
+    With S the held axes, Λ_S = -(W_SS)⁻¹(c'𝒥⁻¹𝓔 + γ)_S, and 0 on the others; for all three axes this is
+    eq. 15. The axes are picked by numbers, not by branches: M = diag(held), and
+    Λ = -(MWM + I - M)⁻¹ M (c'𝒥⁻¹𝓔 + γ), whose matrix is W_SS beside an identity.
+
+    Args:
+        body: The body.
+        c: c of eq. 10, shape (12, 3).
+        applied: Everything else that acts, 𝓔 of eq. 9 plus c times the force on the axes that are
+            not held, shape (12,).
+        demand: γ, shape (3,), m/s².
+        held: 1 for each held axis and 0 for each other, shape (3,).
+    """
+    picked = np.outer(held, held) * mobility(body, c) + np.diag(1.0 - held)
+    return -(inverse(picked) @ (held * (c.T @ (body.mass_matrix_inverse @ applied) + demand)))
+
+
 def projected(body: Body, c: Array, forces: Array) -> Array:
     """P x with P = c[c'𝒥⁻¹c]⁻¹c'𝒥⁻¹, where P² = P and Pc = c (eq. 16).
 

@@ -79,9 +79,43 @@ class ContactCoordinates(Coordinates):
         return motion_from_contact(body, anchor, y)
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
-        """Ẇ = (∂W/∂Z) Ż (eq. 8), and the elements' Λ."""
-        jacobian = coordinates.jacobian_of_contact_state(body, motion)
-        return jacobian @ free_rates(body, motion, wrench), wrench.contact_force
+        """Ẇ of eq. 8, and the elements' Λ."""
+        rates = free_rates(body, motion, wrench)
+        return _contact_rates(body, motion, rates), wrench.contact_force
+
+
+@dataclass(frozen=True, eq=False)
+class PartlyHeldCoordinates(ContactCoordinates):
+    """W = [Θ, Ω, E, F] where some axes of the contact point are held on a surface.
+
+    Each held axis has Ë = -κF, so that s = F + κE stays what it is; κ = 0 holds E itself.
+
+    Args:
+        held: 1 for each held axis and 0 for each other, shape (3,).
+        slope: κ, 1/s.
+    """
+
+    name: ClassVar[str] = "W"
+
+    held: Array
+    slope: Number
+
+    def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
+        """Ẇ under the elements' Λ and the equivalent force of the held axes, and their sum."""
+        c = contact_directions(body, motion)
+        applied = applied_forces(body, motion, wrench.force, wrench.couple)
+        applied = applied + c @ wrench.contact_force
+        demand = constraint.centripetal_acceleration(body, motion) + self.slope * motion.F
+        force = constraint.partial_constraint_force(body, c, applied, demand, self.held)
+        rates = body.mass_matrix_inverse @ (applied + c @ force)
+        return _contact_rates(body, motion, rates), wrench.contact_force + force
+
+
+def _contact_rates(body: Body, motion: Motion, rates: Array) -> Array:
+    """Ẇ of Ż: (∂W/∂Z)Ż of eq. 8 with its products carried out, Ė = F and Ḟ = c'Ż + AΩ̌²R (eq. 13)."""
+    c = contact_directions(body, motion)
+    acceleration = c.T @ rates + constraint.centripetal_acceleration(body, motion)
+    return np.concatenate([rates[0:6], motion.F, acceleration])
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,203 @@
+"""Following a sliding connector through its modes: smooth flow between switches (Filippov).
+
+Between two switches the vector field is smooth and either engine follows it (a `Flow`). What a switch
+leads to is decided here, the same for both.
+"""
+
+import time
+from collections.abc import Iterator
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from rbstab.integrate.chatter import chatter_energy, stick
+from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
+from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switch_log import SwitchLog, SwitchTrace, Transition
+from rbstab.integrate.switching import (
+    Modes,
+    Switching,
+    connector_of,
+    initial_modes,
+    instant,
+    modes_on_surface,
+    system_under,
+)
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
+
+STICK_CHECK_EVERY = 32
+"""Switches between two looks at whether an axis may stick: a look costs as much as many switches."""
+
+
+class Hit(NamedTuple):
+    """An event that ends a mode: an axis reaches a threshold of s, or of its equivalent force.
+
+    direction is 1 where the quantity was rising, else -1; release tells a bound of the force.
+    """
+
+    axis: int
+    direction: float
+    release: bool
+
+
+class Reached(NamedTuple):
+    """Where a flow ended: time, audited state, modes, and the hits there (none at its end).
+
+    status is set where the run ends here.
+    """
+
+    time: float
+    state: Array
+    modes: Modes
+    hits: tuple[Hit, ...] = ()
+    status: RunStatus | None = None
+
+
+class Flow(Protocol):
+    """Follows the smooth motion of an engine.
+
+    Crossings of s = E may be passed over inside (their mode simply changes sides); a flow that does
+    so notes them in the log and returns where that tells it to pause.
+    """
+
+    steps: int
+    evaluations: int
+
+    def advance(self, start: Reached, end: float, log: SwitchLog) -> Reached:
+        """From a state to the next hit that has to be decided, or to a time."""
+        ...
+
+
+class Sample(NamedTuple):
+    """One sample of a run with switching."""
+
+    reached: Reached
+    counts: tuple[int, ...]
+    discarded: float
+
+
+class Driver:
+    """One run through the modes of its connector."""
+
+    def __init__(self, problem: Problem, switching: Switching, flow: Flow) -> None:
+        self.problem = problem
+        self.switching = switching
+        self.flow = flow
+        self.log = SwitchLog(switching.stored_switches, switching.switch_limit)
+        self.on_position = connector_of(problem.system).rate_weight == 0.0
+        self.discarded = 0.0
+        if self.on_position and switching.stick_energy > 0 and not switching.layered:
+            self.log.pause_at = 1
+        self.deadline = time.monotonic() + problem.time_limit
+
+    def samples(self) -> Iterator[Sample]:
+        """The samples one after the other; the last one has a status where the run stopped early."""
+        problem, times = self.problem, self.problem.times.tolist()
+        y = problem.audited_start()
+        modes = initial_modes(problem.system, y[:12], self.switching)
+        now = Reached(times[0], y, modes)
+        yield self._sample(now)
+        for end in times[1:]:
+            while now.time < end and now.status is None:
+                now = self._decided(self.flow.advance(now, end, self.log))
+            yield self._sample(now)
+            if now.status is not None:
+                return
+
+    def _sample(self, now: Reached) -> Sample:
+        return Sample(now, tuple(self.log.counts), self.discarded)
+
+    def _decided(self, now: Reached) -> Reached:
+        if now.status is None and self.log.total >= self.switching.switch_limit:
+            return now._replace(status=RunStatus.STEP_LIMIT)
+        if now.status is None and time.monotonic() > self.deadline:
+            return now._replace(status=RunStatus.TIME_LIMIT)
+        for hit in now.hits:
+            now = self._release(now, hit) if hit.release else self._cross(now, hit)
+        if self.log.pause_at is not None and self.log.total >= self.log.pause_at:
+            self.log.pause_at = min(self.log.total + STICK_CHECK_EVERY, self.log.limit)
+            now = self._stick(now)
+        return now._replace(hits=())
+
+    def _cross(self, now: Reached, hit: Hit) -> Reached:
+        modes, axis = now.modes, hit.axis
+        self.log.switch(now.time, axis)
+        if self.switching.layered:
+            leaves = bool(modes.layer[axis])
+            mode = hit.direction if leaves else 0.0
+            return now._replace(modes=modes.with_axis(axis, mode, layer=float(not leaves)))
+        if self.on_position:
+            return now._replace(modes=modes.with_axis(axis, hit.direction))
+        chosen = self._chosen(now, axis)
+        for changed in range(3):
+            if chosen.held[changed] != modes.held[changed]:
+                what = Transition.STICK if chosen.held[changed] else Transition.RELEASE
+                self.log.transitions.append((now.time, changed, what))
+        return now._replace(modes=chosen)
+
+    def _chosen(self, now: Reached, axis: int) -> Modes:
+        """Filippov's choice for an axis that arrived on s = F + κE, with those held there."""
+        on_surface = [a for a in range(3) if a == axis or now.modes.held[a]]
+        return modes_on_surface(self.problem.system, now.state[:12], now.modes, on_surface)
+
+    def _release(self, now: Reached, hit: Hit) -> Reached:
+        # The force that held the axis is at its bound -K_s σ and stays there.
+        self.log.transition(now.time, hit.axis, Transition.RELEASE)
+        return now._replace(modes=now.modes.with_axis(hit.axis, -hit.direction))
+
+    def _stick(self, now: Reached) -> Reached:
+        system = system_under(self.problem.system, now.modes)
+        found = stick(system, now.state, now.modes, self.switching.stick_energy)
+        if found is None:
+            return now
+        self.discarded += found.discarded
+        for axis in found.axes:
+            self.log.transition(now.time, axis, Transition.STICK)
+        return now._replace(state=found.state, modes=found.modes)
+
+
+def follow(
+    problem: Problem, switching: Switching, flow: Flow, progress: Progress | None = None
+) -> tuple[Trajectory, SwitchTrace, list[System]]:
+    """Follows a problem with a sliding connector to its end.
+
+    Returns:
+        The trajectory in coordinates W; its switching; and the system under the modes of each sample.
+    """
+    driver = Driver(problem, switching, flow)
+    samples = []
+    for sample in driver.samples():
+        samples.append(sample)
+        if progress is not None:
+            progress(sample.reached.time)
+    status = samples[-1].reached.status or RunStatus.COMPLETED
+    detail = ""
+    if status is not RunStatus.COMPLETED:
+        detail = f"{_reason(status, problem, driver)} at t = {samples[-1].reached.time:.9g} s"
+    systems = [system_under(problem.system, s.reached.modes) for s in samples]
+    rows = [(s.reached.time, s.reached.state) for s in samples]
+    energies = [
+        chatter_energy(system, s.reached.state[:12])
+        for system, s in zip(systems, samples, strict=True)
+    ]
+    log = driver.log
+    trace = SwitchTrace(
+        np.array([s.reached.modes.mode for s in samples]),
+        np.array([s.counts for s in samples]),
+        np.array(energies),
+        np.array([s.discarded for s in samples]),
+        np.array(log.times),
+        np.array(log.axes, dtype=int),
+        log.transitions,
+    )
+    return trajectory(rows, status, detail, flow.steps, flow.evaluations), trace, systems
+
+
+def _reason(status: RunStatus, problem: Problem, driver: Driver) -> str:
+    return {
+        RunStatus.RANGE_LEFT: f"cos θ2 fell to {problem.range_bound:g}",
+        RunStatus.DIVERGED: "the state stopped being finite",
+        RunStatus.STEP_LIMIT: f"stopped after {driver.log.total} switches, {driver.flow.steps} steps",
+        RunStatus.TIME_LIMIT: f"stopped after {problem.time_limit:g} s of wall time",
+    }.get(status, str(status))

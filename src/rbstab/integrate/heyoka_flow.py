@@ -1,0 +1,254 @@
+"""The smooth flow between switches by the compiled engine."""
+
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from rbstab.integrate.filippov import Hit, Reached
+from rbstab.integrate.heyoka_engine import parameter_values, state_symbols, symbols_of
+from rbstab.integrate.problem import Problem
+from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switch_log import SwitchLog
+from rbstab.integrate.switching import (
+    ROUND_OFF,
+    Switching,
+    connector_of,
+    system_under,
+    thresholds,
+)
+from rbstab.mechanics.attitude import regularity
+from rbstab.systems.system import AUDIT_SIZE, System
+
+COOLDOWN = 1e-10
+"""s: a crossing that is found again this soon after itself is the same. heyoka's own choice is longer
+than the bounces that a chatter comes to."""
+
+CLEARANCE = 1e-12
+"""By which part of its last flight an axis is set off the surface after a crossing: a root at the
+very start of a step makes heyoka's root isolation fail."""
+
+FINER = 16
+"""By how much a step is cut that missed a crossing."""
+
+STEPS_AT_ONCE = 20_000
+"""Steps between two looks at the clock."""
+
+TINY = 1e-15
+"""m or m/s: by how much s may stand beyond its threshold at a hit, besides round-off."""
+
+
+class HeyokaFlow:
+    """Flows of one problem: one compiled integrator without held axes, one with.
+
+    Args:
+        problem: The problem; its system holds the sliding connector.
+        switching: How its modes change.
+    """
+
+    def __init__(self, problem: Problem, switching: Switching) -> None:
+        self.problem = problem
+        self.switching = switching
+        self.steps = 0
+        self.on_position = connector_of(problem.system).rate_weight == 0.0
+        self.compiled: dict[bool, _Switched] = {}
+
+    @property
+    def evaluations(self) -> int:
+        """Taylor expansions, one for each step."""
+        return self.steps
+
+    def advance(self, start: Reached, end: float, log: SwitchLog) -> Reached:
+        """From a state to the next hit that has to be decided, or to a time (see `Flow`)."""
+        held = start.modes.any_held
+        if held not in self.compiled:
+            system = system_under(self.problem.system, start.modes)
+            self.compiled[held] = _Switched(system, self.problem.rtol, held=held)
+        flips = self.on_position and not self.switching.layered
+        run = _Run(
+            self.compiled[held],
+            self.problem,
+            self.switching,
+            start,
+            log,
+            flips=flips,
+        )
+        reached = run.to(end)
+        self.steps += run.steps
+        return reached
+
+
+class _Switched:
+    """The audited equations in W, compiled, with events at the thresholds of every axis."""
+
+    def __init__(self, system: System, tolerance: float, *, held: bool) -> None:
+        symbolic, self.offsets, self.extra = symbols_of(system)
+        y = state_symbols(12 + AUDIT_SIZE)
+        up, down, bound = ([hy.par[self.extra + 3 * k + a] for a in range(3)] for k in range(3))
+        s = connector_of(symbolic).surface(symbolic.motion(y))
+        self.sink = _Sink()
+        events = [self._event(regularity(y[0:3]) - hy.par[self.extra + 9], None)]
+        for axis in range(3):
+            events.append(self._event(s[axis] - up[axis], Hit(axis, 1.0, release=False)))
+            events.append(self._event(s[axis] - down[axis], Hit(axis, -1.0, release=False)))
+        if held:
+            force = symbolic.observe(y).contact_force * symbolic.coordinates.held  # type: ignore[attr-defined]
+            for axis in range(3):
+                events.append(self._event(force[axis] - bound[axis], Hit(axis, 1.0, release=True)))
+                events.append(self._event(force[axis] + bound[axis], Hit(axis, -1.0, release=True)))
+        self.integrator = hy.taylor_adaptive(
+            list(zip(y, symbolic.audited_rates(y), strict=True)),
+            state=[0.0] * len(y),
+            tol=tolerance,
+            t_events=events,
+            # With the equivalent force the code is so large that LLVM would need 20 s for it; there
+            # are few events to be fast for.
+            compact_mode=held,
+        )
+
+    def _event(self, quantity: Any, hit: Hit | None) -> Any:
+        directions = hy.event_direction
+        rising = directions.positive if hit is not None and hit.direction > 0 else directions.negative
+        return hy.t_event(
+            quantity, callback=_Callback(self.sink, hit), direction=rising, cooldown=COOLDOWN
+        )
+
+
+class _Sink:
+    """Where the events of an integrator report to: the run that uses it at the moment."""
+
+    run: "_Run"
+
+
+class _Callback:
+    """What heyoka calls at an event. heyoka copies its callbacks; copies share the sink."""
+
+    def __init__(self, sink: _Sink, hit: Hit | None) -> None:
+        self.sink = sink
+        self.hit = hit
+
+    def __deepcopy__(self, _memo: Any) -> "_Callback":
+        return self
+
+    def __call__(self, integrator: Any, _direction: int) -> bool:
+        return self.sink.run.at_event(integrator, self.hit)
+
+
+class _Run:
+    """One use of a compiled integrator, from one state to a hit or a time.
+
+    With `flips`, crossings of s = E do not end it: the axis changes sides and the motion goes on
+    without leaving compiled code for long.
+    """
+
+    def __init__(
+        self,
+        switched: _Switched,
+        problem: Problem,
+        switching: Switching,
+        start: Reached,
+        log: SwitchLog,
+        *,
+        flips: bool,
+    ) -> None:
+        self.integrator = switched.integrator
+        self.mode = slice(switched.offsets["connector.mode"], switched.offsets["connector.mode"] + 3)
+        self.log, self.flips = log, flips
+        system = system_under(problem.system, start.modes)
+        connector = connector_of(system)
+        self.weights = float(connector.rate_weight), float(connector.slope)
+        self.modes = start.modes
+        self.up, self.down = thresholds(system, start.modes, switching)
+        ends = np.concatenate([self.up, self.down])
+        if flips:
+            # Both directions of a crossing count, for the sides change inside the run.
+            ends[np.tile(np.array(start.modes.held) == 0.0, 2)] = 0.0
+        values = [parameter_values(system), ends, connector.K_s, [problem.range_bound]]
+        self.integrator.pars[:] = np.concatenate(values)[: len(self.integrator.pars)]
+        self.integrator.time = start.time
+        self.integrator.state[:] = start.state
+        self.integrator.reset_cooldowns()
+        self.hits: list[Hit] = []
+        self.left_range = self.missed = False
+        self.steps = 0
+        switched.sink.run = self
+
+    def to(self, end: float) -> Reached:
+        """Integrates to a hit, to a time, or for `STEPS_AT_ONCE` steps."""
+        self._save()
+        largest = np.inf
+        while True:
+            most = STEPS_AT_ONCE if largest == np.inf else 1
+            outcome, _, _, steps, _, _ = self.integrator.propagate_until(
+                end, max_steps=most, max_delta_t=largest, callback=self._after_step
+            )
+            self.steps += steps
+            if not self.missed:
+                return self._reached(outcome)
+            largest = self._go_back()
+
+    def at_event(self, integrator: Any, hit: Hit | None) -> bool:
+        """An event of the compiled integrator; false ends the run."""
+        if hit is None:
+            self.left_range = True
+            return False
+        if hit.release or not self.flips:
+            self.hits.append(hit)
+            return False
+        modes, axis = integrator.pars[self.mode], hit.axis
+        if modes[axis] == hit.direction:
+            return True  # the crossing with which the axis entered this side, found once more
+        time, state = integrator.time, integrator.state
+        modes[axis] = hit.direction
+        flight = abs(state[9 + axis]) * (time - self.log.last_time)
+        state[6 + axis] = hit.direction * CLEARANCE * flight
+        return self.log.switch(time, axis)
+
+    def _after_step(self, integrator: Any) -> bool:
+        state, (rate_weight, slope) = integrator.state, self.weights
+        if self.flips:
+            modes = integrator.pars[self.mode]
+            self.missed = (
+                state[6] * modes[0] < 0 or state[7] * modes[1] < 0 or state[8] * modes[2] < 0
+            )
+        elif not self.hits:
+            s = rate_weight * state[9:12] + slope * state[6:9]
+            slack = ROUND_OFF * (np.abs(rate_weight * state[9:12]) + np.abs(slope * state[6:9])) + TINY
+            self.missed = bool(((s > self.up + slack) | (s < self.down - slack)).any())
+        if not self.missed:
+            self._save()
+        return not self.missed
+
+    def _save(self) -> None:
+        integrator = self.integrator
+        self.saved = (
+            integrator.time,
+            integrator.state.copy(),
+            integrator.pars[self.mode].copy(),
+            self.log.mark(),
+        )
+
+    def _go_back(self) -> float:
+        """Undoes the step that missed a crossing; returns how long it may be at most."""
+        integrator = self.integrator
+        largest = abs(integrator.last_h) / FINER
+        integrator.time, integrator.state[:], integrator.pars[self.mode], mark = self.saved
+        self.log.back_to(mark)
+        integrator.reset_cooldowns()
+        self.missed = False
+        self.hits.clear()
+        return largest
+
+    def _reached(self, outcome: Any) -> Reached:
+        integrator = self.integrator
+        status = None
+        if self.left_range:
+            status = RunStatus.RANGE_LEFT
+        elif outcome == hy.taylor_outcome.err_nf_state:
+            time, state, _, _ = self.saved
+            return Reached(time, state, self.modes, status=RunStatus.DIVERGED)
+        modes = self.modes
+        if self.flips:
+            a, b, c = integrator.pars[self.mode].tolist()
+            modes = modes._replace(mode=(a, b, c))
+        return Reached(integrator.time, integrator.state.copy(), modes, tuple(self.hits), status)

@@ -25,8 +25,11 @@ COOLDOWN = 1e-10
 than the bounces that a chatter comes to."""
 
 CLEARANCE = 1e-12
-"""By which part of its last flight an axis is set off the surface after a crossing: a root at the
-very start of a step makes heyoka's root isolation fail."""
+"""By which part of its last flight (of the layer's width) an axis is set off its threshold after a
+crossing: a root at the very start of a step makes heyoka's root isolation fail."""
+
+SHORTEST_STEP = 1e-18
+"""s: a crossing that is missed by a shorter step is not found at all."""
 
 FINER = 16
 """By how much a step is cut that missed a crossing."""
@@ -157,6 +160,7 @@ class _Run:
         system = system_under(problem.system, start.modes)
         connector = connector_of(system)
         self.weights = float(connector.rate_weight), float(connector.slope)
+        self.nudge = CLEARANCE * float(connector.layer_width) if switching.layered else 0.0
         self.modes = start.modes
         self.up, self.down = thresholds(system, start.modes, switching)
         ends = np.concatenate([self.up, self.down])
@@ -186,6 +190,9 @@ class _Run:
             if not self.missed:
                 return self._reached(outcome)
             largest = self._go_back()
+            if largest < SHORTEST_STEP:
+                time, state, _, _ = self.saved
+                return Reached(time, state, self.modes, status=RunStatus.SOLVER_FAILURE)
 
     def at_event(self, integrator: Any, hit: Hit | None) -> bool:
         """An event of the compiled integrator; false ends the run."""
@@ -194,6 +201,9 @@ class _Run:
             return False
         if hit.release or not self.flips:
             self.hits.append(hit)
+            if not hit.release:
+                state = 9 if self.weights[0] else 6
+                integrator.state[state + hit.axis] += hit.direction * self.nudge
             return False
         modes, axis = integrator.pars[self.mode], hit.axis
         if modes[axis] == hit.direction:
@@ -211,10 +221,13 @@ class _Run:
             self.missed = (
                 state[6] * modes[0] < 0 or state[7] * modes[1] < 0 or state[8] * modes[2] < 0
             )
-        elif not self.hits:
-            s = rate_weight * state[9:12] + slope * state[6:9]
-            slack = ROUND_OFF * (np.abs(rate_weight * state[9:12]) + np.abs(slope * state[6:9])) + TINY
-            self.missed = bool(((s > self.up + slack) | (s < self.down - slack)).any())
+        else:
+            moving, standing = rate_weight * state[9:12], slope * state[6:9]
+            s = moving + standing
+            slack = ROUND_OFF * (np.abs(moving) + np.abs(standing)) + TINY
+            beyond = (s > self.up + slack) | (s < self.down - slack)
+            beyond[[hit.axis for hit in self.hits]] = False
+            self.missed = bool(beyond.any())
         if not self.missed:
             self._save()
         return not self.missed

@@ -4,14 +4,16 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.config.schema import Baumgarte, Config
+from rbstab.config.schema import Baumgarte, BoundaryLayer, Config, SlidingController, Slope
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.integrate.problem import Problem
+from rbstab.integrate.switching import Switching
 from rbstab.mechanics.algebra import ZERO, inverse
 from rbstab.mechanics.body import Body, triangle_violation
 from rbstab.mechanics.motion import motion_from_centre, motion_from_contact
@@ -44,6 +46,7 @@ def problem_of(config: Config) -> Problem:
         project=getattr(integration, "drift_control", "none") == "projection",
         step_limit=integration.step_limit,
         time_limit=integration.time_limit,
+        switching=_switching(config.controller),
     )
 
 
@@ -89,7 +92,33 @@ def _connector(controller: Any) -> list[Element]:
     if controller.variant == "embedded":
         gains = (controller.K_c, controller.L_c, controller.K_d, controller.L_d)
         return [EmbeddedConnector(*(_matrix(gain) for gain in gains))]
+    if controller.variant == "sliding":
+        return [_sliding_connector(controller)]
     return []
+
+
+def _sliding_connector(controller: SlidingController) -> SlidingConnector:
+    surface, law = controller.surface, controller.law
+    on_position = surface == "position"
+    return SlidingConnector(
+        K_s=np.array(controller.K_s),
+        rate_weight=0.0 if on_position else 1.0,
+        slope=surface.slope if isinstance(surface, Slope) else 1.0,
+        mode=np.zeros(3),
+        layer=np.zeros(3),
+        layer_width=law.boundary_layer if isinstance(law, BoundaryLayer) else 1.0,
+    )
+
+
+def _switching(controller: Any) -> Switching | None:
+    if not isinstance(controller, SlidingController):
+        return None
+    return Switching(
+        layered=isinstance(controller.law, BoundaryLayer),
+        stick_energy=controller.stick_energy,
+        switch_limit=controller.switch_limit,
+        stored_switches=controller.stored_switches,
+    )
 
 
 def _coordinates(integration: Any) -> Coordinates:

@@ -7,6 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from rbstab.config.quantities import (
     Count,
+    Diagonal,
     Orientation,
     Positive,
     PositiveDefinite,
@@ -81,6 +82,64 @@ class EmbeddedController(ViscoElasticController):
     variant: Literal["embedded"]  # type: ignore[assignment]
     K_d: PositiveDefinite = _in("stiffness of the connector's own state, N/m, inertial")
     L_d: PositiveDefinite = _in("damping of the connector's own state, N s/m, inertial")
+
+
+class Slope(Section):
+    """The surface s = F + κE."""
+
+    slope: Positive = _in("κ of s = F + κE, 1/s")
+
+
+class BoundaryLayer(Section):
+    """A saturation in place of the sign."""
+
+    boundary_layer: Positive = _in("half-width, in the unit of s")
+
+
+class SlidingController(FreeController):
+    """The contact point tied by a sliding-mode connector (eq. 39)."""
+
+    variant: Literal["sliding"]  # type: ignore[assignment]
+    anchor: Anchor = "origin"
+    K_s: Diagonal = _in("force of each axis, N, inertial")
+    surface: Annotated[
+        Literal["position"] | Slope, Field(description="position (s = E) or {slope: κ}")
+    ]
+    law: Annotated[
+        Literal["exact"] | BoundaryLayer, Field(description="exact or {boundary_layer: width}")
+    ] = "exact"
+    stick_energy: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
+        0.0, description="J; surface position, law exact: axes may stick when the chatter is below"
+    )
+    switch_limit: Count = 10_000_000
+    stored_switches: int = Field(100_000, ge=0, description="whose time and axis are stored")
+
+    @field_validator("surface", mode="wrap")
+    @classmethod
+    def _surface(cls, value: Any, _handler: Any) -> Any:
+        return _word_or_section(value, ("position",), Slope)
+
+    @field_validator("law", mode="wrap")
+    @classmethod
+    def _law(cls, value: Any, _handler: Any) -> Any:
+        return _word_or_section(value, ("exact",), BoundaryLayer)
+
+
+def _word_or_section(value: Any, words: tuple[str, ...], section: type[Section]) -> Any:
+    """One of some words, or a section of one key.
+
+    Raises:
+        PydanticCustomError: It is neither.
+    """
+    (key,) = section.model_fields
+    expected = f"expected {', '.join(words)} or {{{key}: number}}"
+    if isinstance(value, section) or (isinstance(value, str) and value in words):
+        return value
+    if isinstance(value, dict):
+        return section.model_validate(value)
+    if isinstance(value, str):
+        raise complaint(f"'{value}' is unknown", expected)
+    raise complaint("is neither a word nor a mapping", expected)
 
 
 class HeldInitial(Section):
@@ -169,11 +228,7 @@ class HeldIntegration(Integration):
     @field_validator("drift_control", mode="wrap")
     @classmethod
     def _possible(cls, value: Any, _handler: Any, info: ValidationInfo) -> Any:
-        if not isinstance(value, str | dict | Baumgarte):
-            raise complaint("is neither a word nor a mapping", _DRIFT_CONTROLS)
-        if isinstance(value, str) and value not in ("none", "projection"):
-            raise complaint(f"'{value}' is unknown", _DRIFT_CONTROLS)
-        control = value if isinstance(value, str) else Baumgarte.model_validate(value)
+        control = _word_or_section(value, ("none", "projection"), Baumgarte)
         if control != "none" and info.data.get("coordinates") == "reduced":
             raise complaint(
                 "has nothing to control in reduced coordinates", "expected coordinates: manifold"
@@ -186,11 +241,16 @@ class HeldIntegration(Integration):
         return control
 
 
-_DRIFT_CONTROLS = "expected none, projection or {baumgarte: rate}"
-
-
 def _uses_lsoda(integration: dict[str, Any]) -> bool:
     return integration.get("engine") == "scipy" and integration.get("method") == "LSODA"
+
+
+class SlidingIntegration(Integration):
+    """How the motion under a sliding connector is followed."""
+
+    coordinates: Literal["W"] = "W"
+    method: Literal["DOP853"] = Field("DOP853", description="scipy only")
+    step_limit: Count = 100_000_000
 
 
 class FinalState(Section):
@@ -268,14 +328,29 @@ class EmbeddedExperiment(Experiment):
     integration: Integration
 
 
+class SlidingExperiment(Experiment):
+    """A body tied by a sliding-mode connector."""
+
+    controller: SlidingController
+    initial: FreeInitial = FreeInitial()
+    integration: SlidingIntegration
+
+
 VARIANTS: dict[str, type[Experiment]] = {
     "free": FreeExperiment,
     "permanent": PermanentExperiment,
     "visco-elastic": ViscoElasticExperiment,
     "embedded": EmbeddedExperiment,
+    "sliding": SlidingExperiment,
 }
 
-Config = FreeExperiment | PermanentExperiment | ViscoElasticExperiment | EmbeddedExperiment
+Config = (
+    FreeExperiment
+    | PermanentExperiment
+    | ViscoElasticExperiment
+    | EmbeddedExperiment
+    | SlidingExperiment
+)
 
 
 def json_schema() -> dict[str, Any]:

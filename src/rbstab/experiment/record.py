@@ -6,6 +6,11 @@ import numpy as np
 
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.experiment.switching_record import (
+    resting_system,
+    switching_arrays,
+    works_without_potential,
+)
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
@@ -23,12 +28,19 @@ def variables_of(problem: Problem, trajectory: Trajectory) -> tuple[dict[str, Va
     system = problem.system
     # A diverged run ends where its numbers do: overflow is its result, not a fault.
     with np.errstate(all="ignore"):
-        observations = [system.observe(state) for state in trajectory.states]
-        rest = nearest_rest_state(system)
+        systems = trajectory.systems or (system,) * len(trajectory.times)
+        observations = [s.observe(y) for s, y in zip(systems, trajectory.states, strict=True)]
+        rest = nearest_rest_state(resting_system(problem))
         arrays = {"time": trajectory.times, **_arrays(system, observations)}
-        trace = lyapunov_trace(
-            arrays["energy"], arrays["dissipation"], trajectory.lyapunov_change, rest.energy
-        )
+        change = trajectory.lyapunov_change
+        if trajectory.switches is not None:
+            arrays |= switching_arrays(trajectory.switches)
+            change = change - trajectory.switches.discarded_energy
+        if works_without_potential(system):
+            # Where no energy is stored against the work of the contact force, v - ε takes the place
+            # of v (eq. 28).
+            arrays["energy"][:, system.parts.index("connector")] = -trajectory.contact_work
+        trace = lyapunov_trace(arrays["energy"], arrays["dissipation"], change, rest.energy)
         arrays |= {
             "lyapunov": trace.value,
             "lyapunov_rate": trace.rate,
@@ -38,6 +50,10 @@ def variables_of(problem: Problem, trajectory: Trajectory) -> tuple[dict[str, Va
             "energy_at_rest": np.array(rest.energy),
         }
     coordinates = {
+        name: Variable((name,), np.arange(1, len(arrays[source]) + 1), "1", f"number of the {name}")
+        for name, source in (("switch", "switch_time"), ("transition", "transition_time"))
+        if source in arrays
+    } | {
         "axis": Variable(("axis",), np.array([1, 2, 3]), "1", "component of a vector"),
         "part": Variable(
             ("part",), np.array(system.parts, dtype=object), "1", "part of the system"

@@ -28,7 +28,7 @@ def chatter_energy(system: System, y: Array, axes: tuple[int, ...] = (0, 1, 2)) 
 
 
 class Stick(NamedTuple):
-    """An axis set that was made to stick: the modes and state after it, and the energy it cost, J."""
+    """Axes that were made to stick: the modes and the state after it, and what it cost, J."""
 
     modes: Modes
     state: Array
@@ -39,9 +39,10 @@ class Stick(NamedTuple):
 def stick(system: System, y: Array, modes: Modes, stick_energy: float) -> Stick | None:
     """Ends the chatter of as many axes as may stick, or of none.
 
-    A set S may stick where the chatter energy is below the bound and the equivalent force, with which
-    Ë_S = 0, is inside the box of every axis of S; the largest such set does. Then E_S is set to 0,
-    the impulse -W_SS⁻¹F_S at C takes F_S away, and S is held. That costs at most the chatter energy.
+    A set S may stick where the chatter energy is below the bound and the equivalent force, with
+    which Ë_S = 0, is inside the box of every axis of S; the largest such set does. Then E_S is set
+    to 0, the impulse -W_SS⁻¹F_S at C takes F_S away, and S is held. That costs at most the chatter
+    energy.
 
     Args:
         system: The system under its modes, in coordinates W.

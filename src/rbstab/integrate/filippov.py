@@ -1,11 +1,12 @@
 """Following a sliding connector through its modes: smooth flow between switches (Filippov).
 
-Between two switches the vector field is smooth and either engine follows it (a `Flow`). What a switch
-leads to is decided here, the same for both.
+Between two switches the vector field is smooth and either engine follows it (a `Flow`). What a
+switch leads to is decided here, the same for both.
 """
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -19,15 +20,18 @@ from rbstab.integrate.switching import (
     Switching,
     connector_of,
     initial_modes,
-    instant,
     modes_on_surface,
     system_under,
 )
+from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
 STICK_CHECK_EVERY = 32
-"""Switches between two looks at whether an axis may stick: a look costs as much as many switches."""
+"""Switches, at least, between two looks at whether axes may stick: a look costs as much as many."""
+
+STICK_CHECK_SHARE = 64
+"""Of all switches so far, this part may pass between two looks."""
 
 
 class Hit(NamedTuple):
@@ -61,8 +65,15 @@ class Flow(Protocol):
     so notes them in the log and returns where that tells it to pause.
     """
 
-    steps: int
-    evaluations: int
+    @property
+    def steps(self) -> int:
+        """Accepted steps so far."""
+        ...
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of the rates so far."""
+        ...
 
     def advance(self, start: Reached, end: float, log: SwitchLog) -> Reached:
         """From a state to the next hit that has to be decided, or to a time."""
@@ -87,18 +98,24 @@ class Driver:
         self.log = SwitchLog(switching.stored_switches, switching.switch_limit)
         self.on_position = connector_of(problem.system).rate_weight == 0.0
         self.discarded = 0.0
+        self.failure = "its step became too small"
         if self.on_position and switching.stick_energy > 0 and not switching.layered:
             self.log.pause_at = 1
         self.deadline = time.monotonic() + problem.time_limit
 
     def samples(self) -> Iterator[Sample]:
-        """The samples one after the other; the last one has a status where the run stopped early."""
+        """The samples one after the other; the last has a status where the run stopped early."""
         problem, times = self.problem, self.problem.times.tolist()
         y = problem.audited_start()
         modes = initial_modes(problem.system, y[:12], self.switching)
         now = Reached(times[0], y, modes)
+        rates = system_under(problem.system, modes).audited_rates(y)
+        if not (np.isfinite(y).all() and np.isfinite(rates).all()):
+            now = now._replace(status=RunStatus.DIVERGED)
+        elif regularity(y[0:3]) <= problem.range_bound:
+            now = now._replace(status=RunStatus.RANGE_LEFT)
         yield self._sample(now)
-        for end in times[1:]:
+        for end in times[1:] if now.status is None else []:
             while now.time < end and now.status is None:
                 now = self._decided(self.flow.advance(now, end, self.log))
             yield self._sample(now)
@@ -109,16 +126,24 @@ class Driver:
         return Sample(now, tuple(self.log.counts), self.discarded)
 
     def _decided(self, now: Reached) -> Reached:
-        if now.status is None and self.log.total >= self.switching.switch_limit:
-            return now._replace(status=RunStatus.STEP_LIMIT)
-        if now.status is None and time.monotonic() > self.deadline:
-            return now._replace(status=RunStatus.TIME_LIMIT)
+        if now.status is None:
+            now = now._replace(status=self._limit_reached())
+        if now.status is not None:
+            return now
         for hit in now.hits:
             now = self._release(now, hit) if hit.release else self._cross(now, hit)
         if self.log.pause_at is not None and self.log.total >= self.log.pause_at:
-            self.log.pause_at = min(self.log.total + STICK_CHECK_EVERY, self.log.limit)
+            pause = max(STICK_CHECK_EVERY, self.log.total // STICK_CHECK_SHARE)
+            self.log.pause_at = min(self.log.total + pause, self.log.limit)
             now = self._stick(now)
         return now._replace(hits=())
+
+    def _limit_reached(self) -> RunStatus | None:
+        if self.log.total >= self.switching.switch_limit:
+            return RunStatus.SWITCH_LIMIT
+        if self.flow.steps >= self.problem.step_limit:
+            return RunStatus.STEP_LIMIT
+        return RunStatus.TIME_LIMIT if time.monotonic() > self.deadline else None
 
     def _cross(self, now: Reached, hit: Hit) -> Reached:
         modes, axis = now.modes, hit.axis
@@ -159,45 +184,56 @@ class Driver:
 
 def follow(
     problem: Problem, switching: Switching, flow: Flow, progress: Progress | None = None
-) -> tuple[Trajectory, SwitchTrace, list[System]]:
-    """Follows a problem with a sliding connector to its end.
+) -> Trajectory:
+    """Follows a problem with a sliding connector to its end, in coordinates W.
 
-    Returns:
-        The trajectory in coordinates W; its switching; and the system under the modes of each sample.
+    Never raises for what a motion does: that is a status.
     """
     driver = Driver(problem, switching, flow)
-    samples = []
-    for sample in driver.samples():
-        samples.append(sample)
-        if progress is not None:
-            progress(sample.reached.time)
+    samples: list[Sample] = []
+    try:
+        for sample in driver.samples():
+            samples.append(sample)
+            if progress is not None:
+                progress(sample.reached.time)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
+        # Decisions solve small systems, which refuse infinities.
+        last = samples[-1].reached._replace(status=RunStatus.SOLVER_FAILURE)
+        samples[-1] = samples[-1]._replace(reached=last)
+        driver.failure = str(error)
     status = samples[-1].reached.status or RunStatus.COMPLETED
     detail = ""
     if status is not RunStatus.COMPLETED:
-        detail = f"{_reason(status, problem, driver)} at t = {samples[-1].reached.time:.9g} s"
-    systems = [system_under(problem.system, s.reached.modes) for s in samples]
+        detail = f"{_reason(status, driver)} at t = {samples[-1].reached.time:.9g} s"
     rows = [(s.reached.time, s.reached.state) for s in samples]
+    systems = tuple(system_under(problem.system, s.reached.modes) for s in samples)
+    plain = trajectory(rows, status, detail, flow.steps, flow.evaluations)
+    return replace(plain, switches=_trace(samples, systems, driver.log), systems=systems)
+
+
+def _trace(samples: list[Sample], systems: tuple[System, ...], log: SwitchLog) -> SwitchTrace:
     energies = [
-        chatter_energy(system, s.reached.state[:12])
-        for system, s in zip(systems, samples, strict=True)
+        chatter_energy(system, sample.reached.state[:12])
+        for system, sample in zip(systems, samples, strict=True)
     ]
-    log = driver.log
-    trace = SwitchTrace(
-        np.array([s.reached.modes.mode for s in samples]),
-        np.array([s.counts for s in samples]),
+    return SwitchTrace(
+        np.array([sample.reached.modes.mode for sample in samples]),
+        np.array([sample.counts for sample in samples]),
         np.array(energies),
-        np.array([s.discarded for s in samples]),
+        np.array([sample.discarded for sample in samples]),
         np.array(log.times),
         np.array(log.axes, dtype=int),
         log.transitions,
     )
-    return trajectory(rows, status, detail, flow.steps, flow.evaluations), trace, systems
 
 
-def _reason(status: RunStatus, problem: Problem, driver: Driver) -> str:
+def _reason(status: RunStatus, driver: Driver) -> str:
+    problem = driver.problem
     return {
         RunStatus.RANGE_LEFT: f"cos θ2 fell to {problem.range_bound:g}",
         RunStatus.DIVERGED: "the state stopped being finite",
-        RunStatus.STEP_LIMIT: f"stopped after {driver.log.total} switches, {driver.flow.steps} steps",
+        RunStatus.SWITCH_LIMIT: f"stopped after {driver.log.total} switches",
+        RunStatus.STEP_LIMIT: f"stopped after {driver.flow.steps} steps",
         RunStatus.TIME_LIMIT: f"stopped after {problem.time_limit:g} s of wall time",
-    }.get(status, str(status))
+        RunStatus.SOLVER_FAILURE: f"a switch could not be resolved ({driver.failure})",
+    }[status]

@@ -12,8 +12,10 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
+from rbstab.integrate.filippov import follow
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching import Switching
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array, cos_of, sin_of
@@ -35,6 +37,8 @@ STATUSES = {
 
 def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
     """Integrates a problem with heyoka; `rtol` is its one tolerance (see `Engine`)."""
+    if problem.switching is not None:
+        return _integrate_switching(problem, problem.switching, progress)
     start, first = problem.audited_start(), float(problem.times[0])
     status = _status_at_start(problem)
     if status is not None:
@@ -54,6 +58,54 @@ def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
     return trajectory(rows, status, detail, steps, steps)
 
 
+def _integrate_switching(
+    problem: Problem, switching: Switching, progress: Progress | None
+) -> Trajectory:
+    # Imported late: the flow is built on what this module compiles with.
+    from rbstab.integrate.heyoka_flow import HeyokaFlow
+
+    with np.errstate(all="ignore"):
+        return follow(problem, switching, HeyokaFlow(problem, switching), progress)
+
+
+def symbols_of(system: System) -> tuple[System, dict[str, int], int]:
+    """A system whose parameters are the symbols `par[]`.
+
+    Returns:
+        The symbolic system, the index of each parameter's first symbol, and the number of symbols.
+    """
+    offsets: dict[str, int] = {}
+    count = 0
+
+    def symbol(name: str, value: Array) -> Array:
+        nonlocal count
+        offsets[name] = count
+        symbols = [hy.par[count + k] for k in range(value.size)]
+        count += value.size
+        return np.array(symbols, dtype=object).reshape(value.shape)
+
+    return map_parameters(system, symbol), offsets, count
+
+
+def state_symbols(size: int) -> Array:
+    """The symbols of a state vector."""
+    return np.array([hy.expression(f"y{k}") for k in range(size)], dtype=object)
+
+
+def parameter_values(system: System) -> Array:
+    """The values that belong to the symbols of `symbols_of`, in their order."""
+    return np.concatenate([np.ravel(value) for value in parameters(system).values()])
+
+
+def scaled_audit(rates: Array, scale: Any) -> Array:
+    """Audited rates with those of the audit states in units of an energy.
+
+    heyoka measures its error against the largest of all states. Audit states are energies, as large
+    as the body is heavy: unscaled they would drown the error of the motion.
+    """
+    return np.concatenate([rates[:-AUDIT_SIZE], rates[-AUDIT_SIZE:] / scale])
+
+
 class CompiledSystem:
     """The audited equations of one structure, compiled, with their parameters open.
 
@@ -63,25 +115,11 @@ class CompiledSystem:
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
-        self.names: dict[str, int] = {}
-        count = 0
-
-        def symbol(name: str, value: Array) -> Array:
-            nonlocal count
-            self.names[name] = count
-            symbols = [hy.par[count + k] for k in range(value.size)]
-            count += value.size
-            return np.array(symbols, dtype=object).reshape(value.shape)
-
-        symbolic = map_parameters(system, symbol)
-        names = [f"y{k}" for k in range(system.size + AUDIT_SIZE)]
-        y = np.array([hy.expression(name) for name in names], dtype=object)
+        symbolic, self.names, count = symbols_of(system)
+        y = state_symbols(system.size + AUDIT_SIZE)
         bound, self.scale = hy.par[count], 1.0
         leaving = regularity(y[0:3]) - bound
-        # heyoka measures its error against the largest of all states. Audit states are energies,
-        # as large as the body is heavy: unscaled they would drown the error of the motion.
-        rates = symbolic.audited_rates(y)
-        rates = np.concatenate([rates[:-AUDIT_SIZE], rates[-AUDIT_SIZE:] / hy.par[count + 1]])
+        rates = scaled_audit(symbolic.audited_rates(y), hy.par[count + 1])
         self.integrator = hy.taylor_adaptive(
             list(zip(y, rates, strict=True)),
             state=[0.0] * len(y),
@@ -95,10 +133,10 @@ class CompiledSystem:
         Returns:
             heyoka's outcome, the number of steps, and the samples reached, shape (n, states).
         """
-        values = [np.ravel(value) for value in parameters(problem.system).values()]
         integrator = self.integrator
-        self.scale = _energy_scale(problem)
-        integrator.pars[:] = np.concatenate([*values, [problem.range_bound, self.scale]])
+        self.scale = energy_scale(problem)
+        extra = [problem.range_bound, self.scale]
+        integrator.pars[:] = np.concatenate([parameter_values(problem.system), extra])
         integrator.time = problem.times[0]
         integrator.state[:] = problem.audited_start()
         integrator.reset_cooldowns()
@@ -116,7 +154,7 @@ class CompiledSystem:
         return states
 
 
-def _energy_scale(problem: Problem) -> float:
+def energy_scale(problem: Problem) -> float:
     """The size of the energies at the start, J; 1 J where there are none."""
     return float(np.abs(problem.system.observe(problem.start).energy).sum()) or 1.0
 

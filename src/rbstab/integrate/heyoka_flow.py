@@ -6,11 +6,18 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.filippov import Hit, Reached
-from rbstab.integrate.heyoka_engine import parameter_values, state_symbols, symbols_of
+from rbstab.integrate.heyoka_engine import (
+    energy_scale,
+    parameter_values,
+    scaled_audit,
+    state_symbols,
+    symbols_of,
+)
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_log import SwitchLog
 from rbstab.integrate.switching import (
+    FAR,
     ROUND_OFF,
     Switching,
     connector_of,
@@ -18,11 +25,12 @@ from rbstab.integrate.switching import (
     thresholds,
 )
 from rbstab.mechanics.attitude import regularity
+from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import AUDIT_SIZE, System
 
 COOLDOWN = 1e-10
-"""s: a crossing that is found again this soon after itself is the same. heyoka's own choice is longer
-than the bounces that a chatter comes to."""
+"""s: a crossing that is found again this soon after itself is the same. heyoka's own choice is
+longer than the bounces that a chatter comes to."""
 
 CLEARANCE = 1e-12
 """By which part of its last flight (of the layer's width) an axis is set off its threshold after a
@@ -54,6 +62,7 @@ class HeyokaFlow:
         self.switching = switching
         self.steps = 0
         self.on_position = connector_of(problem.system).rate_weight == 0.0
+        self.scale = energy_scale(problem)
         self.compiled: dict[bool, _Switched] = {}
 
     @property
@@ -75,6 +84,7 @@ class HeyokaFlow:
             start,
             log,
             flips=flips,
+            scale=self.scale,
         )
         reached = run.to(end)
         self.steps += run.steps
@@ -85,22 +95,31 @@ class _Switched:
     """The audited equations in W, compiled, with events at the thresholds of every axis."""
 
     def __init__(self, system: System, tolerance: float, *, held: bool) -> None:
-        symbolic, self.offsets, self.extra = symbols_of(system)
+        symbolic, self.offsets, first = symbols_of(system)
         y = state_symbols(12 + AUDIT_SIZE)
-        up, down, bound = ([hy.par[self.extra + 3 * k + a] for a in range(3)] for k in range(3))
-        s = connector_of(symbolic).surface(symbolic.motion(y))
+        up, down, uses_up, uses_down = (
+            [hy.par[first + 3 * kind + axis] for axis in range(3)] for kind in range(4)
+        )
+        bound, scale = hy.par[first + 12], hy.par[first + 13]
+        connector = connector_of(symbolic)
+        s = connector.surface(symbolic.motion(y))
         self.sink = _Sink()
-        events = [self._event(regularity(y[0:3]) - hy.par[self.extra + 9], None)]
+        events = [self._event(regularity(y[0:3]) - bound, None)]
+        # heyoka counts event functions among the states when it chooses its steps, so they must not
+        # be large: one that is not used is 1, and forces are in units of their bounds.
         for axis in range(3):
-            events.append(self._event(s[axis] - up[axis], Hit(axis, 1.0, release=False)))
-            events.append(self._event(s[axis] - down[axis], Hit(axis, -1.0, release=False)))
+            above = uses_up[axis] * (s[axis] - up[axis]) + (1.0 - uses_up[axis])
+            below = uses_down[axis] * (s[axis] - down[axis]) + (1.0 - uses_down[axis])
+            events.append(self._event(above, Hit(axis, 1.0, release=False)))
+            events.append(self._event(below, Hit(axis, -1.0, release=False)))
         if held:
             force = symbolic.observe(y).contact_force * symbolic.coordinates.held  # type: ignore[attr-defined]
+            load = force / connector.K_s
             for axis in range(3):
-                events.append(self._event(force[axis] - bound[axis], Hit(axis, 1.0, release=True)))
-                events.append(self._event(force[axis] + bound[axis], Hit(axis, -1.0, release=True)))
+                events.append(self._event(load[axis] - 1.0, Hit(axis, 1.0, release=True)))
+                events.append(self._event(load[axis] + 1.0, Hit(axis, -1.0, release=True)))
         self.integrator = hy.taylor_adaptive(
-            list(zip(y, symbolic.audited_rates(y), strict=True)),
+            list(zip(y, scaled_audit(symbolic.audited_rates(y), scale), strict=True)),
             state=[0.0] * len(y),
             tol=tolerance,
             t_events=events,
@@ -111,7 +130,9 @@ class _Switched:
 
     def _event(self, quantity: Any, hit: Hit | None) -> Any:
         directions = hy.event_direction
-        rising = directions.positive if hit is not None and hit.direction > 0 else directions.negative
+        rising = (
+            directions.positive if hit is not None and hit.direction > 0 else directions.negative
+        )
         return hy.t_event(
             quantity, callback=_Callback(self.sink, hit), direction=rising, cooldown=COOLDOWN
         )
@@ -144,7 +165,7 @@ class _Run:
     without leaving compiled code for long.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 (what one run is made of)
         self,
         switched: _Switched,
         problem: Problem,
@@ -153,9 +174,12 @@ class _Run:
         log: SwitchLog,
         *,
         flips: bool,
+        scale: float,
     ) -> None:
         self.integrator = switched.integrator
-        self.mode = slice(switched.offsets["connector.mode"], switched.offsets["connector.mode"] + 3)
+        self.mode = slice(
+            switched.offsets["connector.mode"], switched.offsets["connector.mode"] + 3
+        )
         self.log, self.flips = log, flips
         system = system_under(problem.system, start.modes)
         connector = connector_of(system)
@@ -167,10 +191,13 @@ class _Run:
         if flips:
             # Both directions of a crossing count, for the sides change inside the run.
             ends[np.tile(np.array(start.modes.held) == 0.0, 2)] = 0.0
-        values = [parameter_values(system), ends, connector.K_s, [problem.range_bound]]
-        self.integrator.pars[:] = np.concatenate(values)[: len(self.integrator.pars)]
+        used = np.abs(ends) < FAR
+        self.scale = scale
+        extra = [np.where(used, ends, 0.0), used, [problem.range_bound, scale]]
+        values = np.concatenate([parameter_values(system), *extra])
+        self.integrator.pars[:] = values[: len(self.integrator.pars)]
         self.integrator.time = start.time
-        self.integrator.state[:] = start.state
+        self.integrator.state[:] = self._scaled(start.state, 1.0 / scale)
         self.integrator.reset_cooldowns()
         self.hits: list[Hit] = []
         self.left_range = self.missed = False
@@ -191,8 +218,7 @@ class _Run:
                 return self._reached(outcome)
             largest = self._go_back()
             if largest < SHORTEST_STEP:
-                time, state, _, _ = self.saved
-                return Reached(time, state, self.modes, status=RunStatus.SOLVER_FAILURE)
+                return self._saved_with(RunStatus.SOLVER_FAILURE)
 
     def at_event(self, integrator: Any, hit: Hit | None) -> bool:
         """An event of the compiled integrator; false ends the run."""
@@ -258,10 +284,19 @@ class _Run:
         if self.left_range:
             status = RunStatus.RANGE_LEFT
         elif outcome == hy.taylor_outcome.err_nf_state:
-            time, state, _, _ = self.saved
-            return Reached(time, state, self.modes, status=RunStatus.DIVERGED)
+            return self._saved_with(RunStatus.DIVERGED)
         modes = self.modes
         if self.flips:
             a, b, c = integrator.pars[self.mode].tolist()
             modes = modes._replace(mode=(a, b, c))
-        return Reached(integrator.time, integrator.state.copy(), modes, tuple(self.hits), status)
+        state = self._scaled(integrator.state, self.scale)
+        return Reached(integrator.time, state, modes, tuple(self.hits), status)
+
+    def _saved_with(self, status: RunStatus) -> Reached:
+        time, state, _, _ = self.saved
+        return Reached(time, self._scaled(state, self.scale), self.modes, status=status)
+
+    @staticmethod
+    def _scaled(state: Array, factor: float) -> Array:
+        """A copy of a state with its audit states in other units."""
+        return np.concatenate([state[:-AUDIT_SIZE], state[-AUDIT_SIZE:] * factor])

@@ -7,6 +7,8 @@ from typing import Protocol
 import numpy as np
 
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switch_log import SwitchTrace
+from rbstab.integrate.switching import Switching
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import AUDIT_SIZE, System
 
@@ -29,6 +31,7 @@ class Problem:
         project: Whether every step is returned to the sub manifold E = F = 0 (eq. 16).
         step_limit: The largest number of steps.
         time_limit: The longest wall time, s.
+        switching: How the modes of a sliding connector change, where the system has one.
     """
 
     system: System
@@ -41,6 +44,7 @@ class Problem:
     project: bool
     step_limit: int
     time_limit: float
+    switching: Switching | None = None
 
     def audited_start(self) -> Array:
         """The state vector at the first sample with the audit states, which start at zero."""
@@ -60,6 +64,8 @@ class Trajectory:
         detail: The same in words, with the time.
         steps: Accepted steps.
         evaluations: Evaluations of the rates; for a Taylor engine, of its expansion.
+        switches: The switching of a sliding connector, where there is one.
+        systems: The smooth system that holds at each sample; empty where it is always the same.
     """
 
     times: Array
@@ -70,6 +76,8 @@ class Trajectory:
     detail: str
     steps: int
     evaluations: int
+    switches: SwitchTrace | None = None
+    systems: tuple[System, ...] = ()
 
 
 class Engine(Protocol):

@@ -15,7 +15,9 @@ import numpy as np
 import scipy.integrate
 from scipy.optimize import brentq
 
+from rbstab.integrate.filippov import follow
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
+from rbstab.integrate.scipy_flow import ScipyFlow
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
@@ -38,6 +40,10 @@ def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         # Overflow and failed steps become statuses; LSODA also says them as warnings.
         warnings.simplefilter("ignore")
+        if problem.switching is not None:
+            return follow(
+                problem, problem.switching, ScipyFlow(problem, problem.switching), progress
+            )
         return _Run(problem, progress).result()
 
 

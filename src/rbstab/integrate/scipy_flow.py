@@ -1,5 +1,7 @@
 """The smooth flow between switches by SciPy's DOP853: slow, and independent of the compiled one."""
 
+from typing import Any
+
 import numpy as np
 import scipy.integrate
 from scipy.optimize import brentq
@@ -80,10 +82,10 @@ class _Thresholds:
             reaction = self.held * self.system.observe(y[:12]).contact_force
         K_s = self.connector.K_s
         leaving = self.range_bound - regularity(motion.Theta)
-        quantities = [s - self.up, self.down - s, reaction - K_s, -reaction - K_s, [leaving]]
-        return np.concatenate(quantities)
+        sides = [s - self.up, self.down - s, reaction - K_s, -reaction - K_s]
+        return np.append(np.concatenate(sides), leaving)
 
-    def first(self, solver: scipy.integrate.DOP853) -> dict[str, object] | None:
+    def first(self, solver: scipy.integrate.DOP853) -> dict[str, Any] | None:
         """The changes of a `Reached` at the first threshold that a step crossed, if any."""
         path = solver.dense_output()
         before = solver.t_old
@@ -102,14 +104,14 @@ class _Thresholds:
             before = after
         return None
 
-    def _locate(self, path: object, before: float, after: float, index: int) -> float:
+    def _locate(self, path: Any, before: float, after: float, index: int) -> float:
         def distance(t: float) -> float:
-            return float(self.beyond(path(t))[index])  # type: ignore[operator]
+            return float(self.beyond(path(t))[index])
 
         # A threshold that is crossed from the very start of a step is crossed there.
         if distance(before) > 0:
             return before
-        return float(brentq(distance, before, after, xtol=1e-16, rtol=4e-16))
+        return float(brentq(distance, before, after, xtol=1e-16, rtol=9e-16))
 
 
 def _hit(index: int) -> Hit | None:

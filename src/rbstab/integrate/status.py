@@ -18,6 +18,9 @@ class RunStatus(StrEnum):
     STEP_LIMIT = "step limit"
     """The allowed number of steps was used up."""
 
+    SWITCH_LIMIT = "switch limit"
+    """The allowed number of switches of a sliding connector was used up."""
+
     TIME_LIMIT = "time limit"
     """The allowed wall time was used up."""
 

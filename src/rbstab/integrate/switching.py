@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.mechanics.constraint import mobility
+from rbstab.mechanics.motion import contact_directions
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.coordinates import ContactCoordinates, PartlyHeldCoordinates
 from rbstab.systems.system import System
@@ -15,7 +17,7 @@ FAR = 1e300
 """A threshold that no surface reaches: it switches an event off."""
 
 ROUND_OFF = 1e-9
-"""By how much an equivalent force may exceed its bound, relative to it, at the instant of release."""
+"""By how much an equivalent force may exceed its bound, relative to it, when it is released."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +40,17 @@ class Switching:
 class Modes(NamedTuple):
     """What each axis does, by three tuples of three numbers.
 
-    mode is the side of the surface, -1 or 1, and 0 for an axis that is held on it (held 1) or inside
-    the boundary layer (layer 1).
+    mode is the side of the surface, -1 or 1, and 0 for an axis that is held on it (held 1) or
+    inside the boundary layer (layer 1).
     """
 
     mode: tuple[float, float, float]
     layer: tuple[float, float, float] = (0.0, 0.0, 0.0)
     held: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
-    def with_axis(self, axis: int, mode: float, *, layer: float = 0.0, held: float = 0.0) -> "Modes":
+    def with_axis(
+        self, axis: int, mode: float, *, layer: float = 0.0, held: float = 0.0
+    ) -> "Modes":
         """The same modes but for one axis."""
         values = zip(self, (mode, layer, held), strict=True)
         return Modes(*(_with(entry, axis, value) for entry, value in values))
@@ -57,9 +61,7 @@ class Modes(NamedTuple):
         return any(self.held)
 
 
-def _with(
-    entry: tuple[float, float, float], axis: int, value: float
-) -> tuple[float, float, float]:
+def _with(entry: tuple[float, float, float], axis: int, value: float) -> tuple[float, float, float]:
     changed = list(entry)
     changed[axis] = value
     return (changed[0], changed[1], changed[2])
@@ -75,9 +77,9 @@ def system_under(system: System, modes: Modes) -> System:
     connector = connector_of(system)
     changed = replace(connector, mode=np.array(modes.mode), layer=np.array(modes.layer))
     elements = tuple(changed if e is connector else e for e in system.elements)
-    held = np.array(modes.held)
     coordinates = ContactCoordinates()
     if modes.any_held:
+        held = np.array(modes.held)
         coordinates = PartlyHeldCoordinates(held, float(connector.rate_weight * connector.slope))
     return replace(system, elements=elements, coordinates=coordinates)
 
@@ -93,9 +95,6 @@ class Instant(NamedTuple):
 
 def instant(system: System, y: Array) -> Instant:
     """Surface, its rate and the force at a state of a system under its modes."""
-    from rbstab.mechanics.constraint import mobility
-    from rbstab.mechanics.motion import contact_directions
-
     connector, motion = connector_of(system), system.motion(y)
     rates = system.rates(y)
     # In W the rates of E and F are entries 6 to 12.
@@ -138,9 +137,9 @@ def thresholds(system: System, modes: Modes, switching: Switching) -> tuple[Arra
 def modes_on_surface(system: System, y: Array, modes: Modes, axes: list[int]) -> Modes:
     """Filippov's choice for axes that are on a surface s = F + κE at this instant.
 
-    Each is held where the equivalent force that keeps ṡ = 0 is inside its box, and leaves to the side
-    of its ṡ where it is not. Because W is positive definite exactly one choice is consistent; at a
-    tie to round-off the one with most axes held is taken.
+    Each is held where the equivalent force that keeps ṡ = 0 is inside its box, and leaves to the
+    side of its ṡ where it is not. Because W is positive definite exactly one choice is consistent;
+    at a tie to round-off the one with most axes held is taken.
 
     Args:
         system: The system, under any modes.
@@ -158,9 +157,8 @@ def modes_on_surface(system: System, y: Array, modes: Modes, axes: list[int]) ->
         now = instant(system_under(system, tried), y)
         excess = np.abs(now.force) / K_s - 1.0
         inward = -np.array(tried.mode) * now.surface_rate / (np.diag(now.mobility) * K_s)
-        violation = max(
-            max(excess[axis] if tried.held[axis] else inward[axis] for axis in axes), 0.0
-        )
+        wrong = [excess[axis] if tried.held[axis] else inward[axis] for axis in axes]
+        violation = max(*wrong, 0.0)
         if violation < best_violation - ROUND_OFF:
             best, best_violation = tried, violation
     return best

@@ -44,8 +44,8 @@ def partial_constraint_force(
 ) -> Array:
     """Λ on the held axes alone, by which these have c'Ż = -γ, shape (3,), N, inertial.
 
-    With S the held axes, Λ_S = -(W_SS)⁻¹(c'𝒥⁻¹𝓔 + γ)_S, and 0 on the others; for all three axes this is
-    eq. 15. The axes are picked by numbers, not by branches: M = diag(held), and
+    With S the held axes, Λ_S = -(W_SS)⁻¹(c'𝒥⁻¹𝓔 + γ)_S, and 0 on the others; for all three axes
+    this is eq. 15. The axes are picked by numbers, not by branches: M = diag(held), and
     Λ = -(MWM + I - M)⁻¹ M (c'𝒥⁻¹𝓔 + γ), whose matrix is W_SS beside an identity.
 
     Args:

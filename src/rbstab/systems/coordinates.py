@@ -112,7 +112,7 @@ class PartlyHeldCoordinates(ContactCoordinates):
 
 
 def _contact_rates(body: Body, motion: Motion, rates: Array) -> Array:
-    """Ẇ of Ż: (∂W/∂Z)Ż of eq. 8 with its products carried out, Ė = F and Ḟ = c'Ż + AΩ̌²R (eq. 13)."""
+    """Ẇ of Ż: (∂W/∂Z)Ż of eq. 8 carried out, so that Ė = F and Ḟ = c'Ż + AΩ̌²R (eq. 13)."""
     c = contact_directions(body, motion)
     acceleration = c.T @ rates + constraint.centripetal_acceleration(body, motion)
     return np.concatenate([rates[0:6], motion.F, acceleration])

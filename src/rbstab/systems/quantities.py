@@ -71,6 +71,15 @@ QUANTITIES = (
     Quantity(
         "constraint_velocity_residual", "|F|", "m/s", _ALONG, "how fast the held point drifts"
     ),
+    Quantity("mode", "σ", "1", _VECTOR, "side of the surface, 0 where held on it or in a layer"),
+    Quantity("switch_count", "-", "1", _VECTOR, "switches of each axis so far"),
+    Quantity("chatter_energy", "e", "J", _ALONG, "½F'W⁻¹F + Σ K_s|E|, what the bouncing holds"),
+    Quantity("discarded_energy", "-", "J", _ALONG, "energy that sticking took away so far"),
+    Quantity("switch_time", "-", "s", ("switch",), "time of each of the first switches"),
+    Quantity("switch_axis", "-", "1", ("switch",), "axis of each of the first switches"),
+    Quantity("transition_time", "-", "s", ("transition",), "time of each stick and release"),
+    Quantity("transition_axis", "-", "1", ("transition",), "axis of each stick and release"),
+    Quantity("transition_kind", "-", "1", ("transition",), "stick or release"),
     Quantity("energy_at_rest", "-h", "J", (), "stored energy of the rest state (eq. 28)"),
 )
 

@@ -1,0 +1,51 @@
+"""What a sliding connector adds to a record: its modes, its switches, its chatter."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rbstab.elements.sliding import SlidingConnector
+from rbstab.integrate.problem import Problem
+from rbstab.integrate.switch_log import SwitchTrace
+from rbstab.integrate.switching import Modes, connector_of, system_under
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.coordinates import ReducedCoordinates
+from rbstab.systems.system import System
+
+
+def switching_arrays(switches: SwitchTrace) -> dict[str, Array]:
+    """The arrays of a switching; those along switches only where there are any."""
+    arrays = {
+        "mode": switches.modes.astype(np.int8),
+        "switch_count": switches.counts,
+        "chatter_energy": switches.chatter_energy,
+        "discarded_energy": switches.discarded_energy,
+    }
+    if len(switches.switch_times):
+        arrays["switch_time"] = switches.switch_times
+        arrays["switch_axis"] = switches.switch_axes + 1
+    if switches.transitions:
+        times, axes, kinds = zip(*switches.transitions, strict=True)
+        arrays["transition_time"] = np.array(times)
+        arrays["transition_axis"] = np.array(axes) + 1
+        arrays["transition_kind"] = np.array([str(kind) for kind in kinds], dtype=object)
+    return arrays
+
+
+def works_without_potential(system: System) -> bool:
+    """Whether the contact force of a system is no gradient of an energy: s = F + κE."""
+    sliding = [e for e in system.elements if isinstance(e, SlidingConnector)]
+    return bool(sliding) and sliding[0].rate_weight != 0.0
+
+
+def resting_system(problem: Problem) -> System:
+    """The smooth system whose rest state is that of a problem.
+
+    At rest a sliding connector holds its point, if it is strong enough; in a boundary layer of
+    s = E it is a spring there.
+    """
+    if problem.switching is None:
+        return problem.system
+    if problem.switching.layered and connector_of(problem.system).rate_weight == 0.0:
+        return system_under(problem.system, Modes((0.0, 0.0, 0.0), layer=(1.0, 1.0, 1.0)))
+    return replace(problem.system, coordinates=ReducedCoordinates())

@@ -182,7 +182,6 @@ def test_a_misspelt_controller_is_named(complaints):
 
 
 @pytest.mark.parametrize("key", ["<matrix>", "<diagonal>"])
-@pytest.mark.xfail(reason="still taken for the validation library's names of shapes")
 def test_unknown_key_written_like_an_internal_name(complaints, key):
     assert any(f"20:1: {key}: is unknown" in x for x in complaints(VISCO_ELASTIC + f"{key}: 1\n"))
 

@@ -216,7 +216,6 @@ def test_an_entry_of_a_default_can_be_set(load):
     assert load(VISCO_ELASTIC, "gravity[2]=-9.81").gravity == (0.0, 0.0, -9.81)
 
 
-@pytest.mark.xfail(reason="a deprecation warning of the validation library")
 @pytest.mark.parametrize("initial", ["", "initial:\n  angular_velocity: [1, 2, 3]\n"])
 def test_an_entry_of_a_default_in_a_section_can_be_set(load, initial):
     """The section may be there without the key, or not at all."""

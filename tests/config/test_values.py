@@ -154,7 +154,6 @@ TEXTS = [
 ]
 
 
-@pytest.mark.xfail(reason="taken, though no result with such a title can be stored")
 def test_text_with_a_null_character(complaints):
     (message,) = complaints(edited(TITLE, 'title: "a\\0b"'))
     assert message.startswith("1:8: title: ")

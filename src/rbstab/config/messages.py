@@ -33,7 +33,10 @@ def _repeats(details: Any) -> bool:
 
 
 def _problem(details: Any, source: Source, model: type[Experiment]) -> Problem:
-    path = tuple(part for part in details["loc"] if part not in SHAPE_TAGS)
+    # A tag stands behind a section and its key; elsewhere the same text is a key of the file.
+    path = tuple(
+        part for level, part in enumerate(details["loc"]) if level != 2 or part not in SHAPE_TAGS
+    )
     unknown = details["type"] == "extra_forbidden"
     if unknown:
         problem, expected = _unknown_key(path, model)

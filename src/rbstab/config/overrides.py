@@ -91,8 +91,11 @@ def _default(source: Source, path: Path) -> Any:
     variant = controller.get("variant") if isinstance(controller, dict) else None
     here: Any = VARIANTS.get(variant) if isinstance(variant, str) else None
     for part in path:
-        field = getattr(here, "model_fields", {}).get(part)
-        here = field.default if field is not None else None
+        if isinstance(here, type):
+            field = getattr(here, "model_fields", {}).get(part)
+            here = field.default if field is not None else None
+        else:
+            here = getattr(here, str(part), None)
     return list(here) if isinstance(here, tuple) else {}
 
 

@@ -20,7 +20,16 @@ def _without_negative_zero(x: float) -> float:
 Real = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_without_negative_zero)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=1)]
-Text = Annotated[str, Field(min_length=1, max_length=200)]
+
+
+def _storable(text: str) -> str:
+    if "\0" in text:
+        raise complaint("has a null character", "expected a text that HDF5 can hold")
+    return text
+
+
+Text = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_storable)]
+LongText = Annotated[str, Field(max_length=1000), AfterValidator(_storable)]
 
 # Not strict: a YAML list becomes a tuple, which is immutable. The numbers in it stay strict.
 _THREE = Field(min_length=3, max_length=3, strict=False)

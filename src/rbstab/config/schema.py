@@ -8,6 +8,7 @@ from pydantic_core import PydanticCustomError
 from rbstab.config.quantities import (
     Count,
     Diagonal,
+    LongText,
     Orientation,
     Positive,
     PositiveDefinite,
@@ -266,7 +267,7 @@ class Reference(Section):
     """Printed values that reports set beside the run."""
 
     source: Text
-    note: Annotated[str, Field(max_length=1000)] | None = None
+    note: LongText | None = None
     final: FinalState | None = None
     peak_contact_displacement: Vector | None = Field(
         None, description="the value of E farthest from zero, by axis, m"

@@ -55,12 +55,12 @@ OTHER_VARIANT = [
     (
         edited("  K_t:", "  anchor: origin\n  K_t:", FREE),
         "8:3: controller.anchor: is no key of the variant free "
-        "(it belongs to permanent, visco-elastic, embedded)",
+        "(it belongs to permanent, visco-elastic, embedded, sliding)",
     ),
     (
         edited("initial:", "initial:\n  position: [0, 0, 0]", PERMANENT),
         "13:3: initial.position: is no key of the variant permanent "
-        "(it belongs to free, visco-elastic, embedded)",
+        "(it belongs to free, visco-elastic, embedded, sliding)",
     ),
     (
         edited("initial:", "initial:\n  connector_state: [0, 0, 0]"),

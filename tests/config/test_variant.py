@@ -3,11 +3,10 @@
 import pytest
 from support.configs import VISCO_ELASTIC, edited
 
-ALL = "expected one of free, permanent, visco-elastic, embedded"
+ALL = "expected one of free, permanent, visco-elastic, embedded, sliding"
 
 WRONG = [
     ("rigid", f"7:12: controller.variant: is the text 'rigid' ({ALL})"),
-    ("sliding", f"7:12: controller.variant: is the text 'sliding' ({ALL})"),
     ("Free", f"7:12: controller.variant: is the text 'Free' ({ALL})"),
     ("visco_elastic", f"7:12: controller.variant: is the text 'visco_elastic' ({ALL})"),
     ("[free]", f"7:12: controller.variant: is a list of 1 ({ALL})"),

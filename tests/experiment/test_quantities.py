@@ -44,7 +44,20 @@ def manifold_run():
 
 
 def test_every_quantity_of_the_table_is_expected_somewhere():
-    assert {q.name for q in QUANTITIES} == ALWAYS | ONLY_EMBEDDED | ONLY_MANIFOLD
+    assert {q.name for q in QUANTITIES} == ALWAYS | ONLY_EMBEDDED | ONLY_MANIFOLD | ONLY_SLIDING
+
+
+ONLY_SLIDING = {
+    "mode",
+    "switch_count",
+    "chatter_energy",
+    "discarded_energy",
+    "switch_time",
+    "switch_axis",
+    "transition_time",
+    "transition_axis",
+    "transition_kind",
+}
 
 
 @each_variant

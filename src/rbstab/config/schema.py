@@ -118,22 +118,24 @@ class SlidingController(FreeController):
     @field_validator("surface", mode="wrap")
     @classmethod
     def _surface(cls, value: Any, _handler: Any) -> Any:
-        return _word_or_section(value, ("position",), Slope)
+        return _word_or_section(value, ("position",), Slope, "κ")
 
     @field_validator("law", mode="wrap")
     @classmethod
     def _law(cls, value: Any, _handler: Any) -> Any:
-        return _word_or_section(value, ("exact",), BoundaryLayer)
+        return _word_or_section(value, ("exact",), BoundaryLayer, "width")
 
 
-def _word_or_section(value: Any, words: tuple[str, ...], section: type[Section]) -> Any:
-    """One of some words, or a section of one key.
+def _word_or_section(
+    value: Any, words: tuple[str, ...], section: type[Section], meaning: str
+) -> Any:
+    """One of some words, or a section of one key, whose value has a meaning.
 
     Raises:
         PydanticCustomError: It is neither.
     """
     (key,) = section.model_fields
-    expected = f"expected {', '.join(words)} or {{{key}: number}}"
+    expected = f"expected {', '.join(words)} or {{{key}: {meaning}}}"
     if isinstance(value, section) or (isinstance(value, str) and value in words):
         return value
     if isinstance(value, dict):
@@ -229,7 +231,7 @@ class HeldIntegration(Integration):
     @field_validator("drift_control", mode="wrap")
     @classmethod
     def _possible(cls, value: Any, _handler: Any, info: ValidationInfo) -> Any:
-        control = _word_or_section(value, ("none", "projection"), Baumgarte)
+        control = _word_or_section(value, ("none", "projection"), Baumgarte, "rate")
         if control != "none" and info.data.get("coordinates") == "reduced":
             raise complaint(
                 "has nothing to control in reduced coordinates", "expected coordinates: manifold"

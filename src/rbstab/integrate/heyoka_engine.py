@@ -155,8 +155,10 @@ class CompiledSystem:
 
 
 def energy_scale(problem: Problem) -> float:
-    """The size of the energies at the start, J; 1 J where there are none."""
-    return float(np.abs(problem.system.observe(problem.start).energy).sum()) or 1.0
+    """The size of the energies at the start, J; 1 J where there are none, or more than numbers."""
+    with np.errstate(all="ignore"):
+        size = float(np.abs(problem.system.observe(problem.start).energy).sum())
+    return size if 0.0 < size < np.inf else 1.0
 
 
 _compiled = threading.local()

@@ -52,6 +52,7 @@ ONLY_SLIDING = {
     "switch_count",
     "chatter_energy",
     "discarded_energy",
+    "trusted_until",
     "switch_time",
     "switch_axis",
     "transition_time",

@@ -20,6 +20,7 @@ def switching_arrays(switches: SwitchTrace) -> dict[str, Array]:
         "switch_count": switches.counts,
         "chatter_energy": switches.chatter_energy,
         "discarded_energy": switches.discarded_energy,
+        "trusted_until": np.array(switches.trusted_until),
     }
     if len(switches.switch_times):
         arrays["switch_time"] = switches.switch_times

@@ -34,6 +34,10 @@ STICK_CHECK_SHARE = 64
 """Of all switches so far, this part may pass between two looks."""
 
 
+TRUST = 1e-4
+"""Of a state's largest value: two runs this far apart have no digits left to lose."""
+
+
 class Hit(NamedTuple):
     """An event that ends a mode: an axis reaches a threshold of s, or of its equivalent force.
 
@@ -126,8 +130,6 @@ class Driver:
         return Sample(now, tuple(self.log.counts), self.discarded)
 
     def _decided(self, now: Reached) -> Reached:
-        if now.status is None:
-            now = now._replace(status=self._limit_reached())
         if now.status is not None:
             return now
         for hit in now.hits:
@@ -136,7 +138,7 @@ class Driver:
             pause = max(STICK_CHECK_EVERY, self.log.total // STICK_CHECK_SHARE)
             self.log.pause_at = min(self.log.total + pause, self.log.limit)
             now = self._stick(now)
-        return now._replace(hits=())
+        return now._replace(hits=(), status=self._limit_reached())
 
     def _limit_reached(self) -> RunStatus | None:
         if self.log.total >= self.switching.switch_limit:
@@ -208,10 +210,37 @@ def follow(
     rows = [(s.reached.time, s.reached.state) for s in samples]
     systems = tuple(system_under(problem.system, s.reached.modes) for s in samples)
     plain = trajectory(rows, status, detail, flow.steps, flow.evaluations)
-    return replace(plain, switches=_trace(samples, systems, driver.log), systems=systems)
+    trusted = _trusted_until(driver, plain)
+    return replace(plain, switches=_trace(samples, systems, driver.log, trusted), systems=systems)
 
 
-def _trace(samples: list[Sample], systems: tuple[System, ...], log: SwitchLog) -> SwitchTrace:
+def _trusted_until(driver: Driver, run: Trajectory) -> float:
+    """The last sample up to which the motion does not depend on the last digit of its start.
+
+    A second run starts one unit in the last place away in every state; where the two differ by more
+    than `TRUST` of a state's largest value, no program in double precision can say which is right.
+    Smooth motion between few switches is followed to its end without a second run.
+    """
+    if not driver.on_position or driver.switching.layered:
+        return float(run.times[-1])
+    problem = driver.problem
+    nudged = replace(problem, start=np.nextafter(problem.start, np.inf))
+    shadow = Driver(nudged, driver.switching, driver.flow)
+    scale = np.abs(run.states).max(axis=0)
+    trusted = float(run.times[0])
+    for row, sample in enumerate(shadow.samples()):
+        if row >= len(run.times) or sample.reached.time != run.times[row]:
+            break
+        apart = np.abs(sample.reached.state[: len(scale)] - run.states[row])
+        if not (apart <= TRUST * scale).all():
+            break
+        trusted = sample.reached.time
+    return trusted
+
+
+def _trace(
+    samples: list[Sample], systems: tuple[System, ...], log: SwitchLog, trusted: float
+) -> SwitchTrace:
     energies = [
         chatter_energy(system, sample.reached.state[:12])
         for system, sample in zip(systems, samples, strict=True)
@@ -224,6 +253,7 @@ def _trace(samples: list[Sample], systems: tuple[System, ...], log: SwitchLog) -
         np.array(log.times),
         np.array(log.axes, dtype=int),
         log.transitions,
+        trusted,
     )
 
 

@@ -65,7 +65,8 @@ class SwitchTrace(NamedTuple):
 
     modes (n, 3) is -1, 0 or 1 for each axis; counts (n, 3) are the switches so far; chatter_energy
     (n,) and discarded_energy (n,), J; switch_times and switch_axes are those of the first switches;
-    transitions are all sticks and releases.
+    transitions are all sticks and releases; trusted_until, s, is how far the motion is reproducible
+    in double precision (the slow quantities, Θ and e, are meaningful beyond it).
     """
 
     modes: Array
@@ -75,3 +76,4 @@ class SwitchTrace(NamedTuple):
     switch_times: Array
     switch_axes: Array
     transitions: list[tuple[float, int, Transition]]
+    trusted_until: float

@@ -75,6 +75,9 @@ QUANTITIES = (
     Quantity("switch_count", "-", "1", _VECTOR, "switches of each axis so far"),
     Quantity("chatter_energy", "e", "J", _ALONG, "½F'W⁻¹F + Σ K_s|E|, what the bouncing holds"),
     Quantity("discarded_energy", "-", "J", _ALONG, "energy that sticking took away so far"),
+    Quantity(
+        "trusted_until", "-", "s", (), "how far the motion is reproducible in double precision"
+    ),
     Quantity("switch_time", "-", "s", ("switch",), "time of each of the first switches"),
     Quantity("switch_axis", "-", "1", ("switch",), "axis of each of the first switches"),
     Quantity("transition_time", "-", "s", ("transition",), "time of each stick and release"),

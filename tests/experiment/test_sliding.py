@@ -1,0 +1,111 @@
+import numpy as np
+import pytest
+
+import rbstab
+
+CONFIG = {
+    "body": {"mass": 41, "inertia": [10, 9, 2], "contact_point": [0.15, 0.1, -0.42]},
+    "controller": {
+        "variant": "sliding",
+        "K_s": [20000, 20000, 20000],
+        "surface": {"slope": 20},
+        "K_t": [4100, 4100, 3280],
+        "L_t": [200, 200, 140],
+        "K_r": [400, 400, 320],
+        "L_r": [60, 60, 42],
+    },
+    "initial": {"angular_velocity": [4, 8, -4]},
+    "integration": {"duration": 0.5, "samples": 51, "engine": "heyoka"},
+}
+
+LAWS = {
+    "position": {"surface": "position"},
+    "position, sticking": {"surface": "position", "stick_energy": 20.0},
+    "position, layer": {"surface": "position", "law": {"boundary_layer": 1e-3}},
+    "slope": {"surface": {"slope": 20}},
+    "slope, layer": {"surface": {"slope": 20}, "law": {"boundary_layer": 1e-2}},
+}
+
+
+def run(gravity=(0, 0, 0), engine="heyoka", **controller):
+    config = {
+        **CONFIG,
+        "gravity": gravity,
+        "controller": {**CONFIG["controller"], **controller},
+        "integration": {**CONFIG["integration"], "engine": engine},
+    }
+    return rbstab.simulate(config)
+
+
+@pytest.mark.parametrize("gravity", [(0, 0, 0), (0, 0, -10)])
+@pytest.mark.parametrize("law", LAWS)
+def test_every_audit_closes(law, gravity):
+    result = run(gravity, **LAWS[law])
+    assert result.status == "completed"
+    residual = np.abs(result["energy_residual"]).max()
+    assert residual < 1e-9 * result["lyapunov"][0]
+    assert result["lyapunov"][-1] < result["lyapunov"][0]
+
+
+def test_no_lyapunov_function_of_its_own_on_a_slope():
+    """There the work of the force stands in its place (eq. 28)."""
+    result = run(**LAWS["slope"])
+    parts = result["part"].tolist()
+    assert (result["energy"][:, parts.index("connector")] == -result["contact_work"]).all()
+
+
+def test_a_stored_potential_on_the_position():
+    """Σ K_s |E|, J."""
+    result = run(**LAWS["position"])
+    stored = result["energy"][:, result["part"].tolist().index("connector")]
+    expected = 20000 * np.abs(result["contact_displacement"]).sum(axis=1)
+    assert stored == pytest.approx(expected, rel=1e-12)
+
+
+def test_chatter_energy_is_its_formula():
+    """e = ½ F'W⁻¹F + Σ K_s |E| with W = I/m - A Ř J⁻¹ Ř A', written out."""
+    result = run(**LAWS["position"])
+    R, J_inverse = np.array([0.15, 0.1, -0.42]), np.diag([1 / 10, 1 / 9, 1 / 2])
+    lever = np.cross(np.eye(3), R).T
+    from scipy.spatial.transform import Rotation
+
+    for row in range(0, 51, 10):
+        A = Rotation.from_euler("XYZ", result["orientation"][row]).as_matrix()
+        mobility = np.eye(3) / 41 - A @ lever @ J_inverse @ lever @ A.T
+        F = result["contact_velocity"][row]
+        expected = 0.5 * F @ np.linalg.solve(mobility, F)
+        expected += 20000 * np.abs(result["contact_displacement"][row]).sum()
+        assert result["chatter_energy"][row] == pytest.approx(expected, rel=1e-10)
+
+
+def test_what_sticking_discards_is_told():
+    result = run(**LAWS["position, sticking"])
+    assert set(result["transition_kind"].tolist()) == {"stick"}
+    assert 0 < result["discarded_energy"][-1] <= 20.0
+    assert (result["mode"][-1] == 0).all()
+
+
+def test_a_result_with_switches_can_be_stored_and_reopened(tmp_path):
+    result = run(**LAWS["slope"])
+    rbstab.write_result(tmp_path / "a.h5", result)
+    again = rbstab.open_result(tmp_path / "a.h5")
+    for name in ("mode", "switch_time", "transition_kind", "trusted_until"):
+        assert again[name].tolist() == result[name].tolist()
+
+
+def test_a_result_opens_as_a_dataset(tmp_path):
+    import xarray
+
+    path = tmp_path / "a.h5"
+    rbstab.write_result(path, run(**LAWS["slope"]))
+    with xarray.open_dataset(path, engine="h5netcdf") as dataset:
+        assert dataset.sizes["switch"] == 3
+        assert dataset["transition_kind"].dims == ("transition",)
+
+
+@pytest.mark.parametrize("law", ["position, layer", "slope"])
+def test_engines_agree(law):
+    ours, other = (run(engine=name, **LAWS[law]) for name in ("heyoka", "scipy"))
+    for name in ("orientation", "angular_velocity", "contact_displacement"):
+        assert np.abs(ours[name] - other[name]).max() < 1e-8, name
+    assert ours["mode"].tolist() == other["mode"].tolist()

@@ -1,0 +1,72 @@
+"""Problems with a sliding connector: the paper's body, and a point in a V-shaped potential."""
+
+import numpy as np
+
+from rbstab.elements.gravity import Gravity
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.translational_stabilizer import TranslationalStabilizer
+from rbstab.integrate.engines import engine
+from rbstab.integrate.problem import Problem
+from rbstab.integrate.switching import Switching
+from rbstab.mechanics.body import Body
+from rbstab.mechanics.motion import motion_from_centre
+from rbstab.systems.coordinates import ContactCoordinates
+from rbstab.systems.system import System
+
+
+def problem(body, elements, connector, Z, times, switching):  # noqa: PLR0917
+    system = System(body, (*elements, connector), ContactCoordinates(), np.zeros(3))
+    start = system.start(motion_from_centre(body, np.zeros(3), Z), np.zeros(0))
+    return Problem(
+        system, start, times, 1e-12, 1e-12, "DOP853", 1e-3, False, 10**8, 120.0, switching
+    )
+
+
+def paper_problem(K_s, slope=None, duration=2.0, samples=41, layer=None, **switching):
+    """The paper's body with the force K_s on s = E, or on s = F + slope E."""
+    body = Body(41.0, np.diag([10.0, 8.0, 0.4]), np.array([0.15, 0.1, -0.42]))
+    elements = (
+        Gravity(np.zeros(3)),
+        TranslationalStabilizer(np.diag([4100.0, 4100.0, 3280.0]), np.diag([200.0, 200.0, 140.0])),
+        RotationalStabilizer(np.diag([400.0, 400.0, 320.0]), np.diag([60.0, 60.0, 42.0])),
+    )
+    Z = np.zeros(12)
+    Z[3:6] = 16, 32, -16
+    times = np.linspace(0, duration, samples)
+    options = Switching(layered=layer is not None, **switching)
+    return problem(body, elements, connector(K_s, slope, layer), Z, times, options)
+
+
+def connector(K_s, slope=None, layer=None):
+    weight, slope = (0.0, 1.0) if slope is None else (1.0, slope)
+    return SlidingConnector(
+        np.full(3, float(K_s)), weight, slope, np.zeros(3), np.zeros(3), layer or 1.0
+    )
+
+
+def ball_in_a_V(mass, K_s, load, damping, X, V, times, layer=None):  # noqa: PLR0917
+    """A body held at its centre of gravity does not turn: each axis is a ball in a V.
+
+    mẍ = -K_s sgn x + load - damping ẋ, by axis.
+    """
+    body = Body(mass, np.eye(3), np.zeros(3))
+    elements = (
+        Gravity(np.array(load)),
+        TranslationalStabilizer(np.zeros((3, 3)), np.diag(damping)),
+        RotationalStabilizer(np.eye(3), np.eye(3)),
+    )
+    Z = np.concatenate([np.zeros(6), X, V])
+    options = Switching(layered=layer is not None)
+    return problem(body, elements, connector(K_s, None, layer), Z, times, options)
+
+
+def follow(name, problem):
+    return engine(name)(problem)
+
+
+def audit(run):
+    """The largest |v(t) - v(0) - ∫v' dt| over v(0), with what sticking discarded counted in."""
+    energy = [s.observe(y).energy.sum() for s, y in zip(run.systems, run.states, strict=True)]
+    residual = np.array(energy) - energy[0] - run.lyapunov_change
+    return np.abs(residual + run.switches.discarded_energy).max() / energy[0]

@@ -219,10 +219,7 @@ def _trusted_until(driver: Driver, run: Trajectory) -> float:
 
     A second run starts one unit in the last place away in every state; where the two differ by more
     than `TRUST` of a state's largest value, no program in double precision can say which is right.
-    Smooth motion between few switches is followed to its end without a second run.
     """
-    if not driver.on_position or driver.switching.layered:
-        return float(run.times[-1])
     problem = driver.problem
     nudged = replace(problem, start=np.nextafter(problem.start, np.inf))
     shadow = Driver(nudged, driver.switching, driver.flow)

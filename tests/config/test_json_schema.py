@@ -142,7 +142,7 @@ def test_every_section_says_what_it_is_and_takes_no_other_keys():
         assert node["additionalProperties"] is False, path
 
 
-def test_the_variants_are_the_issued_ones():
+def test_the_variants_are_these_four():
     assert set(VARIANTS) == {"free", "permanent", "visco-elastic", "embedded"}
     text = str(json_schema())
     assert "sliding" not in text

@@ -194,7 +194,8 @@ def test_an_empty_value_is_empty(complaints, change):
 
 
 @pytest.mark.parametrize(
-    ("change", "place"), [("body.mass=1\0", "1:12"), ("body.mass=\x1b[1m", "1:11")]
+    ("change", "place"),
+    [("body.mass=1\0", "1:12"), ("body.mass=\x1b[1m", "1:11"), ("body.mass=1\n \x1b", "2:2")],
 )
 def test_a_control_character_is_found_where_it_stands(complaints, change, place):
     (message,) = complaints(VISCO_ELASTIC, change)

@@ -75,6 +75,45 @@ def test_potential_energy_by_hand():
     assert system.potential_energy(y) == pytest.approx(expected, rel=1e-13)
 
 
+# Four gains that no mix-up leaves alike.
+DISTINCT = ("K_c=[2, 3, 5]", "L_c=[7, 11, 13]", "K_d=[17, 19, 23]", "L_d=[29, 31, 37]")
+K_c, L_c, K_d, L_d = np.array([[2, 3, 5], [7, 11, 13], [17, 19, 23], [29, 31, 37]])
+
+
+@pytest.mark.parametrize("variant", ["visco-elastic", "embedded"])
+def test_each_gain_of_the_connector_by_itself(variant):
+    """At Θ = Ω = 0 the contact point moves as the centre does: E = X, F = V."""
+    count = 2 if variant == "visco-elastic" else 4
+    changes = [f"controller.{gain}" for gain in DISTINCT[:count]]
+    system = system_of(config_of(BY_VARIANT[variant], *changes))
+    pull, push = np.array([0.1, 0.2, 0.3]), np.array([4.0, 5.0, 6.0])
+    y = np.zeros(system.size)
+    y[6:9] = pull
+    np.testing.assert_allclose(system.observe(y).contact_force, -K_c * pull, rtol=1e-14)
+    y[6:9], y[9:12] = 0, push
+    np.testing.assert_allclose(system.observe(y).contact_force, -L_c * push, rtol=1e-14)
+    if variant == "embedded":
+        y[9:12], y[12:15] = 0, pull
+        np.testing.assert_allclose(system.observe(y).contact_force, K_c * pull, rtol=1e-14)
+        # Both springs of the inner point pull it back, against its damper.
+        np.testing.assert_allclose(system.rates(y)[12:], -(K_c + K_d) * pull / L_d, rtol=1e-14)
+
+
+def test_each_gain_of_the_stabilizers_by_itself():
+    gains = ("K_t=[2, 3, 5]", "L_t=[7, 11, 13]", "K_r=[17, 19, 23]", "L_r=[29, 31, 37]")
+    system = system_of(config_of(FREE, *(f"controller.{gain}" for gain in gains)))
+    y = np.concatenate([np.zeros(3), [1, 0, 2], [0.1, 0.2, 0.3], np.zeros(3)])
+    at = system.observe(y)
+    force, couple = (sum(w[k] for w in at.wrenches) for k in (0, 1))
+    np.testing.assert_allclose(force, -np.array([2, 3, 5]) * y[6:9], rtol=1e-14)
+    np.testing.assert_allclose(couple, -np.array([29, 31, 37]) * y[3:6], rtol=1e-14)
+    y = np.concatenate([[0.25, 0, 0], np.zeros(6), [4.0, 5.0, 6.0]])
+    at = system.observe(y)
+    force, couple = (sum(w[k] for w in at.wrenches) for k in (0, 1))
+    np.testing.assert_allclose(force, -np.array([7, 11, 13]) * y[9:12], rtol=1e-14)
+    np.testing.assert_allclose(couple, [-17 * 0.25, 0, 0], rtol=1e-14)  # about axis 1 alone, B = 1
+
+
 def test_a_body_at_rest_falls_with_gravity():
     g = (0.3, -0.2, -9.81)
     problem = problem_of(config_of(FREE, f"gravity={list(g)}", "initial={}"))

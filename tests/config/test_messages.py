@@ -64,6 +64,15 @@ def test_order_is_by_place_not_by_text():
     assert shown == [f"a:{line}:{column}: k: is wrong" for line, column in sorted(places)]
 
 
+def test_a_very_long_list_ends_with_how_many_are_left_out():
+    problems = [Problem(Location("a", line), "k", "is wrong", "") for line in range(1, 151)]
+    shown = [str(problem) for problem in ConfigError(problems).problems]
+    assert shown[:99] == [f"a:{line}:1: k: is wrong" for line in range(1, 100)]
+    assert shown[99:] == ["a:100:1: 51 more problems are not listed"]
+    assert len(ConfigError(problems[:100]).problems) == 100
+    assert str(ConfigError(problems[:100]).problems[-1]) == "a:100:1: k: is wrong"
+
+
 def test_parts_of_a_message():
     where = Location("f.yaml", 2, 3)
     assert str(Problem(where, "a.b[0]", "is bad", "expected good")) == (

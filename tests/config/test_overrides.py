@@ -1,8 +1,9 @@
 """`--set key=value`: what it reaches, what it makes, and how its errors are told."""
 
 import pytest
-from support.configs import PERMANENT, VISCO_ELASTIC, edited
+from support.configs import PERMANENT, VISCO_ELASTIC, edited, plain
 
+from rbstab.config.load import load_config
 from rbstab.config.overrides import parse_key
 from rbstab.config.source import key_of
 
@@ -194,7 +195,8 @@ def test_an_empty_value_is_empty(complaints, change):
 
 
 @pytest.mark.parametrize(
-    ("change", "place"), [("body.mass=1\0", "1:12"), ("body.mass=\x1b[1m", "1:11")]
+    ("change", "place"),
+    [("body.mass=1\0", "1:12"), ("body.mass=\x1b[1m", "1:11"), ("body.mass=1\n \x1b", "2:2")],
 )
 def test_a_control_character_is_found_where_it_stands(complaints, change, place):
     (message,) = complaints(VISCO_ELASTIC, change)
@@ -222,3 +224,8 @@ def test_an_entry_of_a_default_in_a_section_can_be_set(load, initial):
     begin, end = VISCO_ELASTIC.index("initial:"), VISCO_ELASTIC.index("integration:")
     text = VISCO_ELASTIC[:begin] + initial + VISCO_ELASTIC[end:]
     assert load(text, "initial.orientation[1]=0.1").initial.orientation == (0.0, 0.1, 0.0)
+
+
+def test_a_single_change_may_be_a_text():
+    """A text is a sequence of its letters, none of which is a change."""
+    assert load_config(plain(), "body.mass=5").body.mass == 5.0

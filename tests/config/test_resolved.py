@@ -84,6 +84,7 @@ def test_keys_stand_in_the_order_of_a_written_config(load):
         "integration",
         "reference",
     ]
+    assert "é θ" in resolved_yaml(load(edited("title: Case", "title: é θ")))
     assert "  mass: 41.0\n  inertia: [10.0, 8.0, 0.4]\n" in text
 
 
@@ -136,7 +137,15 @@ def test_every_title_survives(load, title):
     config = load_config(plain() | {"title": title})
     again = load(resolved_yaml(config))
     assert again.title == title
+    # Also for whoever reads YAML 1.1, where yes and no are no texts.
+    assert yaml.safe_load(resolved_yaml(config))["title"] == title
     assert run_id(again) == run_id(config)
+
+
+@pytest.mark.parametrize("word", ["Y", "N", "y", "n", "Yes", "NO", "on", "Off", "Null", "TRUE"])
+def test_words_that_some_reader_takes_for_truth_or_nothing_are_quoted(word):
+    """YAML 1.1 has y and n among them, though not every reader knows."""
+    assert f'title: "{word}"\n' in resolved_yaml(load_config(plain() | {"title": word}))
 
 
 LOOKALIKES = st.text(alphabet="0123456789eE.+-_:xob~nul truefasy,{}[]#&*!|>'\"%@`=", max_size=8)

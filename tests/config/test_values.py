@@ -140,6 +140,16 @@ def test_integration(complaints, line, expected):
     assert message.startswith(expected)
 
 
+def test_samples_that_cannot_be_told_apart(load, complaints):
+    """Eleven samples have ten intervals."""
+    text = edited("duration: 2.0", "duration: 1.05e-99")
+    assert load(text).integration.samples == 11
+    assert complaints(edited("samples: 11", "samples: 12", text)) == [
+        "19:12: integration.samples: 12 samples in 1.05e-99 s cannot be told apart "
+        "(expected them at least 1e-100 s apart)"
+    ]
+
+
 def test_the_compiled_engine_takes_a_tolerance_that_scipy_cannot(load):
     config = load(f"{VISCO_ELASTIC}  rtol: 1e-15\n  engine: heyoka\n")
     assert config.integration.rtol == 1e-15

@@ -45,6 +45,7 @@ UNDECIDED = [
     edited("  K_t:", "  K_s: [1, 1, 1]\n  K_t:"),
     edited("initial:", "initial:\n  connector_state: [0, 0, 0]"),
     edited("initial:", "initial:\n  position: [0, 0]"),
+    edited("initial:", "initial:\n  position: [0, x, 0]"),
     VISCO_ELASTIC + "  coordinates: reduced\n",
     VISCO_ELASTIC + "  drift_control: none\n",
 ]

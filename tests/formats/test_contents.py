@@ -188,6 +188,13 @@ def test_creation_order_of_the_attributes_of_the_config(runs):
         assert file["config"].id.get_create_plist().get_attr_creation_order() != 0
 
 
+def test_the_config_says_what_it_is(run):
+    _, path = run
+    with h5py.File(path) as file:
+        assert file["config"].attrs["long_name"] == "resolved config, YAML"
+        assert file["config"].shape == ()
+
+
 def test_small(run):
     """A file of five samples is mostly names and units."""
     _, path = run

@@ -240,12 +240,19 @@ def test_two_writers_in_one_process(tmp_path, monkeypatch):
     assert path.read_bytes() == NEW
 
 
-def test_what_a_killed_process_left_behind_is_not_reused(tmp_path):
-    """Killed between giving the name and removing the other one; then a process of the same number
-    comes, as every first process of a container does."""
+def test_what_a_killed_process_left_behind_is_not_reused(tmp_path, monkeypatch):
+    """Killed between giving the name and removing the other one, it leaves the result with two
+    names. Whoever writes into the second one, writes into the result."""
     path = tmp_path / "a.h5"
-    write_whole(path, OLD)
-    os.link(path, tmp_path / f".a.h5.{os.getpid()}.part")
+
+    def too_late(path, **options):
+        pass
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "unlink", too_late)
+        write_whole(path, OLD)
+    assert len(names(tmp_path)) == 2
+    assert path.stat().st_nlink == 2
     with pytest.raises(ResultExistsError):
         write_whole(path, NEW)
     assert path.read_bytes() == OLD

@@ -86,7 +86,7 @@ def test_any_integer_may_hold_the_schema_version(stored, kind):
     assert open_result(stored).status == "completed"
 
 
-@pytest.mark.parametrize("name", ["title", "status", "run_id", "engine"])
+@pytest.mark.parametrize("name", ["title", "status", "run_id", "engine", "digest"])
 def test_attribute_missing(stored, name):
     with h5py.File(stored, "r+") as file:
         del file.attrs[name]

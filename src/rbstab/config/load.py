@@ -50,7 +50,7 @@ def load_config(config: str | FilePath | Mapping[str, Any], changes: Iterable[st
     if not isinstance(source.data, dict):
         found = f"is {described(source.data)}"
         raise ConfigError([Problem(source.location(()), "", found, "expected a mapping")])
-    override(source, changes)
+    override(source, [changes] if isinstance(changes, str) else changes)
     return validated(source)
 
 

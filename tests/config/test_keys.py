@@ -186,7 +186,6 @@ def test_unknown_key_written_like_an_internal_name(complaints, key):
     assert any(f"20:1: {key}: is unknown" in x for x in complaints(VISCO_ELASTIC + f"{key}: 1\n"))
 
 
-@pytest.mark.xfail(reason="'reference.final: is no key of the variant visco-elastic'")
 def test_unknown_key_written_like_an_internal_name_in_the_third_level(complaints):
     (message,) = complaints(VISCO_ELASTIC + "reference: {source: a, final: {<matrix>: 1}}\n")
     assert message.startswith("20:32: reference.final.<matrix>: is unknown")

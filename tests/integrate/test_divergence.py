@@ -97,11 +97,11 @@ def test_finite_rates_that_no_step_can_follow_are_a_solver_failure(method):
 
 
 @each_method
-@pytest.mark.parametrize("size", [1e10, 1e60, 1e150])
+@pytest.mark.parametrize("size", [1e10, 1e150])
 def test_huge_spins_end_in_a_status(engine_name, method, size):
     start = np.concatenate([np.zeros(3), size * np.array([1.0, 2.0, -1.0]), np.zeros(6)])
     # Some only go on in tiny steps: then a limit ends them.
-    limits = {"time_limit": 0.15, "step_limit": 20_000}
+    limits = {"time_limit": 0.1, "step_limit": 20_000}
     trajectory = outcome(engine_name, method, bare_system(BODY), start, **limits)
     assert trajectory.status != "completed"
     assert trajectory.detail.endswith(f" at t = {trajectory.times[-1]:.9g} s")
@@ -139,7 +139,7 @@ def test_motion_that_grows_out_of_the_numbers_diverged(engine_name):
 def test_negative_gains_of_enormous_size_end_in_a_status(engine_name, method, gain):
     system = bare_system(BODY, **{gain: -1e300 * np.eye(3)})
     start = np.concatenate([[0.1, 0.2, -0.1], [1.0, 0.5, -1.0], [1.0, -0.5, 0.2], [1.0, 1.0, 0.0]])
-    trajectory = outcome(engine_name, method, system, start, time_limit=0.15)
+    trajectory = outcome(engine_name, method, system, start, time_limit=0.1)
     assert trajectory.status not in {"completed", "range left"}
     assert trajectory.times[-1] < 1e-3
 

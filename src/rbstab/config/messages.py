@@ -11,6 +11,9 @@ from rbstab.config.quantities import SHAPE_TAGS
 from rbstab.config.schema import VARIANTS, Experiment
 from rbstab.config.source import Path, Source, key_of
 
+SHAPED = ("body", "controller")
+"""The sections that hold matrices."""
+
 Words = tuple[str, str]
 """What is wrong, and what was expected."""
 
@@ -33,10 +36,7 @@ def _repeats(details: Any) -> bool:
 
 
 def _problem(details: Any, source: Source, model: type[Experiment]) -> Problem:
-    # A tag stands behind a section and its key; elsewhere the same text is a key of the file.
-    path = tuple(
-        part for level, part in enumerate(details["loc"]) if level != 2 or part not in SHAPE_TAGS
-    )
+    path = _without_tag(details["loc"])
     unknown = details["type"] == "extra_forbidden"
     if unknown:
         problem, expected = _unknown_key(path, model)
@@ -44,6 +44,15 @@ def _problem(details: Any, source: Source, model: type[Experiment]) -> Problem:
         problem, expected = _WORDS.get(details["type"], _other)(details)
     where = source.location(path, of_key=unknown)
     return Problem(where, key_of(path), problem, expected)
+
+
+def _without_tag(location: Path) -> Path:
+    """The place of an error without the name of a shape, which stands behind a section and its key.
+
+    Elsewhere the same text is a key of the file.
+    """
+    shaped = len(location) > 2 and location[0] in SHAPED and location[2] in SHAPE_TAGS
+    return location[:2] + location[3:] if shaped else location
 
 
 def _unknown_key(path: Path, model: type[Experiment]) -> Words:

@@ -54,6 +54,8 @@ def run_to_file(
     if different:
         aside = _free_name(path, old.run_id[:8] if old is not None else "damaged")
         set_aside(path, aside)
+    if identical:
+        _check_still_there(path, result)
     # A result that took the name meanwhile is met by the refusal of `write_result`.
     write_result(path, result, replace=identical)
     return FiledRun(path, result, repeated=True, kept_aside=aside)
@@ -80,6 +82,13 @@ def _refuse(path: Path, old: Result | None) -> None:
         f"{path} holds a different result ({what}); it is not overwritten: "
         "choose another folder with -o, or move it aside with --force"
     )
+
+
+def _check_still_there(path: Path, result: Result) -> None:
+    """Refuses to replace what another process has put in place of the result that was found."""
+    now = open_result(path) if path.exists() else None
+    if now is not None and now.run_id != result.run_id:
+        _refuse(path, now)
 
 
 def _free_name(path: Path, middle: str) -> Path:

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.config.schema import Baumgarte, BoundaryLayer, Config, SlidingController, Slope
+from rbstab.config.controllers import BoundaryLayer, SlidingController, Slope
+from rbstab.config.schema import Baumgarte, Config
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity

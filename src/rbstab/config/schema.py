@@ -2,12 +2,18 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from rbstab.config.controllers import (
+    EmbeddedController,
+    FreeController,
+    PermanentController,
+    SlidingController,
+    ViscoElasticController,
+)
 from rbstab.config.quantities import (
     Count,
-    Diagonal,
     LongText,
     Orientation,
     Positive,
@@ -16,133 +22,23 @@ from rbstab.config.quantities import (
     Vector,
     complaint,
 )
+from rbstab.config.section import Section, required, word_or_section
 
 SCHEMA_VERSION = 1
 
 ZERO = (0.0, 0.0, 0.0)
 
 
-def _in(unit: str) -> Any:
-    """A required key, described by what it is and its unit."""
-    return Field(description=unit)
-
-
 def _zero(unit: str) -> Any:
     return Field(default=ZERO, description=unit)
-
-
-class Section(BaseModel):
-    """A mapping of the config: no unknown keys, no conversions, immutable."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class BodySection(Section):
     """The rigid body."""
 
-    mass: Positive = _in("m, kg")
-    inertia: PositiveDefinite = _in("J, kg m^2, body coordinates: principal moments or matrix")
-    contact_point: Vector = _in("R, m, body coordinates, from the centre of gravity to C")
-
-
-class FreeController(Section):
-    """The two stabilizers alone (eq. 23, 24)."""
-
-    variant: Literal["free"]
-    K_t: PositiveDefinite = _in("translational stiffness, N/m, inertial")
-    L_t: PositiveDefinite = _in("translational damping, N s/m, inertial")
-    K_r: PositiveDefinite = _in("rotational stiffness, N m/rad, Euler angles")
-    L_r: PositiveDefinite = _in("rotational damping, N m s/rad, body")
-
-
-Anchor = Annotated[
-    Literal["origin", "equilibrium"],
-    Field(description="where C belongs: E = 0 at X = 0, or at the loaded rest position X_e"),
-]
-
-
-class PermanentController(FreeController):
-    """The contact point held fast (eq. 11 to 21)."""
-
-    variant: Literal["permanent"]  # type: ignore[assignment]
-    anchor: Anchor = "origin"
-
-
-class ViscoElasticController(FreeController):
-    """The contact point tied by a visco-elastic connector (eq. 40)."""
-
-    variant: Literal["visco-elastic"]  # type: ignore[assignment]
-    anchor: Anchor = "origin"
-    K_c: PositiveDefinite = _in("connector stiffness, N/m, inertial")
-    L_c: PositiveDefinite = _in("connector damping, N s/m, inertial")
-
-
-class EmbeddedController(ViscoElasticController):
-    """The contact point tied by a connector with own states (eq. 22)."""
-
-    variant: Literal["embedded"]  # type: ignore[assignment]
-    K_d: PositiveDefinite = _in("stiffness of the connector's own state, N/m, inertial")
-    L_d: PositiveDefinite = _in("damping of the connector's own state, N s/m, inertial")
-
-
-class Slope(Section):
-    """The surface s = F + κE."""
-
-    slope: Positive = _in("κ of s = F + κE, 1/s")
-
-
-class BoundaryLayer(Section):
-    """A saturation in place of the sign."""
-
-    boundary_layer: Positive = _in("half-width, in the unit of s")
-
-
-class SlidingController(FreeController):
-    """The contact point tied by a sliding-mode connector (eq. 39)."""
-
-    variant: Literal["sliding"]  # type: ignore[assignment]
-    anchor: Anchor = "origin"
-    K_s: Diagonal = _in("force of each axis, N, inertial")
-    surface: Annotated[
-        Literal["position"] | Slope, Field(description="position (s = E) or {slope: κ}")
-    ]
-    law: Annotated[
-        Literal["exact"] | BoundaryLayer, Field(description="exact or {boundary_layer: width}")
-    ] = "exact"
-    stick_energy: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
-        0.0, description="J; surface position, law exact: axes may stick when the chatter is below"
-    )
-    switch_limit: Count = 10_000_000
-    stored_switches: int = Field(100_000, ge=0, description="whose time and axis are stored")
-
-    @field_validator("surface", mode="wrap")
-    @classmethod
-    def _surface(cls, value: Any, _handler: Any) -> Any:
-        return _word_or_section(value, ("position",), Slope, "κ")
-
-    @field_validator("law", mode="wrap")
-    @classmethod
-    def _law(cls, value: Any, _handler: Any) -> Any:
-        return _word_or_section(value, ("exact",), BoundaryLayer, "width")
-
-
-def _word_or_section(
-    value: Any, words: tuple[str, ...], section: type[Section], meaning: str
-) -> Any:
-    """One of some words, or a section of one key, whose value has a meaning.
-
-    Raises:
-        PydanticCustomError: It is neither.
-    """
-    (key,) = section.model_fields
-    expected = f"expected {', '.join(words)} or {{{key}: {meaning}}}"
-    if isinstance(value, section) or (isinstance(value, str) and value in words):
-        return value
-    if isinstance(value, dict):
-        return section.model_validate(value)
-    if isinstance(value, str):
-        raise complaint(f"'{value}' is unknown", expected)
-    raise complaint("is neither a word nor a mapping", expected)
+    mass: Positive = required("m, kg")
+    inertia: PositiveDefinite = required("J, kg m^2, body coordinates: principal moments or matrix")
+    contact_point: Vector = required("R, m, body coordinates, from the centre of gravity to C")
 
 
 class HeldInitial(Section):
@@ -168,7 +64,7 @@ class EmbeddedInitial(FreeInitial):
 class Baumgarte(Section):
     """Drift control by Baumgarte's stabilization."""
 
-    baumgarte: Positive = _in("rate at which drift dies out, 1/s")
+    baumgarte: Positive = required("rate at which drift dies out, 1/s")
 
 
 Method = Literal["DOP853", "RK45", "LSODA", "Radau"]
@@ -184,7 +80,7 @@ SHORTEST_INTERVAL = 1e-100
 class Integration(Section):
     """How the motion is followed."""
 
-    duration: Positive = _in("s")
+    duration: Positive = required("s")
     samples: int = Field(401, ge=2, le=1_000_000, description="equally spaced, both ends")
     coordinates: Literal["Z", "W"] = "Z"
     engine: Literal["scipy", "heyoka"] = "scipy"
@@ -231,7 +127,7 @@ class HeldIntegration(Integration):
     @field_validator("drift_control", mode="wrap")
     @classmethod
     def _possible(cls, value: Any, _handler: Any, info: ValidationInfo) -> Any:
-        control = _word_or_section(value, ("none", "projection"), Baumgarte, "rate")
+        control = word_or_section(value, ("none", "projection"), Baumgarte, "rate")
         if control != "none" and info.data.get("coordinates") == "reduced":
             raise complaint(
                 "has nothing to control in reduced coordinates", "expected coordinates: manifold"

@@ -7,7 +7,8 @@ from typing import Any
 
 from rbstab.config.build import problem_of, warnings_of
 from rbstab.config.load import load_config, resolved_yaml, run_id
-from rbstab.config.schema import Config, Section
+from rbstab.config.schema import Config
+from rbstab.config.section import Section
 from rbstab.experiment.provenance import provenance
 from rbstab.experiment.record import odd_of_motion, variables_of
 from rbstab.integrate.engines import engine

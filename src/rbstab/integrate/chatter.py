@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.integrate.switching import Modes, connector_of, instant, system_under
+from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
@@ -22,8 +23,7 @@ def chatter_energy(system: System, y: Array, axes: tuple[int, ...] = (0, 1, 2)) 
     picked = list(axes)
     motion, now = system.motion(y), instant(system, y)
     F, E = motion.F[picked], motion.E[picked]
-    mobility = now.mobility[np.ix_(picked, picked)]
-    kinetic = 0.5 * float(F @ np.linalg.solve(mobility, F))
+    kinetic = 0.5 * float(F @ np.linalg.solve(now.mobility[np.ix_(picked, picked)], F))
     return kinetic + float(connector_of(system).K_s[picked] @ np.abs(E))
 
 
@@ -74,9 +74,9 @@ def _without_chatter(system: System, y: Array, picked: list[int]) -> Array:
     """The state with E_S = 0 on the picked axes S, after the impulse at C that makes F_S = 0."""
     motion, body = system.motion(y), system.body
     c = contact_directions(body, motion)
-    mobility = (c.T @ body.mass_matrix_inverse @ c)[np.ix_(picked, picked)]
+    mobility_there = mobility(body, c)[np.ix_(picked, picked)]
     impulse = np.zeros(3)
-    impulse[picked] = -np.linalg.solve(mobility, motion.F[picked])
+    impulse[picked] = -np.linalg.solve(mobility_there, motion.F[picked])
     jump = body.mass_matrix_inverse @ (c @ impulse)
     Omega, F = motion.Omega + jump[3:6], motion.F + c.T @ jump
     E = motion.E.copy()

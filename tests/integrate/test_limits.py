@@ -6,6 +6,8 @@ from support.hang_guard import within
 from support.problems import ENGINES, bare_system, problem, solve
 from support.systems import random_body
 
+import rbstab
+
 METHODS = [
     ("scipy", "DOP853"),
     ("scipy", "RK45"),
@@ -52,6 +54,7 @@ def test_no_more_steps_than_allowed_are_needed(engine_name, method):
     assert enough.status == "completed"
     np.testing.assert_array_equal(enough.states, whole.states)
     exactly = run(engine_name, method, step_limit=whole.steps)
+    assert exactly.status == "completed"
     np.testing.assert_array_equal(exactly.times, TIMES)
     np.testing.assert_array_equal(exactly.states, whole.states)
     short = run(engine_name, method, step_limit=whole.steps - 1)
@@ -126,3 +129,22 @@ def test_only_the_time_limit_depends_on_the_machine():
     from rbstab import RunStatus
 
     assert [s for s in RunStatus if s.depends_on_machine] == [RunStatus.TIME_LIMIT]
+
+
+def test_a_step_of_no_length_is_a_failure():
+    """LSODA takes such steps, and no others, where its absolute tolerance is next to nothing."""
+    config = {
+        "body": {"mass": 41, "inertia": [10, 9, 2], "contact_point": [0.15, 0.1, -0.42]},
+        "controller": {
+            "variant": "free",
+            "K_t": [4100, 4100, 3280],
+            "L_t": [200, 200, 140],
+            "K_r": [400, 400, 320],
+            "L_r": [60, 60, 42],
+        },
+        "initial": {"angular_velocity": [1, 2, -1]},
+        "integration": {"duration": 0.1, "method": "LSODA", "atol": 1e-300, "time_limit": 20},
+    }
+    result = rbstab.simulate(config)
+    assert result.status == "solver failure"
+    assert "a step of no length" in result.attributes["status_detail"]

@@ -91,7 +91,7 @@ class Integration(Section):
         1e-3, description="the run stops where cos θ2 falls to this (eq. 5)"
     )
     step_limit: Count = 1_000_000
-    time_limit: Positive = Field(600.0, description="wall time, s")
+    time_limit: Positive = Field(600.0, description="wall time of the integration, s")
 
     @field_validator("samples")
     @classmethod

@@ -44,11 +44,15 @@ def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
     if status is not None:
         detail = f"{_reason(status, problem)} at t = {first:.9g} s"
         return trajectory([(first, start)], status, detail, 0, 0)
-    watch = _Watch(problem, progress)
     compiled = compiled_system(problem.system, problem.rtol)
+    # The clock starts here: a compilation cannot be stopped, and is made once only.
+    watch = _Watch(problem, progress)
     outcome, steps, reached = compiled.run(problem, watch)
     status = watch.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
     rows = list(zip(problem.times.tolist(), reached, strict=False)) or [(first, start)]
+    if len(rows) == len(problem.times):
+        # A limit that was used up by the last step stopped nothing.
+        status = RunStatus.COMPLETED
     detail = ""
     if status is not RunStatus.COMPLETED:
         stop, state = compiled.reached()
@@ -136,7 +140,9 @@ class CompiledSystem:
         integrator = self.integrator
         self.scale = energy_scale(problem)
         extra = [problem.range_bound, self.scale]
-        integrator.pars[:] = np.concatenate([parameter_values(problem.system), extra])
+        # Symbols behind the last one that the equations use are not there.
+        values = np.concatenate([parameter_values(problem.system), extra])
+        integrator.pars[:] = values[: len(integrator.pars)]
         integrator.time = problem.times[0]
         integrator.state[:] = problem.audited_start()
         integrator.reset_cooldowns()

@@ -109,7 +109,7 @@ class _Run:
         times = self.problem.times.tolist()
         if self.problem.method in INTERPOLATED:
             for solver in self._steps_to(times[-1]):
-                self._interpolate(solver)
+                self._interpolate(solver.dense_output(), solver.t)
             return
         for end in times[1:]:
             for _ in self._steps_to(end):
@@ -147,6 +147,9 @@ class _Run:
             raise _Stop(RunStatus.SOLVER_FAILURE, f"{self.problem.method}: {message}")
         if not np.isfinite(solver.y).all():
             raise _Stop(RunStatus.DIVERGED, "the state stopped being finite")
+        if solver.t <= self.t:
+            # LSODA can go on like this until a limit.
+            raise _Stop(RunStatus.SOLVER_FAILURE, f"{self.problem.method}: a step of no length")
         self.steps += 1
         self._check_range(solver)
 
@@ -185,20 +188,22 @@ class _Run:
         looks = np.linspace(solver.t_old, solver.t, LOOKS_PER_STEP + 1).tolist()
         for before, after in pairwise(looks):
             if beyond(after) >= 0:
-                self.t = brentq(beyond, before, after, xtol=1e-15)
-                self.y = path(self.t)
+                # A projection, or the interpolant's own error, can put the start beyond the bound.
+                outside = beyond(before) >= 0
+                stop = before if outside else brentq(beyond, before, after, xtol=1e-15)
+                if self.problem.method in INTERPOLATED:
+                    self._interpolate(path, stop)
+                self.t, self.y = stop, path(stop)
                 raise self._range_left()
 
     def _range_left(self) -> _Stop:
         bound = self.problem.range_bound
         return _Stop(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")
 
-    def _interpolate(self, solver: Any) -> None:
+    def _interpolate(self, path: Callable[[float], Array], until: float) -> None:
         times = self.problem.times
-        inside = times[(times > self.t) & (times <= solver.t)]
-        if inside.size:
-            path = solver.dense_output()
-            self.samples += [(float(t), path(t)) for t in inside]
+        inside = times[(times > self.t) & (times <= until)].tolist()
+        self.samples += [(t, path(t)) for t in inside]
 
     def _projected(self, y: Array) -> Array:
         if not self.problem.project:

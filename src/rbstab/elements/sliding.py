@@ -35,13 +35,13 @@ class SlidingConnector(Element):
     layer: Array
     layer_width: Number
 
-    def surface(self, motion: Motion) -> Array:
-        """s = ρF + κE, shape (3,), m or m/s."""
-        return self.rate_weight * motion.F + self.slope * motion.E
+    def surface(self, E: Array, F: Array) -> Array:
+        """s = ρF + κE, shape (3,), m or m/s; of Ė and Ḟ it is ṡ, for it is linear."""
+        return self.rate_weight * F + self.slope * E
 
     def wrench(self, motion: Motion, own: Array) -> Wrench:
         """Λ = -K_s (σ + β s/δ), N, inertial (eq. 39; β = 0 but in a boundary layer)."""
-        inside = self.layer * self.surface(motion) / self.layer_width
+        inside = self.layer * self.surface(motion.E, motion.F) / self.layer_width
         return force_at_contact(-(self.K_s * (self.mode + inside)))
 
     def stored(self, motion: Motion, own: Array) -> Number:

@@ -6,6 +6,7 @@ switch leads to is decided here, the same for both.
 
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple, Protocol
 
@@ -33,6 +34,9 @@ STICK_CHECK_EVERY = 32
 STICK_CHECK_SHARE = 64
 """Of all switches so far, this part may pass between two looks."""
 
+
+UNSOLVABLE = (ArithmeticError, ValueError, np.linalg.LinAlgError)
+"""Raised where a decision has to solve a small system that holds infinities."""
 
 TRUST = 1e-4
 """Of a state's largest value: two runs this far apart have no digits left to lose."""
@@ -198,8 +202,7 @@ def follow(
             samples.append(sample)
             if progress is not None:
                 progress(sample.reached.time)
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
-        # Decisions solve small systems, which refuse infinities.
+    except UNSOLVABLE as error:
         last = samples[-1].reached._replace(status=RunStatus.SOLVER_FAILURE)
         samples[-1] = samples[-1]._replace(reached=last)
         driver.failure = str(error)
@@ -225,13 +228,15 @@ def _trusted_until(driver: Driver, run: Trajectory) -> float:
     shadow = Driver(nudged, driver.switching, driver.flow)
     scale = np.abs(run.states).max(axis=0)
     trusted = float(run.times[0])
-    for row, sample in enumerate(shadow.samples()):
-        if row >= len(run.times) or sample.reached.time != run.times[row]:
-            break
-        apart = np.abs(sample.reached.state[: len(scale)] - run.states[row])
-        if not (apart <= TRUST * scale).all():
-            break
-        trusted = sample.reached.time
+    # Where the second run fails, trust ends too.
+    with suppress(*UNSOLVABLE):
+        for row, sample in enumerate(shadow.samples()):
+            if row >= len(run.times) or sample.reached.time != run.times[row]:
+                break
+            apart = np.abs(sample.reached.state[: len(scale)] - run.states[row])
+            if not (apart <= TRUST * scale).all():
+                break
+            trusted = sample.reached.time
     return trusted
 
 

@@ -102,7 +102,8 @@ class _Switched:
         )
         bound, scale = hy.par[first + 12], hy.par[first + 13]
         connector = connector_of(symbolic)
-        s = connector.surface(symbolic.motion(y))
+        motion = symbolic.motion(y)
+        s = connector.surface(motion.E, motion.F)
         self.sink = _Sink()
         events = [self._event(regularity(y[0:3]) - bound, None)]
         # heyoka counts event functions among the states when it chooses its steps, so they must not
@@ -183,7 +184,7 @@ class _Run:
         self.log, self.flips = log, flips
         system = system_under(problem.system, start.modes)
         connector = connector_of(system)
-        self.weights = float(connector.rate_weight), float(connector.slope)
+        self.connector = connector
         self.nudge = CLEARANCE * float(connector.layer_width) if switching.layered else 0.0
         self.modes = start.modes
         self.up, self.down = thresholds(system, start.modes, switching)
@@ -228,8 +229,8 @@ class _Run:
         if hit.release or not self.flips:
             self.hits.append(hit)
             if not hit.release:
-                state = 9 if self.weights[0] else 6
-                integrator.state[state + hit.axis] += hit.direction * self.nudge
+                first = 9 if self.connector.rate_weight else 6
+                integrator.state[first + hit.axis] += hit.direction * self.nudge
             return False
         modes, axis = integrator.pars[self.mode], hit.axis
         if modes[axis] == hit.direction:
@@ -241,16 +242,16 @@ class _Run:
         return self.log.switch(time, axis)
 
     def _after_step(self, integrator: Any) -> bool:
-        state, (rate_weight, slope) = integrator.state, self.weights
+        state = integrator.state
         if self.flips:
             modes = integrator.pars[self.mode]
             self.missed = (
                 state[6] * modes[0] < 0 or state[7] * modes[1] < 0 or state[8] * modes[2] < 0
             )
         else:
-            moving, standing = rate_weight * state[9:12], slope * state[6:9]
-            s = moving + standing
-            slack = ROUND_OFF * (np.abs(moving) + np.abs(standing)) + TINY
+            E, F = state[6:9], state[9:12]
+            s = self.connector.surface(E, F)
+            slack = ROUND_OFF * self.connector.surface(np.abs(E), np.abs(F)) + TINY
             beyond = (s > self.up + slack) | (s < self.down - slack)
             beyond[[hit.axis for hit in self.hits]] = False
             self.missed = bool(beyond.any())

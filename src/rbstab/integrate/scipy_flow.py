@@ -76,7 +76,7 @@ class _Thresholds:
     def beyond(self, y: Array) -> Array:
         """How far each quantity is beyond its threshold, shape (13,), in the order of `_hit`."""
         motion = self.system.motion(y[:12])
-        s = self.connector.surface(motion)
+        s = self.connector.surface(motion.E, motion.F)
         reaction = np.full(3, 0.0)
         if self.held.any():
             reaction = self.held * self.system.observe(y[:12]).contact_force

@@ -85,29 +85,28 @@ def system_under(system: System, modes: Modes) -> System:
 
 
 class Instant(NamedTuple):
-    """What decides about modes at one state: s, ṡ, Λ and W, of shapes (3,) and (3, 3)."""
+    """What decides about modes at one state: ṡ, Λ and W, of shapes (3,) and (3, 3)."""
 
-    surface: Array
     surface_rate: Array
     force: Array
     mobility: Array
 
 
 def instant(system: System, y: Array) -> Instant:
-    """Surface, its rate and the force at a state of a system under its modes."""
+    """ṡ, the contact force and the mobility at a state of a system under its modes."""
     connector, motion = connector_of(system), system.motion(y)
     rates = system.rates(y)
     # In W the rates of E and F are entries 6 to 12.
-    surface_rate = connector.rate_weight * rates[9:12] + connector.slope * rates[6:9]
+    surface_rate = connector.surface(rates[6:9], rates[9:12])
     c = contact_directions(system.body, motion)
     force = system.observe(y).contact_force
-    return Instant(connector.surface(motion), surface_rate, force, mobility(system.body, c))
+    return Instant(surface_rate, force, mobility(system.body, c))
 
 
 def initial_modes(system: System, y: Array, switching: Switching) -> Modes:
     """The modes at a start that is not yet known to slide anywhere."""
     connector, motion = connector_of(system), system.motion(y)
-    s = connector.surface(motion)
+    s = connector.surface(motion.E, motion.F)
     modes = Modes((0.0, 0.0, 0.0))
     for axis in range(3):
         inside = switching.layered and abs(s[axis]) <= connector.layer_width

@@ -110,3 +110,10 @@ def test_engines_agree(law):
         # A layer this thin lets an error grow as the chatter does: later they may differ.
         assert np.abs(ours[name] - other[name])[:11].max() < 1e-8, name
     assert ours["mode"][:11].tolist() == other["mode"][:11].tolist()
+
+
+def test_axes_are_numbered_as_everywhere_else():
+    """The reference: the second axis is the first to slide, then the third, then the first."""
+    result = run(**LAWS["slope"])
+    assert result["switch_axis"].tolist() == [2, 3, 1]
+    assert result["transition_axis"].tolist() == [2, 3, 1]

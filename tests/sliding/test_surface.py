@@ -84,3 +84,8 @@ def test_the_equivalent_force_stays_in_its_box(strong, weak):
         assert np.abs(forces).max() <= K_s * (1 + 1e-12)
         off = run.switches.modes != 0
         assert forces[off] == pytest.approx(-K_s * run.switches.modes[off])
+
+
+def test_the_connector_stores_nothing_on_a_slope(strong):
+    for system, y in zip(strong.systems, strong.states, strict=True):
+        assert system.elements[-1].stored(system.motion(y), np.zeros(0)) == 0

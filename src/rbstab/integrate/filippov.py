@@ -17,10 +17,12 @@ from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_log import SwitchLog, SwitchTrace, Transition
 from rbstab.integrate.switching import (
+    ROUND_OFF,
     Modes,
     Switching,
     connector_of,
     initial_modes,
+    instant,
     modes_on_surface,
     system_under,
 )
@@ -142,6 +144,8 @@ class Driver:
             pause = max(STICK_CHECK_EVERY, self.log.total // STICK_CHECK_SHARE)
             self.log.pause_at = min(self.log.total + pause, self.log.limit)
             now = self._stick(now)
+        if self.on_position and now.modes.any_held:
+            now = self._inside_boxes(now)
         return now._replace(hits=(), status=self._limit_reached())
 
     def _limit_reached(self) -> RunStatus | None:
@@ -176,6 +180,17 @@ class Driver:
         # The force that held the axis is at its bound -K_s σ and stays there.
         self.log.transition(now.time, hit.axis, Transition.RELEASE)
         return now._replace(modes=now.modes.with_axis(hit.axis, -hit.direction))
+
+    def _inside_boxes(self, now: Reached) -> Reached:
+        """Releases the held axes whose equivalent force a crossing of another made jump too far."""
+        for _ in range(3):
+            force = instant(system_under(self.problem.system, now.modes), now.state[:12]).force
+            load = np.abs(force) / connector_of(self.problem.system).K_s * now.modes.held
+            axis = int(load.argmax())
+            if load[axis] <= 1.0 + ROUND_OFF:
+                break
+            now = self._release(now, Hit(axis, float(np.sign(force[axis])), release=True))
+        return now
 
     def _stick(self, now: Reached) -> Reached:
         system = system_under(self.problem.system, now.modes)

@@ -76,7 +76,8 @@ class HeyokaFlow:
         if held not in self.compiled:
             system = system_under(self.problem.system, start.modes)
             self.compiled[held] = _Switched(system, self.problem.rtol, held=held)
-        flips = self.on_position and not self.switching.layered
+        # With an axis held, a crossing makes its equivalent force jump, which has to be judged.
+        flips = self.on_position and not self.switching.layered and not held
         run = _Run(
             self.compiled[held],
             self.problem,
@@ -229,8 +230,7 @@ class _Run:
         if hit.release or not self.flips:
             self.hits.append(hit)
             if not hit.release:
-                first = 9 if self.connector.rate_weight else 6
-                integrator.state[first + hit.axis] += hit.direction * self.nudge
+                self._set_off(integrator, hit)
             return False
         modes, axis = integrator.pars[self.mode], hit.axis
         if modes[axis] == hit.direction:
@@ -240,6 +240,14 @@ class _Run:
         flight = abs(state[9 + axis]) * (time - self.log.last_time)
         state[6 + axis] = hit.direction * CLEARANCE * flight
         return self.log.switch(time, axis)
+
+    def _set_off(self, integrator: Any, hit: Hit) -> None:
+        """Moves s a little past the threshold that it has just reached."""
+        if self.connector.rate_weight:
+            integrator.state[9 + hit.axis] += hit.direction * self.nudge
+            return
+        flight = abs(integrator.state[9 + hit.axis]) * (integrator.time - self.log.last_time)
+        integrator.state[6 + hit.axis] += hit.direction * (self.nudge or CLEARANCE * flight)
 
     def _after_step(self, integrator: Any) -> bool:
         state = integrator.state

@@ -45,7 +45,7 @@ def connector(K_s, slope=None, layer=None):
     )
 
 
-def ball_in_a_V(mass, K_s, load, damping, X, V, times, layer=None):  # noqa: PLR0917
+def ball_in_a_V(mass, K_s, load, damping, X, V, times, layer=None, **switching):  # noqa: PLR0917
     """A body held at its centre of gravity does not turn: each axis is a ball in a V.
 
     mẍ = -K_s sgn x + load - damping ẋ, by axis.
@@ -57,7 +57,7 @@ def ball_in_a_V(mass, K_s, load, damping, X, V, times, layer=None):  # noqa: PLR
         RotationalStabilizer(np.eye(3), np.eye(3)),
     )
     Z = np.concatenate([np.zeros(6), X, V])
-    options = Switching(layered=layer is not None)
+    options = Switching(layered=layer is not None, **switching)
     return problem(body, elements, connector(K_s, None, layer), Z, times, options)
 
 

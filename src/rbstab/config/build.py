@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.config.controllers import BoundaryLayer, SlidingController, Slope
+from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
 from rbstab.config.schema import Baumgarte, Config
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedConnector
@@ -72,14 +72,21 @@ def system_of(config: Config) -> System:
 
 def warnings_of(config: Config) -> list[str]:
     """What is odd about a config, though it can be run."""
+    found = []
     moments = triangle_violation(_matrix(config.body.inertia))
-    if moments is None:
-        return []
-    large, middle, small = moments
-    return [
-        f"body.inertia: no real body has the principal moments {large:g}, {middle:g}, {small:g} "
-        f"kg m²: {large:g} > {middle:g} + {small:g} breaks the triangle inequality"
-    ]
+    if moments is not None:
+        large, middle, small = moments
+        found.append(
+            f"body.inertia: no real body has the principal moments {large:g}, {middle:g}, {small:g}"
+            f" kg m²: {large:g} > {middle:g} + {small:g} breaks the triangle inequality"
+        )
+    law = getattr(config.controller, "law", None)
+    if isinstance(law, Implicit):
+        found.append(
+            f"controller.law: implicit steps of {law.implicit:g} s damp the motion numerically; "
+            "discarded_energy is what they take on s = E, and when it sticks depends on them"
+        )
+    return found
 
 
 def _matrix(value: Any) -> Array:
@@ -116,6 +123,7 @@ def _switching(controller: Any) -> Switching | None:
         return None
     return Switching(
         layered=isinstance(controller.law, BoundaryLayer),
+        step=controller.law.implicit if isinstance(controller.law, Implicit) else 0.0,
         stick_energy=controller.stick_energy,
         switch_limit=controller.switch_limit,
         stored_switches=controller.stored_switches,

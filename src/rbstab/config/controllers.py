@@ -2,9 +2,9 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
-from rbstab.config.quantities import Count, Diagonal, Positive, PositiveDefinite
+from rbstab.config.quantities import Count, Diagonal, Positive, PositiveDefinite, complaint
 from rbstab.config.section import Section, required, word_or_section
 
 
@@ -60,6 +60,12 @@ class BoundaryLayer(Section):
     boundary_layer: Positive = required("half-width, in the unit of s")
 
 
+class Implicit(Section):
+    """Implicit steps in place of exact switching, damped by the step."""
+
+    implicit: Positive = required("step, s")
+
+
 class SlidingController(FreeController):
     """The contact point tied by a sliding-mode connector (eq. 39)."""
 
@@ -70,7 +76,8 @@ class SlidingController(FreeController):
         Literal["position"] | Slope, Field(description="position (s = E) or {slope: κ}")
     ]
     law: Annotated[
-        Literal["exact"] | BoundaryLayer, Field(description="exact or {boundary_layer: width}")
+        Literal["exact"] | BoundaryLayer | Implicit,
+        Field(description="exact, {boundary_layer: width} or {implicit: step}"),
     ] = "exact"
     stick_energy: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
         0.0, description="J; surface position, law exact: axes may stick when the chatter is below"
@@ -81,9 +88,19 @@ class SlidingController(FreeController):
     @field_validator("surface", mode="wrap")
     @classmethod
     def _surface(cls, value: Any, _handler: Any) -> Any:
-        return word_or_section(value, ("position",), Slope, "κ")
+        return word_or_section(value, ("position",), (Slope, "κ"))
 
     @field_validator("law", mode="wrap")
     @classmethod
     def _law(cls, value: Any, _handler: Any) -> Any:
-        return word_or_section(value, ("exact",), BoundaryLayer, "width")
+        return word_or_section(value, ("exact",), (BoundaryLayer, "width"), (Implicit, "step"))
+
+    @field_validator("stick_energy")
+    @classmethod
+    def _of_effect(cls, energy: float, info: ValidationInfo) -> float:
+        surface, law = info.data.get("surface"), info.data.get("law")
+        if energy > 0 and isinstance(surface, Slope):
+            raise complaint("has no effect on a slope, which slides", "expected surface: position")
+        if energy > 0 and isinstance(law, Section):
+            raise complaint("has no effect on this law", "expected law: exact")
+        return energy

@@ -127,7 +127,7 @@ class HeldIntegration(Integration):
     @field_validator("drift_control", mode="wrap")
     @classmethod
     def _possible(cls, value: Any, _handler: Any, info: ValidationInfo) -> Any:
-        control = word_or_section(value, ("none", "projection"), Baumgarte, "rate")
+        control = word_or_section(value, ("none", "projection"), (Baumgarte, "rate"))
         if control != "none" and info.data.get("coordinates") == "reduced":
             raise complaint(
                 "has nothing to control in reduced coordinates", "expected coordinates: manifold"

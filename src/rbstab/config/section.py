@@ -19,19 +19,26 @@ def required(unit: str) -> Any:
 
 
 def word_or_section(
-    value: Any, words: tuple[str, ...], section: type[Section], meaning: str
+    value: Any, words: tuple[str, ...], *sections: tuple[type[Section], str]
 ) -> Any:
     """One of some words, or a section of one key, whose value has a meaning.
 
+    Args:
+        value: What the config says.
+        words: The words.
+        sections: Each a section and the meaning of its one value.
+
     Raises:
-        PydanticCustomError: It is neither.
+        PydanticCustomError: It is none of them.
     """
-    (key,) = section.model_fields
-    expected = f"expected {', '.join(words)} or {{{key}: {meaning}}}"
-    if isinstance(value, section) or (isinstance(value, str) and value in words):
+    by_key = {next(iter(section.model_fields)): section for section, _ in sections}
+    shown = [f"{{{next(iter(section.model_fields))}: {meaning}}}" for section, meaning in sections]
+    expected = f"expected {', '.join([*words, *shown[:-1]])} or {shown[-1]}"
+    if isinstance(value, tuple(by_key.values())) or (isinstance(value, str) and value in words):
         return value
     if isinstance(value, dict):
-        return section.model_validate(value)
+        named = next((by_key[key] for key in value if key in by_key), sections[0][0])
+        return named.model_validate(value)
     if isinstance(value, str):
         raise complaint(f"'{value}' is unknown", expected)
     raise complaint("is neither a word nor a mapping", expected)

@@ -6,25 +6,29 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.integrate.switching import Modes, connector_of, instant, system_under
+from rbstab.mechanics.algebra import inverse, quadratic_form
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.system import System
 
 
-def chatter_energy(system: System, y: Array, axes: tuple[int, ...] = (0, 1, 2)) -> float:
-    """e = ½ F_S'W_SS⁻¹F_S + Σ_S K_s|E|, J: what the fast bouncing of the axes S holds.
+def bouncing_energy(system: System, y: Array) -> Number:
+    """½ F'W⁻¹F, J: the kinetic energy that is in the motion of C, for any kind of number."""
+    motion = system.motion(y)
+    there = mobility(system.body, contact_directions(system.body, motion))
+    return 0.5 * quadratic_form(inverse(there), motion.F)
+
+
+def chatter_energy(system: System, y: Array) -> float:
+    """e = ½ F'W⁻¹F + Σ K_s|E|, J: what the fast bouncing holds.
 
     Args:
         system: The system, in coordinates W.
         y: The state.
-        axes: S.
     """
-    picked = list(axes)
-    motion, now = system.motion(y), instant(system, y)
-    F, E = motion.F[picked], motion.E[picked]
-    kinetic = 0.5 * float(F @ np.linalg.solve(now.mobility[np.ix_(picked, picked)], F))
-    return kinetic + float(connector_of(system).K_s[picked] @ np.abs(E))
+    E = system.motion(y).E
+    return float(bouncing_energy(system, y) + connector_of(system).K_s @ np.abs(E))
 
 
 class Stick(NamedTuple):
@@ -36,10 +40,10 @@ class Stick(NamedTuple):
     discarded: float
 
 
-def stick(system: System, y: Array, modes: Modes, stick_energy: float) -> Stick | None:
-    """Ends the chatter of as many axes as may stick, or of none.
+def stick(system: System, y: Array, modes: Modes) -> Stick | None:
+    """Ends a weak chatter: of as many axes as may stick, or of none.
 
-    A set S may stick where the chatter energy is below the bound and the equivalent force, with
+    A set S may stick where the chatter energy is below a bound and the equivalent force, with
     which Ë_S = 0, is inside the box of every axis of S; the largest such set does. Then E_S is set
     to 0, the impulse -W_SS⁻¹F_S at C takes F_S away, and S is held. That costs at most the chatter
     energy.
@@ -48,10 +52,7 @@ def stick(system: System, y: Array, modes: Modes, stick_energy: float) -> Stick 
         system: The system under its modes, in coordinates W.
         y: The state, with the audit states behind it.
         modes: The modes.
-        stick_energy: The bound, J.
     """
-    if chatter_energy(system, y) >= stick_energy:
-        return None
     free = [axis for axis in range(3) if not modes.held[axis]]
     for size in range(len(free), 0, -1):
         for axes in combinations(free, size):

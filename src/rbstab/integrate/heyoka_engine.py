@@ -12,7 +12,7 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from rbstab.integrate.filippov import follow
+from rbstab.integrate.laws import follow_sliding
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching import Switching
@@ -65,11 +65,18 @@ def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
 def _integrate_switching(
     problem: Problem, switching: Switching, progress: Progress | None
 ) -> Trajectory:
-    # Imported late: the flow is built on what this module compiles with.
+    # Imported late: both are built on what this module compiles with.
     from rbstab.integrate.heyoka_flow import HeyokaFlow
+    from rbstab.integrate.heyoka_stepper import compiled_stepper
 
     with np.errstate(all="ignore"):
-        return follow(problem, switching, HeyokaFlow(problem, switching), progress)
+        return follow_sliding(
+            problem,
+            switching,
+            lambda: HeyokaFlow(problem, switching),
+            lambda: compiled_stepper(problem.system),
+            progress,
+        )
 
 
 def symbols_of(system: System) -> tuple[System, dict[str, int], int]:

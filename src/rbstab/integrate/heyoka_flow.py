@@ -5,7 +5,8 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from rbstab.integrate.filippov import Hit, Reached
+from rbstab.integrate.chatter import bouncing_energy
+from rbstab.integrate.following import Hit, Reached
 from rbstab.integrate.heyoka_engine import (
     energy_scale,
     parameter_values,
@@ -64,6 +65,9 @@ class HeyokaFlow:
         self.on_position = connector_of(problem.system).rate_weight == 0.0
         self.scale = energy_scale(problem)
         self.compiled: dict[bool, _Switched] = {}
+        self.weak: _WeakChatter | None = None
+        if self.on_position and switching.sticks:
+            self.weak = _WeakChatter(problem.system, switching.stick_energy)
 
     @property
     def evaluations(self) -> int:
@@ -85,6 +89,7 @@ class HeyokaFlow:
             start,
             log,
             flips=flips,
+            weak=self.weak,
             scale=self.scale,
         )
         reached = run.to(end)
@@ -140,6 +145,27 @@ class _Switched:
         )
 
 
+class _WeakChatter:
+    """Whether the chatter energy e is below a bound, compiled.
+
+    It is asked at every switch inside a run, so that neither how often it is asked nor the bound
+    change the motion that is followed: pausing there would, by its last digits.
+    """
+
+    def __init__(self, system: System, bound: float) -> None:
+        self.bound, self.K_s = bound, connector_of(system).K_s
+        symbolic, _, _ = symbols_of(system)
+        y = state_symbols(12)
+        self.bouncing = hy.cfunc([bouncing_energy(symbolic, y)], vars=list(y))
+        self.values = parameter_values(system)[: self.bouncing.nparams]
+
+    def __call__(self, state: Array) -> bool:
+        resting = self.K_s @ np.abs(state[6:9])
+        if resting >= self.bound:
+            return False
+        return bool(self.bouncing(state[:12], pars=self.values)[0] + resting < self.bound)
+
+
 class _Sink:
     """Where the events of an integrator report to: the run that uses it at the moment."""
 
@@ -176,13 +202,14 @@ class _Run:
         log: SwitchLog,
         *,
         flips: bool,
+        weak: "_WeakChatter | None",
         scale: float,
     ) -> None:
         self.integrator = switched.integrator
         self.mode = slice(
             switched.offsets["connector.mode"], switched.offsets["connector.mode"] + 3
         )
-        self.log, self.flips = log, flips
+        self.log, self.flips, self.weak = log, flips, weak
         system = system_under(problem.system, start.modes)
         connector = connector_of(system)
         self.connector = connector
@@ -239,7 +266,10 @@ class _Run:
         modes[axis] = hit.direction
         flight = abs(state[9 + axis]) * (time - self.log.last_time)
         state[6 + axis] = hit.direction * CLEARANCE * flight
-        return self.log.switch(time, axis)
+        goes_on = self.log.switch(time, axis)
+        if self.weak is None or self.log.total < self.log.look_from:
+            return goes_on
+        return goes_on and not self.weak(state)
 
     def _set_off(self, integrator: Any, hit: Hit) -> None:
         """Moves s a little past the threshold that it has just reached."""

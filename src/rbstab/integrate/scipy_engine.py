@@ -15,7 +15,8 @@ import numpy as np
 import scipy.integrate
 from scipy.optimize import brentq
 
-from rbstab.integrate.filippov import follow
+from rbstab.integrate.implicit import plain_stepper
+from rbstab.integrate.laws import follow_sliding
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.scipy_flow import ScipyFlow
 from rbstab.integrate.status import RunStatus
@@ -40,9 +41,14 @@ def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         # Overflow and failed steps become statuses; LSODA also says them as warnings.
         warnings.simplefilter("ignore")
-        if problem.switching is not None:
-            return follow(
-                problem, problem.switching, ScipyFlow(problem, problem.switching), progress
+        switching = problem.switching
+        if switching is not None:
+            return follow_sliding(
+                problem,
+                switching,
+                lambda: ScipyFlow(problem, switching),
+                lambda: plain_stepper(problem.system),
+                progress,
             )
         return _Run(problem, progress).result()
 

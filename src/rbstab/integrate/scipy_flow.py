@@ -6,7 +6,7 @@ import numpy as np
 import scipy.integrate
 from scipy.optimize import brentq
 
-from rbstab.integrate.filippov import Hit, Reached
+from rbstab.integrate.following import Hit, Reached
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_log import SwitchLog

@@ -14,19 +14,24 @@ class Transition(StrEnum):
     RELEASE = "release"
 
 
+MOST_TRANSITIONS = 100_000
+"""Sticks and releases that are kept; the exact law makes a few, the implicit one up to a step's
+number."""
+
+
 @dataclass
 class SwitchLog:
-    """Counts of all switches, times of the first ones, and every stick and release.
+    """Counts of all switches, times of the first ones, and the sticks and releases.
 
     Args:
         stored: How many switches keep their time and axis.
         limit: How many switches the run may make.
-        pause_at: The number of switches at which it has to be looked at, if it has.
+        look_from: The number of switches from which on a weak chatter has to be looked at.
     """
 
     stored: int
     limit: int
-    pause_at: int | None = None
+    look_from: int = 1
     counts: list[int] = field(default_factory=lambda: [0, 0, 0])
     total: int = 0
     last_time: float = 0.0
@@ -35,14 +40,14 @@ class SwitchLog:
     transitions: list[tuple[float, int, Transition]] = field(default_factory=list)
 
     def switch(self, time: float, axis: int) -> bool:
-        """Notes a switch; false where the run has to pause behind it."""
+        """Notes a switch; false where it was the last that is allowed."""
         self.counts[axis] += 1
         self.total += 1
         self.last_time = time
         if self.total <= self.stored:
             self.times.append(time)
             self.axes.append(axis)
-        return self.total < (self.limit if self.pause_at is None else self.pause_at)
+        return self.total < self.limit
 
     def mark(self) -> tuple[int, tuple[int, ...], float]:
         """Where the log stands, for `back_to`."""
@@ -55,9 +60,9 @@ class SwitchLog:
         del self.times[self.total :], self.axes[self.total :]
 
     def transition(self, time: float, axis: int, what: Transition) -> None:
-        """Notes a stick or a release, which is a switch too."""
-        self.transitions.append((time, axis, what))
-        self.switch(time, axis)
+        """Notes a stick or a release, which is counted as a switch besides."""
+        if len(self.transitions) < MOST_TRANSITIONS:
+            self.transitions.append((time, axis, what))
 
 
 class SwitchTrace(NamedTuple):

@@ -26,15 +26,22 @@ class Switching:
 
     Args:
         layered: Whether a boundary layer replaces the sign.
+        step: The step of the implicit law, s; 0: the law is followed exactly.
         stick_energy: On s = E an axis sticks when its chatter energy is below this, J; 0: never.
         switch_limit: The run stops after so many switches.
         stored_switches: Switches whose time and axis are kept; later ones are only counted.
     """
 
     layered: bool = False
+    step: float = 0.0
     stick_energy: float = 0.0
     switch_limit: int = 10_000_000
     stored_switches: int = 100_000
+
+    @property
+    def sticks(self) -> bool:
+        """Whether axes that chatter may be taken to stick."""
+        return self.stick_energy > 0 and not self.layered and self.step == 0
 
 
 class Modes(NamedTuple):

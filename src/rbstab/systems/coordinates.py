@@ -88,24 +88,28 @@ class ContactCoordinates(Coordinates):
 class PartlyHeldCoordinates(ContactCoordinates):
     """W = [Θ, Ω, E, F] where some axes of the contact point are held on a surface.
 
-    Each held axis has Ë = -κF, so that s = F + κE stays what it is; κ = 0 holds E itself.
+    Each held axis has Ë = -aF - bE. With a = κ and b = 0 the surface s = F + κE stays what it is;
+    a = b = 0 holds E itself.
 
     Args:
         held: 1 for each held axis and 0 for each other, shape (3,).
-        slope: κ, 1/s.
+        velocity_gain: a, 1/s.
+        displacement_gain: b, 1/s².
     """
 
     name: ClassVar[str] = "W"
 
     held: Array
-    slope: Number
+    velocity_gain: Number
+    displacement_gain: Number = 0.0
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
         """Ẇ under the elements' Λ and the equivalent force of the held axes, and their sum."""
         c = contact_directions(body, motion)
         applied = applied_forces(body, motion, wrench.force, wrench.couple)
         applied = applied + c @ wrench.contact_force
-        demand = constraint.centripetal_acceleration(body, motion) + self.slope * motion.F
+        demand = constraint.centripetal_acceleration(body, motion)
+        demand = demand + self.velocity_gain * motion.F + self.displacement_gain * motion.E
         force = constraint.partial_constraint_force(body, c, applied, demand, self.held)
         rates = body.mass_matrix_inverse @ (applied + c @ force)
         return _contact_rates(body, motion, rates), wrench.contact_force + force

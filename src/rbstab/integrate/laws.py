@@ -1,0 +1,32 @@
+"""The laws of a sliding connector: which follower goes with which, for any engine."""
+
+from collections.abc import Callable
+
+from rbstab.integrate.filippov import FilippovDriver, Flow
+from rbstab.integrate.following import follow
+from rbstab.integrate.implicit import ImplicitDriver, Stepper
+from rbstab.integrate.problem import Problem, Progress, Trajectory
+from rbstab.integrate.switching import Switching
+
+
+def follow_sliding(
+    problem: Problem,
+    switching: Switching,
+    flow: Callable[[], Flow],
+    stepper: Callable[[], Stepper],
+    progress: Progress | None,
+) -> Trajectory:
+    """Follows a problem with a sliding connector under its law.
+
+    Args:
+        problem: The problem.
+        switching: Its law.
+        flow: Makes an engine's smooth flow, for the laws that are followed switch by switch.
+        stepper: Makes an engine's steps of the implicit law.
+        progress: Called with the time of every sample.
+    """
+    if switching.step:
+        steps = stepper()
+        return follow(problem, lambda p: ImplicitDriver(p, switching, steps), progress)
+    smooth = flow()
+    return follow(problem, lambda p: FilippovDriver(p, switching, smooth), progress)

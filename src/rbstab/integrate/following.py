@@ -135,7 +135,8 @@ def _trusted_until(make: Callable[[Problem], Follower], problem: Problem, run: T
     """The last sample up to which the motion does not depend on the last digit of its start.
 
     A second run starts one unit in the last place away in every state; where the two differ by more
-    than `TRUST` of the largest value of Θ, Ω, E or F, no program in double precision can say which is right.
+    than `TRUST` of the largest value of Θ, Ω, E or F, no program in double precision can say which
+    is right.
     """
     shadow = make(replace(problem, start=np.nextafter(problem.start, np.inf)))
     # Axis by axis a held point would be measured by its own round-off.

@@ -1,0 +1,66 @@
+import pytest
+from support.configs import VISCO_ELASTIC, edited
+
+from rbstab.config.build import problem_of
+from rbstab.config.load import load_config
+
+TEXT = edited("variant: visco-elastic", "variant: sliding")
+TEXT = "\n".join(line for line in TEXT.splitlines() if "_c:" not in line) + "\n"
+TEXT = edited("  K_t:", "  K_s: [1, 2, 3]\n  surface: position\n  K_t:", TEXT)
+
+LAW = "expected exact, {boundary_layer: width} or {implicit: step}"
+SURFACE = "expected position or {slope: κ}"
+
+WRONG = [
+    ("law: sharp", f"controller.law: 'sharp' is unknown ({LAW})"),
+    ("law: 3", f"controller.law: is neither a word nor a mapping ({LAW})"),
+    ("law: {implicit: 0}", "controller.law.implicit: is 0 (expected a number greater than 0)"),
+    ("law: {implicit: 1, step: 2}", "controller.law.step: is unknown "),
+    ("law: {boundary_layer: -1}", "controller.law.boundary_layer: is -1 "),
+    (
+        "law: {implicit: 1.0e-3}\n  stick_energy: 1",
+        "controller.stick_energy: has no effect on this law (expected law: exact)",
+    ),
+    (
+        "law: {boundary_layer: 1.0e-3}\n  stick_energy: 1",
+        "controller.stick_energy: has no effect on this law (expected law: exact)",
+    ),
+]
+
+
+@pytest.mark.parametrize(("line", "expected"), WRONG)
+def test_laws_that_are_refused(complaints, line, expected):
+    (message,) = complaints(edited("  K_t:", f"  {line}\n  K_t:", TEXT))
+    assert message.split(": ", 1)[1].startswith(expected)
+
+
+def test_surfaces_that_are_refused(complaints):
+    (message,) = complaints(edited("surface: position", "surface: velocity", TEXT))
+    assert message.endswith(f"controller.surface: 'velocity' is unknown ({SURFACE})")
+
+
+def test_sticking_is_for_the_position(complaints):
+    text = edited("surface: position", "surface: {slope: 20}\n  stick_energy: 1", TEXT)
+    (message,) = complaints(text)
+    expected = "has no effect on a slope, which slides (expected surface: position)"
+    assert message.endswith(f"controller.stick_energy: {expected}")
+
+
+def test_laws_and_what_they_switch(tmp_path):
+    laws = {
+        "law: exact": (False, 0.0),
+        "law: {boundary_layer: 0.5}": (True, 0.0),
+        "law: {implicit: 0.25}": (False, 0.25),
+    }
+    for line, (layered, step) in laws.items():
+        path = tmp_path / "a.yaml"
+        path.write_text(edited("  K_t:", f"  {line}\n  K_t:", TEXT))
+        switching = problem_of(load_config(path)).switching
+        assert (switching.layered, switching.step) == (layered, step)
+    assert problem_of(load_config(write(tmp_path, VISCO_ELASTIC))).switching is None
+
+
+def write(folder, text):
+    path = folder / "b.yaml"
+    path.write_text(text)
+    return path

@@ -129,6 +129,18 @@ class _Batch:
         elif not self.quiet:
             seconds = float(result.attributes["wall_time"])
             click.echo(f"{path}: {result.status} in {seconds:.2f} s -> {run.path}", err=True)
+        self._say_violations(path, run)
+
+    @staticmethod
+    def _say_violations(path: Path, run: "FiledRun") -> None:
+        from rbstab_cli.certificate import VIOLATED, lines_of
+
+        for line in lines_of(run.result):
+            if line["verdict"] == VIOLATED:
+                found = f"{line['quantity']} is {line['value']:.3g}, against {line['bound']:.3g}"
+                click.echo(
+                    f"{path}: the Lyapunov argument fails: {line['check']}: {found}", err=True
+                )
 
 
 def _report(runs: list["FiledRun"], *, as_json: bool) -> None:
@@ -151,7 +163,8 @@ def _print_table(runs: list["FiledRun"]) -> None:
     from rbstab_cli.tables import number, row, show, table
 
     numbers = ("v(0) [J]", "v(end) [J]", "|r|/v(0)", "max|E| [m]", "max|θ2| [rad]", "time [s]")
-    made = table("file", "status", *numbers, words=("status",), numbers=numbers)
+    words = ("status", "verdict")
+    made = table("file", *words, *numbers, words=words, numbers=numbers)
     for run in runs:
         s, result = summary_of(run.result), run.result
         completed = result.status == "completed"
@@ -159,6 +172,7 @@ def _print_table(runs: list["FiledRun"]) -> None:
             made,
             str(run.path),
             result.status if completed else f"{result.status} at {s.end_time:.4g} s",
+            str(result.attributes.get("verdict", "-")),
             number(s.lyapunov_start),
             number(s.lyapunov_end),
             number(s.relative_residual, 2),

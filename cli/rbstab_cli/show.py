@@ -54,6 +54,7 @@ def _comparisons(result: "Result") -> tuple[str, list["Comparison"]]:
 
 
 def _print_json(result: "Result") -> None:
+    from rbstab_cli.certificate import lines_of
     from rbstab_cli.facts import facts_of
     from rbstab_cli.json_output import print_json
 
@@ -63,8 +64,8 @@ def _print_json(result: "Result") -> None:
         for name, v in result.variables.items()
     }
     reference = {"source": source, "values": [c._asdict() for c in comparisons]}
-    facts = {"final": _final(result), "reference": reference, "arrays": arrays}
-    print_json({**facts_of(result), **facts, "config": result.config})
+    facts = {"certificate": lines_of(result), "final": _final(result), "reference": reference}
+    print_json({**facts_of(result), **facts, "arrays": arrays, "config": result.config})
 
 
 def _final(result: "Result") -> dict[str, list[float]]:
@@ -74,6 +75,7 @@ def _final(result: "Result") -> dict[str, list[float]]:
 
 def _print_tables(result: "Result") -> None:
     from rbstab.experiment.summary import summary_of
+    from rbstab_cli.certificate import show_certificate
     from rbstab_cli.tables import number, row, show, table
 
     s, attributes = summary_of(result), result.attributes
@@ -81,6 +83,7 @@ def _print_tables(result: "Result") -> None:
     row(made, "title", str(attributes["title"]))
     detail = f": {attributes['status_detail']}" if attributes.get("status_detail") else ""
     row(made, "status", result.status + detail)
+    row(made, "verdict", str(attributes.get("verdict", "-")))
     row(made, "v(0), v(end)", f"{number(s.lyapunov_start, 7)} J, {number(s.lyapunov_end, 7)} J")
     row(made, "max |r| / v(0)", number(s.relative_residual, 2))
     row(made, "peak E by axis", _vector(s.peak_contact_displacement) + " m")
@@ -90,6 +93,7 @@ def _print_tables(result: "Result") -> None:
     for warning in str(attributes.get("warnings", "")).splitlines():
         row(made, "warning", warning, style="yellow")
     show(made)
+    show_certificate(result)
     _print_reference(result)
     made = table("array", "dimensions", "unit", "what it is")
     for name, variable in result.variables.items():
@@ -102,7 +106,7 @@ def _print_tables(result: "Result") -> None:
     show(made)
 
 
-_SHOWN_ABOVE = ("title", "status", "status_detail", "warnings")
+_SHOWN_ABOVE = ("title", "status", "status_detail", "verdict", "warnings")
 
 
 def _print_reference(result: "Result") -> None:

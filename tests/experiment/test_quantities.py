@@ -61,15 +61,19 @@ ONLY_SLIDING = {
 }
 
 
+def ungrouped(result):
+    return {name for name in result.variables if "/" not in name}
+
+
 @each_variant
 @pytest.mark.parametrize("engine", ["scipy", "heyoka"])
 def test_result_holds_the_quantities_of_its_variant(variant, engine):
     expected = ALWAYS | COORDINATES | (ONLY_EMBEDDED if variant == "embedded" else set())
-    assert set(paper_run(variant, True, engine).variables) == expected
+    assert ungrouped(paper_run(variant, True, engine)) == expected
 
 
 def test_drift_of_the_contact_point_is_told_on_the_sub_manifold(manifold_run):
-    assert set(manifold_run.variables) == ALWAYS | COORDINATES | ONLY_MANIFOLD
+    assert ungrouped(manifold_run) == ALWAYS | COORDINATES | ONLY_MANIFOLD
     for level, source in (("position", "displacement"), ("velocity", "velocity")):
         drift = manifold_run[f"constraint_{level}_residual"]
         assert manifold_run.variables[f"constraint_{level}_residual"].dimensions == ("time",)
@@ -82,7 +86,7 @@ def test_drift_of_the_contact_point_is_told_on_the_sub_manifold(manifold_run):
 def test_arrays_have_the_shapes_of_their_dimensions(variant):
     result = paper_run(variant, True, "scipy")
     parts = 5 if variant in {"visco-elastic", "embedded"} else 4
-    sizes = {"time": 401, "axis": 3, "part": parts}
+    sizes = {"time": 401, "axis": 3, "part": parts, "check": 5}
     by_name = {quantity.name: quantity for quantity in QUANTITIES}
     for name, variable in result.variables.items():
         assert variable.data.shape == tuple(sizes[d] for d in variable.dimensions), name
@@ -103,7 +107,7 @@ def test_arrays_have_the_shapes_of_their_dimensions(variant):
 def test_dataset_has_the_same(variant):
     result = paper_run(variant, True, "scipy")
     dataset = result.to_xarray()
-    assert set(dataset.variables) == set(result.variables) | {"config"}
+    assert set(dataset.variables) == ungrouped(result) | {"config"}
     assert set(dataset.coords) == {"time", "axis", "part"}
     assert dataset["velocity"].attrs["units"] == "m/s"
     assert dataset["energy"].sel(part="kinetic").values[0] == result["energy"][0, 0]

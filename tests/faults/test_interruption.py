@@ -55,7 +55,8 @@ def test_an_interrupted_run_leaves_the_engine_in_order(engine):
         simulate(config_of(engine), progress=Interrupted(2))
     found = simulate(config_of(engine))
     for name in expected.variables:
-        assert found[name].tolist() == expected[name].tolist(), name
+        # As texts: no time of a check is NaN, which does not equal itself.
+        assert str(found[name].tolist()) == str(expected[name].tolist()), name
 
 
 def test_an_interrupted_repetition_keeps_the_old_result(tmp_path):

@@ -12,6 +12,18 @@ FILE_ONLY = ("schema_version", "digest")
 """Attributes that are about the file, not about the run."""
 
 
+def ungrouped(result):
+    return {name: v for name, v in result.variables.items() if "/" not in name}
+
+
+def grouped(result):
+    return [name for name in result.variables if "/" in name]
+
+
+def members(result):
+    return {name.removeprefix("certificate/"): result.variables[name] for name in grouped(result)}
+
+
 def same(found, expected):
     if expected.dtype == object:
         return np.asarray(found).tolist() == expected.tolist()
@@ -26,7 +38,9 @@ def test_rbstab(run):
 def test_h5py(run):
     result, path = run
     with h5py.File(path) as file:
-        assert list(file) == [*result.variables, "config"]
+        names = [name for name in result.variables if "/" not in name]
+        assert [name for name in file if name != "certificate"] == [*names, "config"]
+        assert [f"certificate/{name}" for name in file["certificate"]] == grouped(result)
         for name, variable in result.variables.items():
             dataset = file[name]
             text = h5py.check_string_dtype(dataset.dtype) is not None
@@ -34,8 +48,8 @@ def test_h5py(run):
             assert dataset.attrs["units"] == variable.unit
             assert dataset.attrs["long_name"] == variable.long_name
             assert isinstance(dataset.attrs["units"], str)
-            if name not in ("time", "axis", "part"):
-                scales = tuple(axis[0].name.lstrip("/") for axis in dataset.dims)
+            if not dataset.is_scale:
+                scales = tuple(axis[0].name.rpartition("/")[2] for axis in dataset.dims)
                 assert scales == variable.dimensions, name
         assert file["config"].asstr()[()] == result.config
         assert {k: file.attrs[k] for k in result.attributes} == result.attributes
@@ -46,7 +60,8 @@ def test_netcdf4(run):
     result, path = run
     with netCDF4.Dataset(path) as file:
         assert file.data_model == "NETCDF4"
-        assert set(file.variables) == {*result.variables, "config"}
+        assert set(file.variables) == {*ungrouped(result), "config"}
+        assert set(file["certificate"].variables) == set(members(result))
         sizes = {name: len(dimension) for name, dimension in file.dimensions.items()}
         assert sizes == {
             "axis": 3,
@@ -64,9 +79,17 @@ def test_netcdf4(run):
 
 
 def assert_dataset(dataset, result):
-    assert set(dataset.variables) == {*result.variables, "config"}
+    assert set(dataset.variables) == {*ungrouped(result), "config"}
     assert set(dataset.coords) == {"time", "axis", "part"}
-    for name, variable in result.variables.items():
+    assert_arrays(dataset, ungrouped(result))
+    assert isinstance(dataset["config"].item(), str)
+    assert dataset["config"].item() == result.config
+    attributes = {k: v for k, v in dataset.attrs.items() if k not in FILE_ONLY}
+    assert attributes == result.attributes
+
+
+def assert_arrays(dataset, variables):
+    for name, variable in variables.items():
         found = dataset[name]
         assert found.dims == variable.dimensions, name
         assert found.attrs == {"units": variable.unit, "long_name": variable.long_name}
@@ -75,10 +98,16 @@ def assert_dataset(dataset, result):
             assert all(isinstance(x, str) for x in found.values)
         else:
             assert same(found.values, variable.data), name
-    assert isinstance(dataset["config"].item(), str)
-    assert dataset["config"].item() == result.config
-    attributes = {k: v for k, v in dataset.attrs.items() if k not in FILE_ONLY}
-    assert attributes == result.attributes
+
+
+def test_the_certificate_is_a_group(run):
+    result, path = run
+    for engine in ("h5netcdf", "netcdf4"):
+        with xarray.open_dataset(path, engine=engine, group="certificate") as dataset:
+            assert set(dataset.variables) == set(members(result))
+            assert set(dataset.coords) == {"check"}
+            assert_arrays(dataset, members(result))
+    assert_arrays(result.to_xarray("certificate"), members(result))
 
 
 def test_xarray_with_h5netcdf(run):

@@ -43,15 +43,24 @@ AT_REST = 1e-4
 
 
 def relative_residual(residual: Array, value: Array, energy: Array) -> float:
-    """The largest |r| over v(0).
-
-    Where the motion starts at rest, over a ten thousandth of the largest energy part instead; over
-    1 J where there is no energy at all.
+    """The largest |r| over `audit_scale`.
 
     Args:
         residual: r, shape (samples,), J.
         value: v, shape (samples,), J.
         energy: By part, shape (samples, parts), J.
     """
-    scale = max(float(value[0]), AT_REST * float(np.abs(energy).max())) or 1.0
-    return float(np.abs(residual).max()) / scale
+    return float(np.abs(residual).max()) / audit_scale(value, energy)
+
+
+def audit_scale(value: Array, energy: Array) -> float:
+    """V(0), by which errors of v are measured, J.
+
+    Where the motion starts at rest, a ten thousandth of the largest energy part instead; 1 J where
+    there is no energy at all.
+
+    Args:
+        value: v, shape (samples,), J.
+        energy: By part, shape (samples, parts), J.
+    """
+    return max(float(value[0]), AT_REST * float(np.abs(energy).max())) or 1.0

@@ -16,12 +16,14 @@ class Element:
     """A passive element: four statements, of which the defaults say "nothing".
 
     A concrete element is a frozen dataclass whose fields are its gains (arrays of floats, or of the
-    symbols of a compiled engine) and whose class attributes are its name and the number of its own
-    states. `own` below is the array of these, of shape (state_size,).
+    symbols of a compiled engine) and whose class attributes are its name, the number of its own
+    states and the fields by which it dissipates, each a matrix that has to be positive definite.
+    `own` below is the array of its states, of shape (state_size,).
     """
 
     name: ClassVar[str]
     state_size: ClassVar[int] = 0
+    damping: ClassVar[tuple[str, ...]] = ()
 
     def wrench(self, motion: Motion, own: Array) -> Wrench:
         """The force, couple and contact force that act on the body."""

@@ -25,6 +25,7 @@ class EmbeddedConnector(Element):
 
     name: ClassVar[str] = "connector"
     state_size: ClassVar[int] = 3
+    damping: ClassVar[tuple[str, ...]] = ("L_c", "L_d")
 
     K_c: Array
     L_c: Array

@@ -19,6 +19,7 @@ class RotationalStabilizer(Element):
     """
 
     name: ClassVar[str] = "rotational stabilizer"
+    damping: ClassVar[tuple[str, ...]] = ("L_r",)
 
     K_r: Array
     L_r: Array

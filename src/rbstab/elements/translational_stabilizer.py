@@ -19,6 +19,7 @@ class TranslationalStabilizer(Element):
     """
 
     name: ClassVar[str] = "translational stabilizer"
+    damping: ClassVar[tuple[str, ...]] = ("L_t",)
 
     K_t: Array
     L_t: Array

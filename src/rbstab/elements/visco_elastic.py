@@ -19,6 +19,7 @@ class ViscoElasticConnector(Element):
     """
 
     name: ClassVar[str] = "connector"
+    damping: ClassVar[tuple[str, ...]] = ("L_c",)
 
     K_c: Array
     L_c: Array

@@ -1,11 +1,14 @@
 """A trajectory as named arrays: what each sample means."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.certificate import Verdict
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.experiment.certified import certificate_of, certificate_variables, verdict_of
 from rbstab.experiment.switching_record import (
     resting_system,
     switching_arrays,
@@ -18,13 +21,21 @@ from rbstab.systems.quantities import BY_NAME
 from rbstab.systems.system import Observation, System
 
 
-def variables_of(problem: Problem, trajectory: Trajectory) -> tuple[dict[str, Variable], list[str]]:
-    """Every quantity of a run along its trajectory, and what is odd about its rest state.
+class Record(NamedTuple):
+    """What is stored of a run.
 
-    Returns:
-        The arrays by their names in `QUANTITIES`, with the coordinates of their dimensions; and
-        warnings.
+    variables are the arrays by their names in `QUANTITIES`, with the coordinates of their
+    dimensions and the lines of the certificate; verdict is theirs; warnings say what is odd about
+    the rest state.
     """
+
+    variables: dict[str, Variable]
+    verdict: Verdict
+    warnings: list[str]
+
+
+def record_of(problem: Problem, trajectory: Trajectory) -> Record:
+    """Every quantity of a run along its trajectory, and its certificate."""
     system = problem.system
     # A diverged run ends where its numbers do: overflow is its result, not a fault.
     with np.errstate(all="ignore"):
@@ -49,6 +60,7 @@ def variables_of(problem: Problem, trajectory: Trajectory) -> tuple[dict[str, Va
             "contact_work": trajectory.contact_work,
             "energy_at_rest": np.array(rest.energy),
         }
+        checks = certificate_of(problem, trajectory, arrays)
     coordinates = {
         name: Variable((name,), np.arange(1, len(arrays[source]) + 1), "1", f"number of the {name}")
         for name, source in (("switch", "switch_time"), ("transition", "transition_time"))
@@ -61,7 +73,8 @@ def variables_of(problem: Problem, trajectory: Trajectory) -> tuple[dict[str, Va
     }
     described = {name: _variable(name, arrays[name]) for name in BY_NAME if name in arrays}
     warnings = [] if rest.found else ["no rest state was found in the range of eq. 5"]
-    return coordinates | described, warnings
+    variables = coordinates | described | certificate_variables(checks)
+    return Record(variables, verdict_of(checks), warnings)
 
 
 def odd_of_motion(trajectory: Trajectory) -> list[str]:

@@ -10,7 +10,7 @@ from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.experiment.provenance import provenance
-from rbstab.experiment.record import odd_of_motion, variables_of
+from rbstab.experiment.record import odd_of_motion, record_of
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Progress
 from rbstab.store.result import Result
@@ -39,13 +39,14 @@ def simulate(
     begin = time.perf_counter()
     trajectory = integrate(problem, progress)
     wall_time = time.perf_counter() - begin
-    variables, odd = variables_of(problem, trajectory)
+    record = record_of(problem, trajectory)
     attributes: dict[str, str | int | float] = {
         "title": config.title,
         "variant": config.controller.variant,
         "status": str(trajectory.status),
         "status_detail": trajectory.detail,
-        "warnings": "\n".join([*warnings_of(config), *odd, *odd_of_motion(trajectory)]),
+        "warnings": "\n".join([*warnings_of(config), *record.warnings, *odd_of_motion(trajectory)]),
+        "verdict": str(record.verdict),
         "run_id": run_id(config),
         "engine": config.integration.engine,
         "steps": trajectory.steps,
@@ -53,4 +54,4 @@ def simulate(
         "wall_time": wall_time,
         **provenance(config.integration.engine),
     }
-    return Result(variables, attributes, resolved_yaml(config))
+    return Result(record.variables, attributes, resolved_yaml(config))

@@ -27,3 +27,17 @@ def jacobian(function: Callable[[Array], Any], x: Array) -> Array:
     shifts = x + 1j * STEP * np.eye(len(x))
     columns = [np.imag(function(shifted)) / STEP for shifted in shifts]
     return np.array(columns).T
+
+
+def derivative_along(function: Callable[[Array], Any], x: Array, direction: Array) -> Any:
+    """(∂f/∂x) d by Im f(x + ih d) / h: one evaluation, whatever the number of states.
+
+    Args:
+        function: f, as for `jacobian`.
+        x: The point, shape (n,).
+        direction: d, shape (n,).
+
+    Returns:
+        The derivative, of the shape of f.
+    """
+    return np.imag(function(x + 1j * STEP * direction)) / STEP

@@ -22,12 +22,19 @@ class Variable(NamedTuple):
     long_name: str
 
 
+def beside(name: str, dimension: str) -> str:
+    """The name of a dimension's coordinate: it stands in the group of the array that has it."""
+    group, slash, _ = name.rpartition("/")
+    return f"{group}{slash}{dimension}"
+
+
 @dataclass(frozen=True)
 class Result:
     """The result of one run.
 
     Attributes:
-        variables: Arrays by name; those named like a dimension are its coordinates.
+        variables: Arrays by name; those named like a dimension are its coordinates. One of a group
+            has the group's name before its own: `certificate/verdict`.
         attributes: What else is known of the run, as texts and numbers (`status`, `run_id`, ...).
         config: The resolved config, YAML.
     """
@@ -53,19 +60,29 @@ class Result:
         """The identity of the run."""
         return str(self.attributes["run_id"])
 
-    def to_xarray(self) -> "xarray.Dataset":
+    def to_xarray(self, group: str = "") -> "xarray.Dataset":
         """The same as an `xarray.Dataset` (needs the package xarray).
+
+        Args:
+            group: The group whose arrays are wanted; those of none by default.
 
         Raises:
             ImportError: xarray is not installed.
         """
         import xarray
 
+        members = {
+            name.removeprefix(f"{group}/"): variable
+            for name, variable in self.variables.items()
+            if name.rpartition("/")[0] == group
+        }
         data = {
             name: (v.dimensions, v.data, {"units": v.unit, "long_name": v.long_name})
-            for name, v in self.variables.items()
+            for name, v in members.items()
         }
-        dimensions = {dimension for v in self.variables.values() for dimension in v.dimensions}
+        dimensions = {dimension for v in members.values() for dimension in v.dimensions}
         coordinates = {name: data.pop(name) for name in list(data) if name in dimensions}
+        if group:
+            return xarray.Dataset(data, coords=coordinates)
         data["config"] = ((), np.array(self.config, dtype=object), {})
         return xarray.Dataset(data, coords=coordinates, attrs=dict(self.attributes))

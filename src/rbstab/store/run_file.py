@@ -9,7 +9,7 @@ import numpy as np
 from rbstab.store.atomic import write_whole
 from rbstab.store.digest import digest_of
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
-from rbstab.store.result import SCHEMA_VERSION, Result, Variable
+from rbstab.store.result import SCHEMA_VERSION, Result, Variable, beside
 
 TEXT = h5py.string_dtype("utf-8")
 
@@ -67,10 +67,11 @@ def open_result(path: str | Path) -> Result:
 def _image(result: Result) -> bytes:
     """The bytes of the file, made in memory: HDF5 on a full disk can take the process with it."""
     with h5py.File("result.h5", "w", driver="core", backing_store=False, track_order=True) as file:
-        dimensions = {name for v in result.variables.values() for name in v.dimensions}
+        arrays = result.variables
+        dimensions = {beside(name, own) for name, v in arrays.items() for own in v.dimensions}
         # Scales first: a netCDF reader numbers dimensions in this order.
-        for name in sorted(result.variables, key=lambda name: name not in dimensions):
-            _put(file, name, result.variables[name], is_scale=name in dimensions)
+        for name in sorted(arrays, key=lambda name: name not in dimensions):
+            _put(file, name, arrays[name], is_scale=name in dimensions)
         file.create_dataset("config", data=result.config, dtype=TEXT, track_order=True)
         file["config"].attrs["long_name"] = "resolved config, YAML"
         file.attrs["schema_version"] = SCHEMA_VERSION
@@ -85,16 +86,20 @@ def _image(result: Result) -> bytes:
 def _put(file: h5py.File, name: str, variable: Variable, *, is_scale: bool) -> None:
     is_text = variable.data.dtype.kind in "OUT"
     data = variable.data.astype(object) if is_text else variable.data
-    dataset = file.create_dataset(
-        name, data=data, dtype=TEXT if is_text else None, track_order=True
+    group, _, own = name.rpartition("/")
+    if group and group not in file:
+        file.create_group(group, track_order=True)
+    place = file[group] if group else file
+    dataset = place.create_dataset(
+        own, data=data, dtype=TEXT if is_text else None, track_order=True
     )
     dataset.attrs["units"] = variable.unit
     dataset.attrs["long_name"] = variable.long_name
     if is_scale:
-        dataset.make_scale(name)
+        dataset.make_scale(own)
         return
     for index, dimension in enumerate(variable.dimensions):
-        dataset.dims[index].attach_scale(file[dimension])
+        dataset.dims[index].attach_scale(place[dimension])
 
 
 def _read(path: Path, file: h5py.File) -> Result:
@@ -112,7 +117,7 @@ def _read(path: Path, file: h5py.File) -> Result:
         raise NotAResultError(f"{path} is damaged: {', '.join(missing) or 'config'} is missing")
     del attributes["schema_version"]
     written = attributes.pop("digest")
-    variables = {name: _variable(path, file, name) for name in file if name != "config"}
+    variables = {name: _variable(path, file, name) for name in _names(file) if name != "config"}
     result = Result(variables, attributes, _dataset(path, file, "config").asstr()[()])
     if digest_of(result) != written:
         raise NotAResultError(f"{path} is damaged: it is not what was written (by its digest)")
@@ -123,9 +128,22 @@ def _variable(path: Path, file: h5py.File, name: str) -> Variable:
     dataset = _dataset(path, file, name)
     is_text = h5py.check_string_dtype(dataset.dtype) is not None
     data = dataset.asstr()[()] if is_text else dataset[()]
-    dimensions = (name,) if dataset.is_scale else tuple(_dimension(d) for d in dataset.dims)
+    own = name.rpartition("/")[2]
+    dimensions = (own,) if dataset.is_scale else tuple(_dimension(d) for d in dataset.dims)
     unit, long_name = (str(dataset.attrs.get(key, "")) for key in ("units", "long_name"))
     return Variable(dimensions, np.asarray(data), unit, long_name)
+
+
+def _names(file: h5py.File) -> list[str]:
+    """The arrays of a file, those of a group with its name before theirs.
+
+    What is neither keeps its name, and is refused when it is read.
+    """
+    hard = [name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)]
+    groups = [name for name in hard if isinstance(file[name], h5py.Group) and len(file[name])]
+    return [name for name in file if name not in groups] + [
+        f"{group}/{name}" for group in groups for name in file[group]
+    ]
 
 
 def _dataset(path: Path, file: h5py.File, name: str) -> h5py.Dataset:
@@ -138,7 +156,7 @@ def _dataset(path: Path, file: h5py.File, name: str) -> h5py.Dataset:
 
 
 def _dimension(axis: Any) -> str:
-    return str(axis[0].name).removeprefix("/")
+    return str(axis[0].name).rpartition("/")[2]
 
 
 def _plain(value: Any) -> Any:

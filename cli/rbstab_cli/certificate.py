@@ -1,0 +1,35 @@
+"""The certificate of a run, for people and machines."""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rbstab.store.result import Result
+
+COLUMNS = ("check", "verdict", "value", "bound", "when", "quantity")
+
+VIOLATED = "violated"
+
+
+def lines_of(result: "Result") -> list[dict[str, Any]]:
+    """The lines of the certificate; none where the result has none."""
+    names = [f"certificate/{column}" for column in COLUMNS]
+    if any(name not in result for name in names):
+        return []
+    rows = zip(*(result[name].tolist() for name in names), strict=True)
+    return [dict(zip(COLUMNS, row, strict=True)) for row in rows]
+
+
+def show_certificate(result: "Result") -> None:
+    """Prints the lines as a table."""
+    from rbstab_cli.tables import number, row, show, table
+
+    lines = lines_of(result)
+    if not lines:
+        return
+    made = table("check", "verdict", "what was found", "value", "bound", "at [s]")
+    for line in lines:
+        when = number(line["when"]) if line["when"] == line["when"] else "-"
+        values = (number(line["value"]), number(line["bound"]), when)
+        style = "red" if line["verdict"] == VIOLATED else None
+        row(made, line["check"], line["verdict"], line["quantity"], *values, style=style)
+    show(made)

@@ -1,0 +1,75 @@
+"""The certificate of a run, as it is stored with its result."""
+
+from typing import Any
+
+import numpy as np
+
+from rbstab.analysis.certificate import (
+    LOOSEST_AUDIT,
+    Check,
+    Evidence,
+    Verdict,
+    audit_bound,
+    checks_of,
+    overall,
+)
+from rbstab.analysis.lyapunov import audit_scale
+from rbstab.experiment.switching_record import works_without_potential
+from rbstab.integrate.problem import Problem, Trajectory
+from rbstab.mechanics.numbers import Array
+from rbstab.store.result import Variable
+
+GROUP = "certificate"
+"""The group of a result file that holds it."""
+
+
+def certificate_of(
+    problem: Problem, trajectory: Trajectory, arrays: dict[str, Array]
+) -> list[Check]:
+    """The lines that a run decides by itself.
+
+    Args:
+        problem: What was integrated.
+        trajectory: The motion.
+        arrays: The record of the motion, by the names of its quantities.
+    """
+    systems = trajectory.systems or (problem.system,) * len(trajectory.times)
+    implicit = problem.switching is not None and problem.switching.step > 0
+    evidence = Evidence(
+        times=trajectory.times,
+        states=trajectory.states,
+        systems=systems,
+        value=arrays["lyapunov"],
+        rate=arrays["lyapunov_rate"],
+        residual=arrays["energy_residual"],
+        scale=audit_scale(arrays["lyapunov"], arrays["energy"]),
+        has_potential=not works_without_potential(problem.system),
+        # Implicit steps are of first order, whatever the tolerance.
+        audit_bound=LOOSEST_AUDIT if implicit else audit_bound(problem.rtol),
+    )
+    return checks_of(evidence)
+
+
+def verdict_of(checks: list[Check]) -> Verdict:
+    """The verdict of a run by its lines."""
+    return overall(checks, proved=False)
+
+
+def certificate_variables(checks: list[Check]) -> dict[str, Variable]:
+    """The lines as arrays of the group `certificate`."""
+    columns: dict[str, tuple[str, str, list[Any]]] = {
+        "check": ("1", "what is checked", [check.name for check in checks]),
+        "verdict": ("1", "what was found", [str(check.verdict) for check in checks]),
+        "value": ("1", "by what number", [check.value for check in checks]),
+        "bound": ("1", "what the number is compared with", [check.bound for check in checks]),
+        "when": ("s", "time of the number; NaN: of no time", [check.time for check in checks]),
+        "quantity": ("1", "what the number is", [check.quantity for check in checks]),
+    }
+    return {f"{GROUP}/{name}": _column(*column) for name, column in columns.items()}
+
+
+def _column(unit: str, meaning: str, entries: list[Any]) -> Variable:
+    is_text = isinstance(entries[0], str)
+    return Variable(
+        ("check",), np.array(entries, dtype=object if is_text else float), unit, meaning
+    )

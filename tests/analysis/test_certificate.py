@@ -1,0 +1,209 @@
+"""What a certificate says of sound runs, and that it catches each thing that can be broken."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from support.problems import problem, solve
+from support.systems import VARIANTS, random_system, random_Z
+
+from rbstab.analysis.certificate import Verdict, audit_bound, overall
+from rbstab.analysis.lyapunov import audit_scale
+from rbstab.elements.element import force_at_contact
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.experiment.record import record_of
+from rbstab.mechanics.motion import motion_from_centre
+from rbstab.systems.coordinates import ReducedCoordinates
+
+
+def certified(system, *, engine="scipy", rtol=1e-10, duration=0.4, samples=21):
+    """The lines by their names, and the verdict, of a short run from a random start."""
+    rng = np.random.default_rng(5)
+    motion = motion_from_centre(system.body, system.anchor, 0.3 * random_Z(rng))
+    own = np.zeros(system.size - system.coordinates.size)
+    times = np.linspace(0, duration, samples)
+    given = problem(system, system.start(motion, own), times, rtol=rtol, atol=rtol)
+    record = record_of(given, solve(engine, given))
+    columns = [record.variables[f"certificate/{name}"].data for name in ("check", "verdict")]
+    return dict(zip(*columns, strict=True)), record
+
+
+def system_of(variant, seed=0):
+    coordinates = ReducedCoordinates() if variant == "permanent" else None
+    return random_system(np.random.default_rng(seed), variant, coordinates)
+
+
+def with_connector(system, change):
+    elements = [change(e) if e.name == "connector" else e for e in system.elements]
+    return replace(system, elements=tuple(elements))
+
+
+NAMES = ["audit", "decrease", "damping", "positive", "derivative"]
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_sound_run_is_consistent_in_every_line(variant):
+    lines, record = certified(system_of(variant))
+    assert list(lines) == NAMES
+    assert set(lines.values()) == {"consistent"}
+    assert record.verdict is Verdict.CONSISTENT
+
+
+def found(record, name, column="value"):
+    row = record.variables["certificate/check"].data.tolist().index(name)
+    return record.variables[f"certificate/{column}"].data[row]
+
+
+def test_the_margin_of_the_damping_is_its_smallest_eigenvalue():
+    system = system_of("embedded")
+    _, record = certified(system)
+    matrices = [system.elements[1].L_t, system.elements[2].L_r]
+    matrices += [system.elements[3].L_c, system.elements[3].L_d]
+    expected = min(np.linalg.eigvalsh(matrix)[0] for matrix in matrices)
+    assert found(record, "damping") == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("variant", "name"), [("visco-elastic", "L_c"), ("embedded", "L_c"), ("embedded", "L_d")]
+)
+def test_a_negative_damping_is_caught(variant, name):
+    def change(connector):
+        damping = getattr(connector, name).copy()
+        damping[2, 2] = -abs(damping[2, 2])
+        return replace(connector, **{name: damping})
+
+    lines, record = certified(with_connector(system_of(variant), change), duration=0.02)
+    assert lines["damping"] == "violated"
+    assert lines["derivative"] == "consistent"
+    assert record.verdict is Verdict.VIOLATED
+
+
+def test_a_damping_that_is_not_symmetric_is_judged_by_what_it_dissipates():
+    twist = 1e4 * np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 0]])
+    system = with_connector(system_of("visco-elastic"), lambda c: replace(c, L_c=c.L_c + twist))
+    lines, _ = certified(system, duration=0.02)
+    assert lines["damping"] == "consistent"
+
+
+@dataclass(frozen=True, eq=False)
+class WrongSpring(ViscoElasticConnector):
+    """Its force has the wrong sign in the stiffness."""
+
+    def wrench(self, motion, own):
+        return force_at_contact(self.K_c @ motion.E - self.L_c @ motion.F)
+
+
+@dataclass(frozen=True, eq=False)
+class WrongDamper(ViscoElasticConnector):
+    """Its force has the wrong sign in the damping."""
+
+    def wrench(self, motion, own):
+        return force_at_contact(-(self.K_c @ motion.E) + self.L_c @ motion.F)
+
+
+@dataclass(frozen=True, eq=False)
+class WrongEnergy(ViscoElasticConnector):
+    """It states twice the energy that it stores."""
+
+    def stored(self, motion, own):
+        return 2.0 * super().stored(motion, own)
+
+
+@dataclass(frozen=True, eq=False)
+class WrongPower(ViscoElasticConnector):
+    """It states half the power that it dissipates."""
+
+    def dissipated(self, motion, own):
+        return 0.5 * super().dissipated(motion, own)
+
+
+@pytest.mark.parametrize("wrong", [WrongSpring, WrongDamper, WrongEnergy, WrongPower])
+def test_an_element_that_says_what_it_does_not_do_is_caught(wrong):
+    system = with_connector(system_of("visco-elastic"), lambda c: wrong(c.K_c, c.L_c))
+    lines, record = certified(system, duration=0.05)
+    assert lines["derivative"] == "violated"
+    assert lines["audit"] == "violated"
+    assert record.verdict is Verdict.VIOLATED
+
+
+@dataclass(frozen=True, eq=False)
+class Pushing(RotationalStabilizer):
+    """It pumps energy in and says so: every formula is true, and v rises."""
+
+    def wrench(self, motion, own):
+        return (
+            super()
+            .wrench(motion, own)
+            ._replace(couple=-(motion.B.T @ (self.K_r @ motion.Theta)) + self.L_r @ motion.Omega)
+        )
+
+    def dissipated(self, motion, own):
+        return -super().dissipated(motion, own)
+
+
+def test_a_rise_of_v_is_caught_where_it_is_steepest():
+    system = system_of("free")
+    gravity, holding, turning = system.elements
+    holding = replace(holding, L_t=1e-3 * holding.L_t)
+    pushing = Pushing(turning.K_r, 0.1 * turning.L_r)
+    system = replace(system, elements=(gravity, holding, pushing))
+    lines, record = certified(system, duration=0.1)
+    assert lines["derivative"] == "consistent"
+    assert lines["audit"] == "consistent"
+    assert lines["decrease"] == "violated"
+    v, times = record.variables["lyapunov"].data, record.variables["time"].data
+    steepest, scale = int(np.diff(v).argmax()), audit_scale(v, record.variables["energy"].data)
+    assert found(record, "decrease", "when") == times[steepest]
+    assert found(record, "decrease") == pytest.approx((v[steepest + 1] - v[steepest]) / scale)
+
+
+def test_a_value_below_rest_is_caught():
+    """The energy is counted from a rest state that is not the lowest."""
+    system = system_of("free")
+    rng = np.random.default_rng(5)
+    motion = motion_from_centre(system.body, system.anchor, 0.3 * random_Z(rng))
+    given = problem(system, system.start(motion, np.zeros(0)), np.linspace(0, 0.2, 11))
+    trajectory = solve("scipy", given)
+    from rbstab.analysis.certificate import Evidence, checks_of
+
+    record = record_of(given, trajectory).variables
+    evidence = Evidence(
+        times=trajectory.times,
+        states=trajectory.states,
+        systems=(system,) * 11,
+        value=record["lyapunov"].data - 1.001 * record["lyapunov"].data[-1],
+        rate=record["lyapunov_rate"].data,
+        residual=record["energy_residual"].data,
+        scale=1.0,
+        has_potential=True,
+        audit_bound=1e-8,
+    )
+    lines = {check.name: check for check in checks_of(evidence)}
+    assert lines["positive"].verdict is Verdict.VIOLATED
+    assert lines["positive"].time == trajectory.times[-1]
+    without = {c.name: c for c in checks_of(replace(evidence, has_potential=False))}
+    assert without["positive"].verdict is Verdict.CONSISTENT
+
+
+def test_numbers_that_are_none_are_not_taken_for_good():
+    system = system_of("free")
+    given = problem(system, np.full(12, 0.1), np.linspace(0, 0.1, 3))
+    trajectory = solve("scipy", given)
+    broken = replace(trajectory, states=trajectory.states * [[1], [1], [np.nan]])
+    assert record_of(given, broken).verdict is Verdict.VIOLATED
+
+
+@pytest.mark.parametrize(("rtol", "bound"), [(1e-12, 1e-8), (1e-10, 1e-6), (1e-3, 1e-2)])
+def test_a_coarse_integration_is_not_blamed_on_the_argument(rtol, bound):
+    assert audit_bound(rtol) == pytest.approx(bound)
+    if rtol > 1e-11:
+        lines, _ = certified(system_of("free"), rtol=rtol)
+        assert lines["audit"] == "consistent"
+
+
+def test_the_verdict_is_that_of_the_worst_line():
+    _, record = certified(system_of("free"), duration=0.05)
+    assert record.verdict is Verdict.CONSISTENT
+    assert overall([], proved=True) is Verdict.CERTIFIED
+    assert overall([], proved=False) is Verdict.CONSISTENT

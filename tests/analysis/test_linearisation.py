@@ -1,0 +1,146 @@
+"""The linearised system against closed solutions, finite differences and the motion itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.problems import bare_system, problem, solve
+from support.systems import VARIANTS, random_system
+
+from rbstab.analysis.linearisation import linearise, linearised_in
+from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.elements.gravity import Gravity
+from rbstab.mechanics.body import Body
+from rbstab.systems.coordinates import ContactCoordinates, ManifoldCoordinates, ReducedCoordinates
+
+SEEDS = range(4)
+
+
+def at_rest(variant, seed):
+    """A random system, lightly loaded, and its linearisation at its rest state."""
+    coordinates = ReducedCoordinates() if variant == "permanent" else None
+    system = random_system(np.random.default_rng(seed), variant, coordinates)
+    light = Gravity(0.1 * system.elements[0].weight)
+    system = replace(system, elements=(light, *system.elements[1:]))
+    rest = nearest_rest_state(system)
+    assert rest.found
+    return system, rest, linearise(system, rest.motion, rest.own)
+
+
+def test_oscillators_in_closed_form():
+    """A body held at its centre: mẍ + Lẋ + Kx = 0 and Jθ̈ + Lθ̇ + Kθ = 0 on each axis."""
+    mass, J = 2.0, np.array([3.0, 4.0, 5.0])
+    K_t, L_t = np.array([50.0, 90.0, 2.0]), np.array([4.0, 1.0, 7.0])
+    K_r, L_r = np.array([7.0, 80.0, 30.0]), np.array([0.5, 9.0, 60.0])
+    gains = {"K_t": K_t, "L_t": L_t, "K_r": K_r, "L_r": L_r}
+    body = Body(mass, np.diag(J), np.array([0.1, 0.2, 0.3]))
+    system = bare_system(body, **{name: np.diag(gain) for name, gain in gains.items()})
+    rest = nearest_rest_state(system)
+    found = linearise(system, rest.motion, rest.own)
+    expected = []
+    for inertia, damping, stiffness in [
+        *zip([mass] * 3, L_t, K_t, strict=True),
+        *zip(J, L_r, K_r, strict=True),
+    ]:
+        expected += list(np.roots([inertia, damping, stiffness]))
+    assert np.sort_complex(found.eigenvalues) == pytest.approx(np.sort_complex(expected), abs=1e-9)
+    by_frequency = np.sort(found.natural_frequencies)
+    assert by_frequency == pytest.approx(np.sort(np.abs(expected)), abs=1e-9)
+    # The lightly damped first axis: ω = √(K/m), ζ = L / (2√(Km)), τ = 2m/L.
+    mode = int(np.argmin(np.abs(found.natural_frequencies - 5.0)))
+    assert found.damping_ratios[mode] == pytest.approx(4.0 / (2 * np.sqrt(50.0 * 2)))
+    assert found.time_constants[mode] == pytest.approx(2 * mass / 4.0)
+    assert found.growing == 0
+
+
+def test_the_shape_of_a_mode_is_its_motion():
+    """Of an oscillator along x: x = e^λt, ẋ = λ e^λt, nothing else; the largest entry is 1."""
+    body = Body(2.0, np.diag([3.0, 4.0, 5.0]), np.zeros(3))
+    system = bare_system(
+        body,
+        K_t=np.diag([50.0, 9e3, 9e3]),
+        L_t=np.diag([1.0, 900, 800]),
+        K_r=9e3 * np.eye(3),
+        L_r=900 * np.eye(3),
+    )
+    rest = nearest_rest_state(system)
+    found = linearise(system, rest.motion, rest.own)
+    mode = found.modes[:, 0]
+    assert found.states[6] == "position[0]"
+    assert found.states[9] == "velocity[0]"
+    assert mode[9] == pytest.approx(1.0)
+    assert mode[6] == pytest.approx(1.0 / found.eigenvalues[0])
+    others = np.delete(mode, [6, 9])
+    assert np.abs(others).max() < 1e-12
+    assert found.eigenvalues[0].imag > 0
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_the_matrix_is_that_of_finite_differences(variant, seed):
+    system, rest, found = at_rest(variant, seed)
+    still = linearised_in(system)
+    y = still.start(rest.motion, rest.own)
+    for k, column in enumerate(found.matrix.T):
+        h = np.zeros(len(y))
+        h[k] = 1e-5
+        central = (still.rates(y + h) - still.rates(y - h)) / 2e-5
+        assert column == pytest.approx(central, rel=1e-5, abs=1e-5 * np.abs(found.matrix).max())
+    assert found.matrix @ found.modes == pytest.approx(
+        found.modes * found.eigenvalues, abs=1e-7 * np.abs(found.matrix).max()
+    )
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_the_decay_of_a_long_run_is_that_of_the_slowest_mode(variant):
+    system, rest, found = at_rest(variant, 1)
+    still = linearised_in(system)
+    y = still.start(rest.motion, rest.own)
+    slowest, tau = found.eigenvalues[0], found.time_constants[0]
+    start = y + 1e-5 * np.real(found.modes[:, 0])
+    run = solve("scipy", problem(still, start, np.linspace(0, 3 * tau, 31), atol=1e-16))
+
+    amplitude = np.linalg.inv(found.modes)[0] @ (run.states - y).T
+    rate = np.diff(np.log(np.abs(amplitude))) / np.diff(run.times)
+    assert rate == pytest.approx(slowest.real, rel=1e-3)
+    assert np.abs(run.states[-1] - y).max() < 0.1 * np.abs(start - y).max()
+
+
+def test_which_coordinates_does_not_matter():
+    rng = np.random.default_rng(3)
+    system = random_system(rng, "visco-elastic")
+    rest = nearest_rest_state(system)
+    in_Z = linearise(system, rest.motion, rest.own)
+    in_W = linearise(replace(system, coordinates=ContactCoordinates()), rest.motion, rest.own)
+    assert in_W.eigenvalues.tolist() == in_Z.eigenvalues.tolist()
+    held = replace(random_system(rng, "permanent"), coordinates=ManifoldCoordinates(0.0))
+    rest = nearest_rest_state(held)
+    assert len(linearise(held, rest.motion, rest.own).eigenvalues) == 6
+
+
+def test_the_slowest_come_first_and_pairs_stay_together():
+    _, _, found = at_rest("embedded", 2)
+    parts = found.eigenvalues.real
+    assert (np.diff(parts) <= 1e-8).all()
+    upper = np.flatnonzero(found.eigenvalues.imag > 1e-9)
+    for k in upper:
+        assert found.eigenvalues[k + 1] == pytest.approx(found.eigenvalues[k].conjugate())
+    assert np.abs(found.modes).max(axis=0) == pytest.approx(np.ones(len(parts)))
+    assert len(found.states) == 15
+    assert found.states[-1] == "connector_state[2]"
+
+
+def test_an_unstable_rest_state_is_told():
+    """A pendulum upside down: the weight pulls the held body's centre, which is above C, over."""
+    body = Body(2.0, np.diag([3.0, 4.0, 5.0]), np.array([0.0, 0.0, -0.5]))
+    system = bare_system(
+        body, ReducedCoordinates(), weight=(0, 0, -20.0), K_r=4.0 * np.eye(3), L_r=0.1 * np.eye(3)
+    )
+    upright = system.motion(np.zeros(6))
+    found = linearise(system, upright, np.zeros(0))
+    # About x and y: (J + m/4)θ̈ + 0.1θ̇ + (4 - 20 · 0.5)θ = 0.
+    expected = max(np.roots([3.5, 0.1, -6.0]).real), max(np.roots([4.5, 0.1, -6.0]).real)
+    assert found.growing == 2
+    assert sorted(found.eigenvalues.real)[-2:] == pytest.approx(sorted(expected))
+    assert np.isinf(found.time_constants[:2]).all()
+    assert (found.damping_ratios[:2] < 0).all()

@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+from support.paper_runs import paper_config
+
+import rbstab
+from rbstab.config.errors import ConfigError
+from rbstab.experiment.locus import root_locus, scaled
+
+
+def config_of(variant, **changes):
+    return rbstab.load_config(paper_config(variant, weighed=True, **changes))
+
+
+def test_a_gain_is_scaled_as_a_whole_and_nothing_else():
+    config = config_of("permanent")
+    changed = scaled(config, "controller.K_r", 0.1)
+    assert changed.controller.K_r == pytest.approx(tuple(0.1 * k for k in config.controller.K_r))
+    assert changed.controller.K_t == config.controller.K_t
+    assert changed.body == config.body
+    assert scaled(config, "body.mass", 2.0).body.mass == 82.0
+
+
+@pytest.mark.parametrize("key", ["controller.K_x", "nothing", "controller.variant", "body"])
+def test_keys_that_hold_no_numbers(key):
+    with pytest.raises(KeyError):
+        scaled(config_of("permanent"), key, 2.0)
+
+
+def test_a_factor_that_makes_a_gain_wrong():
+    with pytest.raises(ConfigError, match="greater than 0"):
+        scaled(config_of("permanent"), "controller.K_r", -1.0)
+
+
+@pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])
+def test_the_locus_passes_through_the_nominal_point(variant):
+    config = config_of(variant)
+    points = root_locus(config, "controller.L_r", np.geomspace(0.1, 10, 21))
+    assert [point.found for point in points] == [True] * 21
+    nominal = root_locus(config, "controller.L_r", np.array([1.0]))[0].linearisation.eigenvalues
+    middle = points[10].linearisation.eigenvalues
+    assert np.sort_complex(middle) == pytest.approx(np.sort_complex(nominal), abs=1e-6)
+
+
+def test_the_curves_go_on_from_point_to_point():
+    points = root_locus(config_of("free"), "controller.L_r", np.geomspace(0.5, 2, 101))
+    eigenvalues = np.array([point.linearisation.eigenvalues for point in points])
+    for point in points:
+        made = point.linearisation
+        assert made.matrix @ made.modes == pytest.approx(made.modes * made.eigenvalues, abs=1e-6)
+    steps = np.abs(np.diff(eigenvalues, axis=0))
+    # Off the branch points a curve moves by the size of the change of the gain.
+    assert np.median(steps) < 0.02 * np.abs(eigenvalues).max()
+    assert (steps < 0.2 * np.abs(eigenvalues).max()).all()
+    # L_r acts on no translation of the free body: three pairs stay where they are.
+    moved = np.ptp(eigenvalues.real, axis=0) + np.ptp(eigenvalues.imag, axis=0)
+    assert (moved < 1e-6).sum() == 6

@@ -12,7 +12,7 @@ import numpy as np
 
 from rbstab.analysis.boxes import Boxes, joined, no_boxes, whole_range
 from rbstab.analysis.enclosure import enclosure, inverses
-from rbstab.analysis.trigonometric import TrigonometricForm
+from rbstab.analysis.trigonometric import LARGEST_ANGLE, TrigonometricForm
 from rbstab.analysis.zero import Zero, isolated_zero, newton
 from rbstab.mechanics.numbers import Array
 
@@ -64,7 +64,8 @@ class _Search:
     def note(self, points: Iterable[Array]) -> None:
         """Add the zeros at some points that are not known yet."""
         for Theta in points:
-            if any(_inside(Theta, zero.domain) for zero in self.zeros):
+            known = any(zero.owns(Theta) for zero in self.zeros)
+            if known or np.any(np.abs(Theta) > LARGEST_ANGLE):
                 continue
             zero = isolated_zero(self.form, Theta)
             if zero is None:
@@ -93,7 +94,7 @@ class _Search:
         self.note(_arrived(self.form, boxes.centre[near][:STARTS]))
         for zero in self.zeros:
             left &= ~boxes.within(zero.domain)
-        return boxes[left], _widest_axis(boxes.reach[left])
+        return boxes[left], boxes.reach[left].argmax(axis=1)
 
 
 def prove(
@@ -141,11 +142,3 @@ def _sorted_out(search: _Search, undecided: Boxes, examined: int, stopped: bool)
 def _arrived(form: TrigonometricForm, starts: Array) -> Array:
     Theta, last = newton(form, starts)
     return Theta[last < 1e-9]
-
-
-def _inside(Theta: Array, box: Boxes) -> bool:
-    return bool(np.all((Theta >= box.low) & (Theta <= box.high)))
-
-
-def _widest_axis(reach: Array) -> Array:
-    return reach.argmax(axis=1)

@@ -2,16 +2,21 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.polynomial import Polynomial, Ring, fraction
-from rbstab.analysis.trigonometric import NotTrigonometric, TrigonometricForm, form_of
+from rbstab.analysis.trigonometric import TrigonometricForm
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
+
+if TYPE_CHECKING:
+    from flint import fmpq
 
 
 class Refusal(Enum):
@@ -65,7 +70,7 @@ def reduced_energy(system: System) -> ReducedEnergy:
     _refuse_sliding(system)
     still = configurations(system)
     ring = Ring(3, still.size - 3)
-    exact = map_parameters(still.system, lambda name, value: ring.constants(value))
+    exact = map_parameters(still.system, lambda _, value: ring.constants(value))
     energy = Configurations(exact).energy(ring.variables())
     if not isinstance(energy, Polynomial):
         energy = ring.constant(energy)
@@ -106,14 +111,18 @@ def _inverse_stiffness(energy: Polynomial) -> list[list[Polynomial]]:
     if energy.degree > 2:
         raise NoReducedEnergy(Refusal.NOT_QUADRATIC)
     ring, lengths = energy.ring, range(energy.ring.lengths)
-    # The term of x_i² carries half of its second derivative, that of x_i x_j all of it.
-    entries = [[energy.length_coefficient(i, j) * (1 + (i == j)) for j in lengths] for i in lengths]
-    rows = [[entry.constant_value for entry in row] for row in entries]
-    if any(value is None for row in rows for value in row):
-        raise NoReducedEnergy(Refusal.NOT_QUADRATIC)
+    rows = [[_second_derivative(energy, i, j) for j in lengths] for i in lengths]
     minors = [fmpq_mat([row[:n] for row in rows[:n]]).det() for n in range(1, len(rows) + 1)]
     if not all(fraction(minor) > 0 for minor in minors):
         raise NoReducedEnergy(Refusal.NOT_HELD)
     inverse = fmpq_mat(rows).inv()
     wrapped = ring.context.constant
     return [[Polynomial(ring, wrapped(inverse[i, j])) for j in lengths] for i in lengths]
+
+
+def _second_derivative(energy: Polynomial, i: int, j: int) -> "fmpq":
+    """∂²P/∂x_i∂x_j: the term of x_i² carries half of it, that of x_i x_j all."""
+    value = (energy.length_coefficient(i, j) * (1 + (i == j))).constant_value
+    if value is None:
+        raise NoReducedEnergy(Refusal.NOT_QUADRATIC)
+    return value

@@ -6,13 +6,11 @@ Each evaluation takes many points at once and says how far rounding can have mov
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from fractions import Fraction
-from functools import cache, cached_property
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 
-from rbstab.analysis.polynomial import Polynomial, fraction
 from rbstab.mechanics.numbers import Array
 
 ROUND_OFF = 2.0**-53
@@ -21,11 +19,8 @@ ROUND_OFF = 2.0**-53
 LARGEST_ANGLE = 4.0
 """rad: the bounds on round-off hold for angles up to this, which the range of eq. 5 is within."""
 
-Exponents = tuple[int, ...]
-
-
-class NotTrigonometric(Exception):
-    """A polynomial has a term that is neither quadratic in Θ nor of sines and cosines alone."""
+Counts = tuple[int, int, int]
+"""How often something is derived along each of the three axes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +67,7 @@ class TrigonometricForm:
         return self.to_round_off(Theta, 0)[0]
 
     def to_round_off(self, Theta: Array, order: int) -> list[Array]:
-        """The derivatives of order 0 to `order` at points, of shapes (m,), (m, 3), (m, 3, 3), ..."""
+        """The derivatives of order 0 to `order` at points, of shapes (m,), (m, 3), ..."""
         t = circular(Theta, self._multiples[-1])
         return [found.values for found in self.derivatives(t, Theta, order)]
 
@@ -92,7 +87,7 @@ class TrigonometricForm:
         for level in range(order + 1):
             values = np.empty((len(Theta), *[3] * level))
             for axes in product(range(3), repeat=level):
-                values[(slice(None), *axes)] = sums[_counts(axes)]
+                values[:, *axes] = sums[_counts(axes)]
             values = values + self._polynomial_part(Theta, level)
             found.append(Derivatives(values, self._errors[level]))
         return found
@@ -142,19 +137,19 @@ class TrigonometricForm:
         return found * (1 + 1e-12)
 
 
-def _counts(axes: Iterable[int]) -> tuple[int, int, int]:
+def _counts(axes: Iterable[int]) -> Counts:
     """How often each of three axes is derived along."""
     listed = list(axes)
     return listed.count(0), listed.count(1), listed.count(2)
 
 
-def _mixed_derivatives(C: Array, slope: Array, t: Array, order: int) -> dict[Exponents, Array]:
+def _mixed_derivatives(C: Array, slope: Array, t: Array, order: int) -> dict[Counts, Array]:
     """Σ C_abc t_a t_b t_c derived p, q and r times along the axes, for all p + q + r <= order."""
     powers = [t]
     for _ in range(order):
         powers.append(powers[-1] @ slope.T)
     m, n = len(t), len(C)
-    found = {}
+    found: dict[Counts, Array] = {}
     for p in range(order + 1):
         first = (powers[p][:, 0] @ C.reshape(n, n * n)).reshape(m, n, n)
         for q in range(order + 1 - p):
@@ -186,71 +181,3 @@ def proved_circular(Theta: Array, highest: int) -> Array:
                 row += [float(cosine), float(sine)]
             rows.append(row)
     return np.array(rows)[places.reshape(Theta.shape)]
-
-
-def form_of(polynomial: Polynomial) -> TrigonometricForm:
-    """The form that a polynomial without lengths is; each coefficient is rounded once.
-
-    Raises:
-        NotTrigonometric: It has another term.
-    """
-    terms = list(polynomial.terms())
-    most = max((s + c for powers, _ in terms for s, c in zip(powers[3:6], powers[6:9])), default=0)
-    quadratic, linear = np.zeros((3, 3)), np.zeros(3)
-    exact: dict[Exponents, Fraction] = {}
-    for powers, value in terms:
-        angles, coefficient = powers[0:3], fraction(value)
-        if sum(angles) == 0:
-            _add_product(exact, coefficient, powers[3:6], powers[6:9])
-        elif sum(angles) > 2 or any(powers[3:]):
-            raise NotTrigonometric
-        elif sum(angles) == 1:
-            linear[angles.index(1)] = float(coefficient)
-        else:
-            i, j = [axis for axis in range(3) for _ in range(angles[axis])]
-            quadratic[i, j] = quadratic[j, i] = float(coefficient * (2 if i == j else 1))
-    coefficients = np.zeros([2 * most + 1] * 3)
-    for place, coefficient in exact.items():
-        coefficients[place] = float(coefficient)
-    return TrigonometricForm(quadratic, linear, coefficients)
-
-
-def _add_product(
-    exact: dict[Exponents, Fraction], coefficient: Fraction, sines: Exponents, cosines: Exponents
-) -> None:
-    """Add a coefficient times Π sinᵖ θ cosᵠ θ to a table of coefficients of t_a t_b t_c."""
-    factors = [_power_in_multiples(s, c).items() for s, c in zip(sines, cosines, strict=True)]
-    for (a, x), (b, y), (c, z) in product(*factors):
-        exact[a, b, c] = exact.get((a, b, c), Fraction(0)) + coefficient * x * y * z
-
-
-@cache
-def _power_in_multiples(sines: int, cosines: int) -> dict[int, Fraction]:
-    """Sinᵖ θ cosᵠ θ as a sum of the entries of t: their places and coefficients."""
-    if sines + cosines == 0:
-        return {0: Fraction(1)}
-    by_sine = sines > 0
-    rest = _power_in_multiples(sines - by_sine, cosines - (not by_sine))
-    found: dict[int, Fraction] = {}
-    for place, value in rest.items():
-        for target, factor in _times(place, by_sine):
-            found[target] = found.get(target, Fraction(0)) + value * factor
-    return found
-
-
-def _times(place: int, by_sine: bool) -> list[tuple[int, Fraction]]:
-    """One entry of t times sin θ or cos θ, by the product formulas."""
-    k, half = (place + 1) // 2, Fraction(1, 2)
-    if k == 0:
-        return [(2 if by_sine else 1, Fraction(1))]
-    is_sine = place % 2 == 0
-    up, down = 2 * k + 1, 2 * k - 3  # the places of cos (k+1)θ and cos (k-1)θ
-    to_sine = is_sine != by_sine
-    # sin k cos 1 and cos k sin 1 give sines, cos k cos 1 and sin k sin 1 give cosines.
-    signs = {(False, False): (1, 1), (False, True): (1, -1), (True, False): (1, 1)}
-    first, second = signs.get((is_sine, by_sine), (-1, 1))
-    if k == 1:
-        lower = [] if to_sine else [(0, second * half)]
-    else:
-        lower = [(down + to_sine, second * half)]
-    return [(up + to_sine, first * half), *lower]

@@ -33,6 +33,10 @@ class Zero:
         """How far the zero can be from Theta along each axis, rad."""
         return float(self.enclosure.reach.max())
 
+    def owns(self, Theta: Array) -> bool:
+        """Whether a point is in the domain, so that a zero there is this one."""
+        return bool(np.all((Theta >= self.domain.low) & (Theta <= self.domain.high)))
+
     def is_the_same_as(self, other: "Zero") -> bool | None:
         """Whether two proofs speak of one zero; None where that cannot be told."""
         for small, large in ((self.enclosure, other.domain), (other.enclosure, self.domain)):
@@ -49,7 +53,8 @@ def newton(form: TrigonometricForm, starts: Array) -> tuple[Array, Array]:
         starts: Shape (m, 3), rad.
 
     Returns:
-        Where it ended, shape (m, 3), and the last step, shape (m,), rad: round-off where it arrived.
+        Where it ended, shape (m, 3), and the last step, shape (m,), rad, which is round-off where
+        it arrived.
     """
     Theta = starts
     last = np.full(len(starts), np.inf)
@@ -83,4 +88,4 @@ def isolated_zero(form: TrigonometricForm, Theta: Array) -> Zero | None:
         return None
     # The domain is the largest box up to which all are free of a second zero.
     widest = np.flatnonzero(alone)[-1]
-    return Zero(Theta, boxes[tight[:1]], boxes[[widest]])
+    return Zero(Theta, boxes[tight[:1]], boxes[widest : widest + 1])

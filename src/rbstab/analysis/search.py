@@ -1,0 +1,41 @@
+"""Zeros of the gradient of a reduced energy, looked for from many starts."""
+
+import numpy as np
+
+from rbstab.analysis.boxes import RANGE_END
+from rbstab.analysis.trigonometric import TrigonometricForm
+from rbstab.analysis.zero import newton
+from rbstab.mechanics.numbers import Array
+
+STARTS = 1000
+ARRIVED = 1e-9
+"""rad: the last Newton step where one has arrived. From there it falls to round-off at once."""
+
+APART = 1e-6
+"""rad: arrivals closer than this are taken for one zero."""
+
+
+def search(form: TrigonometricForm, seed: int = 0, starts: int = STARTS) -> Array:
+    """The zeros of ∇U in the open range of eq. 5 that Newton's method reaches.
+
+    Args:
+        form: U.
+        seed: Of the random starts, which are uniform over the range.
+        starts: Their number.
+
+    Returns:
+        The zeros, to round-off, shape (n, 3), rad, from the lowest energy to the highest.
+    """
+    points = np.random.default_rng(seed).uniform(-RANGE_END, RANGE_END, size=(starts, 3))
+    Theta, last = newton(form, points)
+    found = Theta[(last < ARRIVED) & np.all(np.abs(Theta) < RANGE_END, axis=1)]
+    distinct = _distinct(found)
+    return distinct[np.argsort(form.value(distinct))]
+
+
+def _distinct(points: Array) -> Array:
+    kept: list[Array] = []
+    while len(points):
+        kept.append(points[0])
+        points = points[np.abs(points - points[0]).max(axis=1) > APART]
+    return np.array(kept).reshape(-1, 3)

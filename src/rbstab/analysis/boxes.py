@@ -74,3 +74,17 @@ def whole_range() -> Boxes:
 def no_boxes() -> Boxes:
     """No box at all."""
     return Boxes(np.zeros((0, 3)), np.zeros((0, 3)))
+
+
+def hulls(boxes: Boxes) -> Boxes:
+    """Fewer boxes that cover the same: those that touch are taken together."""
+    found = []
+    while len(boxes):
+        hull, members = boxes[:1], boxes.meets(boxes[:1])
+        while np.any(members):
+            taken = joined([hull, boxes[members]])
+            hull = Boxes(taken.low.min(axis=0)[np.newaxis], taken.high.max(axis=0)[np.newaxis])
+            boxes = boxes[~members]
+            members = boxes.meets(hull)
+        found.append(hull)
+    return joined([no_boxes(), *found])

@@ -144,7 +144,11 @@ def enclosure(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
 
 def inverses(matrices: Array) -> Array:
     """3x3 inverses by cofactors, shape (m, 3, 3); of a singular matrix not finite."""
-    a, b, c = matrices[:, :, 0], matrices[:, :, 1], matrices[:, :, 2]
-    rows = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
     with np.errstate(all="ignore"):
-        return rows / np.einsum("mi,mi->m", a, rows[:, 0])[:, np.newaxis, np.newaxis]
+        # Products of three entries would leave the range of doubles where the entries are near it.
+        size = np.abs(matrices).max(axis=(1, 2), keepdims=True)
+        scaled = matrices / size
+        a, b, c = scaled[:, :, 0], scaled[:, :, 1], scaled[:, :, 2]
+        rows = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+        determinant = np.einsum("mi,mi->m", a, rows[:, 0])[:, np.newaxis, np.newaxis]
+        return rows / determinant / size

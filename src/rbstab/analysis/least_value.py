@@ -33,6 +33,7 @@ class LeastValue:
     closed: bool
 
 
+@np.errstate(all="ignore")  # no test holds for what is not a number
 def least_value(form: TrigonometricForm, box: Boxes, box_limit: int) -> LeastValue:
     """Minimize U over a box by branch and bound.
 

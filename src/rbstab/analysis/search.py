@@ -11,10 +11,14 @@ STARTS = 1000
 ARRIVED = 1e-9
 """rad: the last Newton step where one has arrived. From there it falls to round-off at once."""
 
-APART = 1e-6
-"""rad: arrivals closer than this are taken for one zero."""
+APART = 1e-5
+"""rad: arrivals closer than this are taken for one zero: steps to a double one never get short."""
+
+BALANCED = 100
+"""A gradient within so many times its round-off is zero as well."""
 
 
+@np.errstate(all="ignore")  # no test holds for what is not a number
 def search(form: TrigonometricForm, seed: int = 0, starts: int = STARTS) -> Array:
     """The zeros of ∇U in the open range of eq. 5 that Newton's method reaches.
 
@@ -28,8 +32,12 @@ def search(form: TrigonometricForm, seed: int = 0, starts: int = STARTS) -> Arra
     """
     points = np.random.default_rng(seed).uniform(-RANGE_END, RANGE_END, size=(starts, 3))
     Theta, last = newton(form, points)
-    found = Theta[(last < ARRIVED) & np.all(np.abs(Theta) < RANGE_END, axis=1)]
-    distinct = _distinct(found)
+    balanced = np.abs(form.to_round_off(Theta, 1)[1]) <= BALANCED * form.round_off[1]
+    inside = np.all(np.abs(Theta) < RANGE_END, axis=1)
+    arrived = inside & ((last < ARRIVED) | np.all(balanced, axis=1))
+    # Of those that are taken together the one whose last step was the shortest is kept.
+    order = np.argsort(last[arrived])
+    distinct = _distinct(Theta[arrived][order])
     return distinct[np.argsort(form.value(distinct))]
 
 

@@ -85,11 +85,10 @@ class TrigonometricForm:
         sums = _mixed_derivatives(self.coefficients, self._slope, t, order)
         found = []
         for level in range(order + 1):
-            values = np.empty((len(Theta), *[3] * level))
-            for axes in product(range(3), repeat=level):
-                values[:, *axes] = sums[_counts(axes)]
+            columns = [sums[_counts(axes)] for axes in product(range(3), repeat=level)]
+            values = np.stack(columns, axis=1).reshape(-1, *[3] * level)
             values = values + self._polynomial_part(Theta, level)
-            found.append(Derivatives(values, self._errors[level]))
+            found.append(Derivatives(values, self.round_off[level]))
         return found
 
     def _polynomial_part(self, Theta: Array, level: int) -> Array | float:
@@ -101,7 +100,8 @@ class TrigonometricForm:
         return self.quadratic if level == 2 else 0.0
 
     @cached_property
-    def _errors(self) -> list[Array]:
+    def round_off(self) -> list[Array]:
+        """Bounds on the errors of the derivatives of order 0 to 3 at any point."""
         return [self._error(level) for level in range(4)]
 
     def _error(self, level: int) -> Array:

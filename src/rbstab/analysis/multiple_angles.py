@@ -28,7 +28,7 @@ def form_of(polynomial: Polynomial) -> TrigonometricForm:
     exact: dict[Exponents, Fraction] = {}
     for powers, value in terms:
         angles, coefficient = powers[0:3], fraction(value)
-        if sum(angles) == 0:
+        if sum(angles) == sum(powers[9:]) == 0:
             _add_product(exact, coefficient, powers[3:6], powers[6:9])
         elif sum(angles) > 2 or any(powers[3:]):
             raise NotTrigonometric

@@ -99,7 +99,8 @@ class Polynomial:
     def terms(self) -> Iterator[tuple[tuple[int, ...], "fmpq"]]:
         """Each term's powers, in the order of `Ring.context`, and its coefficient."""
         assert self.value is not None
-        yield from self.value.to_dict().items()
+        for powers, coefficient in self.value.to_dict().items():
+            yield tuple(int(power) for power in powers), coefficient
 
     @property
     def constant_value(self) -> "fmpq | None":
@@ -158,7 +159,7 @@ class Polynomial:
         return self._with(other, _quotient)
 
     def __rtruediv__(self, other: Any) -> "Polynomial":
-        return self._with(other, lambda divisor, dividend: _quotient(dividend, divisor))
+        return NotImplemented if isinstance(other, np.ndarray) else self.ring.constant(other) / self
 
     def __neg__(self) -> "Polynomial":
         return self * -1

@@ -28,6 +28,9 @@ all but one."""
 STARTS = 64
 """The most points of a batch from which Newton's method looks for zeros."""
 
+ARRIVED = 1e-8
+"""rad: the last Newton step where one has arrived; and two points that far apart are tried once."""
+
 
 class Outcome(Enum):
     """How a search for all zeros ended; the value says it in words."""
@@ -60,15 +63,18 @@ class _Search:
     form: TrigonometricForm
     zeros: list[Zero] = field(default_factory=list)
     unclear: list[Boxes] = field(default_factory=list)
+    refused: list[Array] = field(default_factory=list)
 
     def note(self, points: Iterable[Array]) -> None:
         """Add the zeros at some points that are not known yet."""
         for Theta in points:
             known = any(zero.owns(Theta) for zero in self.zeros)
-            if known or np.any(np.abs(Theta) > LARGEST_ANGLE):
+            in_vain = any(np.abs(Theta - other).max() < ARRIVED for other in self.refused)
+            if known or in_vain or np.any(np.abs(Theta) > LARGEST_ANGLE):
                 continue
             zero = isolated_zero(self.form, Theta)
             if zero is None:
+                self.refused.append(Theta)
                 continue
             same = [zero.is_the_same_as(other) for other in self.zeros]
             if None in same:
@@ -142,4 +148,4 @@ def _sorted_out(search: _Search, undecided: Boxes, examined: int, stopped: bool)
 
 def _arrived(form: TrigonometricForm, starts: Array) -> Array:
     Theta, last = newton(form, starts)
-    return Theta[last < 1e-9]
+    return Theta[last < ARRIVED]

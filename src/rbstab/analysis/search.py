@@ -24,13 +24,14 @@ def search(form: TrigonometricForm, seed: int = 0, starts: int = STARTS) -> Arra
 
     Args:
         form: U.
-        seed: Of the random starts, which are uniform over the range.
+        seed: Of the random starts, which are uniform over the range; Θ = 0 is one more.
         starts: Their number.
 
     Returns:
         The zeros, to round-off, shape (n, 3), rad, from the lowest energy to the highest.
     """
-    points = np.random.default_rng(seed).uniform(-RANGE_END, RANGE_END, size=(starts, 3))
+    random = np.random.default_rng(seed).uniform(-RANGE_END, RANGE_END, size=(starts, 3))
+    points = np.concatenate([np.zeros((1, 3)), random])
     Theta, last = newton(form, points)
     balanced = np.abs(form.to_round_off(Theta, 1)[1]) <= BALANCED * form.round_off[1]
     inside = np.all(np.abs(Theta) < RANGE_END, axis=1)

@@ -178,8 +178,8 @@ def zeros_by_another_way(system, rng, starts):
     """Roots of the gradient of the stored energy itself, in all its variables."""
     still = configurations(system)
     found = []
-    for Theta in rng.uniform(-RANGE_END, RANGE_END, size=(starts, 3)):
-        start = np.concatenate([Theta, still.unloaded[3:]])
+    for guess in rng.uniform(-RANGE_END, RANGE_END, size=(starts, 3)):
+        start = np.concatenate([guess, still.unloaded[3:]])
         ended = root(still.gradient, start, tol=1e-13)
         Theta = ended.x[:3]
         balanced = np.abs(still.gradient(ended.x)).max() < 1e-7

@@ -115,3 +115,10 @@ def test_one_point_at_a_time_or_many_is_the_same(rng):
     for row in range(7):
         for many, one in zip(together, form.to_round_off(Theta[row : row + 1], 2), strict=True):
             np.testing.assert_allclose(many[row], one[0], rtol=1e-11, atol=1e-11)
+
+
+def test_no_points_at_all():
+    form, nowhere = random_form(np.random.default_rng(0)), np.zeros((0, 3))
+    for derivatives in (form.to_round_off(nowhere, 3), form.rigorous(nowhere, 3)):
+        assert len(derivatives) == 4
+    assert [d.values.shape for d in form.rigorous(nowhere, 2)] == [(0,), (0, 3), (0, 3, 3)]

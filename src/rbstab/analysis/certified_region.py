@@ -5,17 +5,17 @@ the border of the range stays inside the range; if no other rest state has U - U
 it must come to the rest state (La Salle).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
-from rbstab.analysis.boxes import RANGE_END, Boxes
+from rbstab.analysis.boxes import RANGE_END, Boxes, joined
 from rbstab.analysis.enclosure import enclosure
 from rbstab.analysis.least_value import LeastValue, least_value, lower_bounds
-from rbstab.analysis.rest_states import RestPoint, RestStates
-from rbstab.analysis.trigonometric import TrigonometricForm
+from rbstab.analysis.proof import Outcome
+from rbstab.analysis.rest_states import RestStates
 from rbstab.mechanics.numbers import Array
 
 FACE_BOX_LIMIT = 100_000
@@ -47,11 +47,13 @@ class CertifiedRegion:
 
     energy, J, is c*, the least potential energy on the border of the range and at every other rest
     state; level, J, is c* less the energy of the lowest rest state, and so a value of v. Where it
-    is zero or less the region is empty. lower_bound, J, is a level that is not rounded up.
+    is zero or less the region is empty.
+
+    lower_bound, J, is the level up to which this is proved: near `level` where `proved`, less where
+    what is undecided might hold a rest state of less energy, and 0 where nothing is proved.
 
     attained_at, shape (3,), rad, is where c* is: on `face`, or at a rest state if that is None.
-    faces has the least energy on each face. proved says whether all rest states are known, and
-    the bounds are closed.
+    faces has the least energy on each face.
     """
 
     energy: float
@@ -77,16 +79,15 @@ def certified_region(rest: RestStates, box_limit: int = FACE_BOX_LIMIT) -> Certi
         return None
     form, (lowest, *others) = rest.energy.form, rest.states
     faces = {face: least_value(form, face.box, box_limit) for face in Face}
-    ends: list[tuple[float, float, Array, Face | None]] = [
-        (least.value, least.lower_bound, least.Theta, face) for face, least in faces.items()
+    ends: list[tuple[float, Array, Face | None]] = [
+        (least.value, least.Theta, face) for face, least in faces.items()
     ]
-    ends += [(point.state.energy, _from_below(form, point), point.Theta, None) for point in others]
-    energy, _, attained_at, face = min(ends, key=lambda end: end[0])
-    proved_energy = min(lower for _, lower, _, _ in ends)
+    ends += [(point.state.energy, point.Theta, None) for point in others]
+    energy, attained_at, face = min(ends, key=lambda end: end[0])
     return CertifiedRegion(
         energy,
         energy - lowest.state.energy,
-        float(np.nextafter(proved_energy - _from_above(form, lowest), -np.inf)),
+        _proved_level(rest, faces.values()),
         attained_at,
         face,
         faces,
@@ -94,12 +95,16 @@ def certified_region(rest: RestStates, box_limit: int = FACE_BOX_LIMIT) -> Certi
     )
 
 
-def _from_below(form: TrigonometricForm, point: RestPoint) -> float:
-    """An energy, J, that a rest state is not below."""
-    return float(lower_bounds(enclosure(form, point.enclosure))[0])
-
-
-def _from_above(form: TrigonometricForm, point: RestPoint) -> float:
-    """An energy, J, that the lowest rest state is not above: its energy where it was found."""
-    found = form.rigorous(point.Theta[np.newaxis], 0)[0]
-    return float(found.values[0] + found.error)
+def _proved_level(rest: RestStates, faces: Iterable[LeastValue]) -> float:
+    """A level below which v meets neither the border nor a rest state other than the lowest."""
+    if rest.outcome is Outcome.SEARCHED:
+        return 0.0
+    form, (lowest, *others) = rest.energy.form, rest.states
+    places = joined([rest.undecided, *(point.enclosure for point in others)])
+    inside = lower_bounds(enclosure(form, places))
+    at_border = [least.lower_bound for least in faces]
+    reached = min([*at_border, float(inside.min(initial=np.inf))])
+    found = form.rigorous(lowest.Theta[np.newaxis], 0)[0]
+    # The lowest rest state has at most this energy, so v there is counted from no more.
+    level = reached - float(found.values[0] + found.error)
+    return max(0.0, float(np.nextafter(level, -np.inf)))

@@ -67,9 +67,10 @@ class RestStates:
 
     @property
     def unique(self) -> bool | None:
-        """Whether the range has one rest state and no more, so that La Salle's theorem gives it.
+        """Whether the range has one rest state and no more.
 
-        None where neither that nor a counterexample is proved.
+        By La Salle's theorem all that stays in the range then comes to it, if it is stable. None
+        where neither that nor a counterexample is proved.
         """
         if sum(point.proved for point in self.states) > 1:
             return False

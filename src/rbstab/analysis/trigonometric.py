@@ -180,4 +180,5 @@ def proved_circular(Theta: Array, highest: int) -> Array:
                 sine, cosine = (k * arb(angle)).sin_cos()
                 row += [float(cosine), float(sine)]
             rows.append(row)
-    return np.array(rows)[places.reshape(Theta.shape)]
+    table = np.array(rows).reshape(-1, 2 * highest + 1)
+    return table[places.reshape(Theta.shape)]

@@ -6,7 +6,7 @@ from support.rest import random_rest_system
 from support.systems import VARIANTS
 
 from rbstab.analysis.boxes import Boxes
-from rbstab.analysis.enclosure import enclosure, inverses
+from rbstab.analysis.enclosure import Enclosure, enclosure, inverses
 from rbstab.analysis.reduced_energy import reduced_energy
 from rbstab.analysis.trigonometric import TrigonometricForm
 
@@ -82,6 +82,98 @@ def test_slope_stays_near_one_over_the_box(seed):
     skew = np.abs(np.eye(3) - np.einsum("mkl,mplj->mpkj", Y, hessian))
     usual = np.isfinite(bounds.slope_skew).all(axis=(1, 2)) & (np.abs(Y).max(axis=(1, 2)) < 1e6)
     assert np.all(skew[usual] <= (bounds.slope_skew * (1 + 1e-9) + 1e-9)[usual, None])
+
+
+def uncertain(rng, count, rounding):
+    """Bounds over boxes with errors so large that each of them matters."""
+    scale = 10.0 ** rng.uniform(-2, 1, size=(count, 1))
+    hessian = rng.normal(size=(count, 3, 3))
+    return Enclosure(
+        10.0 ** rng.uniform(-1, 0, size=(count, 3)),
+        rng.normal(size=count),
+        np.array(rounding * 0.1),
+        rng.normal(size=(count, 3)) * scale,
+        rounding * rng.uniform(size=3) * 0.1,
+        np.eye(3) + 0.3 * hessian + 0.3 * hessian.transpose(0, 2, 1),
+        rounding * np.full((3, 3), 0.05),
+        np.abs(rng.normal(size=(count, 3, 3, 3))) * 0.1,
+    )
+
+
+def gradients_within(rng, over, count=200):
+    """Gradients at points of the boxes that all bounds allow, at their worst: (boxes, count, 3)."""
+
+    def signs(*shape):
+        return rng.choice([-1.0, 1.0], size=(len(over.reach), count, *shape))
+
+    delta = signs(3) * over.reach[:, None]
+    # One sign for each row adds the errors up, where signs at random would cancel.
+    row = signs(3)
+    along = row[..., None] * np.sign(delta)[:, :, None, :]
+    hessian = over.hessian[:, None] + along * over.hessian_error
+    bend = row[..., None, None] * np.sign(np.einsum("mpi,mpj->mpij", delta, delta))[:, :, None]
+    third = bend * over.third[:, None]
+    gradient = over.gradient[:, None] + row * over.gradient_error
+    gradient = gradient + np.einsum("mpkj,mpj->mpk", hessian, delta)
+    return delta, gradient + 0.5 * np.einsum("mpkij,mpi,mpj->mpk", third, delta, delta)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seeds, st.sampled_from([0.0, 1.0]))
+def test_every_error_is_counted(seed, rounding):
+    rng = np.random.default_rng(seed)
+    over = uncertain(rng, 200, rounding)
+    delta, gradient = gradients_within(rng, over)
+    slack = 1 + 1e-9
+    linear = over.gradient[:, None] + np.einsum("mkj,mpj->mpk", over.hessian, delta)
+    assert np.all(np.abs(gradient - linear) <= over.curvature[:, None] * slack)
+    # All that is allowed is reached, so the bound is no larger than it has to be.
+    assert np.all(np.abs(gradient - linear).max(axis=1) >= 0.999 * over.curvature)
+    flips = gradient.min(axis=1) * gradient.max(axis=1) <= 0
+    assert not np.any(np.all(flips, axis=1) & over.monotonic)
+    Y = inverses(over.hessian)
+    transformed = np.einsum("mkl,mpl->mpk", Y, gradient)
+    flips = transformed.min(axis=1) * transformed.max(axis=1) <= 0
+    bounds = over.preconditioned(Y)
+    assert not np.any(np.all(flips, axis=1) & bounds.without_zero)
+    # Krawczyk's map takes every point of a box that passes into the box.
+    image = np.abs(delta - transformed).max(axis=1)
+    assert np.all((image < over.reach)[bounds.one_at_least])
+
+
+def slopes_within(rng, over, Y, count=100):
+    """I - YH at points of the boxes, at the worst that the bounds allow: (boxes, count, 3, 3)."""
+    signs = rng.choice([-1.0, 1.0], size=(len(over.reach), count, 3, 3))
+    hessian = over.hessian[:, None] + signs * over.hessian_reach[:, None]
+    return np.eye(3) - np.einsum("mkl,mplj->mpkj", Y, hessian)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seeds, st.booleans())
+def test_slope_is_bounded_whatever_the_preconditioner(seed, exact):
+    rng = np.random.default_rng(seed)
+    over = uncertain(rng, 100, 1.0)
+    Y = inverses(over.hessian) if exact else rng.normal(size=(100, 3, 3))
+    bounds = over.preconditioned(Y)
+    skew = np.abs(slopes_within(rng, over, Y))
+    assert np.all(skew <= bounds.slope_skew[:, None] * (1 + 1e-9))
+    rows = skew.sum(axis=3).max(axis=(1, 2))
+    assert np.all(rows[bounds.one_at_most] < 1)
+    np.testing.assert_array_equal(
+        bounds.one_at_most, bounds.slope_skew.sum(axis=2).max(axis=1) * (1 + 1e-12) < 1
+    )
+
+
+def test_preconditioner_need_not_be_the_inverse():
+    # Y = 2 H⁻¹ reverses every point: a bound that leaves I - YH(m) out would accept this.
+    over = enclosure(wave(), cube([0, 0, 0], 0.1))
+    bounds = over.preconditioned(2.0 * inverses(over.hessian))
+    assert not bounds.one_at_most[0]
+    assert not bounds.one_at_least[0]
+    beside = enclosure(wave(), cube([0.15, 0, 0], 0.1))
+    assert beside.preconditioned(inverses(beside.hessian)).without_zero[0]
+    over = enclosure(wave(), cube([0.05, 0, 0], 0.1))
+    assert not over.preconditioned(20.0 * inverses(over.hessian)).without_zero[0]
 
 
 def wave():

@@ -92,7 +92,7 @@ def energy_dual(system, q):
 def reduced_derivatives(system, Theta):
     """U, ∇U and the Hessian of U over intervals of Θ, from the derivatives of the stored energy.
 
-    U_Θ = P_Θ + P_Θx x* with x* = -H⁻¹ P_x(Θ, 0); second derivatives by Schur's complement.
+    ∇U is Π_Θ at x* = -H⁻¹ Π_x(Θ, 0); second derivatives by Schur's complement.
     """
     lengths = configurations(system).size - 3
     bare = energy_dual(system, np.concatenate([Theta, arbs(np.zeros(lengths))]))

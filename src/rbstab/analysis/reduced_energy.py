@@ -41,10 +41,10 @@ class NoReducedEnergy(Exception):
 
 @dataclass(frozen=True, eq=False)
 class ReducedEnergy:
-    """U(Θ) = min over x of P(Θ, x), with x = [X, D] (x = D where the contact point is held).
+    """U(Θ) = min over x of Π(Θ, x), with x = [X, D] (x = D where the contact point is held).
 
-    P is quadratic in x, so x* = -H⁻¹b(Θ) and U = P(Θ, 0) - ½ b'H⁻¹b. A zero of ∂U/∂Θ is a rest
-    state, and each rest state is one.
+    Π, the stored energy, is quadratic in x, so x* = -H⁻¹b(Θ) and U = Π(Θ, 0) - ½ b'H⁻¹b. A zero of
+    ∂U/∂Θ is a rest state, and each rest state is one.
 
     configurations are those of the system; form is U; settled are the entries of x*.
     """
@@ -91,7 +91,7 @@ def _refuse_sliding(system: System) -> None:
 
 
 def _eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:
-    """U and x*, with b = ∂P/∂x at x = 0 and H = ∂²P/∂x²."""
+    """U and x*, with b = ∂Π/∂x at x = 0 and H = ∂²Π/∂x²."""
     lengths = range(energy.ring.lengths)
     bare = energy.length_coefficient()
     if not lengths:
@@ -99,7 +99,7 @@ def _eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:
     compliance = _inverse_stiffness(energy)
     b = [energy.length_coefficient(i) for i in lengths]
     settled = [-sum((b[j] * compliance[i][j] for j in lengths), start=0 * bare) for i in lengths]
-    # P(Θ, x*) = P(Θ, 0) + ½ b'x*, for x* is where b + Hx = 0.
+    # Π(Θ, x*) = Π(Θ, 0) + ½ b'x*, for x* is where b + Hx = 0.
     reduced = bare + sum((b[i] * settled[i] for i in lengths), start=0 * bare) * 0.5
     return reduced, settled
 
@@ -121,7 +121,7 @@ def _inverse_stiffness(energy: Polynomial) -> list[list[Polynomial]]:
 
 
 def _second_derivative(energy: Polynomial, i: int, j: int) -> "fmpq":
-    """∂²P/∂x_i∂x_j: the term of x_i² carries half of it, that of x_i x_j all."""
+    """∂²Π/∂x_i∂x_j: the term of x_i² carries half of it, that of x_i x_j all."""
     value = (energy.length_coefficient(i, j) * (1 + (i == j))).constant_value
     if value is None:
         raise NoReducedEnergy(Refusal.NOT_QUADRATIC)

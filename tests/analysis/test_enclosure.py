@@ -228,6 +228,13 @@ def test_gradient_of_round_off_is_no_gradient():
     assert not enclosure(form, cube([0, 0, 0], 0.0)).monotonic[0]
 
 
+def test_third_derivatives_may_be_off_by_round_off():
+    form = wave()
+    over = enclosure(form, cube([0, 0, 0], 0.0))
+    assert np.all(over.third >= form.round_off[3])
+    assert np.all(over.third < 1e-12)
+
+
 @pytest.mark.parametrize("size", [1e-200, 1.0, 1e200])
 def test_inverses(rng, size):
     matrices = rng.normal(size=(20, 3, 3)) * size

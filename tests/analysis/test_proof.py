@@ -174,6 +174,21 @@ def test_zeros_beyond_the_reach_of_the_bounds_are_left_alone():
     assert zeros.inside == zeros.outside == ()
 
 
+def test_wild_landscape_is_mapped(rng):
+    # Dozens of zeros, and more beyond the range.
+    root = rng.normal(size=(3, 3))
+    waves = rng.normal(size=(5, 5, 5))
+    form = TrigonometricForm(root @ root.T, rng.normal(size=3), waves)
+    zeros = prove(form)
+    assert zeros.outcome is Outcome.PROVED
+    seen = search(form, starts=3000)
+    assert len(seen) > 5
+    assert_the_same_points(seen, thetas(zeros))
+    domains = [zero.domain for zero in (*zeros.inside, *zeros.outside)]
+    owners = [sum(bool(zero.enclosure.within(box)[0]) for box in domains) for zero in zeros.inside]
+    assert set(owners) == {1}
+
+
 def zeros_by_another_way(system, rng, starts):
     """Roots of the gradient of the stored energy itself, in all its variables."""
     still = configurations(system)
@@ -195,7 +210,7 @@ def test_another_search_finds_no_more(variant):
     system = random_rest_system(rng, variant)
     zeros = prove(reduced_energy(system).form)
     assert zeros.outcome is Outcome.PROVED
-    for Theta in zeros_by_another_way(system, rng, 40):
+    for Theta in zeros_by_another_way(system, rng, 25):
         assert any(zero.owns(Theta) for zero in zeros.inside)
 
 

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import mpmath
 import numpy as np
 import pytest
@@ -5,12 +7,13 @@ from scipy.optimize import root
 from support.rest import inverted_pendulum, paper_system, random_rest_system
 from support.systems import VARIANTS
 
-from rbstab.analysis.boxes import RANGE_END, hulls
+from rbstab.analysis.boxes import RANGE_END, box_around, hulls
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof import SMALLEST_REACH, Outcome, prove
 from rbstab.analysis.reduced_energy import reduced_energy
 from rbstab.analysis.search import search
 from rbstab.analysis.trigonometric import TrigonometricForm
+from rbstab.analysis.zero import isolated_zero
 
 TIED = [variant for variant in VARIANTS if variant != "free"]
 
@@ -143,6 +146,37 @@ def test_known_points_save_time_and_are_not_believed(rng):
         assert zeros.outcome is Outcome.PROVED
         assert_the_same_points(thetas(zeros), thetas(alone))
     assert told.examined <= alone.examined
+
+
+def with_small_domain(monkeypatch, shrink):
+    """Let the first zero that is isolated keep a domain that `shrink` makes of it."""
+    first = []
+
+    def narrowed(form, Theta):
+        zero = isolated_zero(form, Theta)
+        if zero is None or first:
+            return zero
+        first.append(zero)
+        return replace(zero, domain=shrink(zero))
+
+    monkeypatch.setattr("rbstab.analysis.proof.isolated_zero", narrowed)
+
+
+def test_two_proofs_of_one_zero_count_once(monkeypatch):
+    form = reduced_energy(paper_system("permanent")).form
+    with_small_domain(monkeypatch, lambda zero: zero.enclosure)
+    # The second point lies outside of the first's domain, and its own domain holds the first.
+    zeros = prove(form, [np.zeros(3), np.full(3, 1e-4)])
+    assert len(zeros.inside) == 1
+
+
+def test_proofs_that_overlap_and_cannot_be_told_apart_leave_it_undecided(monkeypatch):
+    form = straight([0.0, 0.0, 0.0])
+    with_small_domain(monkeypatch, lambda zero: box_around(zero.Theta, 0.6))
+    # The enclosures of the one zero from both sides meet about it; neither is in a domain.
+    zeros = prove(form, [np.full(3, -0.5), np.full(3, 1.5)])
+    assert zeros.outcome is Outcome.UNDECIDED
+    assert len(zeros.undecided) >= 1
 
 
 def straight(zero):

@@ -2,17 +2,16 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from rbstab.mechanics.algebra import ZERO
+from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
-from rbstab.mechanics.numbers import Array, Number
-from rbstab.systems.coordinates import CentreCoordinates, ReducedCoordinates
+from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
 GRADIENT_TOLERANCE = 1e-7
@@ -55,25 +54,19 @@ def nearest_rest_state(system: System) -> RestState:
     Returns:
         The state where the descent ended; `RestState.found` says whether it arrived.
     """
-    # At rest W and Z say the same, and so do the manifold and its reduced coordinates.
-    held = system.coordinates.holds_contact
-    still = replace(system, coordinates=ReducedCoordinates() if held else CentreCoordinates())
-    free = 3 if held else 6
-
-    def state(q: Array) -> Array:
-        positions = [q[0:3], ZERO] if held else [q[0:3], ZERO, q[3:6], ZERO]
-        return np.concatenate([*positions, q[free:]])
-
-    def energy(q: Array) -> Number:
-        return still.potential_energy(state(q))
-
-    unloaded = np.concatenate([np.zeros(3), still.anchor])[:free]
-    q = np.concatenate([unloaded, np.zeros(still.size - still.coordinates.size)])
+    still = configurations(system)
+    energy, q = still.energy, still.unloaded
     if _steepness(energy, q) > GRADIENT_TOLERANCE:
         # Numbers near the end of their range make the descent fail: `found` says so.
         with suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
             q = _descend(energy, q)
-    return RestState(still.motion(state(q)), q[free:], float(energy(q)), _steepness(energy, q))
+    return rest_state_at(still, q)
+
+
+def rest_state_at(still: Configurations, q: Array) -> RestState:
+    """A configuration as a state of rest, with the force that is left in it."""
+    steepness = _steepness(still.energy, q)
+    return RestState(still.motion(q), q[still.placing :], float(still.energy(q)), steepness)
 
 
 def _steepness(energy: Callable[[Array], Any], q: Array) -> float:

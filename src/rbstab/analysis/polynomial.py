@@ -1,0 +1,181 @@
+"""Polynomials in the sines and cosines of angles: one more kind of number for the equations.
+
+The equations take them as they take floats and intervals, and hand back the stored energy as an
+exact polynomial: the coefficients are rational numbers, of which every double is one, so nothing is
+rounded, and what cancels is gone before any interval is put in.
+"""
+
+import operator
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+
+if TYPE_CHECKING:
+    from flint import fmpq, fmpq_mpoly, fmpq_mpoly_ctx
+
+
+def rational(number: Any) -> "fmpq":
+    """A double or an integer as the rational number that it is."""
+    # Imported late, here and below: commands that prove nothing do not wait for it.
+    from flint import fmpq
+
+    return fmpq(*number.as_integer_ratio())
+
+
+def fraction(number: "fmpq") -> Fraction:
+    """A rational number as Python's: its conversion to a float is correctly rounded."""
+    return Fraction(int(number.p), int(number.q))
+
+
+class Ring:
+    """The polynomials in some angles, their sines and cosines, and some lengths.
+
+    Args:
+        angles: The number of angles θ.
+        lengths: The number of further variables x, which have no sine.
+    """
+
+    def __init__(self, angles: int, lengths: int) -> None:
+        self.angles, self.lengths = angles, lengths
+
+    @cached_property
+    def context(self) -> "fmpq_mpoly_ctx":
+        """The variables in flint's order: all θ, all sin θ, all cos θ, all x."""
+        from flint import Ordering, fmpq_mpoly_ctx
+
+        kinds = {"theta": self.angles, "s": self.angles, "c": self.angles, "x": self.lengths}
+        names = [f"{kind}{index}" for kind, count in kinds.items() for index in range(count)]
+        return fmpq_mpoly_ctx.get(names, Ordering.lex)
+
+    def constant(self, number: Any) -> "Polynomial":
+        """A double or an integer as a polynomial."""
+        return Polynomial(self, self.context.constant(rational(number)))
+
+    def constants(self, numbers: Array) -> Array:
+        """An array of doubles as an array of polynomials of the same shape."""
+        flat = [self.constant(number) for number in numbers.ravel().tolist()]
+        return np.array(flat, dtype=object).reshape(numbers.shape)
+
+    def variables(self) -> Array:
+        """[θ, x], shape (angles + lengths,)."""
+        generators = self.context.gens()
+        chosen = [*generators[: self.angles], *generators[3 * self.angles :]]
+        return np.array([Polynomial(self, generator) for generator in chosen], dtype=object)
+
+    def angle_of(self, value: "fmpq_mpoly") -> int | None:
+        """The index of the angle that a polynomial is, or None if it is something else."""
+        generators = self.context.gens()[: self.angles]
+        return next((k for k, generator in enumerate(generators) if value == generator), None)
+
+
+class Polynomial:
+    """One polynomial, or nothing known: what a division or the sine of a sum leaves.
+
+    The unknown may arise (the rate matrix B has 1/cos θ2), but an energy must not depend on it.
+
+    Args:
+        ring: The ring.
+        value: The polynomial, or None for the unknown.
+    """
+
+    def __init__(self, ring: Ring, value: "fmpq_mpoly | None") -> None:
+        self.ring, self.value = ring, value
+
+    @property
+    def known(self) -> bool:
+        """Whether this is a polynomial."""
+        return self.value is not None
+
+    @property
+    def degree(self) -> int:
+        """The degree in the lengths x, all together."""
+        return max((sum(self._lengths(powers)) for powers, _ in self.terms()), default=0)
+
+    def terms(self) -> Iterator[tuple[tuple[int, ...], "fmpq"]]:
+        """Each term's powers, in the order of `Ring.context`, and its coefficient."""
+        assert self.value is not None
+        for powers, coefficient in self.value.to_dict().items():
+            yield tuple(int(power) for power in powers), coefficient
+
+    @property
+    def constant_value(self) -> "fmpq | None":
+        """The number that this is, or None where it depends on a variable."""
+        if self.value is None or not self.value.is_constant():
+            return None
+        return self.value.leading_coefficient()
+
+    def length_coefficient(self, *wanted: int) -> "Polynomial":
+        """The polynomial in the angles that stands with the product of the wanted lengths.
+
+        Args:
+            wanted: The indices of the lengths; none for the part without lengths.
+        """
+        powers = tuple(wanted.count(index) for index in range(self.ring.lengths))
+        cut = 3 * self.ring.angles
+        found = {
+            (*term[:cut], *[0] * self.ring.lengths): coefficient
+            for term, coefficient in self.terms()
+            if self._lengths(term) == powers
+        }
+        return Polynomial(self.ring, self.ring.context.from_dict(found))
+
+    def _lengths(self, powers: tuple[int, ...]) -> tuple[int, ...]:
+        return powers[3 * self.ring.angles :]
+
+    def sin(self) -> "Polynomial":
+        """The sine of an angle."""
+        return self._circular(0)
+
+    def cos(self) -> "Polynomial":
+        """The cosine of an angle."""
+        return self._circular(1)
+
+    def _circular(self, kind: int) -> "Polynomial":
+        index = None if self.value is None else self.ring.angle_of(self.value)
+        if index is None:
+            return Polynomial(self.ring, None)
+        place = self.ring.angles * (1 + kind) + index
+        return Polynomial(self.ring, self.ring.context.gens()[place])
+
+    def _with(self, other: Any, operation: Callable[[Any, Any], Any]) -> "Polynomial":
+        if isinstance(other, np.ndarray):
+            return NotImplemented  # numpy takes over, entry by entry
+        value = other.value if isinstance(other, Polynomial) else rational(other)
+        unknown = self.value is None or value is None
+        return Polynomial(self.ring, None if unknown else operation(self.value, value))
+
+    def __add__(self, other: Any) -> "Polynomial":
+        return self._with(other, operator.add)
+
+    def __mul__(self, other: Any) -> "Polynomial":
+        return self._with(other, operator.mul)
+
+    def __truediv__(self, other: Any) -> "Polynomial":
+        return self._with(other, _quotient)
+
+    def __rtruediv__(self, other: Any) -> "Polynomial":
+        return NotImplemented if isinstance(other, np.ndarray) else self.ring.constant(other) / self
+
+    def __neg__(self) -> "Polynomial":
+        return self * -1
+
+    def __sub__(self, other: Any) -> "Polynomial":
+        return self + -other
+
+    def __rsub__(self, other: Any) -> "Polynomial":
+        return -self + other
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+
+def _quotient(dividend: Any, divisor: Any) -> Any:
+    """The quotient by a constant other than zero; by anything else, the unknown."""
+    if hasattr(divisor, "is_constant"):
+        divisor = divisor.leading_coefficient() if divisor.is_constant() else 0
+    return dividend * (1 / divisor) if divisor != 0 else None

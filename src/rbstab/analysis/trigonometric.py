@@ -1,0 +1,184 @@
+"""Quadratics plus trigonometric polynomials in three angles, with all their derivatives.
+
+f(Θ) = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3) with t = [1, cos θ, sin θ, cos 2θ, ...].
+Each evaluation takes many points at once and says how far rounding can have moved the result.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+
+ROUND_OFF = 2.0**-53
+"""u: the relative error of one operation on doubles."""
+
+LARGEST_ANGLE = 4.0
+"""rad: the bounds on round-off hold for angles up to this, which the range of eq. 5 is within."""
+
+Counts = tuple[int, int, int]
+"""How often something is derived along each of the three axes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Derivatives:
+    """Derivatives of one order at m points: values of shape (m, 3, ..., 3).
+
+    error, of the shape of one point's values, bounds what rounding has done to each of them.
+    """
+
+    values: Array
+    error: Array
+
+
+@dataclass(frozen=True, eq=False)
+class TrigonometricForm:
+    """f(Θ) = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3).
+
+    Args:
+        quadratic: Q, shape (3, 3), symmetric.
+        linear: q, shape (3,).
+        coefficients: C, shape (n, n, n), with n = 2k + 1 for the highest multiple k of an angle.
+    """
+
+    quadratic: Array
+    linear: Array
+    coefficients: Array
+
+    @cached_property
+    def _multiples(self) -> Array:
+        """k of each entry of t: 0, 1, 1, 2, 2, ..."""
+        return (np.arange(len(self.coefficients)) + 1) // 2
+
+    @cached_property
+    def _slope(self) -> Array:
+        """The matrix that takes t to dt/dθ: (cos kθ)' = -k sin kθ, (sin kθ)' = k cos kθ."""
+        slope = np.zeros((len(self._multiples), len(self._multiples)))
+        for cosine in range(1, len(slope), 2):
+            slope[cosine, cosine + 1] = -self._multiples[cosine]
+            slope[cosine + 1, cosine] = self._multiples[cosine]
+        return slope
+
+    def value(self, Theta: Array) -> Array:
+        """F at points of shape (m, 3), to round-off, shape (m,)."""
+        return self.to_round_off(Theta, 0)[0]
+
+    def to_round_off(self, Theta: Array, order: int) -> list[Array]:
+        """The derivatives of order 0 to `order` at points, of shapes (m,), (m, 3), ..."""
+        t = circular(Theta, self._multiples[-1])
+        return [found.values for found in self.derivatives(t, Theta, order)]
+
+    def rigorous(self, Theta: Array, order: int) -> list[Derivatives]:
+        """The derivatives of order 0 to `order` at points, with proved bounds on their errors.
+
+        Args:
+            Theta: Shape (m, 3), within ±`LARGEST_ANGLE`.
+            order: At most 3.
+        """
+        return self.derivatives(proved_circular(Theta, self._multiples[-1]), Theta, order)
+
+    def derivatives(self, t: Array, Theta: Array, order: int) -> list[Derivatives]:
+        """The derivatives of order 0 to `order`, from t of shape (m, 3, n)."""
+        sums = _mixed_derivatives(self.coefficients, self._slope, t, order)
+        found = []
+        for level in range(order + 1):
+            columns = [sums[_counts(axes)] for axes in product(range(3), repeat=level)]
+            values = np.stack(columns, axis=1).reshape(-1, *[3] * level)
+            values = values + self._polynomial_part(Theta, level)
+            found.append(Derivatives(values, self.round_off[level]))
+        return found
+
+    def _polynomial_part(self, Theta: Array, level: int) -> Array | float:
+        rates = Theta @ self.quadratic
+        if level == 0:
+            return 0.5 * np.sum(rates * Theta, axis=1) + Theta @ self.linear
+        if level == 1:
+            return rates + self.linear
+        return self.quadratic if level == 2 else 0.0
+
+    @cached_property
+    def round_off(self) -> list[Array]:
+        """Bounds on the errors of the derivatives of order 0 to 3 at any point."""
+        return [self._error(level) for level in range(4)]
+
+    def _error(self, level: int) -> Array:
+        """A bound on the error of each derivative by the sum of the magnitudes of its terms.
+
+        A term is a product of a coefficient and three entries of t, each with an error of u, and
+        is added up in three sums of n: fewer than 4n + 8 roundings. Twice as many are allowed for.
+        """
+        roundings = 8 * len(self.coefficients) + 16
+        magnitudes = np.zeros([3] * level)
+        for axes in product(range(3), repeat=level):
+            weights = [self._multiples.astype(float) ** count for count in _counts(axes)]
+            magnitudes[axes] = np.einsum("abc,a,b,c", np.abs(self.coefficients), *weights)
+        angles = np.full((1, 3), LARGEST_ANGLE)
+        widest = TrigonometricForm(np.abs(self.quadratic), np.abs(self.linear), self.coefficients)
+        magnitudes = magnitudes + np.squeeze(widest._polynomial_part(angles, level))
+        return roundings * ROUND_OFF * magnitudes + np.finfo(float).tiny
+
+    @cached_property
+    def fourth_derivative_bound(self) -> Array:
+        """Bounds on the fourth derivatives, anywhere, shape (3, 3, 3, 3).
+
+        For each triple of multiples the eight entries of C stand with products of unit vectors
+        (cos, sin), so their Frobenius norm bounds their sum.
+        """
+        most = self._multiples[-1]
+        found = np.zeros([3] * 4)
+        for multiples in product(range(most + 1), repeat=3):
+            block = self.coefficients[np.ix_(*[self._multiples == k for k in multiples])]
+            norm = np.sqrt(np.sum(block * block))
+            for axes in product(range(3), repeat=4):
+                found[axes] += norm * np.prod([float(multiples[axis]) for axis in axes])
+        return found * (1 + 1e-12)
+
+
+def _counts(axes: Iterable[int]) -> Counts:
+    """How often each of three axes is derived along."""
+    listed = list(axes)
+    return listed.count(0), listed.count(1), listed.count(2)
+
+
+def _mixed_derivatives(C: Array, slope: Array, t: Array, order: int) -> dict[Counts, Array]:
+    """Σ C_abc t_a t_b t_c derived p, q and r times along the axes, for all p + q + r <= order."""
+    powers = [t]
+    for _ in range(order):
+        powers.append(powers[-1] @ slope.T)
+    m, n = len(t), len(C)
+    found: dict[Counts, Array] = {}
+    for p in range(order + 1):
+        first = (powers[p][:, 0] @ C.reshape(n, n * n)).reshape(m, n, n)
+        for q in range(order + 1 - p):
+            second = np.einsum("mj,mjk->mk", powers[q][:, 1], first)
+            for r in range(order + 1 - p - q):
+                found[p, q, r] = np.einsum("mk,mk->m", powers[r][:, 2], second)
+    return found
+
+
+def circular(Theta: Array, highest: int) -> Array:
+    """t = [1, cos θ, sin θ, cos 2θ, ...] of each angle, to round-off, shape (m, 3, n)."""
+    columns = [np.ones_like(Theta)]
+    for k in range(1, highest + 1):
+        columns += [np.cos(k * Theta), np.sin(k * Theta)]
+    return np.stack(columns, axis=-1)
+
+
+def proved_circular(Theta: Array, highest: int) -> Array:
+    """The same with errors that are proved to be at most u: from python-flint's intervals."""
+    from flint import arb, ctx  # late, as in `polynomial`
+
+    different, places = np.unique(Theta, return_inverse=True)
+    rows = []
+    with ctx.workprec(80):  # to round to 53 digits once, at the end
+        for angle in different.tolist():
+            row = [1.0]
+            for k in range(1, highest + 1):
+                sine, cosine = (k * arb(angle)).sin_cos()
+                row += [float(cosine), float(sine)]
+            rows.append(row)
+    table = np.array(rows).reshape(-1, 2 * highest + 1)
+    return table[places.reshape(Theta.shape)]

@@ -1,0 +1,106 @@
+"""Second-order duals over any kind of number: values that carry their derivatives with them.
+
+With python-flint's `arb` inside they bound a gradient and a Hessian over a whole box.
+"""
+
+import operator
+
+import numpy as np
+from flint import arb, arb_mat
+
+from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.systems.parameters import map_parameters
+
+
+class Dual:
+    """A value with its gradient, shape (n,), and its Hessian, shape (n, n), as object arrays."""
+
+    def __init__(self, value, gradient, hessian):
+        self.value, self.gradient, self.hessian = value, gradient, hessian
+
+    def __add__(self, other):
+        if not isinstance(other, Dual):
+            return Dual(self.value + other, self.gradient, self.hessian)
+        return Dual(*map(operator.add, self._parts(), other._parts()))
+
+    def __mul__(self, other):
+        if not isinstance(other, Dual):
+            return Dual(*(part * other for part in self._parts()))
+        cross = np.outer(self.gradient, other.gradient)
+        return Dual(
+            self.value * other.value,
+            self.value * other.gradient + other.value * self.gradient,
+            self.value * other.hessian + other.value * self.hessian + cross + cross.T,
+        )
+
+    def _parts(self):
+        return self.value, self.gradient, self.hessian
+
+    def _through(self, value, slope, bend):
+        outer = np.outer(self.gradient, self.gradient)
+        return Dual(value, slope * self.gradient, slope * self.hessian + bend * outer)
+
+    def sin(self):
+        sine, cosine = self.value.sin(), self.value.cos()
+        return self._through(sine, cosine, -sine)
+
+    def cos(self):
+        sine, cosine = self.value.sin(), self.value.cos()
+        return self._through(cosine, -sine, -cosine)
+
+    def __truediv__(self, other):
+        if not isinstance(other, Dual):
+            return self * (1 / other)
+        inverse = 1 / other.value
+        return self * other._through(inverse, -inverse * inverse, 2 * inverse**3)
+
+    def __rtruediv__(self, other):
+        return Dual(other, 0 * self.gradient, 0 * self.hessian) / self
+
+    def __neg__(self):
+        return self * -1
+
+    def __sub__(self, other):
+        return self + -other
+
+    def __rsub__(self, other):
+        return -self + other
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+
+def arbs(numbers):
+    """An array of doubles as intervals that hold nothing else."""
+    flat = [arb(number) for number in np.ravel(numbers).tolist()]
+    return np.array([*flat, None], dtype=object)[:-1].reshape(np.shape(numbers))
+
+
+def variables(values):
+    """Duals of independent variables."""
+    one = arbs(np.eye(len(values)))
+    zero = arbs(np.zeros((len(values), len(values))))
+    return np.array([Dual(x, one[i], zero) for i, x in enumerate(values)], dtype=object)
+
+
+def energy_dual(system, q):
+    """The stored energy of a system in a configuration of intervals, with its derivatives."""
+    exact = map_parameters(configurations(system).system, lambda _, value: arbs(value))
+    return Configurations(exact).energy(variables(q))
+
+
+def reduced_derivatives(system, Theta):
+    """U, ∇U and the Hessian of U over intervals of Θ, from the derivatives of the stored energy.
+
+    ∇U is Π_Θ at x* = -H⁻¹ Π_x(Θ, 0); second derivatives by Schur's complement.
+    """
+    lengths = configurations(system).size - 3
+    bare = energy_dual(system, np.concatenate([Theta, arbs(np.zeros(lengths))]))
+    if not lengths:
+        return bare.value, bare.gradient, bare.hessian
+    compliance = arb_mat(bare.hessian[3:, 3:].tolist()).inv().table()
+    settled = -np.array(compliance, dtype=object) @ bare.gradient[3:]
+    at_rest = energy_dual(system, np.concatenate([Theta, settled]))
+    mixed, inverse = at_rest.hessian[:3, 3:], np.array(compliance, dtype=object)
+    hessian = at_rest.hessian[:3, :3] - mixed @ inverse @ mixed.T
+    return at_rest.value, at_rest.gradient[:3], hessian

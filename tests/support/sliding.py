@@ -63,7 +63,9 @@ def ball_in_a_V(mass, K_s, load, damping, X, V, times, layer=None):  # noqa: PLR
     return problem(body, elements, connector(K_s, None, layer), Z, times, options)
 
 
-def pushed_ball(mass, K_s, load, coupling, X, V, times, slope=None, layer=None, **switching):
+def pushed_ball(  # noqa: PLR0917
+    mass, K_s, load, coupling, X, V, times, slope=None, layer=None, **switching
+):
     """The same ball in forces that depend on where it is: mẍ = Λ + load - coupling x.
 
     K_s is given by axis. A coupling of one row of which one entry is not 0 lets an axis feel the

@@ -139,7 +139,7 @@ def test_the_decay_is_that_of_a_damping_between_the_directions(body):
     so d is below the mean of the three, which it would be were e shared evenly. Starts that differ
     in the last digits have d from 4.6 to 15.
     """
-    times, (loss, _, e, least, _, largest, _) = body
+    _, (loss, _, e, least, _, largest, _) = body
     d = 1.5 * (loss / e).mean()
     assert least.mean() * 0.95 < d < (least + largest).mean() / 3
 

@@ -48,17 +48,17 @@ def steps_per_switch(rows, begin, end):
 
 @pytest.fixture(scope="module")
 def ball():
-    """Some 25,000 switches of three damped balls, whose rates all grow as exp(dt/3)."""
+    """Some 15,000 switches of three damped balls, whose rates all grow as exp(dt/3)."""
     problem = ball_in_a_V(
         2.0, 3000.0, np.zeros(3), np.array([2.4, 2.6, 2.8]), np.full(3, 1e-9),
-        np.array([0.8, 1.0, 1.2]), np.linspace(0, 7, 71),
+        np.array([0.8, 1.0, 1.2]), np.linspace(0, 6, 61),
     )  # fmt: skip
     return counted(problem)
 
 
 def test_a_switch_takes_as_many_steps_at_the_end_as_at_the_beginning(ball):
     rows, _, _ = ball
-    assert rows[-1, 0] > 20_000
+    assert rows[-1, 0] > 10_000
     first, last = steps_per_switch(rows, 0.0, 0.1), steps_per_switch(rows, 0.9, 1.0)
     assert last == pytest.approx(first, rel=0.05)
     # One step ends at each switch; the rest are those that end at samples.
@@ -66,7 +66,7 @@ def test_a_switch_takes_as_many_steps_at_the_end_as_at_the_beginning(ball):
 
 
 def test_the_paper_body_takes_one_step_a_switch():
-    rows, _, _ = counted(paper_problem(20000, duration=1.2, samples=121))
+    rows, _, _ = counted(paper_problem(20000, duration=1.0, samples=101))
     assert rows[-1, 0] > 2000
     # At first steps end where the motion asks for it, later only at switches.
     assert steps_per_switch(rows, 0.9, 1.0) < 1.1
@@ -97,19 +97,19 @@ def test_looks_at_whether_axes_may_stick_become_rare():
 
 @pytest.mark.parametrize("kind", [HeyokaFlow, ScipyFlow])
 def test_what_is_stored_is_capped_and_what_is_counted_is_not(kind):
-    problem = paper_problem(2000, duration=0.7, samples=3, stored_switches=40)
+    problem = paper_problem(2000, duration=0.5, samples=3, stored_switches=20)
     rows, driver, _ = counted(problem, kind)
-    assert len(driver.log.times) == len(driver.log.axes) == 40
-    assert driver.log.total == sum(driver.log.counts) == rows[-1, 0] > 80
+    assert len(driver.log.times) == len(driver.log.axes) == 20
+    assert driver.log.total == sum(driver.log.counts) == rows[-1, 0] > 30
     # The last step may be one that found nothing, but the last switch is known.
     assert driver.log.last_time > driver.log.times[-1]
 
 
 def test_memory_does_not_grow_with_switches():
-    """Twice in one run: the second stretch has ten times the switches of the first."""
+    """Twice in one run: the second stretch has many times the switches of the first."""
     problem = ball_in_a_V(
         2.0, 3000.0, np.zeros(3), np.full(3, 2.6), np.full(3, 1e-9), np.array([0.8, 1.0, 1.2]),
-        np.array([0.0, 1.0, 5.0]),
+        np.array([0.0, 0.5, 3.5]),
     )  # fmt: skip
     problem = replace(problem, switching=replace(problem.switching, stored_switches=100))
     flow = HeyokaFlow(problem, problem.switching)
@@ -126,5 +126,5 @@ def test_memory_does_not_grow_with_switches():
             totals.append(driver.log.total)
     finally:
         tracemalloc.stop()
-    assert totals[1] > 5 * totals[0] > 5000
+    assert totals[1] > 5 * totals[0] > 2500
     assert peaks[1] < peaks[0] + 20_000

@@ -1,6 +1,7 @@
 """`make bench`: all benchmarks, one after the other."""
 
-from benchmarks import engines, startup
+from benchmarks import engines, sliding, startup
 
 startup.main()
 engines.main()
+sliding.main()

@@ -1,5 +1,7 @@
 """Problems with a sliding connector: the paper's body, and a point in a V-shaped potential."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rbstab.elements.gravity import Gravity
@@ -59,6 +61,26 @@ def ball_in_a_V(mass, K_s, load, damping, X, V, times, layer=None, **switching):
     Z = np.concatenate([np.zeros(6), X, V])
     options = Switching(layered=layer is not None, **switching)
     return problem(body, elements, connector(K_s, None, layer), Z, times, options)
+
+
+def pushed_ball(  # noqa: PLR0917
+    mass, K_s, load, coupling, X, V, times, slope=None, layer=None, **switching
+):
+    """The same ball in forces that depend on where it is: mẍ = Λ + load - coupling x.
+
+    K_s is given by axis. A coupling of one row of which one entry is not 0 lets an axis feel the
+    motion of another that does not feel it, so that its load is a known function of time.
+    """
+    body = Body(mass, np.eye(3), np.zeros(3))
+    elements = (
+        Gravity(np.array(load, dtype=float)),
+        TranslationalStabilizer(np.array(coupling, dtype=float), np.zeros((3, 3))),
+        RotationalStabilizer(np.eye(3), np.eye(3)),
+    )
+    Z = np.concatenate([np.zeros(6), X, V])
+    each = replace(connector(1.0, slope, layer), K_s=np.array(K_s, dtype=float))
+    options = Switching(layered=layer is not None, **switching)
+    return problem(body, elements, each, Z, np.asarray(times, dtype=float), options)
 
 
 def follow(name, problem):

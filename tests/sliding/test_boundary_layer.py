@@ -1,0 +1,105 @@
+"""A boundary layer tends to the exact law as it becomes thinner, and as fast as it should."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.sliding import follow, paper_problem
+
+OFFSET = np.array([0.03, 0.03, -0.04])
+WIDTHS = np.array([2e-3, 1e-3, 5e-4, 2.5e-4])
+
+
+def bounce(offset=OFFSET, **options):
+    """Through the few switches that can be predicted, from a point that is off its anchor."""
+    problem = paper_problem(2000, duration=0.2, samples=21, **options)
+    start = problem.start.copy()
+    start[6:9] += offset
+    return replace(problem, start=start)
+
+
+def slide(duration=0.4, **options):
+    """On s = F + 20E, on which the last of the three axes arrives at 0.117 s."""
+    return paper_problem(2000, slope=20.0, duration=duration, samples=21, **options)
+
+
+def orders(errors):
+    return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+
+
+def test_off_the_position_by_the_square_of_the_width():
+    """A crossing that is quick goes through the layer as through a sign, but for its square.
+
+    Half of the impulse comes before the middle and half behind it, and the energy that the layer
+    holds is the connector's outside; what remains is a shift of kδ²/F².
+    """
+    exact = follow("heyoka", bounce())
+    runs = [follow("heyoka", bounce(layer=width)) for width in WIDTHS]
+    errors = [np.abs(run.states - exact.states).max() for run in runs]
+    assert orders(errors) == pytest.approx(2.0, abs=0.05)
+    assert errors[-1] < 1e-4
+    # Into the layer and out of it: two switches for each that the exact law has.
+    assert exact.switches.counts[-1].tolist() == [2, 1, 2]
+    for run in runs:
+        assert run.switches.counts[-1].tolist() == [4, 2, 4]
+        assert run.switches.modes[-1].tolist() == exact.switches.modes[-1].tolist()
+
+
+def test_off_the_position_by_the_width_where_the_start_is_in_the_layer():
+    """From E = 0 the first crossing is half of one, so that its impulse is missing: kδ/2F."""
+    exact = follow("heyoka", bounce(0.0))
+    runs = [follow("heyoka", bounce(0.0, layer=width)) for width in WIDTHS[1:]]
+    errors = [np.abs(run.states - exact.states).max() for run in runs]
+    assert orders(errors) == pytest.approx(1.0, abs=0.05)
+    assert (exact.switches.modes[0] != 0).all()
+    assert (runs[0].switches.modes[0] == 0).all()
+
+
+def test_off_the_slope_by_the_width():
+    """In the layer s = -δΛ/K_s, with the Λ of the exact law, to the next order of δ."""
+    widths = 0.05 / 2 ** np.arange(4)
+    exact = follow("heyoka", slide())
+    sliding = exact.times > 0.15
+    assert (exact.switches.modes[sliding] == 0).all()
+    pairs = zip(exact.systems, exact.states, strict=True)
+    forces = np.array([system.observe(y).contact_force for system, y in pairs])
+    errors, residues = [], []
+    for width in widths:
+        run = follow("heyoka", slide(layer=width))
+        errors.append(np.abs(run.states - exact.states)[sliding].max())
+        s = run.states[:, 9:12] + 20 * run.states[:, 6:9]
+        residues.append(np.abs(s + width * forces / 2000)[sliding].max())
+        assert (run.switches.modes[sliding] == 0).all()
+        assert (np.abs(s[sliding]) < width).all()
+    assert orders(errors) == pytest.approx(1.0, abs=0.05)
+    assert orders(residues) == pytest.approx(2.0, abs=0.15)
+
+
+@pytest.mark.parametrize("problem", [bounce(layer=2e-3), slide(0.13, layer=0.2)])
+def test_engines_agree(problem):
+    """As long as both can follow it, and in every switch, into the layer and out of it."""
+    runs = [follow(engine, problem) for engine in ("heyoka", "scipy")]
+    assert runs[0].switches.counts[-1].min() > 0
+    assert np.abs(runs[0].states - runs[1].states).max() < 1e-9
+    ours, others = (run.switches for run in runs)
+    assert ours.switch_times == pytest.approx(others.switch_times, abs=1e-10)
+    assert ours.switch_axes.tolist() == others.switch_axes.tolist()
+    assert ours.modes.tolist() == others.modes.tolist()
+    assert ours.transitions == others.transitions == []
+
+
+@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+def test_the_force_is_a_saturation(engine):
+    """-K_s s/δ inside and -K_s sgn s outside, at every sample of both surfaces."""
+    seen = set()
+    for problem, slope, width in (
+        (bounce(layer=0.02), None, 0.02),
+        (slide(0.13, layer=0.2), 20.0, 0.2),
+    ):
+        run = follow(engine, problem)
+        for system, y in zip(run.systems, run.states, strict=True):
+            s = y[6:9] if slope is None else y[9:12] + slope * y[6:9]
+            expected = -2000 * np.clip(s / width, -1, 1)
+            assert system.observe(y).contact_force == pytest.approx(expected, abs=1e-9)
+            seen |= set(np.sign(np.trunc(s / width)).tolist())
+    assert seen == {-1.0, 0.0, 1.0}

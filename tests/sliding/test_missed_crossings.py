@@ -1,0 +1,137 @@
+"""The guard of the compiled flow: a step behind which an axis is on the wrong side is made again.
+
+heyoka hardly ever misses a crossing, so the tests make it: at one event they put an axis where it
+cannot be. What follows must be what would have been without that.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.sliding import ball_in_a_V, follow, paper_problem
+
+from rbstab.integrate.filippov import Driver
+from rbstab.integrate.heyoka_flow import HeyokaFlow, _Run
+from rbstab.integrate.status import RunStatus
+
+
+@pytest.fixture
+def disturb(monkeypatch):
+    """Makes the events of the given numbers do something besides, and tells which were reached."""
+    at_event, reached = _Run.at_event, []
+
+    def install(numbers, deed):
+        def disturbed(run, integrator, hit):
+            reached.append(hit)
+            if len(reached) in numbers:
+                return deed(run, integrator, hit, lambda: at_event(run, integrator, hit))
+            return at_event(run, integrator, hit)
+
+        monkeypatch.setattr(_Run, "at_event", disturbed)
+        return reached
+
+    return install
+
+
+def flip_another(run, integrator, hit, report):
+    """The crossing is noted, and the axis behind it is told to be where it is not."""
+    goes_on = report()
+    other = (hit.axis + 1) % 3
+    integrator.pars[run.mode][other] *= -1
+    return goes_on
+
+
+def throw_another(run, integrator, hit, report):
+    """The hit is noted, and another axis, not one that is held, stands far beyond its threshold."""
+    goes_on = report()
+    other = next(a for a in range(3) if a != hit.axis and not run.modes.held[a])
+    integrator.state[6 + other] -= 10 * run.modes.mode[other]
+    return goes_on
+
+
+def run_of(problem):
+    """One run without the second one that tells what can be trusted."""
+    flow = HeyokaFlow(problem, problem.switching)
+    driver = Driver(problem, problem.switching, flow)
+    samples = list(driver.samples())
+    return samples, driver, flow
+
+
+def same(disturbed, undisturbed, within):
+    (samples, driver, _), (expected, other, _) = disturbed, undisturbed
+    assert samples[-1].reached.status is None
+    assert driver.log.axes == other.log.axes
+    assert driver.log.times == pytest.approx(other.log.times, abs=within)
+    assert driver.log.counts == other.log.counts
+    assert driver.log.total == other.log.total == sum(driver.log.counts)
+    assert driver.log.transitions == [
+        (pytest.approx(time, abs=within), axis, kind) for time, axis, kind in other.log.transitions
+    ]
+    for sample, wanted in zip(samples, expected, strict=True):
+        assert sample.counts == wanted.counts
+        assert sample.reached.modes == wanted.reached.modes
+        assert sample.reached.state == pytest.approx(wanted.reached.state, abs=1e3 * within)
+
+
+@pytest.mark.parametrize("numbers", [{1}, {2, 3}, {5, 8, 12}])
+def test_an_axis_on_the_wrong_side_of_the_position(disturb, numbers):
+    """What is undone: the time, the state, the sides, and the switch that the step had noted."""
+    times = np.linspace(0, 2, 11)
+    problem = ball_in_a_V(
+        2.0, 30.0, np.array([0.0, 5.0, -10.0]), np.zeros(3), np.array([0.3, 0.2, 0.5]),
+        np.zeros(3), times,
+    )  # fmt: skip
+    undisturbed = run_of(problem)
+    reached = disturb(numbers, flip_another)
+    disturbed = run_of(problem)
+    same(disturbed, undisturbed, 1e-12)
+    assert len(reached) >= max(numbers) + len(numbers)
+    assert disturbed[2].steps > undisturbed[2].steps
+
+
+@pytest.mark.parametrize("numbers", [{1}, {1, 2, 4}])
+def test_an_axis_beyond_a_slope(disturb, numbers):
+    """There a hit ends the step: it must not be there twice when the step is made again."""
+    problem = paper_problem(20000, slope=20.0, duration=0.05, samples=3)
+    undisturbed = run_of(problem)
+    disturb(numbers, throw_another)
+    same(run_of(problem), undisturbed, 1e-11)
+
+
+@pytest.mark.parametrize("samples", [2, 5])
+def test_a_crossing_that_cannot_be_found_ends_the_run(disturb, samples):
+    """Behind ever shorter steps an axis is still on the wrong side: the last sound state stands."""
+    problem = ball_in_a_V(
+        2.0, 30.0, np.zeros(3), np.zeros(3), np.array([0.3, 5.0, 5.0]), np.zeros(3),
+        np.linspace(0, 1, samples),
+    )  # fmt: skip
+    fall = np.sqrt(2 * 0.3 / 15)
+    disturb(range(1, 10_000), flip_another)
+    run = follow("heyoka", problem)
+    assert run.status is RunStatus.SOLVER_FAILURE
+    assert run.times[-1] < fall + 1e-12
+    assert run.states[-1, 6] == pytest.approx(0.3 - 7.5 * run.times[-1] ** 2, abs=1e-12)
+    assert run.switches.modes[-1].tolist() == [1, 1, 1]
+    assert run.switches.counts[-1].tolist() == [0, 0, 0]
+    assert run.steps < 5000
+
+
+def test_a_step_that_missed_is_cut(disturb):
+    """Each time by 16: a crossing 0.2 s away is reached again in steps that are not longer."""
+    lengths = []
+
+    def note(run, integrator, hit, report):
+        lengths.append(integrator.last_h)
+        return flip_another(run, integrator, hit, report)
+
+    problem = ball_in_a_V(
+        2.0, 30.0, np.zeros(3), np.zeros(3), np.array([0.3, 5.0, 5.0]), np.zeros(3),
+        np.array([0.0, 0.21]),
+    )  # fmt: skip
+    problem = replace(problem, step_limit=10_000)
+    disturb({1}, note)
+    (_, driver, flow) = run_of(problem)
+    assert driver.log.counts == [1, 0, 0]
+    assert lengths == [pytest.approx(0.2)]
+    # The step that missed, the 16th part of it, the way to the crossing, and the rest.
+    assert flow.steps == 4

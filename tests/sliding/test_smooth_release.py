@@ -1,0 +1,149 @@
+"""A held axis whose force reaches its bound without a jump, by a load that is known in closed form.
+
+The point of a ball: one axis is held, and pushed by -k x of a second one, which moves on a parabola
+because its own load is stronger than the connector. So the force that holds the first axis is a
+polynomial in time (besides the exponential of a slide), and so is its motion after the release.
+"""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+from scipy.optimize import brentq
+from support.sliding import follow, pushed_ball
+
+from rbstab.integrate.filippov import Driver
+from rbstab.integrate.heyoka_flow import HeyokaFlow
+
+M, K, LOAD, STIFFNESS = 2.0, 30.0, 4.0, 25.0
+RAMP = Polynomial([0.2, 0.4, 2.5])
+"""x of the axis that pushes: 5 m/s² is what its load leaves over the connector."""
+
+TIMES = np.linspace(0, 1, 41)
+CASES = [*product(["heyoka"], range(3), [1.0, -1.0]), ("scipy", 1, 1.0), ("scipy", 2, -1.0)]
+
+
+def pushed(axis, sign, x, v, slope=None):
+    """The run of a ball of which `axis` starts at x and v; the next axis pushes it."""
+    pusher = (axis + 1) % 3
+    K_s, load, X, V = np.full(3, 20.0), np.full(3, 30.0), np.ones(3), np.zeros(3)
+    K_s[axis], load[axis], X[axis], V[axis] = K, LOAD, x, v
+    X[pusher], V[pusher] = RAMP.coef[:2]
+    coupling = np.zeros((3, 3))
+    coupling[axis, pusher] = sign * STIFFNESS
+    return pushed_ball(M, K_s, load, coupling, X, V, TIMES, slope, stick_energy=1e3)
+
+
+def acceleration(force, sign):
+    """ẍ of the pushed axis under a constant contact force, a polynomial in time."""
+    return (force + LOAD - sign * STIFFNESS * RAMP) / M
+
+
+def kinds(run, axis):
+    return [(str(kind), which == axis) for _, which, kind in run.switches.transitions]
+
+
+@pytest.mark.parametrize(("engine", "axis", "sign"), CASES)
+def test_off_the_position(engine, axis, sign):
+    """Held at E = 0 by Λ = ±kx - load until that is ±K; from then on Λ = ±K and ẍ ~ -(t - release).
+
+    What is left over at the release grows from nothing: x leaves as the third power of time.
+    """
+    run = follow(engine, pushed(axis, sign, 1e-3, -0.1))
+    release = brentq(sign * STIFFNESS * RAMP - LOAD - sign * K, 0, 1)
+    assert kinds(run, axis) == [("stick", True), ("release", True)]
+    assert run.switches.transitions[1][0] == pytest.approx(release, abs=1e-12)
+    path = acceleration(sign * K, sign).integ(2, lbnd=release)
+    after = run.times > release
+    assert 10 < after.sum() < 30
+    assert run.states[after, 6 + axis] == pytest.approx(path(run.times[after]), abs=1e-12)
+    # The force -K_s σ stays at the bound that it reached, and the axis goes where it cannot hold.
+    assert (run.switches.modes[after, axis] == -sign).all()
+    assert (run.states[after, 6 + axis] * sign < 0).all()
+    assert run.switches.counts[-1, axis] == 3
+
+
+@pytest.mark.parametrize(("engine", "axis", "sign"), CASES)
+def test_off_a_slope(engine, axis, sign):
+    """While s = F + κE = 0 slides, E = E₀exp(-κt) and Λ = κ²mE ± kx - load."""
+    slope, x, v = 4.0, -0.3, 0.7
+    run = follow(engine, pushed(axis, sign, x, v, slope))
+    # s < 0 at first, so Λ = K until s = 0.
+    velocity = acceleration(K, sign).integ(1, k=v)
+    path = velocity.integ(1, k=x)
+    arrival = brentq(velocity + slope * path, 0, 0.1)
+
+    def displacement(t):
+        return path(arrival) * np.exp(-slope * (t - arrival))
+
+    def excess(t):
+        force = slope**2 * M * displacement(t) + sign * STIFFNESS * RAMP(t) - LOAD
+        return force - sign * K
+
+    release = brentq(excess, arrival, 1, xtol=1e-15)
+    assert kinds(run, axis) == [("stick", True), ("release", True)]
+    found = [time for time, _, _ in run.switches.transitions]
+    assert found == pytest.approx([arrival, release], abs=1e-12)
+    left = acceleration(sign * K, sign).integ(1, lbnd=release, k=-slope * displacement(release))
+    left = left.integ(1, lbnd=release, k=displacement(release))
+    sliding = (run.times > arrival) & (run.times < release)
+    after = run.times > release
+    assert sliding.sum() > 5
+    assert after.sum() > 5
+    E = run.states[:, 6 + axis]
+    assert E[sliding] == pytest.approx(displacement(run.times[sliding]), abs=1e-12)
+    assert E[after] == pytest.approx(left(run.times[after]), abs=1e-12)
+    assert (run.switches.modes[after, axis] == -sign).all()
+
+
+@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+@pytest.mark.parametrize("slope", [None, 4.0])
+def test_two_axes_at_the_same_instant(engine, slope):
+    """Both held axes are pushed alike by the third, so both reach their bounds together."""
+    X, V = np.array([1e-3, RAMP.coef[0], 1e-3]), np.array([-0.1, RAMP.coef[1], -0.1])
+    coupling = np.zeros((3, 3))
+    coupling[[0, 2], 1] = STIFFNESS
+    load = [LOAD, 30.0, LOAD]
+    problem = pushed_ball(M, [K, 20.0, K], load, coupling, X, V, TIMES, slope, stick_energy=1e3)
+    run = follow(engine, problem)
+    released = {axis: t for t, axis, kind in run.switches.transitions if str(kind) == "release"}
+    assert sorted(released) == [0, 2]
+    assert released[0] == pytest.approx(released[2], abs=1e-9)
+    assert run.states[:, 6] == pytest.approx(run.states[:, 8], abs=1e-12)
+    assert abs(run.states[-1, 6]) > 0.1
+
+
+CAUGHT_AGAIN = pytest.mark.xfail(
+    reason="a few in a hundred are caught again by their own threshold"
+)
+
+
+@pytest.mark.parametrize("slope", [None, pytest.param(4.0, marks=CAUGHT_AGAIN)])
+def test_every_release_is_the_last_event(slope):
+    """At a release s stands on its threshold without a rate; the axis must not be caught again."""
+    rng = np.random.default_rng(1)
+    coupling = np.zeros((3, 3))
+    x, v = (1e-3, -0.1) if slope is None else (-0.3, 0.7)
+    problem = pushed_ball(
+        M, [K, 20.0, 20.0], [0.0, 30.0, 30.0], coupling, [x, 0.2, 1.0], [v, 0.4, 0.0], TIMES[::4],
+        slope, stick_energy=1e3, switch_limit=100,
+    )  # fmt: skip
+    flow = HeyokaFlow(problem, problem.switching)
+    for _ in range(200):
+        bound, load = rng.uniform(22, 40), rng.uniform(-5, 5)
+        coupling = np.zeros((3, 3))
+        coupling[0, 1] = rng.uniform(15, 30) * rng.choice([-1, 1])
+        gravity, stabilizer, *rest, sliding = problem.system.elements
+        elements = (
+            replace(gravity, weight=np.array([load, 30.0, 30.0])),
+            replace(stabilizer, K_t=coupling),
+            *rest,
+            replace(sliding, K_s=np.array([bound, 20.0, 20.0])),
+        )
+        flow.problem = replace(problem, system=replace(problem.system, elements=elements))
+        driver = Driver(flow.problem, problem.switching, flow)
+        *_, last = driver.samples()
+        assert last.reached.status is None
+        assert [str(kind) for _, _, kind in driver.log.transitions] == ["stick", "release"]

@@ -1,0 +1,143 @@
+"""What it takes on s = E to stick: which axes, by which impulse, and at which cost."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.sliding import audit, connector, follow, paper_problem
+
+from rbstab.integrate.chatter import stick
+from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching import Modes, instant, system_under
+
+STATE = np.array([0.2, -0.3, 0.4, 3.0, 5.0, -4.0, 0.0, 0.0, 0.0, 0.3, -0.2, 0.4, 7.0, 8.0])
+"""Θ, Ω, E = 0, F, and two states of the audit, which sticking leaves alone."""
+
+
+def bound_by(K_s):
+    """The paper's body with other bounds, whose point is not held yet."""
+    system = paper_problem(1.0).system
+    bounds = replace(connector(1.0), K_s=np.array(K_s, dtype=float))
+    return replace(system, elements=(*system.elements[:-1], bounds))
+
+
+def mobility(y):
+    """W, and S = J⁻¹ŘA' with which an impulse at C turns the body."""
+    system = bound_by([1, 1, 1])
+    body, motion = system.body, system.motion(y[:12])
+    lever = np.cross(body.contact_point, np.eye(3)).T @ motion.A.T
+    turn = np.linalg.inv(body.inertia) @ lever
+    return np.eye(3) / body.mass + lever.T @ turn, turn
+
+
+def at(F):
+    y = STATE.copy()
+    y[9:12] = F
+    return y
+
+
+@pytest.mark.parametrize(
+    ("F", "held"), [([0.3, -0.2, 0.4], (0, 0, 0)), ([0.0, -0.2, 0.4], (1, 0, 0))]
+)
+def test_the_impulse_takes_the_velocity_of_every_axis(F, held):
+    """p = -W⁻¹F, Ω gains Sp and X' gains p/m, ½F'W⁻¹F is lost; an axis held already takes part."""
+    y, system = at(F), bound_by([1e6, 1e6, 1e6])
+    modes = Modes(tuple(float(not h) for h in held), held=tuple(map(float, held)))
+    found = stick(system_under(system, modes), y, modes, 1e6)
+    W, turn = mobility(y)
+    p = -np.linalg.solve(W, np.array(F))
+    before, after = system.motion(y[:12]), system.motion(found.state[:12])
+    assert found.axes == tuple(axis for axis in range(3) if not held[axis])
+    assert found.modes == Modes((0, 0, 0), held=(1, 1, 1))
+    assert after.Omega - before.Omega == pytest.approx(turn @ p, rel=1e-12)
+    gained = after.V - before.V
+    assert gained == pytest.approx(p / system.body.mass, rel=1e-12)
+    assert after.Theta.tolist() == before.Theta.tolist()
+    assert (found.state[6:12] == 0).all()
+    assert found.state[12:].tolist() == y[12:].tolist()
+    assert found.discarded == pytest.approx(-0.5 * p @ np.array(F), rel=1e-9)
+
+
+@pytest.mark.parametrize("weak", range(3))
+def test_every_held_axis_has_to_bear_its_force(weak):
+    """The force behind the impulse counts: with its bound a little below it no set with it sticks.
+
+    The other two may stick then without it, or find that they cannot either.
+    """
+    modes = Modes((1.0, 1.0, 1.0))
+    strong = bound_by([1e6, 1e6, 1e6])
+    stuck = stick(system_under(strong, modes), STATE, modes, 1e6)
+    force = np.abs(instant(system_under(strong, stuck.modes), stuck.state).force)
+    for share, allowed in ((1.0001, True), (0.9999, False)):
+        bounds = np.full(3, 1e6)
+        bounds[weak] = share * force[weak]
+        found = stick(system_under(bound_by(bounds), modes), STATE, modes, 1e6)
+        assert (found is not None and found.axes == (0, 1, 2)) == allowed
+        if found is not None and not allowed:
+            assert weak not in found.axes or len(found.axes) < 3
+
+
+@pytest.mark.parametrize("held", range(3))
+def test_an_axis_that_is_held_must_bear_what_others_put_on_it(held):
+    """Its bound is between what it bears alone and what it would bear with all three held."""
+    modes = Modes(
+        tuple(float(axis != held) for axis in range(3)),
+        held=tuple(float(axis == held) for axis in range(3)),
+    )
+    y = at(np.where(np.arange(3) == held, 0.0, STATE[9:12]))
+    strong = bound_by([1e6, 1e6, 1e6])
+    all_stuck = stick(system_under(strong, modes), y, modes, 1e6)
+    needed = np.abs(instant(system_under(strong, all_stuck.modes), all_stuck.state).force)
+    bounds = np.full(3, 1e6)
+    bounds[held] = 0.999 * needed[held]
+    found = stick(system_under(bound_by(bounds), modes), y, modes, 1e6)
+    assert found is None or len(found.axes) < 2
+
+
+def test_nothing_sticks_at_the_bound_of_the_energy():
+    modes, system = Modes((1.0, 1.0, 1.0)), bound_by([1e6, 1e6, 1e6])
+    W, _ = mobility(STATE)
+    e = 0.5 * STATE[9:12] @ np.linalg.solve(W, STATE[9:12])
+    assert stick(system_under(system, modes), STATE, modes, e * (1 - 1e-9)) is None
+    assert stick(system_under(system, modes), STATE, modes, e * (1 + 1e-9)) is not None
+
+
+@pytest.fixture(scope="module")
+def staged():
+    """5000 N cannot hold the point at first: one axis sticks, lets go, and all stick later."""
+    return follow("heyoka", paper_problem(5000, duration=0.5, samples=51, stick_energy=1e9))
+
+
+def test_an_axis_sticks_and_lets_go_by_turns(staged):
+    """None sticks that is held already; the modes at the samples are those of the events."""
+    assert staged.status is RunStatus.COMPLETED
+    assert len(staged.switches.transitions) > 2
+    for axis in range(3):
+        events = [(t, str(kind)) for t, who, kind in staged.switches.transitions if who == axis]
+        kinds = [kind for _, kind in events]
+        assert kinds == ["stick", "release"] * (len(kinds) // 2) + ["stick"] * (len(kinds) % 2)
+        times = np.array([t for t, _ in events])
+        held = np.searchsorted(times, staged.times) % 2 == 1
+        assert ((staged.switches.modes[:, axis] == 0) == held).all()
+        assert np.abs(staged.states[held, 6 + axis]).max(initial=0.0) < 1e-12
+
+
+def test_every_stick_is_in_the_audit(staged):
+    assert audit(staged) < 1e-8
+    lost = np.diff(staged.switches.discarded_energy)
+    assert (lost >= 0).all()
+    assert (lost > 0).sum() > 1
+
+
+def test_a_layer_does_not_stick():
+    problem = paper_problem(2000, duration=0.2, samples=3, layer=1e-3, stick_energy=1e9)
+    run = follow("heyoka", problem)
+    assert run.switches.transitions == []
+    assert run.switches.discarded_energy[-1] == 0
+
+
+def test_looks_do_not_carry_a_run_past_its_limit():
+    """The next look would be at 33 switches."""
+    run = follow("heyoka", paper_problem(2000, stick_energy=1e-12, switch_limit=20))
+    assert run.status is RunStatus.SWITCH_LIMIT
+    assert run.switches.counts[-1].sum() == 20

@@ -7,7 +7,8 @@ import pytest
 from support.problems import bare_system, problem, solve
 from support.systems import VARIANTS, random_system
 
-from rbstab.analysis.linearisation import linearise, linearised_in
+from rbstab.analysis.configuration import configurations
+from rbstab.analysis.linearisation import linearise
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.elements.gravity import Gravity
 from rbstab.mechanics.body import Body
@@ -79,7 +80,7 @@ def test_the_shape_of_a_mode_is_its_motion():
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_the_matrix_is_that_of_finite_differences(variant, seed):
     system, rest, found = at_rest(variant, seed)
-    still = linearised_in(system)
+    still = configurations(system).system
     y = still.start(rest.motion, rest.own)
     for k, column in enumerate(found.matrix.T):
         h = np.zeros(len(y))
@@ -94,7 +95,7 @@ def test_the_matrix_is_that_of_finite_differences(variant, seed):
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_the_decay_of_a_long_run_is_that_of_the_slowest_mode(variant):
     system, rest, found = at_rest(variant, 1)
-    still = linearised_in(system)
+    still = configurations(system).system
     y = still.start(rest.motion, rest.own)
     slowest, tau = found.eigenvalues[0], found.time_constants[0]
     start = y + 1e-5 * np.real(found.modes[:, 0])

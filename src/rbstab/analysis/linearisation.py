@@ -1,13 +1,13 @@
 """The linearised system at a rest state: eigenvalues, modes, frequencies and damping ratios."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from rbstab.analysis.configuration import configurations
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.coordinates import CentreCoordinates, ReducedCoordinates
 from rbstab.systems.system import System
 
 STATES = ("orientation", "angular_velocity", "position", "velocity", "connector_state")
@@ -59,12 +59,6 @@ class Linearisation:
         return int((self.eigenvalues.real > 0).sum())
 
 
-def linearised_in(system: System) -> System:
-    """The same system in the coordinates in which it is linearised: reduced where held, else Z."""
-    held = system.coordinates.holds_contact
-    return replace(system, coordinates=ReducedCoordinates() if held else CentreCoordinates())
-
-
 def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
     """The linearisation at a rest state, by complex steps and so exact to round-off.
 
@@ -73,7 +67,7 @@ def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
         rest: The motion at rest.
         own: The elements' own states there.
     """
-    still = linearised_in(system)
+    still = configurations(system).system
     A = jacobian(still.rates, still.start(rest, own))
     eigenvalues, modes = np.linalg.eig(A)
     order = np.lexsort((-eigenvalues.imag, -eigenvalues.real.round(9)))

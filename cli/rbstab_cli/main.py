@@ -12,6 +12,7 @@ COMMANDS = {
     "run": "Integrate configs and store their results.",
     "check": "Say whether configs are right, and what is wrong with them.",
     "show": "Show what a result holds.",
+    "stability": "Say what is proved, what is only seen and what is false of configs.",
     "schema": "Print the JSON Schema of a config, for editors.",
     "completion": "Print the completion script of a shell.",
 }

@@ -37,6 +37,11 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Repeat finished runs; move a different result of the same name aside.",
 )
+@click.option(
+    "--prove",
+    is_flag=True,
+    help="Prove the rest states and the certified region where DIR/proofs has no proof yet.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
 @click.option(
     "-q", "--quiet", is_flag=True, help="No progress and no advice; errors are still said."
@@ -47,6 +52,7 @@ def command(
     changes: tuple[str, ...],
     engine: str | None,
     force: bool,
+    prove: bool,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -60,7 +66,7 @@ def command(
         changes = (*changes, f"integration.engine={engine}")
     loaded = load_all(configs, changes)
     targets = _targets(loaded, output)
-    batch = _Batch(force=force, quiet=quiet)
+    batch = _Batch(output, force=force, prove=prove, quiet=quiet)
     try:
         for path, config in loaded.items():
             batch.run(path, config, targets[path])
@@ -92,21 +98,26 @@ def _targets(configs: dict[Path, "Config"], output: Path) -> dict[Path, Path]:
 class _Batch:
     """The runs of one command, one after the other."""
 
-    def __init__(self, *, force: bool, quiet: bool) -> None:
+    def __init__(self, output: Path, *, force: bool, prove: bool, quiet: bool) -> None:
+        self.output = output
         self.force = force
+        self.prove = prove
         self.quiet = quiet
         self.finished: list[FiledRun] = []
         self.exit_code = exit_codes.OK
 
     def run(self, path: Path, config: "Config", target: Path) -> None:
+        from rbstab.experiment.kept_proofs import kept_proof, proof_for
         from rbstab.experiment.run_to_file import run_to_file
         from rbstab.integrate.engines import EngineMissingError
         from rbstab.store.errors import StoreError
         from rbstab_cli.progress import bar
 
+        find = proof_for if self.prove else kept_proof
         try:
+            proof = find(self.output, config)
             with bar(path.name, config.integration.duration, wanted=not self.quiet) as progress:
-                run = run_to_file(config, target, force=self.force, progress=progress)
+                run = run_to_file(config, target, force=self.force, proof=proof, progress=progress)
         except EngineMissingError as error:
             raise click.UsageError(str(error)) from error
         except StoreError as error:

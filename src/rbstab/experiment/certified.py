@@ -14,6 +14,8 @@ from rbstab.analysis.certificate import (
     overall,
 )
 from rbstab.analysis.lyapunov import audit_scale
+from rbstab.config.schema import Config
+from rbstab.experiment.proof import Proof, start_level, starts_inside
 from rbstab.experiment.switching_record import works_without_potential
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
@@ -50,9 +52,26 @@ def certificate_of(
     return checks_of(evidence)
 
 
-def verdict_of(checks: list[Check]) -> Verdict:
-    """The verdict of a run by its lines."""
-    return overall(checks, proved=False)
+def verdict_of(checks: list[Check], config: Config, proof: Proof | None) -> Verdict:
+    """The verdict of a run by its own lines, and by what is proved of its config."""
+    return overall(checks, proved=proof is not None and starts_inside(config, proof))
+
+
+def proved_checks(config: Config, proof: Proof | None) -> list[Check]:
+    """The lines that a proof decides, for every motion of a config and for its start."""
+    stable = Check(
+        "global stability", Verdict.UNKNOWN, np.nan, 1.0, np.nan, "rest states in the range"
+    )
+    region = Check("certified region", Verdict.UNKNOWN, np.nan, np.nan, np.nan, "v(0), J")
+    if proof is None or not proof.states:
+        return [stable, region]
+    judged = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
+    stable = stable._replace(verdict=judged[proof.unique], value=float(len(proof.states)))
+    level = start_level(config, proof)
+    if proof.region is not None and level is not None:
+        inside = Verdict.CERTIFIED if starts_inside(config, proof) else Verdict.UNKNOWN
+        region = region._replace(verdict=inside, value=level, bound=proof.region.lower_bound)
+    return [stable, region]
 
 
 def certificate_variables(checks: list[Check]) -> dict[str, Variable]:

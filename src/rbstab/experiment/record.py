@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.certificate import Verdict
+from rbstab.analysis.certificate import Check
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import nearest_rest_state
-from rbstab.experiment.certified import certificate_of, certificate_variables, verdict_of
+from rbstab.experiment.certified import certificate_of
 from rbstab.experiment.switching_record import (
     resting_system,
     switching_arrays,
@@ -25,12 +25,12 @@ class Record(NamedTuple):
     """What is stored of a run.
 
     variables are the arrays by their names in `QUANTITIES`, with the coordinates of their
-    dimensions and the lines of the certificate; verdict is theirs; warnings say what is odd about
-    the rest state.
+    dimensions; checks are the lines of the certificate that the run decides by itself; warnings say
+    what is odd about the rest state.
     """
 
     variables: dict[str, Variable]
-    verdict: Verdict
+    checks: list[Check]
     warnings: list[str]
 
 
@@ -73,8 +73,7 @@ def record_of(problem: Problem, trajectory: Trajectory) -> Record:
     }
     described = {name: _variable(name, arrays[name]) for name in BY_NAME if name in arrays}
     warnings = [] if rest.found else ["no rest state was found in the range of eq. 5"]
-    variables = coordinates | described | certificate_variables(checks)
-    return Record(variables, verdict_of(checks), warnings)
+    return Record(coordinates | described, checks, warnings)
 
 
 def odd_of_motion(trajectory: Trajectory) -> list[str]:

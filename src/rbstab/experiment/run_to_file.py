@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 from rbstab.config.load import run_id
 from rbstab.config.schema import Config
+from rbstab.experiment.certified import GROUP, proved_checks
+from rbstab.experiment.proof import Proof
 from rbstab.experiment.simulate import simulate
 from rbstab.integrate.problem import Progress
 from rbstab.integrate.status import RunStatus
@@ -28,7 +30,12 @@ class FiledRun(NamedTuple):
 
 
 def run_to_file(
-    config: Config, path: Path, *, force: bool = False, progress: Progress | None = None
+    config: Config,
+    path: Path,
+    *,
+    force: bool = False,
+    proof: Proof | None = None,
+    progress: Progress | None = None,
 ) -> FiledRun:
     """Runs a config unless its result is there already, and writes the result.
 
@@ -36,6 +43,7 @@ def run_to_file(
         config: The config.
         path: The result file.
         force: Repeat a finished identical run; move a different result of that name aside.
+        proof: As in `simulate`; a finished run whose verdict does not know it is repeated.
         progress: As in `simulate`.
 
     Raises:
@@ -44,12 +52,12 @@ def run_to_file(
     """
     old = _existing(path, force=force)
     identical = old is not None and old.run_id == run_id(config)
-    if old is not None and identical and not force and _is_final(old):
+    if old is not None and identical and not force and _is_final(old, config, proof):
         return FiledRun(path, old, repeated=False, kept_aside=None)
     different = path.exists() and not identical
     if different and not force:
         _refuse(path, old)
-    result = simulate(config, progress=progress)
+    result = simulate(config, progress=progress, proof=proof)
     aside = None
     if different:
         aside = _free_name(path, old.run_id[:8] if old is not None else "damaged")
@@ -59,6 +67,16 @@ def run_to_file(
     # A result that took the name meanwhile is met by the refusal of `write_result`.
     write_result(path, result, replace=identical)
     return FiledRun(path, result, repeated=True, kept_aside=aside)
+
+
+def finished_run(config: Config, path: Path, *, proof: Proof | None = None) -> Result | None:
+    """The result of a config that stands in a file, if it is finished and knows the proof."""
+    try:
+        found = open_result(path)
+    except StoreError:
+        return None
+    final = found.run_id == run_id(config) and _is_final(found, config, proof)
+    return found if final else None
 
 
 def _existing(path: Path, *, force: bool) -> Result | None:
@@ -72,8 +90,19 @@ def _existing(path: Path, *, force: bool) -> Result | None:
         raise ResultExistsError(f"{error}; --force moves it aside") from error
 
 
-def _is_final(result: Result) -> bool:
-    return not RunStatus(result.status).depends_on_machine
+def _is_final(result: Result, config: Config, proof: Proof | None) -> bool:
+    return not RunStatus(result.status).depends_on_machine and _knows(result, config, proof)
+
+
+def _knows(result: Result, config: Config, proof: Proof | None) -> bool:
+    """Whether the certificate of a result has the lines that a proof decides."""
+    if proof is None:
+        return True
+    names = [f"{GROUP}/{column}" for column in ("check", "verdict")]
+    if any(name not in result for name in names):
+        return False
+    stored = dict(zip(*(result[name].tolist() for name in names), strict=True))
+    return all(stored.get(c.name) == c.verdict for c in proved_checks(config, proof))
 
 
 def _refuse(path: Path, old: Result | None) -> None:

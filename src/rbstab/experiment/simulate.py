@@ -9,6 +9,8 @@ from rbstab.config.build import problem_of, warnings_of
 from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
+from rbstab.experiment.certified import certificate_variables, proved_checks, verdict_of
+from rbstab.experiment.proof import Proof
 from rbstab.experiment.provenance import provenance
 from rbstab.experiment.record import odd_of_motion, record_of
 from rbstab.integrate.engines import engine
@@ -17,13 +19,17 @@ from rbstab.store.result import Result
 
 
 def simulate(
-    config: Config | str | Path | Mapping[str, Any], *, progress: Progress | None = None
+    config: Config | str | Path | Mapping[str, Any],
+    *,
+    progress: Progress | None = None,
+    proof: Proof | None = None,
 ) -> Result:
     """Integrates a config and returns its result, which is not written anywhere.
 
     Args:
         config: A config, or what `load_config` takes.
         progress: Called with the time reached, s, after every step.
+        proof: What is proved of the config; without it the verdict is at best `consistent`.
 
     Returns:
         The result; `Result.status` says how the run ended, `Result.to_xarray` gives a dataset.
@@ -46,7 +52,7 @@ def simulate(
         "status": str(trajectory.status),
         "status_detail": trajectory.detail,
         "warnings": "\n".join([*warnings_of(config), *record.warnings, *odd_of_motion(trajectory)]),
-        "verdict": str(record.verdict),
+        "verdict": str(verdict_of(record.checks, config, proof)),
         "run_id": run_id(config),
         "engine": config.integration.engine,
         "steps": trajectory.steps,
@@ -54,4 +60,5 @@ def simulate(
         "wall_time": wall_time,
         **provenance(config.integration.engine),
     }
-    return Result(record.variables, attributes, resolved_yaml(config))
+    lines = certificate_variables([*record.checks, *proved_checks(config, proof)])
+    return Result(record.variables | lines, attributes, resolved_yaml(config))

@@ -1,0 +1,61 @@
+"""The option --along of `rbstab stability`."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import click
+
+if TYPE_CHECKING:
+    from rbstab.config.schema import Config
+    from rbstab.experiment.locus import LocusPoint
+
+MOST_POINTS = 10_000
+
+
+class Along(NamedTuple):
+    """A gain's key, and the factors on it: from one to another, so many, geometric."""
+
+    key: str
+    start: float
+    end: float
+    points: int
+
+
+def parsed(text: str) -> Along:
+    """KEY=FROM:TO:COUNT.
+
+    Raises:
+        UsageError: It is not of that form.
+    """
+    key, equals, numbers = text.partition("=")
+    try:
+        start, end, count = numbers.split(":")
+        along = Along(key, float(start), float(end), int(count))
+    except ValueError:
+        along = Along(key, 0.0, 0.0, 0)
+    sound = 0 < along.start < float("inf") and 0 < along.end < float("inf")
+    if not (key and equals and sound and 1 <= along.points <= MOST_POINTS):
+        raise click.UsageError(
+            f"--along {text}: expected KEY=FROM:TO:COUNT with factors above 0 and a count from 1 "
+            f"to {MOST_POINTS}, such as controller.K_r=0.01:1:41"
+        )
+    return along
+
+
+def points_of(config: "Config", along: Along) -> "list[LocusPoint]":
+    """The root locus of a config along a gain.
+
+    Raises:
+        UsageError: The config has no such gain.
+    """
+    import numpy as np
+
+    from rbstab.config.errors import ConfigError
+    from rbstab.experiment.locus import root_locus
+
+    factors = np.geomspace(along.start, along.end, along.points)
+    try:
+        return root_locus(config, along.key, factors)
+    except KeyError as error:
+        raise click.UsageError(f"--along: this config has no numbers at {along.key}") from error
+    except ConfigError as error:
+        raise click.UsageError(f"--along: {error}") from error

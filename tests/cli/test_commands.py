@@ -156,7 +156,7 @@ def test_completion_completes(monkeypatch: pytest.MonkeyPatch) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "rbstab_cli"], capture_output=True, text=True, check=False
     )
-    assert done.stdout.split() == ["plain,show", "plain,schema"]
+    assert done.stdout.split() == ["plain,show", "plain,stability", "plain,schema"]
 
 
 def test_output_into_a_closed_pipe_is_no_error() -> None:

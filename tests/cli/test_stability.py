@@ -1,0 +1,147 @@
+import json
+from pathlib import Path
+
+import pytest
+from cli.conftest import Invoke
+
+WEAK = "controller.K_r=[40,40,32]"
+
+
+def test_what_is_said_of_a_good_config(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("stability", "good.yaml")
+    assert done.exit_code == 0
+    said = done.stdout
+    assert said.startswith("good.yaml: A short run\n")
+    assert "1 rest state in the range of eq. 5, proved to be all" in said
+    assert "Globally stable: proved for every motion that stays in the range." in said
+    assert "proved to converge" in said
+    assert "Verdict of the run: certified." in said
+    for word in ("stable", "ζ", "derivative", "certified region"):
+        assert word in said
+    assert len(list((folder / "results" / "proofs").iterdir())) == 1
+
+
+def test_json_has_all_of_it(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("stability", "good.yaml", "--json", "--along", "controller.K_r=0.5:2:3")
+    (facts,) = json.loads(done.stdout)
+    assert facts["proved"] is True
+    assert facts["unique"] is True
+    assert facts["inside"] is True
+    (state,) = facts["states"]
+    assert state["index"] == 0
+    assert state["orientation"] == pytest.approx([0, 0, 0], abs=1e-9)
+    # The lightest damped mode of the free body: m ẍ + L ẋ + K x = 0 along the third axis.
+    frequencies = [mode["natural_frequency"] for mode in state["modes"]]
+    assert any(f == pytest.approx((3280 / 41) ** 0.5) for f in frequencies)
+    assert facts["certificate"]["verdict"] == "certified"
+    assert [line["check"] for line in facts["certificate"]["lines"]][-1] == "certified region"
+    (along,) = facts["along"]
+    assert [point["factor"] for point in along["points"]] == pytest.approx([0.5, 1, 2])
+    assert len(along["points"][0]["eigenvalues"]) == 12
+
+
+def test_a_counterexample_is_named(folder: Path, rbstab: Invoke) -> None:
+    text = Path("good.yaml").read_text().replace("variant: free", "variant: permanent")
+    text = text.replace("initial:", "initial: # spin\n ").replace("# spin\n  {", "{")
+    Path("held.yaml").write_text(text.replace("inertia: [10.0, 9.0, 2.0]", "inertia: [10, 8, 3]"))
+    done = rbstab("stability", "held.yaml", "--set", WEAK, "--no-run")
+    assert done.exit_code == 0
+    assert "Globally stable: false, for it also rests at Θ = (-1.33, 1.514, -2.447)" in done.stdout
+    assert "saddle, index 2" in done.stdout
+    assert "Verdict" not in done.stdout
+
+
+def test_search_only_proves_and_keeps_nothing(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("stability", "good.yaml", "--search-only", "--no-run")
+    assert "not proved to be all" in done.stdout
+    assert "searched and not proved" in done.stdout
+    assert not (folder / "results").exists()
+
+
+def test_a_kept_proof_is_used_by_run_and_by_search_only(folder: Path, rbstab: Invoke) -> None:
+    rbstab("stability", "good.yaml", "--no-run")
+    (kept,) = (folder / "results" / "proofs").iterdir()
+    before = kept.stat().st_mtime_ns
+    ran = rbstab("run", "good.yaml", "--json")
+    assert json.loads(ran.stdout)[0]["verdict"] == "certified"
+    again = rbstab("stability", "good.yaml", "--search-only", "--no-run")
+    assert "proved to be all" in again.stdout
+    assert kept.stat().st_mtime_ns == before
+
+
+def test_run_prove_makes_the_proof(folder: Path, rbstab: Invoke) -> None:
+    first = rbstab("run", "good.yaml", "--json")
+    assert json.loads(first.stdout)[0]["verdict"] == "consistent"
+    second = rbstab("run", "good.yaml", "--json", "--prove")
+    facts = json.loads(second.stdout)[0]
+    assert (facts["verdict"], facts["repeated"]) == ("certified", True)
+    third = rbstab("run", "good.yaml", "--json", "--prove")
+    assert json.loads(third.stdout)[0]["repeated"] is False
+
+
+def test_a_file_instead_of_the_terminal(folder: Path, rbstab: Invoke) -> None:
+    printed = rbstab("stability", "good.yaml", "--no-run").stdout
+    done = rbstab("stability", "good.yaml", "--no-run", "-o", "said.txt")
+    assert (done.exit_code, done.stdout) == (0, "")
+    assert Path("said.txt").read_text() == printed
+    again = rbstab("stability", "good.yaml", "--no-run", "-o", "said.txt")
+    assert again.exit_code == 4
+    assert "said.txt exists already" in again.stderr
+    assert Path("said.txt").read_text() == printed
+    nowhere = rbstab("stability", "good.yaml", "--no-run", "-o", "no/folder.txt")
+    assert nowhere.exit_code == 4
+    assert "no/folder.txt" in nowhere.stderr
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "K_r",
+        "K_r=1:2",
+        "=1:2:3",
+        "K_r=0:1:3",
+        "K_r=1:inf:3",
+        "K_r=1:2:0",
+        "K_r=1:nan:3",
+        "a=1:2:x",
+    ],
+)
+def test_an_along_that_is_none(folder: Path, rbstab: Invoke, text: str) -> None:
+    done = rbstab("stability", "good.yaml", "--along", text)
+    assert done.exit_code == 2
+    assert "expected KEY=FROM:TO:COUNT" in done.stderr
+
+
+def test_an_along_of_no_gain(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("stability", "good.yaml", "--along", "controller.K_x=1:2:3", "--no-run")
+    assert done.exit_code == 2
+    assert "no numbers at controller.K_x" in done.stderr
+
+
+def test_wrong_configs_are_all_told_first(folder: Path, rbstab: Invoke) -> None:
+    Path("wrong.yaml").write_text("body: 3\n")
+    done = rbstab("stability", "good.yaml", "wrong.yaml")
+    assert done.exit_code == 2
+    assert "wrong.yaml:1:" in done.stderr
+    assert done.stdout == ""
+
+
+def test_a_folder_that_takes_no_proof_is_no_error(folder: Path, rbstab: Invoke) -> None:
+    Path("results").mkdir()
+    Path("results/proofs").write_text("a file")
+    done = rbstab("stability", "good.yaml", "--no-run")
+    assert done.exit_code == 0
+    assert "the proof is not kept" in done.stderr
+    assert "proved to be all" in done.stdout
+
+
+def test_the_run_of_a_violated_argument_is_told(folder: Path, rbstab: Invoke) -> None:
+    """Implicit steps so long that v no longer balances."""
+    text = Path("good.yaml").read_text().replace("variant: free", "variant: sliding")
+    law = "K_s: [20000, 20000, 20000]\n  surface: position\n  law: {implicit: 0.01}\n  K_t"
+    text = text.replace("K_t", law).replace("[1, 2, -1]", "[16, 32, -16]")
+    Path("coarse.yaml").write_text(text)
+    done = rbstab("run", "coarse.yaml")
+    assert "violated: audit: max |r| / v(0) is " in done.stderr
+    assert "violated" in done.stdout

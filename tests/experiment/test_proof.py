@@ -1,0 +1,212 @@
+"""What is proved of a config, and kept beside its results."""
+
+import numpy as np
+import pytest
+from support.paper_runs import paper_config
+
+import rbstab
+from rbstab.experiment import kept_proofs
+from rbstab.experiment.kept_proofs import kept_proof, proof_for, proof_path
+from rbstab.experiment.proof import Proof, proof_id, prove, start_level, starts_inside
+from rbstab.experiment.run_to_file import finished_run, run_to_file
+from rbstab.experiment.stability import kind_of, stability_of
+
+SLOW_START = {"angular_velocity": [1.0, 2.0, -1.0]}
+
+
+def config_of(variant="permanent", weighed=False, scale=1.0, **changes):
+    gains = {"K_r": [scale * 400.0, scale * 400.0, scale * 320.0]}
+    changes.setdefault("controller", {})
+    changes["controller"] = {**gains, **changes["controller"]}
+    return rbstab.load_config(paper_config(variant, weighed, **changes))
+
+
+@pytest.mark.parametrize(
+    ("variant", "level"), [("free", 493), ("permanent", 1020), ("visco-elastic", 918)]
+)
+def test_the_level_up_to_which_the_paper_s_cases_are_certified(variant, level):
+    """Found by another program; the paper starts above it."""
+    config = config_of(variant)
+    proof = prove(config)
+    assert proof.proved
+    assert proof.unique is True
+    assert proof.region.level == pytest.approx(level, abs=0.6)
+    assert proof.region.level - 1e-4 < proof.region.lower_bound <= proof.region.level
+    assert proof.region.face in {"θ2 = -π/2", "θ2 = π/2"}
+    start = {"free": 5427.2, "permanent": 8893.5, "visco-elastic": 5427.2}[variant]
+    assert start_level(config, proof) == pytest.approx(start, abs=0.1)
+    assert not starts_inside(config, proof)
+
+
+def test_inside_is_below_the_proved_level():
+    """Free of springs but those in Θ: v(0) = ½ Ω'JΩ."""
+    proof = prove(config_of("free"))
+    bound = proof.region.lower_bound
+    for factor, inside in ((0.999, True), (1.001, False)):
+        spin = np.sqrt(2 * factor * bound / 10.0)
+        config = config_of("free", initial={"angular_velocity": [spin, 0.0, 0.0]})
+        assert start_level(config, proof) == pytest.approx(factor * bound, rel=1e-9)
+        assert starts_inside(config, proof) is inside
+
+
+def test_where_there_are_more_rest_states():
+    proof = prove(config_of("permanent", scale=0.1))
+    assert proof.unique is False
+    assert kind_of(proof.states[0]) == "stable"
+    assert kind_of(proof.states[1]) == "saddle, index 2"
+    assert proof.states[1].orientation == pytest.approx((-1.330, 1.514, -2.447), abs=1e-3)
+    assert proof.states[2].orientation == pytest.approx((-2.682, 0.851, -1.382), abs=1e-3)
+    low, high = np.array(proof.states[1].enclosure)
+    assert (low < proof.states[1].orientation).all()
+    assert (high > proof.states[1].orientation).all()
+
+
+def test_a_search_alone_certifies_nothing():
+    config = config_of("free", initial=SLOW_START)
+    proof = prove(config, search_only=True)
+    assert not proof.proved
+    assert proof.unique is None
+    assert proof.region.lower_bound == 0.0
+    assert not starts_inside(config, proof)
+    assert rbstab.simulate(config, proof=proof).attributes["verdict"] == "consistent"
+
+
+def test_what_a_proof_depends_on():
+    first = proof_id(config_of("visco-elastic"))
+    same = [
+        config_of("visco-elastic", initial=SLOW_START),
+        config_of("visco-elastic", duration=1.0, engine="heyoka", rtol=1e-9),
+    ]
+    others = [
+        config_of("visco-elastic", weighed=True),
+        config_of("visco-elastic", scale=0.5),
+        config_of("visco-elastic", controller={"anchor": "equilibrium"}),
+        config_of("permanent"),
+    ]
+    assert [proof_id(config) for config in same] == [first] * 2
+    assert len({first, *(proof_id(config) for config in others)}) == 5
+
+
+def test_a_proof_is_plain_data():
+    proof = prove(config_of("embedded", weighed=True))
+    again = Proof.model_validate_json(proof.model_dump_json())
+    assert again == proof
+    assert len(proof.states[0].connector_state) == 3
+
+
+@pytest.mark.parametrize(
+    ("surface", "words"), [("position", "no gradient"), ({"slope": 20.0}, "no potential")]
+)
+def test_a_sliding_connector_has_no_proof(surface, words):
+    gains = {"K_s": [2000.0] * 3, "surface": surface}
+    data = paper_config(
+        "free", False, controller={"variant": "sliding", **gains}, duration=0.005, samples=3
+    )
+    config = rbstab.load_config(data)
+    proof = prove(config)
+    assert words in proof.outcome
+    assert (proof.states, proof.region, proof.unique) == ((), None, None)
+    assert start_level(config, proof) is None
+    stability = stability_of(config, proof)
+    assert words in stability.statements[0]
+    assert rbstab.simulate(config, proof=proof).attributes["verdict"] == "consistent"
+
+
+def certificate(result):
+    return dict(
+        zip(
+            result["certificate/check"].tolist(),
+            result["certificate/verdict"].tolist(),
+            strict=True,
+        )
+    )
+
+
+def test_verdicts_of_runs():
+    short = {"duration": 0.05, "samples": 6}
+    inside = config_of("free", initial=SLOW_START, **short)
+    proof = prove(inside)
+    certified = rbstab.simulate(inside, proof=proof)
+    assert certified.attributes["verdict"] == "certified"
+    assert certificate(certified)["certified region"] == "certified"
+    without = rbstab.simulate(inside)
+    assert without.attributes["verdict"] == "consistent"
+    assert certificate(without)["global stability"] == "unknown"
+    outside = config_of("free", **short)
+    result = rbstab.simulate(outside, proof=proof)
+    assert result.attributes["verdict"] == "consistent"
+    assert certificate(result)["global stability"] == "certified"
+    assert certificate(result)["certified region"] == "unknown"
+
+
+def test_a_run_can_be_certified_though_global_stability_is_false():
+    config = config_of("permanent", scale=0.1, initial=SLOW_START, duration=0.05, samples=6)
+    result = rbstab.simulate(config, proof=prove(config))
+    assert certificate(result)["global stability"] == "violated"
+    assert result.attributes["verdict"] == "certified"
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """How often a proof is made."""
+    made = []
+
+    def counting(config):
+        made.append(config)
+        return prove(config)
+
+    monkeypatch.setattr(kept_proofs, "prove", counting)
+    return made
+
+
+def test_a_proof_is_made_once_and_kept(tmp_path, counted):
+    config = config_of("free")
+    assert kept_proof(tmp_path, config) is None
+    first = proof_for(tmp_path, config)
+    other_start = config_of("free", initial=SLOW_START)
+    assert proof_for(tmp_path, other_start) == first
+    assert kept_proof(tmp_path, other_start) == first
+    assert len(counted) == 1
+
+
+@pytest.mark.parametrize("damage", ["{", "[]", "{}"])
+def test_a_damaged_proof_is_made_again(tmp_path, counted, damage):
+    config = config_of("free")
+    first = proof_for(tmp_path, config)
+    proof_path(tmp_path, config).write_text(damage)
+    assert kept_proof(tmp_path, config) is None
+    again = proof_for(tmp_path, config)
+    assert again.model_copy(update={"seconds": first.seconds}) == first
+    assert len(counted) == 2
+
+
+def test_a_proof_of_something_else_is_not_believed(tmp_path):
+    config, other = config_of("free"), config_of("permanent")
+    proof_for(tmp_path, other)
+    proof_path(tmp_path, other).rename(proof_path(tmp_path, config))
+    assert kept_proof(tmp_path, config) is None
+
+
+def test_a_finished_run_is_repeated_when_it_does_not_know_the_proof(tmp_path):
+    config = config_of("free", initial=SLOW_START, duration=0.05, samples=6)
+    path = tmp_path / "a.h5"
+    run_to_file(config, path)
+    proof = prove(config)
+    assert finished_run(config, path) is not None
+    assert finished_run(config, path, proof=proof) is None
+    proved = run_to_file(config, path, proof=proof)
+    assert proved.repeated
+    assert proved.kept_aside is None
+    assert rbstab.open_result(path).attributes["verdict"] == "certified"
+    assert not run_to_file(config, path, proof=proof).repeated
+    assert not run_to_file(config, path).repeated
+    assert rbstab.open_result(path).attributes["verdict"] == "certified"
+
+
+@pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])
+def test_each_rest_state_comes_with_its_linearisation(variant):
+    config = config_of(variant, weighed=True, scale=0.1)
+    stability = stability_of(config, prove(config))
+    for state, linear in zip(stability.proof.states, stability.linearisations, strict=True):
+        # As many growing modes as directions downhill: damping does not change their number.
+        assert linear.growing == state.index

@@ -48,7 +48,7 @@ def _print_rest_states(stability: "Stability") -> None:
             kind_of(state),
             _vector(state.orientation),
             _vector(state.position),
-            number(state.energy, 6),
+            number(round(state.energy, 9) + 0.0, 6),
             number(float(linear.time_constants[0])),
             "yes" if state.proved else "no",
         )

@@ -71,7 +71,7 @@ def without_time(text: str) -> list[list[str]]:
 def test_the_readme_shows_what_the_program_prints(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    table, shown, _ = blocks(read("README.md"))
+    table, shown, stability, _ = blocks(read("README.md"))
     monkeypatch.chdir(tmp_path)
     cases = sorted(str(path) for path in (ROOT / "configs/paper").glob("*.yaml"))
     ran = CliRunner().invoke(cli, ["run", *cases])
@@ -80,6 +80,13 @@ def test_the_readme_shows_what_the_program_prints(
     expected = shown.strip().splitlines()
     found = show.stdout.strip().splitlines()[: len(expected)]
     assert round_off(map(str.split, found)) == round_off(map(str.split, expected))
+    case, weak = "configs/paper/case1_permanent.yaml", "controller.K_r=[40,40,32]"
+    monkeypatch.chdir(ROOT)
+    options = ["--set", weak, "--results", str(tmp_path / "results"), "--no-run"]
+    said = CliRunner().invoke(cli, ["stability", case, *options]).stdout.strip()
+    # The verdict belongs to the run, which is left out here.
+    told = [line for line in stability.strip().splitlines() if "Verdict" not in line]
+    assert [line.rstrip() for line in said.splitlines()] == told
 
 
 def round_off(lines: object) -> list[list[str]]:
@@ -90,7 +97,7 @@ def round_off(lines: object) -> list[list[str]]:
 def test_the_errors_in_the_readme_are_those_of_the_program(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    command, *expected = blocks(read("README.md"))[2].strip().splitlines()
+    command, *expected = blocks(read("README.md"))[3].strip().splitlines()
     assert command == "$ rbstab check wrong.yaml"
     wrong = """\
 title: My body

@@ -86,7 +86,7 @@ def test_drift_of_the_contact_point_is_told_on_the_sub_manifold(manifold_run):
 def test_arrays_have_the_shapes_of_their_dimensions(variant):
     result = paper_run(variant, True, "scipy")
     parts = 5 if variant in {"visco-elastic", "embedded"} else 4
-    sizes = {"time": 401, "axis": 3, "part": parts, "check": 5}
+    sizes = {"time": 401, "axis": 3, "part": parts, "check": 7}
     by_name = {quantity.name: quantity for quantity in QUANTITIES}
     for name, variable in result.variables.items():
         assert variable.data.shape == tuple(sizes[d] for d in variable.dimensions), name

@@ -146,7 +146,7 @@ def test_axes_and_finite_numbers(run):
     stored = open_result(path)
     assert stored["axis"].tolist() == [1, 2, 3]
     for name, variable in stored.variables.items():
-        if variable.data.dtype.kind == "f" and name != "certificate/when":
+        if variable.data.dtype.kind == "f" and not name.startswith("certificate/"):
             assert np.isfinite(variable.data).all(), name
 
 

@@ -1,0 +1,71 @@
+"""What is proved of a region is seen in every motion that starts in it, up to its very border."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.problems import problem, solve
+from support.rest import random_rest_system
+from support.systems import VARIANTS
+
+from rbstab.analysis.certified_region import certified_region
+from rbstab.analysis.rest_states import rest_states
+from rbstab.elements.gravity import Gravity
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.attitude import regularity
+
+SEEDS = range(6)
+
+
+def system_of(variant, seed):
+    """Random gains; the light load leaves most of them a region that is not empty."""
+    system = random_rest_system(np.random.default_rng(100 + seed), variant)
+    light = Gravity(0.2 * system.elements[0].weight)
+    return replace(system, elements=(light, *system.elements[1:]))
+
+
+def energy(system, y):
+    return float(system.observe(y).energy.sum())
+
+
+def start_at(system, rest, level, direction):
+    """The first state along a ray from the rest state whose energy is `level` above it."""
+
+    def above(t):
+        return energy(system, rest + t * direction) - energy(system, rest) - level
+
+    high = 1e-3
+    while above(high) < 0:
+        high *= 1.05
+    low = high / 1.05 if high > 1e-3 else 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if above(middle) < 0 else (low, middle)
+    return rest + low * direction
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_every_motion_from_inside_stays_and_falls(variant):
+    followed = 0
+    for seed in SEEDS:
+        system = system_of(variant, seed)
+        found = rest_states(system)
+        region = certified_region(found)
+        if region is None or region.lower_bound <= 0:
+            continue
+        lowest = found.states[0].state
+        rest = system.start(lowest.motion, lowest.own)
+        rng = np.random.default_rng(seed)
+        for share in (0.5, 0.999):
+            scales = np.repeat([1.0, 5.0, 0.3, 2.0, 0.3], 3)[: len(rest)]
+            direction = scales * rng.normal(size=len(rest))
+            start = start_at(system, rest, share * region.lower_bound, direction)
+            assert regularity(start[0:3]) > 0
+            run = solve("heyoka", problem(system, start, np.linspace(0, 3, 61), range_bound=1e-9))
+            assert run.status is RunStatus.COMPLETED
+            v = np.array([energy(system, y) for y in run.states]) - energy(system, rest)
+            assert (np.diff(v) <= 1e-11 * v[0]).all()
+            assert (np.abs(run.states[:, 0:3]) < [np.pi, np.pi / 2, np.pi]).all()
+            followed += 1
+    assert followed >= 6

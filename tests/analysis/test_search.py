@@ -61,6 +61,16 @@ def test_double_zero_is_listed_once():
     np.testing.assert_allclose(found, 0, atol=1e-5)
 
 
+def test_double_zero_anywhere_is_listed_once():
+    # ∂U/∂θ1 = 1 - cos(θ1 - 1), to which Newton's method only comes by halving the distance.
+    waves = np.zeros((3, 3, 3))
+    waves[2, 0, 0], waves[1, 0, 0] = -np.cos(1.0), np.sin(1.0)
+    form = TrigonometricForm(np.diag([0.0, 1, 1]), np.array([1.0, 0, 0]), waves)
+    found = search(form)
+    assert found.shape == (1, 3)
+    np.testing.assert_allclose(found, [[1, 0, 0]], rtol=0, atol=5e-8)
+
+
 def test_zeros_close_to_each_other_are_told_apart():
     found = search(reduced_energy(inverted_pendulum([100 * (1 - 1e-7), 250, 70], 100.0)).form)
     # kθ = a sin θ has θ² = 6e-7 at its small roots.

@@ -80,6 +80,14 @@ def test_they_are_in_order_and_begin_with_a_minimum(rng, variant):
     assert found.states[0].stable
 
 
+def test_order_is_that_of_the_energy_and_not_of_the_index():
+    found = rest_states(random_rest_system(np.random.default_rng(21), "visco-elastic"))
+    energies = [point.state.energy for point in found.states]
+    indices = [point.index for point in found.states]
+    assert energies == sorted(energies)
+    assert indices != sorted(indices)
+
+
 def hessian_by_differences(system, Theta):
     """Of the energy that is left when all else has settled, by its least values."""
     form = rest_states(system, proof=False).energy.form

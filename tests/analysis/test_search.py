@@ -28,6 +28,13 @@ def test_lowest_comes_first():
     assert np.all(np.diff(energies) > 0)
 
 
+def test_dozens_are_in_order_of_their_energy(rng):
+    form = TrigonometricForm(np.eye(3), rng.normal(size=3), rng.normal(size=(5, 5, 5)))
+    energies = form.value(search(form))
+    assert len(energies) > 5
+    assert np.all(np.diff(energies) > 0)
+
+
 def test_zeros_are_exact_to_round_off():
     form = form_of("permanent", 0.03)
     gradient = form.to_round_off(search(form), 1)[1]

@@ -78,6 +78,19 @@ def test_double_zero_anywhere_is_listed_once():
     np.testing.assert_allclose(found, [[1, 0, 0]], rtol=0, atol=5e-8)
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("stiffness", [1e-3, 1.0, 400.0])
+def test_threefold_zero_anywhere_is_listed_once(stiffness, seed):
+    # ∂U/∂θ1 = θ1 - 1 - sin(θ1 - 1): two thirds of the distance are left after each step.
+    waves = np.zeros((3, 3, 3))
+    waves[1, 0, 0], waves[2, 0, 0] = np.cos(1.0), np.sin(1.0)
+    linear = np.array([-1.0, 0, 0])
+    form = TrigonometricForm(stiffness * np.eye(3), stiffness * linear, stiffness * waves)
+    found = search(form, seed)
+    assert found.shape == (1, 3)
+    np.testing.assert_allclose(found, [[1, 0, 0]], rtol=0, atol=2e-4)
+
+
 def test_zeros_close_to_each_other_are_told_apart():
     found = search(reduced_energy(inverted_pendulum([100 * (1 - 1e-7), 250, 70], 100.0)).form)
     # kθ = a sin θ has θ² = 6e-7 at its small roots.

@@ -1,6 +1,7 @@
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -136,6 +137,7 @@ def test_uniqueness_is_proved_or_disproved():
     unique = rest_states(paper_system("permanent"))
     assert unique.unique is True
     assert unique.counterexample is None
+    assert replace(unique, states=()).unique is False
     several = rest_states(paper_system("permanent", 0.3))
     assert several.unique is False
     assert several.counterexample is several.states[1]

@@ -12,8 +12,9 @@ ARRIVED = 1e-9
 """rad: the last Newton step where one has arrived. From there it falls to round-off at once."""
 
 APART = 3e-4
-"""rad: arrivals closer than this are taken for one zero, which the proof does not do. At a threefold
-zero, where a rest state is about to part into three, the gradient is round-off from 1e-4 on."""
+"""rad: arrivals closer than this are taken for one zero, which the proof does not do. At a
+threefold zero, where a rest state is about to part into three, the gradient is round-off from 1e-4
+on."""
 
 
 @np.errstate(all="ignore")  # no test holds for what is not a number

@@ -22,8 +22,8 @@ FLAT = 1e-6
 class LeastValue:
     """The least value of U over a box.
 
-    value, J, is attained at Theta, shape (3,); lower_bound, J, is proved, and is -inf where the
-    limit on the number of boxes was reached before anything could be.
+    value, J, is attained at Theta, shape (3,); lower_bound, J, is proved, and far below value where
+    the limit on the number of boxes was reached, so that the gap is not `closed`.
     """
 
     value: float

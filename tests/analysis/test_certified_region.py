@@ -2,12 +2,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.rest import HEAVY, inverted_pendulum, paper_system, random_rest_system
+from support.rest import DAMPING, HEAVY, inverted_pendulum, paper_system, random_rest_system
 
 from rbstab.analysis.boxes import RANGE_END
 from rbstab.analysis.certified_region import Face, certified_region
 from rbstab.analysis.proof import Outcome
+from rbstab.analysis.reduced_energy import reduced_energy
 from rbstab.analysis.rest_states import rest_states
+from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 
 
 def region(system, **options):
@@ -49,6 +51,21 @@ def test_level_is_counted_from_the_rest_state():
     assert heavy.level == pytest.approx(light.level, rel=1e-12)
     assert heavy.energy == pytest.approx(light.energy - 25.625, rel=1e-12)
     assert heavy.lower_bound == pytest.approx(heavy.level, rel=1e-9)
+
+
+def test_level_does_not_depend_on_where_energy_is_counted_from():
+    # The weight has done 4e5 J on the way to an anchor a kilometre below, and K_t holds none of it.
+    near = paper_system("permanent", weight=HEAVY)
+    loose = TranslationalStabilizer(np.zeros((3, 3)), DAMPING)
+    near = replace(near, elements=(near.elements[0], loose, near.elements[2]))
+    far = replace(near, anchor=np.array([0.0, 0.0, -1e3]))
+    one, other = region(near), region(far)
+    assert one.energy - other.energy == pytest.approx(4.1e5, rel=1e-6)
+    assert one.level == pytest.approx(other.level, rel=1e-9)
+    assert other.level - 1e-5 < other.lower_bound <= other.level
+    # What rounding does to either energy is taken off.
+    energy = reduced_energy(far).form
+    assert other.lower_bound < other.level - 1.9 * energy.round_off[0]
 
 
 @pytest.mark.parametrize("variant", ["permanent", "visco-elastic", "embedded"])

@@ -6,7 +6,7 @@ from support.rest import random_rest_system
 from support.systems import VARIANTS
 
 from rbstab.analysis.boxes import Boxes
-from rbstab.analysis.enclosure import enclosure
+from rbstab.analysis.enclosure import Enclosure, enclosure
 from rbstab.analysis.least_value import least_value, lower_bounds
 from rbstab.analysis.reduced_energy import reduced_energy
 from rbstab.analysis.trigonometric import TrigonometricForm
@@ -36,6 +36,15 @@ def test_nothing_in_the_box_is_below_the_bound(seed):
     bounds = lower_bounds(enclosure(form, boxes))
     round_off = 1e-13 * np.abs(values).max()
     assert np.all(values.min(axis=1) >= bounds - round_off)
+
+
+def test_errors_of_rounding_are_counted():
+    r = np.array([[0.1, 0.2, 0.3]])
+    flat = np.zeros((1, 3)), np.zeros((1, 3, 3)), np.zeros((1, 3, 3, 3))
+    slope, bend = np.array([1.0, 2.0, 3.0]), np.full((3, 3), 4.0)
+    over = Enclosure(r, np.array([7.0]), np.array(0.5), flat[0], slope, flat[1], bend, flat[2])
+    # 0.5 + (0.1 + 0.4 + 0.9) + ½ 4 (0.1 + 0.2 + 0.3)²
+    assert lower_bounds(over)[0] == pytest.approx(7 - 0.5 - 1.4 - 0.72, rel=1e-11)
 
 
 def test_bound_is_near_where_the_box_is_small(rng):

@@ -1,6 +1,7 @@
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -80,6 +81,14 @@ def test_they_are_in_order_and_begin_with_a_minimum(rng, variant):
     assert found.states[0].stable
 
 
+def test_order_is_that_of_the_energy_and_not_of_the_index():
+    found = rest_states(random_rest_system(np.random.default_rng(21), "visco-elastic"))
+    energies = [point.state.energy for point in found.states]
+    indices = [point.index for point in found.states]
+    assert energies == sorted(energies)
+    assert indices != sorted(indices)
+
+
 def hessian_by_differences(system, Theta):
     """Of the energy that is left when all else has settled, by its least values."""
     form = rest_states(system, proof=False).energy.form
@@ -128,6 +137,7 @@ def test_uniqueness_is_proved_or_disproved():
     unique = rest_states(paper_system("permanent"))
     assert unique.unique is True
     assert unique.counterexample is None
+    assert replace(unique, states=()).unique is False
     several = rest_states(paper_system("permanent", 0.3))
     assert several.unique is False
     assert several.counterexample is several.states[1]

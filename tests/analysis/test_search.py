@@ -28,6 +28,13 @@ def test_lowest_comes_first():
     assert np.all(np.diff(energies) > 0)
 
 
+def test_dozens_are_in_order_of_their_energy(rng):
+    form = TrigonometricForm(np.eye(3), rng.normal(size=3), rng.normal(size=(5, 5, 5)))
+    energies = form.value(search(form))
+    assert len(energies) > 5
+    assert np.all(np.diff(energies) > 0)
+
+
 def test_zeros_are_exact_to_round_off():
     form = form_of("permanent", 0.03)
     gradient = form.to_round_off(search(form), 1)[1]
@@ -59,6 +66,29 @@ def test_double_zero_is_listed_once():
     found = search(reduced_energy(inverted_pendulum([100, 250, 70], 100.0)).form)
     assert found.shape == (1, 3)
     np.testing.assert_allclose(found, 0, atol=1e-5)
+
+
+def test_double_zero_anywhere_is_listed_once():
+    # ∂U/∂θ1 = 1 - cos(θ1 - 1), to which Newton's method only comes by halving the distance.
+    waves = np.zeros((3, 3, 3))
+    waves[2, 0, 0], waves[1, 0, 0] = -np.cos(1.0), np.sin(1.0)
+    form = TrigonometricForm(np.diag([0.0, 1, 1]), np.array([1.0, 0, 0]), waves)
+    found = search(form)
+    assert found.shape == (1, 3)
+    np.testing.assert_allclose(found, [[1, 0, 0]], rtol=0, atol=5e-8)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("stiffness", [1e-3, 1.0, 400.0])
+def test_threefold_zero_anywhere_is_listed_once(stiffness, seed):
+    # ∂U/∂θ1 = θ1 - 1 - sin(θ1 - 1): two thirds of the distance are left after each step.
+    waves = np.zeros((3, 3, 3))
+    waves[1, 0, 0], waves[2, 0, 0] = np.cos(1.0), np.sin(1.0)
+    linear = np.array([-1.0, 0, 0])
+    form = TrigonometricForm(stiffness * np.eye(3), stiffness * linear, stiffness * waves)
+    found = search(form, seed)
+    assert found.shape == (1, 3)
+    np.testing.assert_allclose(found, [[1, 0, 0]], rtol=0, atol=2e-4)
 
 
 def test_zeros_close_to_each_other_are_told_apart():

@@ -36,6 +36,15 @@ def test_newton_says_where_it_does_not_arrive():
     assert not last[0] < 1
 
 
+def test_long_steps_are_cut(form, monkeypatch):
+    monkeypatch.setattr("rbstab.analysis.zero.NEWTON_STEPS", 1)
+    # Where 1 - 2 cos θ1 is nearly zero, 1.05, the step would go far beyond the range.
+    start = np.array([[1.05, 0.01, 0.0]])
+    Theta, last = newton(form, start)
+    assert last[0] > 10
+    assert np.abs(Theta - start).max() == pytest.approx(0.5, rel=1e-12)
+
+
 def test_zero_is_enclosed_to_round_off(form):
     root = root_of_the_pendulum()
     zero = isolated_zero(form, np.array([root, 0.0, 0.0]))

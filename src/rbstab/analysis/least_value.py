@@ -12,7 +12,7 @@ from rbstab.mechanics.numbers import Array
 BATCH = 2048
 
 TOLERANCE = 1e-9
-"""The gap that is left between proof and example, over the largest |U| that was seen."""
+"""The gap that is left between proof and example, over the range of U that was seen."""
 
 FLAT = 1e-6
 """A determinant below this part of its first product is lost in round-off, and is not used."""
@@ -22,8 +22,8 @@ FLAT = 1e-6
 class LeastValue:
     """The least value of U over a box.
 
-    value, J, is attained at Theta, shape (3,); lower_bound, J, is proved, and is -inf where the
-    limit on the number of boxes was reached before anything could be.
+    value, J, is attained at Theta, shape (3,); lower_bound, J, is proved, and far below value where
+    the limit on the number of boxes was reached, so that the gap is not `closed`.
     """
 
     value: float
@@ -46,7 +46,9 @@ def least_value(form: TrigonometricForm, box: Boxes, box_limit: int) -> LeastVal
         The least value; `closed` says whether the gap is within `TOLERANCE`.
     """
     value, Theta = _descended(form, box, box.centre[0])
-    waiting, done, examined, largest = box, np.inf, 0, abs(value)
+    waiting, done, examined, highest = box, np.inf, 0, value
+    # The bounds lose this much to rounding in the smallest of boxes.
+    round_off = 8 * float(form.round_off[0])
     while len(waiting) and examined < box_limit:
         batch, waiting = waiting[-BATCH:], waiting[:-BATCH]
         examined += len(batch)
@@ -58,9 +60,9 @@ def least_value(form: TrigonometricForm, box: Boxes, box_limit: int) -> LeastVal
                 _descended(form, box, batch.centre[best]),
                 key=lambda found: found[0],
             )
-        largest = max(largest, float(np.abs(over.value).max()))
+        highest = max(highest, float(over.value.max()))
         lower = lower_bounds(over)
-        finished = lower > value - TOLERANCE * largest
+        finished = lower > value - (TOLERANCE * (highest - value) + round_off)
         done = min(done, float(lower[finished].min(initial=np.inf)))
         left = batch[~finished]
         waiting = joined([waiting, left.halves(left.reach.argmax(axis=1))])

@@ -45,8 +45,8 @@ class Outcome(Enum):
 class Zeros:
     """The zeros of ∇U in the closed range of eq. 5.
 
-    inside are in the open range, outside are beyond it. Whatever is undecided, a box that may hold
-    zeros or the enclosure of one that straddles the border, is in `undecided`.
+    inside are in the open range; outside are those beyond it that were met. Whatever is undecided,
+    a box that may hold zeros or the enclosure of one that straddles the border, is in `undecided`.
     """
 
     inside: tuple[Zero, ...]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from support.sliding import ball_in_a_V, connector, follow, paper_problem
+from support.sliding import ball_in_a_V, connector, follow, paper_problem, pushed_ball
 
 from rbstab.integrate.filippov import Driver, Hit, Reached
 from rbstab.integrate.status import RunStatus
@@ -66,6 +66,19 @@ def test_time_limit():
     run = follow("heyoka", replace(turning_ball(0.0, 100), time_limit=0.0))
     assert run.status is RunStatus.TIME_LIMIT
     assert len(run.times) < 100
+
+
+@pytest.mark.parametrize("engine", ["heyoka", pytest.param("scipy", marks=pytest.mark.slow)])
+def test_a_motion_beyond_all_numbers_ends_the_run(engine):
+    """A push away from the surface, ẍ = 5e5 x, overflows after about a second."""
+    coupling = -1e6 * np.eye(3)
+    X, still, times = np.array([1.0, 2.0, -3.0]), np.zeros(3), np.linspace(0, 2, 41)
+    problem = pushed_ball(2.0, np.full(3, 30.0), still, coupling, X, still, times)
+    run = follow(engine, replace(problem, step_limit=20_000))
+    ends = {"heyoka": RunStatus.DIVERGED, "scipy": RunStatus.SOLVER_FAILURE}
+    assert run.status is ends[engine]
+    assert 0.2 < run.times[-1] < 1.1
+    assert np.isfinite(run.states).all()
 
 
 class OneCrossing:

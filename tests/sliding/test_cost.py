@@ -73,6 +73,17 @@ def test_the_paper_body_takes_one_step_a_switch():
     assert steps_per_switch(rows, 0.9, 1.0) <= steps_per_switch(rows, 0.0, 0.1)
 
 
+def test_bounces_of_a_microsecond_take_one_step_each():
+    """None is taken for the one before it, found again: that would be a step to be made again."""
+    problem = ball_in_a_V(
+        2.0, 30.0, np.zeros(3), np.zeros(3), np.full(3, 1e-18), np.array([1e-5, 1.3e-5, 0.7e-5]),
+        np.array([0.0, 5e-5]),
+    )  # fmt: skip
+    rows, _, _ = counted(problem)
+    assert rows[-1, 0] > 80
+    assert rows[-1, 1] <= rows[-1, 0] + 2
+
+
 def test_crossings_do_not_leave_the_compiled_flow(ball):
     """It is called once for each sample, whatever the number of switches between."""
     rows, _, flow = ball

@@ -116,6 +116,18 @@ def test_what_is_stored_is_capped_and_what_is_counted_is_not(kind):
     assert driver.log.last_time > driver.log.times[-1]
 
 
+def test_evaluations_are_those_of_all_steps():
+    """DOP853 makes 11 or 12 in a step, and 4 more where its dense output is looked at."""
+    problem = paper_problem(2000, duration=0.2, samples=3)
+    runs = {}
+    for kind in (HeyokaFlow, ScipyFlow):
+        flow = kind(problem, problem.switching)
+        list(Driver(problem, problem.switching, flow).samples())
+        runs[kind] = flow.evaluations / flow.steps
+    assert runs[HeyokaFlow] == 1
+    assert 11 <= runs[ScipyFlow] < 25
+
+
 def test_memory_does_not_grow_with_switches():
     """Twice in one run: the second stretch has many times the switches of the first."""
     problem = ball_in_a_V(

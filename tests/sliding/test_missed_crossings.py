@@ -42,10 +42,13 @@ def flip_another(run, integrator, hit, report):
 
 
 def throw_another(run, integrator, hit, report):
-    """The hit is noted, and another axis, not one that is held, stands far beyond its threshold."""
+    """The hit is noted, and another axis, not one that is held, stands beyond its threshold.
+
+    It is s = F + 4E that stands there, by a millionth.
+    """
     goes_on = report()
     other = next(a for a in range(3) if a != hit.axis and not run.modes.held[a])
-    integrator.state[6 + other] -= 10 * run.modes.mode[other]
+    integrator.state[6 + other] = -(integrator.state[9 + other] + 1e-6 * run.modes.mode[other]) / 4
     return goes_on
 
 

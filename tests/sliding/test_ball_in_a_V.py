@@ -37,6 +37,23 @@ def test_every_axis_crosses_when_its_parabolas_say(engine):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+def test_bounces_of_a_microsecond(engine):
+    """Each is a flight of 2v/k, however short it is beside the time until then."""
+    k, speeds = K / M, np.array([1e-5, 1.3e-5, 0.7e-5])
+    duration = (40 if engine == "heyoka" else 10) * 2e-5 / k
+    problem = ball_in_a_V(
+        M, K, np.zeros(3), np.zeros(3), np.full(3, 1e-18), speeds, np.array([0.0, duration])
+    )
+    run = follow(engine, problem)
+    for axis, flight in enumerate(2 * speeds / k):
+        found = run.switches.switch_times[run.switches.switch_axes == axis]
+        expected = flight * np.arange(1, int(duration / flight) + 1)
+        assert len(found) == pytest.approx(len(expected), abs=1)
+        count = min(len(found), len(expected))
+        assert found[:count] == pytest.approx(expected[:count], rel=1e-6)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
 def test_return_map_of_a_damped_ball(engine):
     """F⁺ = F - (2d/3k)F² to leading order, k = K/M and d = damping/M."""
     damping, speed = 0.02, 0.5

@@ -88,7 +88,7 @@ def test_engines_agree(problem):
     assert ours.transitions == others.transitions == []
 
 
-@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+@pytest.mark.parametrize("engine", ["heyoka", pytest.param("scipy", marks=pytest.mark.slow)])
 def test_the_force_is_a_saturation(engine):
     """-K_s s/δ inside and -K_s sgn s outside, at every sample of both surfaces."""
     seen = set()

@@ -73,6 +73,17 @@ def test_the_paper_body_takes_one_step_a_switch():
     assert steps_per_switch(rows, 0.9, 1.0) <= steps_per_switch(rows, 0.0, 0.1)
 
 
+def test_bounces_of_a_microsecond_take_one_step_each():
+    """None is taken for the one before it, found again: that would be a step to be made again."""
+    problem = ball_in_a_V(
+        2.0, 30.0, np.zeros(3), np.zeros(3), np.full(3, 1e-18), np.array([1e-5, 1.3e-5, 0.7e-5]),
+        np.array([0.0, 5e-5]),
+    )  # fmt: skip
+    rows, _, _ = counted(problem)
+    assert rows[-1, 0] > 80
+    assert rows[-1, 1] <= rows[-1, 0] + 2
+
+
 def test_crossings_do_not_leave_the_compiled_flow(ball):
     """It is called once for each sample, whatever the number of switches between."""
     rows, _, flow = ball
@@ -97,12 +108,24 @@ def test_looks_at_whether_axes_may_stick_become_rare():
 
 @pytest.mark.parametrize("kind", [HeyokaFlow, ScipyFlow])
 def test_what_is_stored_is_capped_and_what_is_counted_is_not(kind):
-    problem = paper_problem(2000, duration=0.5, samples=3, stored_switches=20)
+    problem = paper_problem(2000, duration=0.4, samples=3, stored_switches=5)
     rows, driver, _ = counted(problem, kind)
-    assert len(driver.log.times) == len(driver.log.axes) == 20
-    assert driver.log.total == sum(driver.log.counts) == rows[-1, 0] > 30
+    assert len(driver.log.times) == len(driver.log.axes) == 5
+    assert driver.log.total == sum(driver.log.counts) == rows[-1, 0] > 10
     # The last step may be one that found nothing, but the last switch is known.
     assert driver.log.last_time > driver.log.times[-1]
+
+
+def test_evaluations_are_those_of_all_steps():
+    """DOP853 makes 11 or 12 in a step, and 4 more where its dense output is looked at."""
+    problem = paper_problem(2000, duration=0.2, samples=3)
+    runs = {}
+    for kind in (HeyokaFlow, ScipyFlow):
+        flow = kind(problem, problem.switching)
+        list(Driver(problem, problem.switching, flow).samples())
+        runs[kind] = flow.evaluations / flow.steps
+    assert runs[HeyokaFlow] == 1
+    assert 11 <= runs[ScipyFlow] < 25
 
 
 def test_memory_does_not_grow_with_switches():

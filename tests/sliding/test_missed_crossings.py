@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sliding import ball_in_a_V, follow, paper_problem
+from support.sliding import ball_in_a_V, follow, pushed_ball
 
 from rbstab.integrate.filippov import Driver
 from rbstab.integrate.heyoka_flow import HeyokaFlow, _Run
@@ -42,10 +42,13 @@ def flip_another(run, integrator, hit, report):
 
 
 def throw_another(run, integrator, hit, report):
-    """The hit is noted, and another axis, not one that is held, stands far beyond its threshold."""
+    """The hit is noted, and another axis, not one that is held, stands beyond its threshold.
+
+    It is s = F + 4E that stands there, by a millionth.
+    """
     goes_on = report()
     other = next(a for a in range(3) if a != hit.axis and not run.modes.held[a])
-    integrator.state[6 + other] -= 10 * run.modes.mode[other]
+    integrator.state[6 + other] = -(integrator.state[9 + other] + 1e-6 * run.modes.mode[other]) / 4
     return goes_on
 
 
@@ -89,13 +92,21 @@ def test_an_axis_on_the_wrong_side_of_the_position(disturb, numbers):
     assert disturbed[2].steps > undisturbed[2].steps
 
 
+def arrivals(side):
+    """Three balls that come to s = F + 4E from one side, one after the other."""
+    X, still = side * np.array([0.3, 0.4, 0.5]), np.zeros(3)
+    times = np.array([0.0, 0.2, 0.4])
+    return pushed_ball(2.0, np.full(3, 30.0), still, np.zeros((3, 3)), X, still, times, 4.0)
+
+
 @pytest.mark.parametrize("numbers", [{1}, {1, 2, 4}])
-def test_an_axis_beyond_a_slope(disturb, numbers):
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_an_axis_beyond_a_slope(disturb, side, numbers):
     """There a hit ends the step: it must not be there twice when the step is made again."""
-    problem = paper_problem(20000, slope=20.0, duration=0.05, samples=3)
-    undisturbed = run_of(problem)
+    undisturbed = run_of(arrivals(side))
+    assert undisturbed[1].log.axes == [0, 1, 2]
     disturb(numbers, throw_another)
-    same(run_of(problem), undisturbed, 1e-11)
+    same(run_of(arrivals(side)), undisturbed, 1e-11)
 
 
 @pytest.mark.parametrize("samples", [2, 5])

@@ -1,0 +1,126 @@
+"""What ends a run with switching, or an axis's hold, besides what a motion usually meets."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from support.sliding import ball_in_a_V, connector, follow, paper_problem, pushed_ball
+
+from rbstab.integrate.filippov import Driver, Hit, Reached
+from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching import Modes, instant, system_under
+
+ENGINES = ["heyoka", "scipy"]
+
+
+def turning_ball(rate, samples, angle=0.0):
+    """Three balls in a V on a body that turns about its second axis: θ'' = -θ - θ'."""
+    times = np.linspace(0, 2, samples)
+    problem = ball_in_a_V(
+        2.0, 30.0, np.array([0.0, 5.0, -10.0]), np.zeros(3), np.array([0.3, 0.2, 0.5]),
+        np.zeros(3), times,
+    )  # fmt: skip
+    problem.start[1], problem.start[4] = angle, rate
+    return problem
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_range_is_left_while_axes_bounce(engine, side):
+    """θ2 = (Ω/ω)exp(-t/2)sin ωt, ω² = 3/4: the run ends where its cosine is 1e-3."""
+    omega = np.sqrt(0.75)
+
+    def cosine(t):
+        return np.cos(5.0 / omega * np.exp(-t / 2) * np.sin(omega * t)) - 1e-3
+
+    left = brentq(cosine, 0, 0.7, xtol=1e-14)
+    run = follow(engine, turning_ball(5.0 * side, 9))
+    assert run.status is RunStatus.RANGE_LEFT
+    assert run.times[-1] == pytest.approx(left, abs=1e-9)
+    assert np.cos(run.states[-1, 1]) == pytest.approx(1e-3, abs=1e-9)
+    assert run.switches.counts[-1].sum() > 0
+    assert len(run.switches.modes) == len(run.times)
+    # What it was in the middle of: the ball that fell from 0.3 m under 15 m/s², or rose again.
+    assert run.switches.modes[-1].tolist() == np.sign(run.states[-1, 6:9]).tolist()
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_start_out_of_range_is_the_end(engine):
+    run = follow(engine, turning_ball(0.0, 9, angle=np.pi / 2))
+    assert run.status is RunStatus.RANGE_LEFT
+    assert run.times.tolist() == [0.0]
+    assert run.steps == 0
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_step_limit(engine):
+    run = follow(engine, replace(turning_ball(0.0, 3), step_limit=7))
+    assert run.status is RunStatus.STEP_LIMIT
+    assert run.times[-1] < 2.0
+    assert run.steps >= 7
+
+
+def test_time_limit():
+    """The clock is looked at between two calls of the flow."""
+    run = follow("heyoka", replace(turning_ball(0.0, 100), time_limit=0.0))
+    assert run.status is RunStatus.TIME_LIMIT
+    assert len(run.times) < 100
+
+
+@pytest.mark.parametrize("engine", ["heyoka", pytest.param("scipy", marks=pytest.mark.slow)])
+def test_a_motion_beyond_all_numbers_ends_the_run(engine):
+    """A push away from the surface, ẍ = 5e5 x, overflows after about a second."""
+    coupling = -1e6 * np.eye(3)
+    X, still, times = np.array([1.0, 2.0, -3.0]), np.zeros(3), np.linspace(0, 2, 41)
+    problem = pushed_ball(2.0, np.full(3, 30.0), still, coupling, X, still, times)
+    run = follow(engine, replace(problem, step_limit=20_000))
+    ends = {"heyoka": RunStatus.DIVERGED, "scipy": RunStatus.SOLVER_FAILURE}
+    assert run.status is ends[engine]
+    assert 0.2 < run.times[-1] < 1.1
+    assert np.isfinite(run.states).all()
+
+
+class OneCrossing:
+    """A flow that moves nothing: at once, the third axis crosses while the others are held."""
+
+    steps, evaluations = 0, 0
+
+    def __init__(self, y):
+        self.y = y
+
+    def advance(self, start, end, log):
+        modes = Modes((0.0, 0.0, -1.0), held=(1.0, 1.0, 0.0))
+        return Reached(end, self.y, modes, (Hit(2, 1.0, release=False),))
+
+
+def crossed(bounds):
+    """The modes behind that crossing, the force and the acceleration of each axis, and the log."""
+    problem = paper_problem(1.0, duration=1.0, samples=2)
+    sliding = replace(connector(1.0), K_s=np.array(bounds))
+    system = replace(problem.system, elements=(*problem.system.elements[:-1], sliding))
+    y = np.array([0.2, -0.3, 0.4, 9.0, 12.0, -7.0, 0, 0, 0, 0, 0, 0.5, 0, 0])
+    driver = Driver(replace(problem, system=system), problem.switching, OneCrossing(y))
+    *_, last = driver.samples()
+    modes = last.reached.modes
+    now = system_under(system, modes)
+    return modes, instant(now, y[:12]).force, now.rates(y[:12])[9:12], driver.log
+
+
+def test_a_crossing_that_overloads_two_held_axes_releases_both():
+    """They leave to the sides to which the load on each is too strong for its bound."""
+    modes, _, acceleration, log = crossed([1.0, 1.0, 50.0])
+    assert modes.held == (0, 0, 0)
+    assert modes.mode[2] == 1
+    for axis in (0, 1):
+        assert modes.mode[axis] * acceleration[axis] > 0
+    assert sorted(axis for _, axis, _ in log.transitions) == [0, 1]
+
+
+def test_a_crossing_that_overloads_none_releases_none():
+    modes, force, acceleration, log = crossed([1e5, 1e5, 50.0])
+    assert modes.held == (1, 1, 0)
+    assert modes.mode == (0, 0, 1)
+    assert (np.abs(force[:2]) < 1e5).all()
+    assert acceleration[:2] == pytest.approx(0, abs=1e-9)
+    assert log.transitions == []

@@ -17,11 +17,9 @@ from sliding_runs import (
     BOUNDS,
     LATE,
     STEPS,
-    TABLES,
     at,
     ball_time,
     chattering,
-    markdown,
     neighbours,
     rates,
     run,
@@ -31,6 +29,7 @@ from sliding_runs import (
     sticking_at,
     stuck_from,
 )
+from sliding_tables import TABLES, markdown
 
 import rbstab
 
@@ -143,9 +142,11 @@ def sticking() -> Figure:
     """The time of sticking against the implicit step, which decides it on s = E alone."""
     figure, panel = new_figure(1, 1, (6.4, 3.9))
     steps = np.array([float(step) for step in STEPS])
-    panel.loglog(steps, ball_time(steps), "--", color=GREY, label="x/(hk)")
+    panel.loglog(steps, ball_time(steps), "--", color=GREY, label="x/(hk), predicted")
     ball = [stuck_from(stepped_ball(step)) for step in BALL_STEPS]
-    panel.loglog(steps[: len(ball)], ball, "s", color=GREY, markersize=4, label="ball in a V")
+    panel.loglog(
+        steps[: len(ball)], ball, "s", color=GREY, markersize=4, label="ball in a V, x = 0.2 m"
+    )
     for surface, colour, label in (
         ("position", BLUE, "s = E (eq. 39)"),
         ("slope", ORANGE, "s = F + 20 E"),
@@ -159,7 +160,7 @@ def sticking() -> Figure:
         panel.text(
             1.3e-3, stuck, text, va="center", fontsize=8, backgroundcolor="white", color=GREEN
         )
-    panel.set(xlabel="implicit step h (s)", ylabel="stuck from (s)", xlim=(8e-6, 8e-3))
+    panel.set(xlabel="implicit step h (s)", ylabel="stuck from (s)", xlim=(8e-6, 1.2e-2))
     panel.set_title("On s = E the step decides when the chatter ends; on s = F + 20 E it does not")
     panel.legend(fontsize=8)
     return figure
@@ -177,7 +178,7 @@ def laws() -> Figure:
     figure, panels = new_figure(1, 2, (7.8, 3.5), sharey=True)
     for panel, surface in zip(panels, ("position", "slope"), strict=True):
         for law, (label, colour, line) in LAWS.items():
-            # In the layer of s = E the point oscillates at some 200 Hz.
+            # In the layer of s = E the point oscillates at 100 to 250 Hz.
             fine = span(1.2, 2401) if (surface, law) == ("position", "layer") else ()
             result = run(f"{surface}_{law}_20000", *fine)
             distance = np.linalg.norm(result["contact_displacement"], axis=1)

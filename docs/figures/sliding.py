@@ -16,12 +16,13 @@ from sliding_runs import (
     BALL_STEPS,
     BOUNDS,
     LATE,
+    STARTS,
     STEPS,
     at,
     ball_time,
     chattering,
     neighbours,
-    rates,
+    predicted_rates,
     run,
     span,
     stepped,
@@ -72,22 +73,26 @@ def bounce() -> Figure:
 
 
 def decay() -> Figure:
-    """Chatter energy and switches of eq. 39 over time, with the predicted slopes."""
-    result = chattering(2000)
+    """Chatter energy and switches of eq. 39 over time, of several starts, with predicted slopes."""
     figure, (left, right) = new_figure(1, 2, (7.2, 3.3))
-    t, count, rate = result["time"], result["switch_count"], rates(result)
-    left.semilogy(t, result["chatter_energy"], color=BLUE, label="e")
-    guide(left, rate["e"][0], 0.9, 1.4 * at(t, result["chatter_energy"], 0.9), "exp(-2d₃t/3)")
-    left.set(xlabel="t (s)", ylabel="chatter energy e (J)", title="The energy decays...")
-    pairs = {"axes 1 and 2": (count[:, :2].sum(1), BLUE), "axis 3": (count[:, 2], ORANGE)}
-    for label, (values, colour) in pairs.items():
-        right.semilogy(t[values > 0], values[values > 0], color=colour, label=label)
-    fast, slow = pairs["axes 1 and 2"][0], pairs["axis 3"][0]
-    guide(right, rate["switches, axes 1 and 2"][0], 1.4, 2 * at(t, fast, 1.4), "exp(d₁₂t/3)")
+    for number, start in enumerate(STARTS):
+        result = chattering(2000, start)
+        t, count = result["time"], result["switch_count"]
+        named = number == 0
+        left.semilogy(t, result["chatter_energy"], color=BLUE, label="e" if named else None)
+        pairs = (("axes 1 and 2", count[:, :2].sum(axis=1), BLUE), ("axis 3", count[:, 2], ORANGE))
+        for label, values, colour in pairs:
+            some = values > 0
+            label_once = label if named else None
+            right.semilogy(t[some], values[some], color=colour, label=label_once, linewidth=0.9)
+    first, rate = chattering(2000), predicted_rates()
+    t, e, slow = first["time"], first["chatter_energy"], first["switch_count"][:, 2]
+    guide(left, rate["e"][0], 0.9, 1.5 * at(t, e, 0.9), "exp(-2d₃t/3)")
     guide(right, rate["switches, axis 3"][0], 0.9, 0.6 * at(t, slow, 0.9), "exp(d₃t/3)")
+    left.set(xlabel="t (s)", ylabel="chatter energy e (J)", title="The energy decays...")
     right.set(xlabel="t (s)", ylabel="switches so far", title="...and the switches multiply")
     for panel in (left, right):
-        mark_trust(panel, result)
+        mark_trust(panel, first)
         panel.legend()
     return figure
 

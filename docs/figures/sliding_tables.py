@@ -6,16 +6,17 @@ import numpy as np
 from sliding_runs import (
     BALL_STEPS,
     BOUNDS,
-    NEXT_TO_16,
     PERMANENT,
     PERMANENT_OPTIONS,
+    STARTS,
     STEPS,
     at,
     ball_time,
     chattering,
     error_growth,
+    measured_rates,
     neighbours,
-    rates,
+    predicted_rates,
     run,
     span,
     stepped,
@@ -40,26 +41,28 @@ WORDS = {
 
 
 def switch_table() -> Table:
-    """Switches so far on s = E; those beyond `trusted_until` are marked."""
+    """Switches so far on s = E; those beyond `trusted_until` as a range over the starts."""
     table = [("t (s)", "K_s = 2000 N", "K_s = 20000 N")]
-    both = [chattering(K_s) for K_s in (2000, 20000)]
     for time in (0.2, 0.6, 1.0, 1.4):
         cells = []
-        for result in both:
-            count = int(at(result["time"], result["switch_count"].sum(axis=1), time))
-            cells.append(f"{'' if time <= result['trusted_until'] else '~ '}{count}")
+        for K_s in (2000, 20000):
+            runs = [chattering(K_s, start) for start in STARTS]
+            counts = [int(at(r["time"], r["switch_count"].sum(axis=1), time)) for r in runs]
+            trusted = time <= runs[0]["trusted_until"]
+            cells.append(f"{counts[0]}" if trusted else f"~ {min(counts)} to {max(counts)}")
         table.append((f"{time:g}", *cells))
     return table
 
 
 def rate_table() -> Table:
-    """The rates of the chatter."""
-    found = [
-        (f"{name} (1/s)", f"{a:.2f}", f"{b:.2f}")
-        for name, (a, b) in rates(chattering(2000)).items()
-    ]
-    error = ("an error (per switch)", "-", f"{error_growth():.2f}")
-    return [("growth of", "predicted", "measured"), *found, error]
+    """The rates of the chatter, over the starts."""
+    table = [("growth of", "predicted", "measured")]
+    measured = zip(*(measured_rates(chattering(2000, start)) for start in STARTS), strict=True)
+    for (name, (low, high)), found in zip(predicted_rates().items(), measured, strict=True):
+        predicted = f"{low:.2f}" if low == high else f"{low:.2f} to {high:.2f}"
+        seen = f"~ {min(found, key=abs):.2f} to {max(found, key=abs):.2f}"
+        table.append((f"{name} (1/s)", predicted, seen))
+    return [*table, ("an error (per switch)", "-", f"{error_growth():.2f}")]
 
 
 def event_table() -> Table:
@@ -123,14 +126,18 @@ def work_table() -> Table:
 def sticking_table() -> Table:
     """What sticking on s = E costs and changes."""
     table = [("stick_energy (J)", "stuck from (s)", "discarded_energy (J)", "Θ(2) (10⁻³ rad)")]
-    table += [(f"{bound}", *_ending(sticking_at(bound))) for bound in BOUNDS]
-    neighbour = run("position_exact_20000", NEXT_TO_16)
-    return [*table, ("10, Ω₁(0) = 16.000000000000004", *_ending(neighbour))]
-
-
-def _ending(result: rbstab.Result) -> tuple[str, str, str]:
-    discarded = f"{result['discarded_energy'][-1]:.4g}"
-    return f"{stuck_from(result):.3f}", discarded, in_thousandths(result["orientation"][-1])
+    ends = []
+    for bound in BOUNDS:
+        runs = [sticking_at(bound, start) for start in STARTS]
+        times = [stuck_from(result) for result in runs]
+        discarded = f"~ {runs[0]['discarded_energy'][-1]:.3g}"
+        ends.append([result["orientation"][-1] for result in runs])
+        span_of_times = f"~ {min(times):.2f} to {max(times):.2f}"
+        table.append((f"{bound}", span_of_times, discarded, f"~ {in_thousandths(ends[-1][0])}"))
+    for what, axis in (("bounds, same start", 0), ("starts, same bound", 1)):
+        apart = 1e3 * np.ptp(ends, axis=axis).max()
+        table.append((f"largest difference between {what}", "-", "-", f"~ {apart:.2f}"))
+    return table
 
 
 def in_thousandths(vector: np.ndarray) -> str:

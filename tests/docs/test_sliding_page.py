@@ -67,30 +67,45 @@ def test_no_table_of_numbers_is_typed(tables):
     assert len(headings) == len(tables.TABLES) + 2
 
 
+@pytest.mark.slow
 def test_switches(tables):
     """Exact up to `trusted_until`, where the page has no "~"; beyond it the motion is chaotic.
 
-    There other programs' counts spread over a factor of twelve at 1.4 s.
+    There the counts of other starts and programs spread over a factor of twelve at 1.4 s.
     """
     exact = 0
     for row, fresh in both(tables.switch_table()):
         for old, new in zip(row[1:], fresh[1:], strict=True):
-            assert old.startswith("~") == new.startswith("~")
             if old.startswith("~"):
-                assert 1 / 12 < numbers(new)[0] / numbers(old)[0] < 12
+                (low, high), (least, most) = numbers(old), numbers(new)
+                assert low / 12 < least
+                assert most < high * 12
             else:
                 assert old == new
                 exact += 1
     assert exact == 3
 
 
+def test_switches_that_can_be_predicted(tables):
+    first, *_ = printed(("t (s)", "K_s = 2000 N", "K_s = 20000 N"))
+    runs = sys.modules["sliding_runs"]
+    for K_s, count in zip((2000, 20000), first[1:], strict=True):
+        result = runs.run(f"position_exact_{K_s}", *runs.span(0.2, 41))
+        assert result["switch_count"][-1].sum() == int(count)
+
+
+@pytest.mark.slow
 def test_rates_of_the_chatter(tables):
-    rows = both(tables.rate_table())
-    for (row, fresh), band in zip(rows, (0.05, 0.3, 0.6, 0.4), strict=True):
-        assert row[:2] == list(fresh[:2])
-        for measured in (row[2], fresh[2]):
-            expected = 0.15 if row[1] == "-" else float(row[1])
-            assert float(measured) == pytest.approx(expected, rel=band)
+    """Of the ball's laws: nearly those of e and axis 3, axes 1 and 2 within their bounds."""
+    e, third, others, error = both(tables.rate_table())
+    for column in (0, 1):
+        assert numbers(e[column][2]) == pytest.approx(2 * numbers(e[column][1]), rel=0.15)
+        assert numbers(third[column][2]) == pytest.approx(2 * numbers(third[column][1]), rel=0.35)
+        low, high = numbers(others[column][1])
+        assert low < min(numbers(others[column][2])) <= max(numbers(others[column][2])) < high
+        assert float(error[column][2]) == pytest.approx(0.15, abs=0.05)
+    for row, fresh in (e, third, others):
+        assert row[1] == fresh[1]
 
 
 def test_what_the_stabilizers_reflect_into_the_chatter(tables):
@@ -137,14 +152,22 @@ def test_work_on_the_slope(tables):
     assert numbers(fresh[1])[0] < 1e-9
 
 
+@pytest.mark.slow
 def test_sticking(tables):
     """Later than `trusted_until`: only what the page concludes from it is asked for."""
-    for row, fresh in both(tables.sticking_table()):
-        bound = numbers(row[0])[0]
+    *rows, bounds, starts = both(tables.sticking_table())
+    for row, fresh in rows:
+        bound = float(row[0])
         for values in (row, fresh):
-            assert 0.9 * bound < numbers(values[2])[0] < 1.01 * bound
-        assert 1 / 2 < float(fresh[1]) / float(row[1]) < 2
-        assert np.abs(np.subtract(numbers(fresh[3])[-3:], numbers(row[3])[-3:])).max() < 1
+            assert 0.8 * bound < numbers(values[2])[0] < 1.05 * bound
+        (low, high), (least, most) = numbers(row[1]), numbers(fresh[1])
+        assert low / 2 < least
+        assert most < high * 2
+        assert np.abs(np.subtract(numbers(fresh[3]), numbers(row[3]))).max() < 1
+    # The page: less than 1e-4 rad, and less than between starts. Others agree on 1e-3 rad.
+    assert numbers(bounds[0][3])[0] < 0.1
+    assert numbers(bounds[0][3])[0] < numbers(starts[0][3])[0]
+    assert max(numbers(bounds[1][3])[0], numbers(starts[1][3])[0]) < 1
 
 
 def test_sticking_by_implicit_steps(tables):

@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help install run test test-quick check format bench clean
+.PHONY: help install run test test-quick check format bench figures clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -42,6 +42,9 @@ format: $(READY)  ## put the code into its format
 
 bench: $(READY)  ## the benchmarks, as ratios within one run
 	$(BIN)/python -m benchmarks
+
+figures: $(READY)  ## make the figures of the documentation, and print the tables
+	$(BIN)/python docs/figures/sliding.py
 
 clean:  ## remove .venv and what tools left
 	rm -rf $(VENV) dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

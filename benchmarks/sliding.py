@@ -6,7 +6,7 @@ from dataclasses import replace
 from benchmarks.measure import by_turns, line
 from rbstab import load_config
 from rbstab.config.build import problem_of
-from rbstab.integrate.filippov import Driver
+from rbstab.integrate.filippov import FilippovDriver
 from rbstab.integrate.heyoka_flow import HeyokaFlow
 from rbstab.integrate.problem import Problem
 
@@ -44,7 +44,7 @@ def main() -> None:
 def _clock(problem: Problem, flow: HeyokaFlow) -> list[tuple[int, float]]:
     """Switches and wall time, s, at each sample of one run."""
     assert problem.switching is not None
-    driver = Driver(problem, problem.switching, flow)
+    driver = FilippovDriver(problem, problem.switching, flow)
     return [(sum(sample.counts), time.perf_counter()) for sample in driver.samples()]
 
 

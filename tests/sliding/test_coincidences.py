@@ -14,12 +14,6 @@ FREE = np.zeros((3, 3))
 
 ENGINES = ["heyoka", "scipy"]
 
-STANDS_STILL = "the compiled flow does not get past a coincidence"
-ENGINES_PAST_A_COINCIDENCE = [
-    pytest.param("heyoka", marks=pytest.mark.xfail(reason=STANDS_STILL)),
-    "scipy",
-]
-
 
 def follow(engine, problem):
     """With limits that only a run reaches that stands still at a coincidence."""
@@ -30,7 +24,7 @@ def follow(engine, problem):
     return run
 
 
-@pytest.mark.parametrize("engine", ENGINES_PAST_A_COINCIDENCE)
+@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("sides", [(1, 1, 1), (1, -1, 1), (-1, -1, 1)])
 def test_three_axes_cross_at_every_instant(engine, sides):
     """From x = ±0.3 at rest: one fall, then flights of twice a fall, the same on every axis."""
@@ -49,7 +43,7 @@ def test_three_axes_cross_at_every_instant(engine, sides):
     assert audit(run) < 1e-10
 
 
-@pytest.mark.parametrize("engine", ENGINES_PAST_A_COINCIDENCE)
+@pytest.mark.parametrize("engine", ENGINES)
 def test_three_axes_arrive_on_a_slope_together(engine):
     """ẍ = ±K/M until s = F + κE = 0, and from there on x decays as exp(-κt), on every axis."""
     x, slope = 0.3, 4.0
@@ -128,7 +122,7 @@ def test_a_motion_that_touches_a_slope(engine, miss):
     assert (run.switches.modes[:, 1:] == 1).all()
 
 
-@pytest.mark.parametrize("engine", ENGINES_PAST_A_COINCIDENCE)
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_motion_that_only_just_reaches_a_slope_is_held_for_a_moment(engine):
     """s would dip by 2e-6; held there, the force reaches its bound after the time τ.
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from support.sliding import ball_in_a_V, paper_problem
 
-from rbstab.integrate.filippov import Driver
+from rbstab.integrate import filippov
+from rbstab.integrate.filippov import FilippovDriver
 from rbstab.integrate.heyoka_flow import HeyokaFlow
 from rbstab.integrate.scipy_flow import ScipyFlow
 
@@ -33,7 +34,7 @@ class Counted:
 def counted(problem, kind=HeyokaFlow):
     """Switches, steps and calls at each sample, and the driver behind them."""
     flow = Counted(kind(problem, problem.switching))
-    driver = Driver(problem, problem.switching, flow)
+    driver = FilippovDriver(problem, problem.switching, flow)
     rows = [(sum(s.counts), flow.steps, len(flow.calls)) for s in driver.samples()]
     return np.array(rows), driver, flow
 
@@ -90,9 +91,10 @@ def test_crossings_do_not_leave_the_compiled_flow(ball):
     assert len(flow.calls) <= len(rows) + rows[-1, 1] // 20_000
 
 
-def test_looks_at_whether_axes_may_stick_become_rare():
+def test_looks_at_which_axes_may_stick_become_rare(monkeypatch):
     """Between two looks pass 32 switches, or 1/64 of all so far: 64 ln 2 in each doubling."""
-    problem = paper_problem(20000, duration=1.3, samples=2, stick_energy=1e-12, switch_limit=30_000)
+    monkeypatch.setattr(filippov, "stick", lambda *_: None)
+    problem = paper_problem(20000, duration=1.3, samples=2, stick_energy=1e9, switch_limit=30_000)
     rows, driver, flow = counted(problem)
     total = rows[-1, 0]
     assert total > 4000
@@ -122,7 +124,7 @@ def test_evaluations_are_those_of_all_steps():
     runs = {}
     for kind in (HeyokaFlow, ScipyFlow):
         flow = kind(problem, problem.switching)
-        list(Driver(problem, problem.switching, flow).samples())
+        list(FilippovDriver(problem, problem.switching, flow).samples())
         runs[kind] = flow.evaluations / flow.steps
     assert runs[HeyokaFlow] == 1
     assert 11 <= runs[ScipyFlow] < 25
@@ -136,7 +138,7 @@ def test_memory_does_not_grow_with_switches():
     )  # fmt: skip
     problem = replace(problem, switching=replace(problem.switching, stored_switches=100))
     flow = HeyokaFlow(problem, problem.switching)
-    driver = Driver(problem, problem.switching, flow)
+    driver = FilippovDriver(problem, problem.switching, flow)
     samples = driver.samples()
     next(samples)
     tracemalloc.start()

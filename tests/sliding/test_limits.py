@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 from support.sliding import ball_in_a_V, connector, follow, paper_problem, pushed_ball
 
-from rbstab.integrate.filippov import Driver, Hit, Reached
+from rbstab.integrate.filippov import FilippovDriver, Hit, Reached
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching import Modes, instant, system_under
 
@@ -100,7 +100,7 @@ def crossed(bounds):
     sliding = replace(connector(1.0), K_s=np.array(bounds))
     system = replace(problem.system, elements=(*problem.system.elements[:-1], sliding))
     y = np.array([0.2, -0.3, 0.4, 9.0, 12.0, -7.0, 0, 0, 0, 0, 0, 0.5, 0, 0])
-    driver = Driver(replace(problem, system=system), problem.switching, OneCrossing(y))
+    driver = FilippovDriver(replace(problem, system=system), problem.switching, OneCrossing(y))
     *_, last = driver.samples()
     modes = last.reached.modes
     now = system_under(system, modes)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.sliding import ball_in_a_V, follow, pushed_ball
 
-from rbstab.integrate.filippov import Driver
+from rbstab.integrate.filippov import FilippovDriver
 from rbstab.integrate.heyoka_flow import HeyokaFlow, _Run
 from rbstab.integrate.status import RunStatus
 
@@ -55,7 +55,7 @@ def throw_another(run, integrator, hit, report):
 def run_of(problem):
     """One run without the second one that tells what can be trusted."""
     flow = HeyokaFlow(problem, problem.switching)
-    driver = Driver(problem, problem.switching, flow)
+    driver = FilippovDriver(problem, problem.switching, flow)
     samples = list(driver.samples())
     return samples, driver, flow
 

@@ -6,6 +6,7 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.chatter import bouncing_energy
+from rbstab.integrate.filippov import COINCIDENT
 from rbstab.integrate.following import Hit, Reached
 from rbstab.integrate.heyoka_engine import (
     energy_scale,
@@ -236,18 +237,23 @@ class _Run:
     def to(self, end: float) -> Reached:
         """Integrates to a hit, to a time, or for `STEPS_AT_ONCE` steps."""
         self._save()
-        largest = np.inf
+        largest, whole = np.inf, np.inf
         while True:
             most = STEPS_AT_ONCE if largest == np.inf else 1
             outcome, _, _, steps, _, _ = self.integrator.propagate_until(
                 end, max_steps=most, max_delta_t=largest, callback=self._after_step
             )
             self.steps += steps
-            if not self.missed:
+            if self.missed:
+                whole = abs(self.integrator.last_h)
+                largest = self._go_back()
+                if largest < SHORTEST_STEP:
+                    return self._saved_with(RunStatus.SOLVER_FAILURE)
+            elif largest == np.inf or self.hits or outcome != hy.taylor_outcome.step_limit:
                 return self._reached(outcome)
-            largest = self._go_back()
-            if largest < SHORTEST_STEP:
-                return self._saved_with(RunStatus.SOLVER_FAILURE)
+            else:
+                # Past what was missed the steps grow again.
+                largest = FINER * largest if FINER * largest < whole else np.inf
 
     def at_event(self, integrator: Any, hit: Hit | None) -> bool:
         """An event of the compiled integrator; false ends the run."""
@@ -263,10 +269,17 @@ class _Run:
         if modes[axis] == hit.direction:
             return True  # the crossing with which the axis entered this side, found once more
         time, state = integrator.time, integrator.state
-        modes[axis] = hit.direction
-        flight = abs(state[9 + axis]) * (time - self.log.last_time)
-        state[6 + axis] = hit.direction * CLEARANCE * flight
-        goes_on = self.log.switch(time, axis)
+        since = time - self.log.last_time
+        goes_on = True
+        for other in range(3):
+            arriving = -modes[other] * state[9 + other]
+            near = arriving > 0 and abs(state[6 + other]) <= COINCIDENT * since * arriving
+            if other != axis and not near:
+                continue
+            # What crosses with it would be behind the start of the next step, and never be found.
+            modes[other] = -modes[other]
+            state[6 + other] = modes[other] * CLEARANCE * abs(state[9 + other]) * since
+            goes_on = self.log.switch(time, other)
         if self.weak is None or self.log.total < self.log.look_from:
             return goes_on
         return goes_on and not self.weak(state)

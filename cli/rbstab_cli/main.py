@@ -12,6 +12,8 @@ COMMANDS = {
     "run": "Integrate configs and store their results.",
     "check": "Say whether configs are right, and what is wrong with them.",
     "show": "Show what a result holds.",
+    "sensitivities": "Say how a run depends on its gains, its body and its start.",
+    "tune": "Scale gains so that an objective of the run becomes small.",
     "schema": "Print the JSON Schema of a config, for editors.",
     "completion": "Print the completion script of a shell.",
 }

@@ -14,7 +14,7 @@ import numpy as np
 
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.status import RunStatus
+from rbstab.integrate.status import RunStatus, UnfinishedRunError
 from rbstab.integrate.variational import Course, Tangent, VariationalSystem, variational_system
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array, Number
@@ -25,25 +25,13 @@ SETTLED_PART = 1e-3
 """A run has settled when its Lyapunov function has fallen below this part of v(0) for good."""
 
 
-class UnfinishedRunError(RuntimeError):
-    """A run did not complete, and has no final state.
-
-    Attributes:
-        status: How it ended.
-    """
-
-    def __init__(self, status: RunStatus, detail: str) -> None:
-        self.status = status
-        super().__init__(f"{status}: {detail}")
-
-
 class Outcome(NamedTuple):
     """What a run is judged by; or the derivative of each of these.
 
     final is [Θ, Ω, X, V] and the connector's own state at the end, shape (12,) or (15,); peaks (m)
     are the values of E farthest from zero by axis, at peak_times (s), shape (3,); largest_distance
     (m) is the largest |E|; settling_time (s) is NaN where the run does not settle; action is
-    ∫v dt over the run, J s.
+    ∫v dt over the run, J s, NaN where there is no rest state to count v from.
     """
 
     final: Array
@@ -84,23 +72,20 @@ def baseline(problem: Problem) -> Baseline:
     sketch = _completed(compiled.follow(problem, span, rest.energy, SETTLED_PART * value))
     times = np.unique(np.concatenate([span, *sketch.turnings, sketch.crossings]))
     course = _completed(compiled.follow(problem, times, rest.energy))
-    held = problem.system.coordinates.holds_contact
     E = np.array([problem.system.motion(y).E for y in course.states])
-    if held:
-        E = np.zeros_like(E)
     sizes = np.column_stack([np.abs(E), np.linalg.norm(E, axis=1)])
     peaks = np.argmax(sizes, axis=0)
     settling = _settling_time(problem, rest, sketch, value)
     end = span[-1]
     milestones = np.array([*times[peaks], end if np.isnan(settling) else settling, end])
-    interior = (times[peaks[:3]] > span[0]) & (times[peaks[:3]] < end) & (not held)
+    interior = (times[peaks[:3]] > span[0]) & (times[peaks[:3]] < end)
     outcome = Outcome(
         _final(problem.system.observe(course.states[-1])),
         E[peaks[:3], range(3)],
         times[peaks[:3]],
         float(sizes[peaks[3], 3]),
         settling,
-        float(course.action[-1]),
+        float(course.action[-1]) if rest.found else np.nan,
     )
     return Baseline(problem, rest, compiled, milestones, interior, value, outcome)
 
@@ -133,9 +118,7 @@ def derivative_along(base: Baseline, moved: Problem) -> Outcome:
         _slope(moved.start),
         _rest_slope(base, moved.system),
     )
-    times, order = np.unique(
-        np.append(base.milestones, base.problem.times[0]), return_inverse=True
-    )
+    times, order = np.unique(np.append(base.milestones, base.problem.times[0]), return_inverse=True)
     course = _completed(base.compiled.follow(base.problem, times, base.rest.energy, 0.0, tangent))
     states = course.states + 1j * STEP * course.tangents
     seen = [moved.system.observe(y) for y in states]

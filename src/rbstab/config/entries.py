@@ -33,7 +33,9 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
     gains = [("controller", name) for name in GAINS if hasattr(config.controller, name)]
     body = [("body", name) for name in type(config.body).model_fields]
     initial = [("initial", name) for name in type(config.initial).model_fields]
-    return tuple(entry for path in (*gains, *body, *initial) for entry in entries_under(config, path))
+    return tuple(
+        entry for path in (*gains, *body, *initial) for entry in entries_under(config, path)
+    )
 
 
 def entries_under(config: Config, path: Path) -> tuple[Entry, ...]:
@@ -61,7 +63,7 @@ def value_at(config: Config, path: Path) -> Any:
     here: Any = config
     for part in path:
         if isinstance(part, int):
-            if not isinstance(here, tuple):
+            if not (isinstance(here, tuple) and part < len(here)):
                 raise LookupError(key_of(path))
             here = here[part]
         elif isinstance(here, Section) and part in type(here).model_fields:

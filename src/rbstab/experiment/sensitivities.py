@@ -1,6 +1,6 @@
 """The derivatives of a run's outcome with respect to the numbers of its config."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -53,12 +53,21 @@ class Sensitivities:
         """The elasticities p/q ∂q/∂p, shape (n, m); NaN where q is zero, 0 where p is."""
         p = np.array([entry.value for entry in self.entries])
         with np.errstate(all="ignore"):
-            relative: Array = p[:, None] * self.derivatives / self.values
+            relative: Array = p[:, None] * self.derivatives / self.values + 0.0  # -0 is 0
         return relative
 
     def column(self, name: str) -> int:
         """The index of the quantity of that name."""
         return [quantity.name for quantity in self.quantities].index(name)
+
+    def by_importance(self, names: Iterable[str]) -> list[int]:
+        """The indices of the entries, by falling size of their largest elasticity among names.
+
+        A number that is zero has none, whatever it does, and stands last.
+        """
+        chosen = np.abs(self.relative[:, [self.column(name) for name in names]])
+        weight = np.nan_to_num(chosen, nan=0.0, posinf=np.inf).max(axis=1)
+        return np.argsort(-weight, kind="stable").tolist()
 
 
 def sensitivities(config: Config | str | Path | Mapping[str, Any]) -> Sensitivities:
@@ -103,12 +112,14 @@ def check_suited(config: Config) -> None:
         UnsuitedConfigError: The connector slides, or the coordinates are those of the sub manifold.
         EngineMissingError: heyoka is not installed.
     """
-    if config.controller.variant == "sliding":
+    controller: Any = config.controller
+    integration: Any = config.integration
+    if controller.variant == "sliding":
         raise UnsuitedConfigError(
             "controller.variant: is 'sliding', whose motion is not smooth "
             "(expected one of free, permanent, visco-elastic, embedded)"
         )
-    if config.integration.coordinates == "manifold":
+    if integration.coordinates == "manifold":
         raise UnsuitedConfigError(
             "integration.coordinates: is 'manifold', which drifts (expected reduced)"
         )

@@ -210,6 +210,7 @@ class Watch:
         self.status: RunStatus | None = None
 
     def __call__(self, integrator: Any) -> bool:
+        """Whether the run goes on; heyoka asks after every step."""
         if self.system is not None:
             state = integrator.state
             state[:12] = projected_state(self.system.body, self.system.anchor, state[:12])

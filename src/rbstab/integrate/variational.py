@@ -90,30 +90,26 @@ class VariationalSystem:
     def __init__(self, system: System) -> None:
         self.size, self.count = system.size, parameter_values(system).size
         self.zeros: tuple[list[float], ...] = tuple([] for _ in range(5))
-        s, rest, rest_tangent, self.extra = self._extra_symbols()
+        # Behind all p and q: s, and what `_set` puts there in the same order.
+        s, rest, rest_slope, scale, bound, level = (hy.par[2 * self.count + k] for k in range(6))
         symbolic, _, _ = symbols_of(system)
         moved, _, _ = symbols_of(system, lambda k: hy.par[k] + s * hy.par[self.count + k])
         y = state_symbols(self.size + 1)
-        excess = moved.observe(y).energy.sum() - (rest + s * rest_tangent)
-        rates = [*moved.rates(y), excess / self.extra["scale"]]
+        value = moved.observe(y).energy.sum() - (rest + s * rest_slope)
+        rates = [*moved.rates(y), value / scale]
         equations = hy.var_ode_sys(list(zip(y, rates, strict=True)), [s], 1).sys
         self.integrator = hy.taylor_adaptive(
             equations,
             state=[0.0] * len(equations),
             tol=TOLERANCE,
-            t_events=[hy.t_event(regularity(y[0:3]) - self.extra["bound"])],
-            nt_events=self._events(symbolic, y, rest + self.extra["threshold"]),
+            t_events=[hy.t_event(regularity(y[0:3]) - bound)],
+            nt_events=self._events(symbolic, y, rest + level),
             compact_mode=True,
         )
 
-    def _extra_symbols(self) -> tuple[Any, Any, Any, dict[str, Any]]:
-        """s, the energy at rest, its derivative, and what else is open, behind all p and q."""
-        s, rest, rest_tangent, *others = (hy.par[2 * self.count + k] for k in range(6))
-        return s, rest, rest_tangent, dict(zip(("scale", "bound", "threshold"), others, strict=True))
-
-    def _events(self, symbolic: System, y: Array, level: Any) -> list[Any]:
+    def _events(self, symbolic: System, y: Array, energy: Any) -> list[Any]:
         observation = symbolic.observe(y)
-        watched = [observation.energy.sum() - level]
+        watched = [observation.energy.sum() - energy]
         if not symbolic.coordinates.holds_contact:  # else E and F are zero at all times
             E, F = observation.motion.E, observation.motion.F
             watched += [*F, E @ F]
@@ -145,7 +141,7 @@ class VariationalSystem:
         status = status_at_start(problem)
         samples = np.zeros((0, 2 * (self.size + 1)))
         if status is None:
-            self._set(problem, tangent, [0.0, rest_energy, tangent.rest_energy, scale], threshold)
+            self._set(problem, tangent, [rest_energy, tangent.rest_energy, scale], threshold)
             watch = Watch(problem, None)
             outcome, *_, samples = self.integrator.propagate_grid(
                 times, max_steps=problem.step_limit, callback=watch
@@ -174,12 +170,12 @@ class VariationalSystem:
     ) -> None:
         """Sets the parameters, the direction and the start, and forgets the last run."""
         integrator = self.integrator
-        p = parameter_values(problem.system)
-        limits = [problem.range_bound, threshold]
+        p, others = parameter_values(problem.system), [*energies, problem.range_bound, threshold]
+        values = np.concatenate([p, tangent.parameters, [0.0], others])
         # Symbols behind the last one that the equations use are not there.
-        values = np.concatenate([p, tangent.parameters, energies, limits])
         integrator.pars[:] = values[: len(integrator.pars)]
         integrator.time = problem.times[0]
+        # ∫v dt and its derivative start at zero.
         integrator.state[:] = np.concatenate([problem.start, [0.0], tangent.start, [0.0]])
         integrator.reset_cooldowns()
         for zeros in self.zeros:

@@ -50,6 +50,8 @@ def command(
         from rbstab.experiment.sensitivities import sensitivities
 
         found = sensitivities(loaded)
+    if not found.settles:
+        click.echo(f"{path}: the run does not settle: it has no settling time", err=True)
     if as_json or output is not None:
         from rbstab_cli.json_output import as_json_text
 

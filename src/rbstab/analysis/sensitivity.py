@@ -30,7 +30,7 @@ class Outcome(NamedTuple):
 
     final is [Θ, Ω, X, V] and the connector's own state at the end, shape (12,) or (15,); peaks (m)
     are the values of E farthest from zero by axis, at peak_times (s), shape (3,); largest_distance
-    (m) is the largest |E|; settling_time (s) is NaN where the run does not settle; action is
+    (m) is the largest |E|; settling_time (s) is NaN where the run does not settle; lyapunov_integral is
     ∫v dt over the run, J s, NaN where there is no rest state to count v from.
     """
 
@@ -39,7 +39,7 @@ class Outcome(NamedTuple):
     peak_times: Array
     largest_distance: float
     settling_time: float
-    action: float
+    lyapunov_integral: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ def baseline(problem: Problem) -> Baseline:
         times[peaks[:3]],
         float(sizes[peaks[3], 3]),
         settling,
-        float(course.action[-1]) if rest.found else np.nan,
+        float(course.lyapunov_integral[-1]) if rest.found else np.nan,
     )
     return Baseline(problem, rest, compiled, milestones, interior, value, outcome)
 
@@ -129,7 +129,7 @@ def derivative_along(base: Baseline, moved: Problem) -> Outcome:
         _peak_time_slopes(base, course.states[order], at),
         _distance_slope(base, at[3].motion.E),
         _settling_slope(base, moved, at[4], tangent.rest_energy),
-        float(course.action_tangent[-1]),
+        float(course.lyapunov_integral_tangent[-1]),
     )
 
 

@@ -21,7 +21,7 @@ class Objective(NamedTuple):
             # The distance |E|, not its largest component: it is smooth wherever one peak in time is
             # the highest, while a largest component also changes where two axes change places.
             "peak_displacement": outcome.largest_distance,
-            "energy": outcome.action,
+            "energy": outcome.lyapunov_integral,
         }
         return float(fields[self.name])
 

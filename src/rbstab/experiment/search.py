@@ -72,7 +72,7 @@ class Search:
 
     def value(self, x: Array) -> float:
         """The objective; infinite where there is none."""
-        return self._evaluated(x, gradient=False)[0]
+        return self.evaluated(x, gradient=False)[0]
 
     def descend(self, x: Array) -> None:
         """Follows the gradient from a point whose run is sound."""
@@ -84,7 +84,7 @@ class Search:
             return
 
         def function(x: Array) -> tuple[float, Array]:
-            value, slope = self._evaluated(x, gradient=True)
+            value, slope = self.evaluated(x, gradient=True)
             if not (math.isfinite(value) and np.isfinite(slope).all()):
                 return STEEP * self.worst / scale, np.zeros(len(x))
             return value / scale, slope / scale
@@ -93,7 +93,7 @@ class Search:
         options = {"maxiter": MOST_STEPS, "maxfun": 2 * MOST_STEPS}
         minimize(function, x, jac=True, method="L-BFGS-B", bounds=limits, options=options)
 
-    def _evaluated(self, x: Array, *, gradient: bool) -> tuple[float, Array]:
+    def evaluated(self, x: Array, *, gradient: bool) -> tuple[float, Array]:
         """The objective and, on request, its gradient; a run that fails is worst."""
         self.runs += 1
         try:

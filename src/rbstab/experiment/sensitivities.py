@@ -60,6 +60,11 @@ class Sensitivities:
         """The index of the quantity of that name."""
         return [quantity.name for quantity in self.quantities].index(name)
 
+    @property
+    def settles(self) -> bool:
+        """Whether the run has a settling time."""
+        return bool(np.isfinite(self.values[self.column("settling_time")]))
+
     def by_importance(self, names: Iterable[str]) -> list[int]:
         """The indices of the entries, by falling size of their largest elasticity among names.
 

@@ -58,8 +58,8 @@ class Course:
         times: Shape (n,), s.
         states: y, shape (n, states).
         tangents: z = ∂y/∂s, shape (n, states).
-        action: ∫v dt, shape (n,), J s.
-        action_tangent: Its derivative in s, shape (n,), J s.
+        lyapunov_integral: ∫v dt, shape (n,), J s.
+        lyapunov_integral_tangent: Its derivative in s, shape (n,), J s.
         turnings: The times at which F_1, F_2, F_3 and E'F are zero, where the contact point is not
             held; four arrays, s.
         crossings: The times at which v crosses its threshold, s.
@@ -70,8 +70,8 @@ class Course:
     times: Array
     states: Array
     tangents: Array
-    action: Array
-    action_tangent: Array
+    lyapunov_integral: Array
+    lyapunov_integral_tangent: Array
     turnings: tuple[Array, ...]
     crossings: Array
     status: RunStatus

@@ -30,8 +30,8 @@ class Outcome(NamedTuple):
 
     final is [Θ, Ω, X, V] and the connector's own state at the end, shape (12,) or (15,); peaks (m)
     are the values of E farthest from zero by axis, at peak_times (s), shape (3,); largest_distance
-    (m) is the largest |E|; settling_time (s) is NaN where the run does not settle; lyapunov_integral is
-    ∫v dt over the run, J s, NaN where there is no rest state to count v from.
+    (m) is the largest |E|; settling_time (s) is NaN where the run does not settle;
+    lyapunov_integral is ∫v dt over the run, J s, NaN where there is no rest state to count v from.
     """
 
     final: Array

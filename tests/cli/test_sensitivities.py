@@ -1,4 +1,5 @@
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -82,3 +83,12 @@ def test_a_wrong_config_is_said(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("sensitivities", "good.yaml", "--set", "body.mass=0")
     assert done.exit_code == 2
     assert "body.mass: is 0" in done.stderr
+
+
+def test_without_heyoka_the_command_says_so(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "rbstab.integrate.heyoka_engine", None)
+    done = rbstab("sensitivities", "good.yaml")
+    assert done.exit_code == 2
+    assert "the engine 'heyoka' cannot be used here" in done.stderr

@@ -1,4 +1,5 @@
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -75,3 +76,12 @@ def test_a_wrong_command_line_is_a_usage_error(
     assert done.exit_code == 2
     assert message in done.stderr
     assert [path.name for path in folder.iterdir()] == ["good.yaml"]
+
+
+def test_without_heyoka_the_command_says_so(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "rbstab.integrate.heyoka_engine", None)
+    done = rbstab("tune", "good.yaml", "--objective", "energy", *OVER)
+    assert done.exit_code == 2
+    assert "the engine 'heyoka' cannot be used here" in done.stderr

@@ -74,11 +74,13 @@ def tune(
         UnsuitedConfigError: As for `sensitivities`; or the objective is fixed for this config.
         DesignError: `over` is wrong.
         EngineMissingError: heyoka is not installed.
-        ValueError: The bounds do not hold 1.
+        ValueError: There is no such objective, or the bounds do not hold 1.
     """
     if not isinstance(config, Section):
         config = load_config(config)
     check_suited(config)
+    if objective not in OBJECTIVES:
+        raise ValueError(f"objective: is '{objective}' (expected one of {', '.join(OBJECTIVES)})")
     chosen, designs = OBJECTIVES[objective], designs_of(config, over)
     variant: str = config.controller.variant
     if chosen.name == "peak_displacement" and variant == "permanent":

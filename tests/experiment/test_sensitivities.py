@@ -265,3 +265,10 @@ def test_a_run_that_does_not_complete_has_no_sensitivities(change, status):
         sensitivities(data)
     assert raised.value.status is status
     assert " at t = " in str(raised.value)
+
+
+def test_a_run_that_diverges_has_no_sensitivities():
+    data = oscillator_config(*OSCILLATOR.values())
+    data["initial"]["angular_velocity"] = [1e200, 0.0, 1e200]
+    with pytest.raises(UnfinishedRunError, match=r"diverged: .* at t = 0 s"):
+        sensitivities(data)

@@ -95,19 +95,23 @@ def sensitivities(config: Config | str | Path | Mapping[str, Any]) -> Sensitivit
         config = load_config(config)
     check_suited(config)
     # Imported late, after the engine was found to be there.
-    from rbstab.analysis.sensitivity import baseline, derivative_along
+    from rbstab.analysis.sensitivity import baseline
 
-    base = baseline(problem_of(config))
     entries = entries_of(config)
-    rows = []
-    for entry in entries:
-        # In units of its size, a number's derivative is about as large as the motion itself.
-        size = abs(entry.value) or 1.0
-        shift = dict.fromkeys(entry.places, 1j * STEP * size)
-        outcome = derivative_along(base, problem_of(moved(config, shift)))
-        rows.append(_row(base, outcome) / size)
-    quantities = _quantities(base)
-    return Sensitivities(entries, quantities, _row(base, base.outcome), np.array(rows))
+    # A diverging run is said by its status.
+    with np.errstate(all="ignore"):
+        base = baseline(problem_of(config))
+        rows = [_derivatives(base, config, entry) for entry in entries]
+    return Sensitivities(entries, _quantities(base), _row(base, base.outcome), np.array(rows))
+
+
+def _derivatives(base: "Baseline", config: Config, entry: Entry) -> Array:
+    from rbstab.analysis.sensitivity import derivative_along
+
+    # In units of its size, a number's derivative is about as large as the motion itself.
+    size = abs(entry.value) or 1.0
+    shift = dict.fromkeys(entry.places, 1j * STEP * size)
+    return _row(base, derivative_along(base, problem_of(moved(config, shift)))) / size
 
 
 def check_suited(config: Config) -> None:

@@ -150,12 +150,19 @@ class VariationalSystem:
             if len(samples) == len(times):
                 # A limit that was used up by the last step stopped nothing.
                 status = RunStatus.COMPLETED
-        stop = self.integrator.time if len(samples) else float(times[0])
-        done = status is RunStatus.COMPLETED
+        detail = ""
+        if status is not RunStatus.COMPLETED:
+            stop = self.integrator.time if len(samples) else float(times[0])
+            detail = f"{reason(status, problem)} at t = {stop:.9g} s"
+        return self._course(times[: len(samples)], samples, scale, status, detail)
+
+    def _course(
+        self, times: Array, samples: Array, scale: float, status: RunStatus, detail: str
+    ) -> Course:
         motion, derivative = samples[:, : self.size + 1], samples[:, self.size + 1 :]
         crossings, *turnings = (np.unique(zeros) for zeros in self.zeros)
         return Course(
-            times[: len(samples)],
+            times,
             motion[:, :-1],
             derivative[:, :-1],
             motion[:, -1] * scale,
@@ -163,7 +170,7 @@ class VariationalSystem:
             tuple(turnings),
             crossings,
             status,
-            "" if done else f"{reason(status, problem)} at t = {stop:.9g} s",
+            detail,
         )
 
     def _set(

@@ -62,6 +62,8 @@ CASES = {
     ),
 }
 
+CASES["embedded-full-gains"]["body"]["inertia"] = [[10, 0.6, -0.4], [0.6, 8, 0.5], [-0.4, 0.5, 3]]
+
 ALL = [
     name if name == "visco-elastic-W-equilibrium" else pytest.param(name, marks=pytest.mark.slow)
     for name in CASES

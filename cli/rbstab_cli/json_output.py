@@ -1,4 +1,4 @@
-"""JSON on stdout."""
+"""JSON for machines."""
 
 import json
 import math
@@ -8,8 +8,13 @@ import click
 
 
 def print_json(data: Any) -> None:
-    """Prints data as JSON; a number that JSON has no word for (not finite) becomes null."""
-    click.echo(json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False))
+    """Prints data as JSON."""
+    click.echo(as_json_text(data))
+
+
+def as_json_text(data: Any) -> str:
+    """Data as JSON; a number that JSON has no word for (not finite) becomes null."""
+    return json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False)
 
 
 def _finite(data: Any) -> Any:

@@ -13,6 +13,8 @@ COMMANDS = {
     "check": "Say whether configs are right, and what is wrong with them.",
     "show": "Show what a result holds.",
     "stability": "Say what is proved, what is only seen and what is false of configs.",
+    "sensitivities": "Say how a run depends on its gains, its body and its start.",
+    "tune": "Scale gains so that an objective of the run becomes small.",
     "schema": "Print the JSON Schema of a config, for editors.",
     "completion": "Print the completion script of a shell.",
 }

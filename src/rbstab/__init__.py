@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rbstab.config.errors import ConfigError
     from rbstab.config.load import load_config
+    from rbstab.experiment.sensitivities import Sensitivities, sensitivities
     from rbstab.experiment.simulate import simulate
+    from rbstab.experiment.tune import Tuned, tune
     from rbstab.integrate.status import RunStatus
     from rbstab.store.errors import StoreError
     from rbstab.store.result import Result
@@ -25,10 +27,14 @@ __all__ = [
     "ConfigError",
     "Result",
     "RunStatus",
+    "Sensitivities",
     "StoreError",
+    "Tuned",
     "load_config",
     "open_result",
+    "sensitivities",
     "simulate",
+    "tune",
     "write_result",
 ]
 
@@ -36,10 +42,14 @@ _HOMES = {
     "ConfigError": "rbstab.config.errors",
     "Result": "rbstab.store.result",
     "RunStatus": "rbstab.integrate.status",
+    "Sensitivities": "rbstab.experiment.sensitivities",
     "StoreError": "rbstab.store.errors",
+    "Tuned": "rbstab.experiment.tune",
     "load_config": "rbstab.config.load",
     "open_result": "rbstab.store.run_file",
+    "sensitivities": "rbstab.experiment.sensitivities",
     "simulate": "rbstab.experiment.simulate",
+    "tune": "rbstab.experiment.tune",
     "write_result": "rbstab.store.run_file",
 }
 

@@ -61,7 +61,7 @@ def test_an_unknown_command_is_a_usage_error(rbstab: Invoke) -> None:
     assert rbstab("simulate").exit_code == 2
 
 
-@pytest.mark.parametrize("command", ["run", "check", "show"])
+@pytest.mark.parametrize("command", ["run", "check", "show", "sensitivities", "tune"])
 def test_a_missing_argument_is_a_usage_error(command: str, rbstab: Invoke) -> None:
     assert rbstab(command).exit_code == 2
 
@@ -156,7 +156,8 @@ def test_completion_completes(monkeypatch: pytest.MonkeyPatch) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "rbstab_cli"], capture_output=True, text=True, check=False
     )
-    assert done.stdout.split() == ["plain,show", "plain,stability", "plain,schema"]
+    commands = ["show", "stability", "sensitivities", "schema"]
+    assert done.stdout.split() == [f"plain,{command}" for command in commands]
 
 
 def test_output_into_a_closed_pipe_is_no_error() -> None:

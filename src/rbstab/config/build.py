@@ -90,7 +90,7 @@ def warnings_of(config: Config) -> list[str]:
 
 
 def _matrix(value: Any) -> Array:
-    array = np.array(value, dtype=float)
+    array = np.array(value)
     return np.diag(array) if array.ndim == 1 else array
 
 

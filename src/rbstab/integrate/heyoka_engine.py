@@ -6,7 +6,7 @@ all systems of a structure. Its dense output is as accurate as its steps.
 
 import threading
 import time
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from typing import Any
 
 import heyoka as hy
@@ -40,13 +40,13 @@ def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
     if problem.switching is not None:
         return _integrate_switching(problem, problem.switching, progress)
     start, first = problem.audited_start(), float(problem.times[0])
-    status = _status_at_start(problem)
+    status = status_at_start(problem)
     if status is not None:
-        detail = f"{_reason(status, problem)} at t = {first:.9g} s"
+        detail = f"{reason(status, problem)} at t = {first:.9g} s"
         return trajectory([(first, start)], status, detail, 0, 0)
     compiled = compiled_system(problem.system, problem.rtol)
     # The clock starts here: a compilation cannot be stopped, and is made once only.
-    watch = _Watch(problem, progress)
+    watch = Watch(problem, progress)
     outcome, steps, reached = compiled.run(problem, watch)
     status = watch.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
     rows = list(zip(problem.times.tolist(), reached, strict=False)) or [(first, start)]
@@ -58,7 +58,7 @@ def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
         stop, state = compiled.reached()
         if np.isfinite(state).all() and stop > rows[-1][0]:
             rows.append((stop, state))
-        detail = f"{_reason(status, problem)} at t = {rows[-1][0]:.9g} s"
+        detail = f"{reason(status, problem)} at t = {rows[-1][0]:.9g} s"
     return trajectory(rows, status, detail, steps, steps)
 
 
@@ -79,8 +79,19 @@ def _integrate_switching(
         )
 
 
-def symbols_of(system: System) -> tuple[System, dict[str, int], int]:
-    """A system whose parameters are the symbols `par[]`.
+def open_symbol(index: int) -> Any:
+    """The symbol of one open parameter."""
+    return hy.par[index]
+
+
+def symbols_of(
+    system: System, symbol_of: Callable[[int], Any] = open_symbol
+) -> tuple[System, dict[str, int], int]:
+    """A system whose parameters are symbols, by default `par[]`.
+
+    Args:
+        system: Any system of the structure.
+        symbol_of: What stands for the parameter of that index.
 
     Returns:
         The symbolic system, the index of each parameter's first symbol, and the number of symbols.
@@ -91,7 +102,7 @@ def symbols_of(system: System) -> tuple[System, dict[str, int], int]:
     def symbol(name: str, value: Array) -> Array:
         nonlocal count
         offsets[name] = count
-        symbols = [hy.par[count + k] for k in range(value.size)]
+        symbols = [symbol_of(count + k) for k in range(value.size)]
         count += value.size
         return np.array(symbols, dtype=object).reshape(value.shape)
 
@@ -138,7 +149,7 @@ class CompiledSystem:
             t_events=[hy.t_event(leaving)],
         )
 
-    def run(self, problem: Problem, watch: "_Watch") -> tuple[Any, int, Array]:
+    def run(self, problem: Problem, watch: "Watch") -> tuple[Any, int, Array]:
         """Integrates over the problem's samples.
 
         Returns:
@@ -189,7 +200,7 @@ def compiled_system(system: System, tolerance: float) -> CompiledSystem:
     return cache[key]
 
 
-class _Watch:
+class Watch:
     """What is looked at after every step: the clock, the sub manifold, the progress."""
 
     def __init__(self, problem: Problem, progress: Progress | None) -> None:
@@ -199,6 +210,7 @@ class _Watch:
         self.status: RunStatus | None = None
 
     def __call__(self, integrator: Any) -> bool:
+        """Whether the run goes on; heyoka asks after every step."""
         if self.system is not None:
             state = integrator.state
             state[:12] = projected_state(self.system.body, self.system.anchor, state[:12])
@@ -209,7 +221,8 @@ class _Watch:
         return self.status is None
 
 
-def _status_at_start(problem: Problem) -> RunStatus | None:
+def status_at_start(problem: Problem) -> RunStatus | None:
+    """How a run ends that cannot begin, or None."""
     start = problem.start
     with np.errstate(all="ignore"):
         rates = problem.system.audited_rates(problem.audited_start())
@@ -220,7 +233,8 @@ def _status_at_start(problem: Problem) -> RunStatus | None:
     return None
 
 
-def _reason(status: RunStatus, problem: Problem) -> str:
+def reason(status: RunStatus, problem: Problem) -> str:
+    """Why a run stopped, in words."""
     return {
         RunStatus.RANGE_LEFT: f"cos θ2 fell to {problem.range_bound:g}",
         RunStatus.DIVERGED: "the state stopped being finite",

@@ -31,3 +31,15 @@ class RunStatus(StrEnum):
     def depends_on_machine(self) -> bool:
         """Whether the same run may end otherwise elsewhere, or at another time."""
         return self is RunStatus.TIME_LIMIT
+
+
+class UnfinishedRunError(RuntimeError):
+    """A run did not complete where its whole motion is needed.
+
+    Attributes:
+        status: How it ended.
+    """
+
+    def __init__(self, status: RunStatus, detail: str) -> None:
+        self.status = status
+        super().__init__(f"{status}: {detail}")

@@ -8,7 +8,7 @@ them by its own symbols, traces the equations once, and then runs any system of 
 
 from collections.abc import Callable, Hashable
 from dataclasses import fields, is_dataclass, replace
-from numbers import Real
+from numbers import Number
 from typing import Any
 
 import numpy as np
@@ -61,8 +61,9 @@ def structure(system: System) -> Hashable:
 def _mapped(value: Any, name: str, transform: Transform) -> Any:
     if isinstance(value, np.ndarray):
         return transform(name, value)
-    if isinstance(value, Real):
-        return transform(name, np.array(float(value)))[()]
+    if isinstance(value, Number):
+        kind = complex if isinstance(value, complex) else float
+        return transform(name, np.array(value, dtype=kind))[()]
     if isinstance(value, tuple):
         return tuple(_mapped(entry, name, transform) for entry in value)
     if is_dataclass(value) and not isinstance(value, type):

@@ -1,0 +1,94 @@
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from cli.conftest import GOOD, Invoke
+
+SLIDING = GOOD.replace("variant: free", "variant: sliding\n  K_s: [9, 9, 9]\n  surface: position")
+
+
+@pytest.fixture
+def settled(folder: Path) -> Path:
+    text = GOOD.replace("duration: 0.1", "duration: 2")
+    Path("good.yaml").write_text(text)
+    return folder
+
+
+def test_the_tables_name_every_parameter(settled: Path, rbstab: Invoke) -> None:
+    done = rbstab("sensitivities", "good.yaml")
+    assert done.exit_code == 0
+    quantities, relative, per_unit = done.stdout.strip().split("\n\n")
+    assert "settling_time [s]" in quantities
+    assert "peak_contact_displacement[2] [m]" in quantities
+    for text in (relative, per_unit):
+        assert len(text.splitlines()) == 1 + 12 + 7 + 12
+        assert "controller.L_r[1]" in text
+        assert "body.contact_point[2]" in text
+        assert "initial.velocity[0]" in text
+    assert not Path("results").exists()
+
+
+def test_the_json_holds_all(settled: Path, rbstab: Invoke) -> None:
+    facts = json.loads(rbstab("sensitivities", "good.yaml", "--json").stdout)
+    names = [quantity["name"] for quantity in facts["quantities"]]
+    assert names[0] == "settling_time"
+    assert {"peak_time[0]", "final.orientation[0]", "final.velocity[2]"} <= set(names)
+    by_key = {parameter["key"]: parameter for parameter in facts["parameters"]}
+    mass = by_key["body.mass"]
+    settling_time = facts["quantities"][0]["value"]
+    expected = 41.0 / settling_time * mass["derivatives"]["settling_time"]
+    assert mass["value"] == 41.0
+    assert mass["relative"]["settling_time"] == pytest.approx(expected)
+
+
+def test_the_json_goes_to_a_file_that_is_not_overwritten(settled: Path, rbstab: Invoke) -> None:
+    assert rbstab("sensitivities", "good.yaml", "-o", "s.json").exit_code == 0
+    text = Path("s.json").read_text()
+    assert json.loads(text)["title"] == "A short run"
+    done = rbstab("sensitivities", "good.yaml", "-o", "s.json")
+    assert done.exit_code == 4
+    assert done.stderr == "s.json: exists already; --force replaces it\n"
+    Path("s.json").write_text("old")
+    assert rbstab("sensitivities", "good.yaml", "-o", "s.json", "--force").exit_code == 0
+    assert Path("s.json").read_text() == text
+    assert rbstab("sensitivities", "good.yaml", "-o", "no/where.json").exit_code == 4
+
+
+def test_a_run_that_does_not_settle_has_no_settling_time(folder: Path, rbstab: Invoke) -> None:
+    facts = json.loads(rbstab("sensitivities", "good.yaml", "--json").stdout)
+    assert facts["quantities"][0] == {"name": "settling_time", "unit": "s", "value": None}
+    done = rbstab("sensitivities", "good.yaml")
+    assert done.exit_code == 0
+    assert "the run does not settle" in done.stderr
+
+
+def test_a_sliding_connector_is_refused(folder: Path, rbstab: Invoke) -> None:
+    Path("sliding.yaml").write_text(SLIDING)
+    done = rbstab("sensitivities", "sliding.yaml")
+    assert done.exit_code == 2
+    assert done.stderr == (
+        "sliding.yaml: controller.variant: is 'sliding', whose motion is not smooth "
+        "(expected one of free, permanent, visco-elastic, embedded)\n"
+    )
+
+
+def test_a_run_that_does_not_complete_is_said(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("sensitivities", "good.yaml", "--set", "integration.step_limit=1")
+    assert done.exit_code == 3
+    assert done.stderr.startswith("good.yaml: step limit: stopped after 1 steps")
+
+
+def test_a_wrong_config_is_said(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("sensitivities", "good.yaml", "--set", "body.mass=0")
+    assert done.exit_code == 2
+    assert "body.mass: is 0" in done.stderr
+
+
+def test_without_heyoka_the_command_says_so(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "rbstab.integrate.heyoka_engine", None)
+    done = rbstab("sensitivities", "good.yaml")
+    assert done.exit_code == 2
+    assert "the engine 'heyoka' cannot be used here" in done.stderr

@@ -1,0 +1,87 @@
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from cli.conftest import GOOD, Invoke
+
+from rbstab.config.load import load_config
+
+OVER = ("--over", "controller.L_r,controller.L_t", "--bounds", "0.5:2")
+
+
+def test_a_better_config_is_written_and_not_overwritten(folder: Path, rbstab: Invoke) -> None:
+    arguments = ("tune", "good.yaml", "--objective", "energy", *OVER)
+    done = rbstab(*arguments)
+    assert done.exit_code == 0
+    assert "controller.L_t[2]" in done.stdout
+    assert "energy ∫v dt [J s]" in done.stdout
+    assert done.stderr.endswith("good.yaml: better -> good_tuned.yaml\n")
+    assert load_config("good_tuned.yaml").title == "A short run, tuned for energy"
+    text = Path("good_tuned.yaml").read_text()
+    again = rbstab(*arguments)
+    assert again.exit_code == 4
+    assert again.stderr == "good_tuned.yaml: exists already; --force replaces it\n"
+    Path("good_tuned.yaml").write_text("old")
+    assert rbstab(*arguments, "--force").exit_code == 0
+    assert Path("good_tuned.yaml").read_text() == text
+    assert Path("good.yaml").read_text() == GOOD
+
+
+def test_json(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("tune", "good.yaml", "--objective", "energy", *OVER, "-o", "t.yaml", "--json")
+    facts = json.loads(done.stdout)
+    assert facts["file"] == "t.yaml"
+    assert facts["better"] is True
+    assert facts["tuned"] < facts["given"]
+    factor = facts["factors"]["controller.L_r"]
+    assert load_config("t.yaml").controller.L_r[0] == 60 * factor
+
+
+def test_nothing_better_writes_nothing(folder: Path, rbstab: Invoke) -> None:
+    arguments = ("--objective", "energy", "--over", "controller.L_r", "--bounds", "1:1")
+    done = rbstab("tune", "good.yaml", *arguments)
+    assert done.exit_code == 0
+    assert done.stderr.endswith("good.yaml: nothing better was found; no config is written\n")
+    assert not Path("good_tuned.yaml").exists()
+
+
+def test_no_run_that_settles_is_exit_code_3(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("tune", "good.yaml", "--objective", "settling_time", *OVER)
+    assert done.exit_code == 3
+    assert done.stderr.endswith("no run completed and settled; no config is written\n")
+    assert not Path("good_tuned.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ("--objective", "energy", "--over", "controller.K_c"),
+            "--over controller.K_c: is no gain",
+        ),
+        (("--objective", "energy", "--over", ""), "--over : is no gain"),
+        (("--objective", "speed", *OVER), "'speed' is not one of"),
+        (("--objective", "energy", *OVER, "--bounds", "2:3"), "expected LOW:HIGH"),
+        (("--objective", "energy", *OVER, "--bounds", "much"), "expected LOW:HIGH"),
+        (("--objective", "energy", *OVER, "--bounds", "0:nan"), "expected LOW:HIGH"),
+        (("--objective", "energy", *OVER, "-o", "good.yaml", "--force"), "is the given config"),
+        (("--objective", "energy"), "Missing option '--over'"),
+    ],
+)
+def test_a_wrong_command_line_is_a_usage_error(
+    arguments: tuple[str, ...], message: str, folder: Path, rbstab: Invoke
+) -> None:
+    done = rbstab("tune", "good.yaml", *arguments)
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert [path.name for path in folder.iterdir()] == ["good.yaml"]
+
+
+def test_without_heyoka_the_command_says_so(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "rbstab.integrate.heyoka_engine", None)
+    done = rbstab("tune", "good.yaml", "--objective", "energy", *OVER)
+    assert done.exit_code == 2
+    assert "the engine 'heyoka' cannot be used here" in done.stderr

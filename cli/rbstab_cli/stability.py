@@ -42,8 +42,9 @@ if TYPE_CHECKING:
     "--output",
     metavar="FILE",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Write it to a file, which must not exist, instead of printing it.",
+    help="Write it to a file instead of printing it.",
 )
+@click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 def command(
     configs: tuple[Path, ...],
     search_only: bool,
@@ -53,6 +54,7 @@ def command(
     no_run: bool,
     as_json: bool,
     output: Path | None,
+    force: bool,
 ) -> None:
     """Say what is proved, what is only seen and what is false of configs.
 
@@ -65,7 +67,10 @@ def command(
     from rbstab_cli.answer import Answer, data_of
     from rbstab_cli.answer_tables import print_answer
     from rbstab_cli.printed import printed_to
+    from rbstab_cli.text_file import refuse_taken
 
+    if output is not None:
+        refuse_taken(output, force=force)
     loaded = load_all(configs, changes)
     wanted = [parsed(text) for text in alongs]
     answers = [
@@ -78,7 +83,7 @@ def command(
         )
         for path, config in loaded.items()
     ]
-    with printed_to(output):
+    with printed_to(output, force=force):
         if as_json:
             from rbstab_cli.json_output import print_json
 

@@ -86,7 +86,7 @@ def test_a_file_instead_of_the_terminal(folder: Path, rbstab: Invoke) -> None:
     assert Path("said.txt").read_text() == printed
     again = rbstab("stability", "good.yaml", "--no-run", "-o", "said.txt")
     assert again.exit_code == 4
-    assert "said.txt exists already" in again.stderr
+    assert "said.txt: exists already" in again.stderr
     assert Path("said.txt").read_text() == printed
     nowhere = rbstab("stability", "good.yaml", "--no-run", "-o", "no/folder.txt")
     assert nowhere.exit_code == 4

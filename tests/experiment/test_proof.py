@@ -210,3 +210,14 @@ def test_each_rest_state_comes_with_its_linearisation(variant):
     for state, linear in zip(stability.proof.states, stability.linearisations, strict=True):
         # As many growing modes as directions downhill: damping does not change their number.
         assert linear.growing == state.index
+
+
+def test_one_rest_state_that_is_no_minimum_is_not_stable():
+    proof = prove(config_of("free"))
+    (state,) = proof.states
+    saddle = proof.model_copy(update={"states": (state.model_copy(update={"index": 1}),)})
+    assert proof.globally_stable is True
+    assert saddle.globally_stable is False
+    assert proof.model_copy(update={"unique": None}).globally_stable is None
+    stability = stability_of(config_of("free"), saddle)
+    assert any("no minimum" in statement for statement in stability.statements)

@@ -66,7 +66,8 @@ def proved_checks(config: Config, proof: Proof | None) -> list[Check]:
     if proof is None or not proof.states:
         return [stable, region]
     judged = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
-    stable = stable._replace(verdict=judged[proof.unique], value=float(len(proof.states)))
+    found = judged[proof.globally_stable]
+    stable = stable._replace(verdict=found, value=float(len(proof.states)))
     level = start_level(config, proof)
     if proof.region is not None and level is not None:
         inside = Verdict.CERTIFIED if starts_inside(config, proof) else Verdict.UNKNOWN

@@ -79,6 +79,14 @@ class Proof(_Plain):
     states: tuple[ProvedState, ...]
     region: ProvedRegion | None
 
+    @property
+    def globally_stable(self) -> bool | None:
+        """Whether all that stays in the range comes to the one rest state; None: not known.
+
+        By La Salle's theorem it does if there is one only, and that a minimum.
+        """
+        return self.unique and self.states[0].index == 0
+
 
 def proof_id(config: Config) -> str:
     """The identity of a proof: of the body, the gravity and the controller, and nothing else."""

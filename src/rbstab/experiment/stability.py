@@ -62,8 +62,10 @@ def _on_rest_states(proof: Proof) -> list[str]:
         found = [f"Rest states: {number} in the range of eq. 5, proved to be all ({boxes})."]
     else:
         found = [f"Rest states: {number} found; not proved to be all: {proof.outcome}."]
-    if proof.unique:
+    if proof.globally_stable:
         found.append("Globally stable: proved for every motion that stays in the range.")
+    elif proof.unique:
+        found.append("Globally stable: false, for the one rest state is no minimum.")
     elif proof.unique is False:
         other = ", ".join(f"{angle:.4g}" for angle in proof.states[1].orientation)
         found.append(f"Globally stable: false, for it also rests at Θ = ({other}) rad.")

@@ -1,0 +1,136 @@
+"""Whether every member of a plan is a config that can be run, found without making them all.
+
+Every bound of the schema on a number is an interval, so a column is right where its least and its
+greatest value are. If both ends of its distribution are, that is known at once; if not, the members
+are searched for the values that they really have. The entries of a full matrix make sense together
+only (it must be symmetric and positive definite), so those that vary are tried for all members.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from rbstab.config.errors import ConfigError, Problem
+from rbstab.config.load import load_config
+from rbstab.config.quantities import ROUND_OFF
+from rbstab.config.source import Path, Source, key_of
+from rbstab.mechanics.numbers import Array
+from rbstab.sweep.axes import VARIANT, Column, at
+from rbstab.sweep.plan import Plan
+
+BLOCK = 1 << 16
+"""Members that are looked at together."""
+
+VARIANT_KEY = key_of(VARIANT)
+
+
+def problems_of_members(plan: Plan, source: Source) -> list[Problem]:
+    """One problem for each column (or matrix) that makes members wrong, naming one such member.
+
+    Args:
+        plan: A plan whose bases are right and have its keys.
+        source: Where it was read from.
+    """
+    problems: list[Problem] = []
+    for variant in plan.variants:
+        columns = plan.columns_of(variant)
+        matrices: dict[Path, list[Column]] = {}
+        for column in columns:
+            if _in_matrix(column):
+                matrices.setdefault(column.path[:-2], []).append(column)
+            else:
+                problems += _problems_of_column(plan, source, variant, column)
+        for path, entries in matrices.items():
+            problems += _problems_of_matrix(plan, source, variant, path, entries)
+    return list({(p.location, p.key): p for p in reversed(problems)}.values())
+
+
+def _in_matrix(column: Column) -> bool:
+    return len(column.path) > 2 and all(isinstance(part, int) for part in column.path[-2:])
+
+
+def _problems_of_column(plan: Plan, source: Source, variant: str, column: Column) -> list[Problem]:
+    ends = column.distribution.ends
+    if not any(_wrong(plan, variant, {column.key: end}) for end in ends):
+        return []
+    for number, value in _extremes(plan, variant, column.key):
+        wrong = _wrong(plan, variant, {column.key: value})
+        if wrong:
+            return [_told(source, column, number, wrong[0])]
+    return []
+
+
+def _problems_of_matrix(
+    plan: Plan, source: Source, variant: str, path: Path, entries: list[Column]
+) -> list[Problem]:
+    base = np.array(at(plan.templates[variant], path))
+    keys = [column.key for column in entries]
+    for numbers, values in _blocks(plan, variant, keys):
+        matrices = np.tile(base, (len(numbers), 1, 1))
+        for column in entries:
+            row, entry = (int(part) for part in column.path[-2:])
+            matrices[:, row, entry] = values[column.key]
+        # Where this is stricter than the schema, by round-off, the schema decides.
+        for index in np.flatnonzero(~_positive_definite(matrices)):
+            chosen = {key: float(values[key][index]) for key in keys}
+            wrong = _wrong(plan, variant, chosen)
+            if wrong:
+                return [_told(source, entries[0], int(numbers[index]), wrong[0])]
+    return []
+
+
+def _positive_definite(matrices: Array) -> Array:
+    """Which of some matrices are symmetric, finite and positive definite beyond round-off."""
+    with np.errstate(invalid="ignore"):
+        symmetric = (matrices == matrices.transpose(0, 2, 1)).all(axis=(1, 2))
+    usable = symmetric & np.isfinite(matrices).all(axis=(1, 2))
+    tried = np.where(usable[:, None, None], matrices, np.eye(3))
+    smallest = np.linalg.eigvalsh(tried)[:, 0]
+    enough = smallest > 4 * ROUND_OFF * np.abs(tried).max(axis=(1, 2))
+    return usable & enough
+
+
+def _extremes(plan: Plan, variant: str, key: str) -> list[tuple[int, float]]:
+    """The members of a variant with the least and the greatest value of a column."""
+    found: list[tuple[int, float]] = []
+    for numbers, values in _blocks(plan, variant, [key]):
+        column = values[key]
+        ends = [int(np.argmin(column)), int(np.argmax(column))]
+        found += [(int(numbers[index]), float(column[index])) for index in ends]
+        found.sort(key=lambda member: (member[1], member[0]))
+        found = [found[0], max(found, key=lambda member: (member[1], -member[0]))]
+    return found
+
+
+def _blocks(plan: Plan, variant: str, keys: list[str]) -> Iterator[tuple[Array, dict[str, Array]]]:
+    """The numbers of the members of a variant, and their values at some keys, block by block."""
+    varies = any(column.path == VARIANT for column in plan.columns)
+    for start in range(0, plan.members, BLOCK):
+        stop = min(start + BLOCK, plan.members)
+        numbers = np.arange(start, stop)
+        if varies:
+            numbers = numbers[plan.values(start, stop, [VARIANT_KEY])[VARIANT_KEY] == variant]
+        if len(numbers):
+            values = plan.values(start, stop, keys)
+            yield numbers, {key: column[numbers - start] for key, column in values.items()}
+
+
+def _wrong(plan: Plan, variant: str, values: dict[str, Any]) -> tuple[Problem, ...]:
+    """What is wrong with the base of a variant when some columns have given values."""
+    try:
+        load_config(plan.data_of(variant, values))
+    except ConfigError as error:
+        return error.problems
+    return ()
+
+
+def _told(source: Source, column: Column, number: int, problem: Problem) -> Problem:
+    """A problem of a member at the place in the plan that it comes from."""
+    return replace(
+        problem,
+        location=source.location(column.place, of_key=True),
+        key=key_of(column.place),
+        problem=f"at member {number} {problem.key} {problem.problem}",
+    )

@@ -165,9 +165,8 @@ class _Pair(Distribution):
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Those of the list."""
-        low, high = self.quantile(np.array([SMALLEST, 1 - SMALLEST])).tolist()
-        return low, high
+        """Both parameters."""
+        return self.a, self.b
 
 
 @dataclass(frozen=True)
@@ -186,6 +185,12 @@ class Normal(_Pair):
     """The normal distribution of mean a and standard deviation b."""
 
     word = "normal"
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The values at the outermost coordinates, about eight standard deviations away."""
+        low, high = self.quantile(np.array([SMALLEST, 1 - SMALLEST])).tolist()
+        return low, high
 
     def quantile(self, u: Array) -> Array:
         """The values of this distribution."""

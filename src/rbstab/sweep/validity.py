@@ -36,14 +36,15 @@ def problems_of_members(plan: Plan, source: Source) -> list[Problem]:
     problems: list[Problem] = []
     for variant in plan.variants:
         columns = plan.columns_of(variant)
+        single = [column for column in columns if not _in_matrix(column)]
+        problems += _problems_of_columns(plan, source, variant, single)
         matrices: dict[Path, list[Column]] = {}
         for column in columns:
             if _in_matrix(column):
                 matrices.setdefault(column.path[:-2], []).append(column)
-            else:
-                problems += _problems_of_column(plan, source, variant, column)
         for path, entries in matrices.items():
             problems += _problems_of_matrix(plan, source, variant, path, entries)
+    # The first variant tells what is wrong for several.
     return list({(p.location, p.key): p for p in reversed(problems)}.values())
 
 
@@ -51,15 +52,22 @@ def _in_matrix(column: Column) -> bool:
     return len(column.path) > 2 and all(isinstance(part, int) for part in column.path[-2:])
 
 
-def _problems_of_column(plan: Plan, source: Source, variant: str, column: Column) -> list[Problem]:
-    ends = column.distribution.ends
-    if not any(_wrong(plan, variant, {column.key: end}) for end in ends):
-        return []
-    for number, value in _extremes(plan, variant, column.key):
-        wrong = _wrong(plan, variant, {column.key: value})
-        if wrong:
-            return [_told(source, column, number, wrong[0])]
-    return []
+def _problems_of_columns(
+    plan: Plan, source: Source, variant: str, columns: list[Column]
+) -> list[Problem]:
+    doubtful = {
+        column.key: column
+        for column in columns
+        if any(_wrong(plan, variant, {column.key: end}) for end in column.distribution.ends)
+    }
+    problems = []
+    for key, extremes in _extremes(plan, variant, list(doubtful)).items():
+        for number, value in extremes:
+            wrong = _wrong(plan, variant, {key: value})
+            if wrong:
+                problems.append(_told(source, doubtful[key], number, wrong[0]))
+                break
+    return problems
 
 
 def _problems_of_matrix(
@@ -92,16 +100,23 @@ def _positive_definite(matrices: Array) -> Array:
     return usable & enough
 
 
-def _extremes(plan: Plan, variant: str, key: str) -> list[tuple[int, float]]:
-    """The members of a variant with the least and the greatest value of a column."""
-    found: list[tuple[int, float]] = []
-    for numbers, values in _blocks(plan, variant, [key]):
-        column = values[key]
-        ends = [int(np.argmin(column)), int(np.argmax(column))]
-        found += [(int(numbers[index]), float(column[index])) for index in ends]
-        found.sort(key=lambda member: (member[1], member[0]))
-        found = [found[0], max(found, key=lambda member: (member[1], -member[0]))]
+def _extremes(plan: Plan, variant: str, keys: list[str]) -> dict[str, list[tuple[int, float]]]:
+    """The members of a variant with the least and the greatest value of some columns."""
+    found: dict[str, list[tuple[int, float]]] = {}
+    if not keys:
+        return found
+    for numbers, values in _blocks(plan, variant, keys):
+        for key, column in values.items():
+            ends = [int(np.argmin(column)), int(np.argmax(column))]
+            members = [(int(numbers[index]), float(column[index])) for index in ends]
+            members = [*found.get(key, []), *members]
+            # Of equal values the earliest member is kept.
+            found[key] = [min(members, key=_value), max(members, key=_value)]
     return found
+
+
+def _value(member: tuple[int, float]) -> float:
+    return member[1]
 
 
 def _blocks(plan: Plan, variant: str, keys: list[str]) -> Iterator[tuple[Array, dict[str, Array]]]:

@@ -102,6 +102,8 @@ def test_a_latin_hypercube_has_one_point_in_each_interval(points):
         assert not (np.argsort(u[0]) == np.argsort(u[1])).all()
         jitter = u * points % 1
         assert stats.kstest(jitter.ravel(), "uniform").pvalue > 1e-3
+        # Where a point lies in its interval does not tell which interval it is.
+        assert (np.argsort(jitter[0]) == np.floor(u[0] * points)).mean() < 0.1
 
 
 def test_random_points_do_not_depend_on_how_many_there_are():

@@ -81,6 +81,15 @@ def test_no_value_leaves_the_ends(a, width, u):
         assert low <= distribution.quantile(np.array([u]))[0] <= high
 
 
+def test_no_value_leaves_narrow_ends():
+    """Here round-off is as wide as the distribution."""
+    for a in (435659.5, 0.1, 1e-300, 7e300):
+        b = np.nextafter(np.nextafter(a, np.inf), np.inf)
+        for distribution in (Uniform(a, b), LogUniform(a, b)):
+            values = distribution.quantile(U)
+            assert a <= values.min() <= values.max() <= b
+
+
 @pytest.mark.parametrize("length", [1, 2, 3, 10])
 def test_a_coordinate_picks_each_entry_equally_often(length):
     picked = Linspace(0, length - 1, length).quantile((np.arange(60 * length) + 0.5) / 60 / length)
@@ -89,7 +98,7 @@ def test_a_coordinate_picks_each_entry_equally_often(length):
 
 def test_the_last_coordinate_picks_the_last_entry():
     u = np.array([SMALLEST, 1 - SMALLEST])
-    for length in (2, 3, 10**8):
+    for length in (1, 2, 3, 2**20 + 1, 10**8, *range(5, 2000, 3)):
         assert Linspace(0, length - 1, length).quantile(u).tolist() == [0, length - 1]
 
 

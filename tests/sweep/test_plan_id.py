@@ -66,6 +66,15 @@ def test_the_base_counts_by_what_it_says(load, tmp_path):
         assert plan_id(load(other)) == plan_id(load(PLAN))
 
 
+def test_keys_of_the_base_without_effect_do_not_count(load, tmp_path):
+    text = (tmp_path / "visco-elastic.yaml").read_text() + "  engine: heyoka\n"
+    names = set()
+    for name, more in [("one", ""), ("other", "  method: Radau\n  atol: 1e-6\n")]:
+        (tmp_path / f"{name}.yaml").write_text(text + more)
+        names.add(plan_id(load(edited("visco-elastic.yaml", f"{name}.yaml", PLAN))))
+    assert len(names) == 1
+
+
 CHANGES = [
     ("[40, 50]", "[40, 50.000000000000007]"),
     ("uniform: [40", "loguniform: [40"),

@@ -414,7 +414,7 @@ def test_problems_of_a_base_that_is_written_out(complaints):
         "10:5: base.controller.Kt: is unknown (did you mean K_t?)",
     ]
     twice = edited("mass: -1", "mass: *a\n    mass: 2", text)
-    assert [message.split(":")[0] for message in complaints(twice)] == ["5", "6", "9", "11"]
+    assert [message.split(":")[0] for message in complaints(twice)] == ["5", "6", "10", "11"]
 
 
 def test_everything_at_once(complaints):

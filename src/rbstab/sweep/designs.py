@@ -11,7 +11,6 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from scipy.stats import qmc
 
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.distributions import SMALLEST
@@ -58,6 +57,9 @@ class SobolDesign(Design):
 
     def part(self, start: int, stop: int) -> Array:
         """The points from number `start` up to `stop`."""
+        # Imported late: SciPy's statistics take longer to load than most plans to expand.
+        from scipy.stats import qmc
+
         rng = np.random.default_rng(self.seed)
         engine = qmc.Sobol(self.dimensions, scramble=True, bits=SOBOL_BITS, seed=rng)
         parts = []

@@ -54,7 +54,8 @@ class FiniteList(Distribution):
 
     def quantile(self, u: Array) -> Array:
         """The values of this distribution."""
-        return self.at(np.minimum((u * self.length).astype(np.int64), self.length - 1))
+        # No product with a coordinate below 1 is rounded up to the length.
+        return self.at((u * self.length).astype(np.int64))
 
 
 @dataclass(frozen=True)

@@ -173,4 +173,4 @@ def _check_kept(findings: Findings, plan: Plan) -> None:
 def _variants(axes: tuple[Axis, ...]) -> tuple[str, ...]:
     """The variants that are varied."""
     found = [c.distribution for axis in axes for c in axis.columns if c.path == VARIANT]
-    return found[0].entries if found and isinstance(found[0], Values) else ()  # type: ignore[return-value]
+    return tuple(str(name) for d in found[:1] if isinstance(d, Values) for name in d.entries)

@@ -170,15 +170,16 @@ class Plan:
     def _coordinates(self, start: int, stop: int) -> dict[str, Array]:
         """The coordinate of each axis that is drawn."""
         assert self.design is not None
-        points = self._numbers(start, stop)[1]
         if stop - start >= self.design.points:
+            points = self._numbers(start, stop)[1]
             u = self.design.part(0, self.design.points)[:, points]
         else:
             # At most one end of the design lies inside: a piece up to it, and one behind it.
-            first = int(points[0]) if len(points) else 0
+            first = start % self.design.points
             until = min(first + stop - start, self.design.points)
-            rest = self.design.part(0, stop - start - (until - first))
-            u = np.hstack([self.design.part(first, until), rest])
+            behind = stop - start - (until - first)
+            u = self.design.part(first, until)
+            u = np.hstack([u, self.design.part(0, behind)]) if behind else u
         drawn = [axis.name for axis in self.axes if not self._counts(axis)]
         return dict(zip(drawn, u, strict=True))
 

@@ -22,5 +22,9 @@ def test_members_with_traces(load, keep, members):
     assert plan.keep.count(plan.members) == sum(expected)
 
 
+def test_members_are_in_their_order(load):
+    assert load(f"{VARIED}keep: {{traces: [16, 8, 1, 16]}}\n").keep.members == (1, 8, 16)
+
+
 def test_summaries_alone_are_the_default(load):
     assert load(VARIED).keep.count(20) == 0

@@ -121,12 +121,23 @@ def test_what_is_missing_for_a_variant(complaints):
     ]
 
 
+def test_a_key_that_only_the_wrong_variant_has_is_not_called_unknown(complaints):
+    text = f"base: visco-elastic.yaml\n{VARIED}  controller.K_d[0]: {{values: [1]}}\n"
+    assert all("is missing for the variant" in message for message in complaints(text))
+
+
 def test_what_is_wrong_for_all_variants_is_told_once(complaints):
     text = "base: embedded.yaml\nvary:\n  controller.variant: {values: [free, permanent]}\n"
     assert complaints(text, "body.mass=-1", "controller.Kt=1") == [
         "--set body.mass:1:11: body.mass: is -1 (expected a number greater than 0)",
         "--set controller.Kt:1:1: controller.Kt: is unknown (did you mean K_t?)",
     ]
+
+
+def test_a_key_that_cannot_vary_is_told_once(complaints):
+    text = "base: embedded.yaml\nvary:\n  controller.variant: {values: [embedded, permanent]}\n"
+    (message,) = complaints(text + "  controller.anchor: {values: [1]}\n")
+    assert message.startswith("4:3: vary.controller.anchor: is the text 'origin' in the base")
 
 
 def test_a_value_that_a_variant_does_not_allow(complaints, tmp_path):

@@ -108,10 +108,44 @@ def test_entries_of_a_matrix_are_judged_together():
     assert (number, told) == (1, "controller.K_r is not symmetric (expected a symmetric matrix)")
 
 
+def test_entries_of_a_matrix_that_are_scaled():
+    """The entries beside the diagonal are 50, and 400 is too much for them."""
+    factors = {"scale": {"values": [1, 7.9, 8.1]}}
+    vary = {"off": {"zip": {"controller.K_r[0][1]": factors, "controller.K_r[1][0]": factors}}}
+    assert outcome(vary, FULL, design="grid")[1] == 2
+    vary["off"]["zip"] = {key: {"scale": {"values": [7.9]}} for key in vary["off"]["zip"]}
+    matrix = outcome(vary, FULL, design="grid").config_of(0).controller.K_r
+    assert matrix[0] == (400.0, 395.0, 0.0)
+
+
+def test_a_matrix_with_a_huge_entry():
+    huge = {"controller.K_r[2][2]": {"values": [320, 1.7e308]}}
+    _, number, told = outcome(huge, FULL, design="grid")
+    assert number == 1
+    assert told.startswith("controller.K_r is not positive definite beyond round-off")
+
+
+def test_a_matrix_of_one_variant():
+    base = edited("[12300, 12300, 9840]", "[[2, 1, 0], [1, 2, 0], [0, 0, 2]]", VISCO_ELASTIC)
+    vary = {
+        "controller.variant": {"values": ["free", "visco-elastic"]},
+        "gravity[0]": {"values": [1, 2, 3]},
+        "controller.K_c[0][0]": {"values": [1, 0.1]},
+    }
+    key, number, _ = outcome(vary, base, design="grid")
+    assert (key, number) == ("vary.controller.K_c[0][0]", 7)
+
+
+def test_what_is_wrong_for_several_variants_is_told_of_the_first():
+    vary = {"controller.variant": {"values": ["free", "visco-elastic"]}}
+    assert outcome(vary | {"body.mass": {"values": [1, -1]}}, design="grid")[1] == 1
+
+
 def test_a_matrix_with_an_endless_entry():
-    huge = {"values": [1, 1e308]}
-    found = outcome({"controller.K_r[2][2]": {"scale": huge}}, FULL, design="grid")
-    assert found[1:] == (1, "controller.K_r[2][2] is inf (expected a finite number)")
+    for key in ("controller.K_r[2][2]", "controller.K_r"):
+        found = outcome({key: {"scale": {"values": [1, 1e307]}}}, FULL, design="grid")
+        assert found[1] == 1
+        assert found[2].endswith(" is inf (expected a finite number)")
 
 
 @settings(max_examples=40, deadline=None)

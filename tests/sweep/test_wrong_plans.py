@@ -126,6 +126,13 @@ def test_keep(complaints, value, expected):
     assert complaints(edited("keep: summary", f"keep: {value}", PLAN)) == [expected]
 
 
+def test_members_that_are_kept_are_not_judged_before_it_is_known_how_many_there_are(complaints):
+    text = edited("grid", "random\nseed: 1", PLAN)
+    assert complaints(edited("keep: summary", "keep: {traces: [7]}", text)) == [
+        "1:1: members: is missing (the design random requires it)"
+    ]
+
+
 VARY = [
     ("vary: {}", "3:7: vary: is empty (expected a mapping of keys to their values)"),
     ("vary: 5", "3:7: vary: is 5 (expected a mapping of keys to their values)"),
@@ -314,6 +321,13 @@ ENTRIES = [
         ],
     ),
     (
+        "a: {zip: {body.mass: {values: [1, 2]}, 'gravity[0]': {values: [1]}}}",
+        [
+            "4:56: vary.a.zip.gravity[0]: has 1 entry where others have 2"
+            " (expected as many of all that move together)"
+        ],
+    ),
+    (
         "a/b: {zip: {body.mass: {values: [1]}}}",
         ["4:3: vary.a/b: is no name for what moves together (expected words, but not `point`)"],
     ),
@@ -332,6 +346,10 @@ ENTRIES = [
     (
         "controller.K_t[0]: {values: [1]}\n  controller.K_t: {scale: {values: [2]}}",
         ["5:3: vary.controller.K_t: moves what controller.K_t[0] moves (expected each value once)"],
+    ),
+    (
+        "controller.K_t: {scale: {values: [2]}}\n  controller.K_t[0]: {values: [1]}",
+        ["5:3: vary.controller.K_t[0]: moves what controller.K_t moves (expected each value once)"],
     ),
     (
         "a: {zip: {body.mass: {values: [1]}}}\n  body.mass: {values: [2]}",

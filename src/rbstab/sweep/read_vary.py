@@ -96,7 +96,8 @@ def _check_lists(findings: Findings, axis: Axis, *, grid: bool) -> None:
         distribution = column.distribution
         if isinstance(distribution, FiniteList):
             if axis.length is not None and distribution.length != axis.length:
-                found = f"has {distribution.length} entries where others have {axis.length}"
+                entries = "entry" if distribution.length == 1 else "entries"
+                found = f"has {distribution.length} {entries} where others have {axis.length}"
                 findings.note(column.place, found, "expected as many of all that move together")
         elif grid or axis.each:
             where = "a grid" if grid else "each"

@@ -49,7 +49,7 @@ def problems_of_members(plan: Plan, source: Source) -> list[Problem]:
 
 
 def _in_matrix(column: Column) -> bool:
-    return len(column.path) > 2 and all(isinstance(part, int) for part in column.path[-2:])
+    return all(isinstance(part, int) for part in column.path[-2:])
 
 
 def _problems_of_columns(
@@ -79,7 +79,9 @@ def _problems_of_matrix(
         matrices = np.tile(base, (len(numbers), 1, 1))
         for column in entries:
             row, entry = (int(part) for part in column.path[-2:])
-            matrices[:, row, entry] = values[column.key]
+            factor = base[row, entry] if column.scale else 1.0
+            with np.errstate(over="ignore"):
+                matrices[:, row, entry] = values[column.key] * factor
         # Where this is stricter than the schema, by round-off, the schema decides.
         for index in np.flatnonzero(~_positive_definite(matrices)):
             chosen = {key: float(values[key][index]) for key in keys}
@@ -90,14 +92,12 @@ def _problems_of_matrix(
 
 
 def _positive_definite(matrices: Array) -> Array:
-    """Which of some matrices are symmetric, finite and positive definite beyond round-off."""
-    with np.errstate(invalid="ignore"):
-        symmetric = (matrices == matrices.transpose(0, 2, 1)).all(axis=(1, 2))
-    usable = symmetric & np.isfinite(matrices).all(axis=(1, 2))
-    tried = np.where(usable[:, None, None], matrices, np.eye(3))
+    """Which of some matrices are finite, symmetric, and positive definite beyond round-off."""
+    symmetric = (matrices == matrices.transpose(0, 2, 1)).all(axis=(1, 2))
+    finite = np.isfinite(matrices).all(axis=(1, 2), keepdims=True)
+    tried = np.where(finite, matrices, 0.0)
     smallest = np.linalg.eigvalsh(tried)[:, 0]
-    enough = smallest > 4 * ROUND_OFF * np.abs(tried).max(axis=(1, 2))
-    return usable & enough
+    return symmetric & (smallest > 4 * ROUND_OFF * np.abs(tried).max(axis=(1, 2)))
 
 
 def _extremes(plan: Plan, variant: str, keys: list[str]) -> dict[str, list[tuple[int, float]]]:

@@ -125,6 +125,15 @@ def test_a_matrix_with_a_huge_entry():
     assert told.startswith("controller.K_r is not positive definite beyond round-off")
 
 
+def test_a_matrix_whose_entries_overflow():
+    """Eigenvalues of such a matrix cannot even be tried."""
+    base = edited("[400, 400, 320]", "[[400, 50, 20], [50, 400, 20], [20, 20, 320]]")
+    factors = {"scale": {"values": [1, 1e308]}}
+    keys = [f"controller.K_r[{i}][{j}]" for i, j in ((0, 2), (2, 0), (1, 2), (2, 1))]
+    _, number, told = outcome({"row": {"zip": dict.fromkeys(keys, factors)}}, base, design="grid")
+    assert (number, told) == (1, "controller.K_r[0][2] is inf (expected a finite number)")
+
+
 def test_a_matrix_of_one_variant():
     base = edited("[12300, 12300, 9840]", "[[2, 1, 0], [1, 2, 0], [0, 0, 2]]", VISCO_ELASTIC)
     vary = {

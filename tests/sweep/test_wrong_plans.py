@@ -131,6 +131,10 @@ def test_members_that_are_kept_are_not_judged_before_it_is_known_how_many_there_
     assert complaints(edited("keep: summary", "keep: {traces: [7]}", text)) == [
         "1:1: members: is missing (the design random requires it)"
     ]
+    text = edited("body.mass: {values: [40, 50]}", "body.mass: {valuse: [40, 50]}", PLAN)
+    assert complaints(edited("keep: summary", "keep: {traces: [1]}", text)) == [
+        "4:15: vary.body.mass.valuse: is unknown (did you mean values?)"
+    ]
 
 
 VARY = [
@@ -438,6 +442,13 @@ def test_problems_of_a_base_that_is_written_out(complaints):
 def test_everything_at_once(complaints):
     text = "titel: a\nbase: nowhere.yaml\nvary: {K: {values: [x]}}\ndesign: cube\nkeep: all\n"
     assert [message.split(":")[0] for message in complaints(text)] == ["1", "2", "3", "4", "5"]
+
+
+def test_more_keys_than_a_config_has(complaints):
+    lines = "".join(f"  body.x{i}: {{values: [1]}}\n" for i in range(201))
+    assert complaints(edited("  body.mass: {values: [40, 50]}\n", lines, PLAN)) == [
+        "4:3: vary: moves 201 values (expected at most 200)"
+    ]
 
 
 TOO_MANY = [

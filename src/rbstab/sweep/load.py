@@ -54,11 +54,10 @@ def load_plan(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str] =
     changes = [changes] if isinstance(changes, str) else changes
     bases = read_bases(findings, folder, _variants(axes), changes)
     made = Plan(title, bases, axes, design, keep)
-    if design is not None or word == GRID:
-        _check_kept(findings, made)
     if bases:
         check_keys(findings, made)
     if not findings.problems:
+        _check_kept(findings, made)
         findings.problems += problems_of_members(made, findings.source)
     if findings.problems:
         raise ConfigError(findings.problems)
@@ -165,7 +164,7 @@ def _check_kept(findings: Findings, plan: Plan) -> None:
     """Notes the members that are to be kept and are not there."""
     if plan.keep.members:
         for index, number in enumerate(findings.source.data["keep"]["traces"]):
-            if isinstance(number, int) and number >= plan.members:
+            if number >= plan.members:
                 expected = f"expected a member below {plan.members}"
                 findings.note(("keep", "traces", index), f"is {number}", expected)
 

@@ -65,7 +65,7 @@ class Plan:
         An array along members takes this shape: those of a grid, or those marked `each` and the
         points of the design.
         """
-        counted = {axis.name: axis.length or 0 for axis in self.axes if self._counts(axis)}
+        counted = {axis.name: axis.length or 1 for axis in self.axes if self._counts(axis)}
         return counted if self.design is None else counted | {"point": self.design.points}
 
     @property
@@ -146,7 +146,7 @@ class Plan:
     @cached_property
     def templates(self) -> dict[str, dict[str, Any]]:
         """The bases as plain data with every default filled in; not to be changed."""
-        return {name: template_of(base) for name, base in self.bases.items()}
+        return {name: _template_of(base) for name, base in self.bases.items()}
 
     def _has(self, variant: str, column: Column) -> bool:
         try:
@@ -190,7 +190,7 @@ class Plan:
         return numbers // points, numbers % points
 
 
-def template_of(config: Config) -> dict[str, Any]:
+def _template_of(config: Config) -> dict[str, Any]:
     """A config as plain data with every default filled in; it loads again as the same config."""
     data: dict[str, Any] = config.model_dump(mode="json", exclude_none=True)
     return data

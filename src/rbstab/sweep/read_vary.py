@@ -13,6 +13,9 @@ from rbstab.sweep.read_distribution import WORDS, read_distribution
 VARIED = ("body", "gravity", "controller", "initial")
 """The sections whose numbers may vary; how a motion is followed is the same for all members."""
 
+MOST_COLUMNS = 200
+"""No config has as many numbers."""
+
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_ -]*")
 """Neither a key of a config nor anything that a file format might object to."""
 
@@ -35,6 +38,10 @@ def read_vary(findings: Findings, *, grid: bool) -> tuple[Axis, ...]:
         return ()
     found = [_axis(findings, name, value) for name, value in vary.items()]
     axes = tuple(axis for axis in found if axis is not None)
+    columns = sum(len(axis.columns) for axis in axes)
+    if columns > MOST_COLUMNS:
+        findings.note(("vary",), f"moves {columns} values", f"expected at most {MOST_COLUMNS}")
+        return ()
     for axis in axes:
         _check_lists(findings, axis, grid=grid)
     _check_disjoint(findings, axes)
@@ -71,19 +78,19 @@ def _column(findings: Findings, place: Path, key: str, value: Any) -> Column | N
         expected = f"expected a key of {', '.join(VARIED[:-1])} or {VARIED[-1]}"
         findings.note(place, "cannot vary", expected, of_key=True)
         return None
-    scale = isinstance(value, dict) and list(value) == ["scale"]
-    if isinstance(value, dict) and len(value) == 1 and next(iter(value)) in ("each", "zip"):
-        word = next(iter(value))
+    word = next(iter(value)) if isinstance(value, dict) and len(value) == 1 else ""
+    scale = word == "scale"
+    inside = (*place, word) if scale else place
+    if word in ("each", "zip"):
         expected = "expected `each` outside, and no `zip` in another"
         findings.note((*place, word), "stands too deep", expected, of_key=True)
         return None
-    inside = (*place, "scale") if scale else place
-    own = place[:-1] if place[-1] == "each" else place
     if scale and path == VARIANT:
         findings.note(inside, "is no number", "expected values: [variant, ...]", of_key=True)
         return None
     inner = value["scale"] if scale else value
     distribution = read_distribution(findings, inside, inner, names=path == VARIANT)
+    own = place[:-1] if place[-1] == "each" else place
     return Column(path, distribution, scale, own) if distribution is not None else None
 
 

@@ -8,6 +8,7 @@ only (it must be symmetric and positive definite), so those that vary are tried 
 
 from collections.abc import Iterator
 from dataclasses import replace
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -111,12 +112,8 @@ def _extremes(plan: Plan, variant: str, keys: list[str]) -> dict[str, list[tuple
             members = [(int(numbers[index]), float(column[index])) for index in ends]
             members = [*found.get(key, []), *members]
             # Of equal values the earliest member is kept.
-            found[key] = [min(members, key=_value), max(members, key=_value)]
+            found[key] = [min(members, key=itemgetter(1)), max(members, key=itemgetter(1))]
     return found
-
-
-def _value(member: tuple[int, float]) -> float:
-    return member[1]
 
 
 def _blocks(plan: Plan, variant: str, keys: list[str]) -> Iterator[tuple[Array, dict[str, Array]]]:

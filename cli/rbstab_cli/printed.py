@@ -10,7 +10,7 @@ from rbstab_cli.text_file import write_text
 
 @contextmanager
 def printed_to(path: Path | None, *, force: bool) -> Iterator[None]:
-    """Lets what is printed inside appear in a file (see `write_text`); on stdout if path is None."""
+    """Lets what is printed inside appear in a file (`write_text`); on stdout if path is None."""
     if path is None:
         yield
         return

@@ -41,17 +41,31 @@ def load_config(config: str | FilePath | Mapping[str, Any], changes: Iterable[st
         ConfigError: With everything that is wrong, each as
             `file:line:column: key: what is wrong (what was expected)`.
     """
-    if isinstance(config, Mapping):
-        source = Source(_plain(config, DEEPEST), {(): Location("config")})
+    source = source_of(config)
+    override(source, [changes] if isinstance(changes, str) else changes)
+    return validated(source)
+
+
+def source_of(document: str | FilePath | Mapping[str, Any], name: str = "config") -> Source:
+    """The source of a document that must be a mapping: of a YAML file, or of plain data.
+
+    Args:
+        document: The path of the file, or the data.
+        name: Stands for plain data in messages.
+
+    Raises:
+        ConfigError: It cannot be read, or is something else.
+    """
+    if isinstance(document, Mapping):
+        source = Source(_plain(document, DEEPEST), {(): Location(name)})
     else:
-        source = read_source(FilePath(config))
+        source = read_source(FilePath(document))
     if source.data is None:
-        source.data = {}  # an empty file lacks what every config needs
+        source.data = {}  # an empty file lacks what every document needs
     if not isinstance(source.data, dict):
         found = f"is {described(source.data)}"
         raise ConfigError([Problem(source.location(()), "", found, "expected a mapping")])
-    override(source, [changes] if isinstance(changes, str) else changes)
-    return validated(source)
+    return source
 
 
 def validated(source: Source) -> Config:

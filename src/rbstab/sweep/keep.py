@@ -1,0 +1,31 @@
+"""Of which members the whole motion is kept, and not only the summary."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+
+
+@dataclass(frozen=True)
+class Keep:
+    """The members with traces: every n-th, or some by number; of all others only the summary.
+
+    Args:
+        every: Members 0, n, 2n, ... have traces; 0: none.
+        members: Numbers of members with traces, ascending.
+    """
+
+    every: int = 0
+    members: tuple[int, ...] = ()
+
+    def traces(self, start: int, stop: int) -> Array:
+        """Whether each member from number `start` up to `stop` has a trace."""
+        numbers = np.arange(start, stop)
+        if self.every:
+            return numbers % self.every == 0
+        return np.isin(numbers, np.array(self.members, dtype=np.int64))
+
+    def count(self, members: int) -> int:
+        """How many of so many members have traces."""
+        return -(-members // self.every) if self.every else len(self.members)

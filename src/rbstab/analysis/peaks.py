@@ -23,18 +23,59 @@ def signed_peak(times: Array, values: Array, rates: Array) -> float:
     return float(candidates[np.abs(candidates).argmax()])
 
 
+def peaks_at_samples(times: Array, values: Array, rates: Array) -> tuple[Array, Array]:
+    """Of many quantities the value farthest from zero on the two cubics beside its largest sample.
+
+    Args:
+        times: Shape (n,), s, ascending.
+        values: Shape (..., n).
+        rates: Their derivatives, of the same shape.
+
+    Returns:
+        The values with their signs, and when they are there, s, each of shape (...).
+    """
+    largest = np.abs(values).argmax(axis=-1)
+    peak = np.take_along_axis(values, largest[..., np.newaxis], -1)[..., 0]
+    when = times[largest]
+    for left in (np.maximum(largest - 1, 0), np.minimum(largest, len(times) - 2)):
+        ends = [
+            np.take_along_axis(of, side[..., np.newaxis], -1)[..., 0]
+            for of in (values, rates)
+            for side in (left, left + 1)
+        ]
+        h = times[left + 1] - times[left]
+        for s, turning in _turning_points(h, *ends):
+            farther = np.abs(turning) > np.abs(peak)
+            peak = np.where(farther, turning, peak)
+            when = np.where(farther, times[left] + s * h, when)
+    return peak, when
+
+
 def _turning_values(h: Array, values: Array, rates: Array) -> Array:
-    """The values where the cubics p(s), s from 0 to 1, turn inside their intervals."""
-    start, end = values[:-1], values[1:]
-    linear, last = h * rates[:-1], h * rates[1:]
+    """The values where the cubics turn inside their intervals."""
+    points = _turning_points(h, values[:-1], values[1:], rates[:-1], rates[1:])
+    turning = np.concatenate([value for _, value in points])
+    return turning[np.isfinite(turning)]
+
+
+def _turning_points(
+    h: Array, start: Array, end: Array, start_rate: Array, end_rate: Array
+) -> list[tuple[Array, Array]]:
+    """Both points s, from 0 to 1, at which the cubics p(s) turn, and p there; NaN if there is none.
+
+    Args:
+        h: The lengths of the intervals; start, end, start_rate, end_rate: p and p' at their ends.
+    """
+    linear, last = h * start_rate, h * end_rate
     quadratic = 3 * (end - start) - 2 * linear - last
     cubic = 2 * (start - end) + linear + last
     with np.errstate(all="ignore"):
         # Roots of p' = linear + 2 quadratic s + 3 cubic s², in the form that does not cancel.
         root = np.sqrt(quadratic**2 - 3 * cubic * linear)
         q = -(quadratic + np.copysign(root, quadratic))
-        s = np.concatenate([q / (3 * cubic), linear / q])
-        inside = (s > 0) & (s < 1)
-        a, b, c, d = (np.tile(x, 2) for x in (start, linear, quadratic, cubic))
-        turning = a + s * (b + s * (c + s * d))
-    return turning[inside]
+        found = []
+        for s in (q / (3 * cubic), linear / q):
+            turning = start + s * (linear + s * (quadratic + s * cubic))
+            inside = (s > 0) & (s < 1)
+            found.append((np.where(inside, s, np.nan), np.where(inside, turning, np.nan)))
+    return found

@@ -64,7 +64,11 @@ def _turning_points(
     """Both points s, from 0 to 1, at which the cubics p(s) turn, and p there; NaN if there is none.
 
     Args:
-        h: The lengths of the intervals; start, end, start_rate, end_rate: p and p' at their ends.
+        h: The lengths of the intervals.
+        start: p(0).
+        end: p(1).
+        start_rate: The derivative at 0 by time, p'(0)/h.
+        end_rate: The same at 1.
     """
     linear, last = h * start_rate, h * end_rate
     quadratic = 3 * (end - start) - 2 * linear - last

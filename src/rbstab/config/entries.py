@@ -83,17 +83,29 @@ def moved(config: Config, shift: Mapping[Path, Number]) -> Config:
         config: The config.
         shift: What is added, by the path of the number.
     """
-    changed: Config = _moved(config, (), shift)
+    return replaced(config, {path: value_at(config, path) + by for path, by in shift.items()})
+
+
+def replaced(config: Config, numbers: Mapping[Path, Number]) -> Config:
+    """A config with other numbers at some paths, of any kind, which is not validated.
+
+    Args:
+        config: The config.
+        numbers: The new ones, by path.
+    """
+    changed: Config = _replaced(config, (), numbers)
     return changed
 
 
-def _moved(value: Any, path: Path, shift: Mapping[Path, Number]) -> Any:
-    if path in shift:
-        return value + shift[path]
-    inside = {key[len(path)] for key in shift if key[: len(path)] == path}
+def _replaced(value: Any, path: Path, numbers: Mapping[Path, Number]) -> Any:
+    if path in numbers:
+        return numbers[path]
+    inside = {key[len(path)] for key in numbers if key[: len(path)] == path}
     if not inside:
         return value
     if isinstance(value, tuple):
-        return tuple(_moved(entry, (*path, i), shift) for i, entry in enumerate(value))
-    changes = {part: _moved(getattr(value, str(part)), (*path, part), shift) for part in inside}
+        return tuple(_replaced(entry, (*path, i), numbers) for i, entry in enumerate(value))
+    changes = {
+        part: _replaced(getattr(value, str(part)), (*path, part), numbers) for part in inside
+    }
     return value.model_copy(update=changes)

@@ -1,0 +1,158 @@
+"""Many motions of one structure at once: compiled Taylor integration in SIMD batches.
+
+Each lane of a batch has its own parameters, its own state and its own steps; what it computes does
+not depend on its neighbours, to the last bit.
+"""
+
+from typing import NamedTuple
+
+import heyoka as hy
+import numpy as np
+
+from rbstab.integrate.heyoka_engine import (
+    parameter_values,
+    scaled_audit,
+    state_symbols,
+    symbols_of,
+)
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import AUDIT_SIZE, System
+
+MOST_STEPS = 20_000
+"""Steps of a batch, after which a lane that is not done is taken out of it."""
+
+DONE = hy.taylor_outcome.time_limit
+"""heyoka's word for the end of the grid."""
+
+
+class Motions(NamedTuple):
+    """Motions of m members at n samples.
+
+    states has shape (m, states, n), in the system's coordinates; lyapunov_change (m, n), J, is
+    ∫v' dt; steps (m,) are accepted steps. done (m,) tells which members were followed to the end
+    (what stands in the rows of others means nothing).
+    """
+
+    states: Array
+    lyapunov_change: Array
+    steps: Array
+    done: Array
+
+
+class Ensemble:
+    """The compiled equations of a structure, for many members.
+
+    Args:
+        system: Any system of the structure.
+        tolerance: heyoka's tolerance.
+        times: The samples, shape (n,), s.
+    """
+
+    def __init__(self, system: System, tolerance: float, times: Array) -> None:
+        symbolic, _, self.parameters = symbols_of(system)
+        self.size = system.size
+        self.times = times
+        self.batch = hy.recommended_simd_size()
+        y = state_symbols(system.size + AUDIT_SIZE)
+        rates = scaled_audit(symbolic.audited_rates(y), hy.par[self.parameters])
+        self.integrator = hy.taylor_adaptive_batch(
+            list(zip(y, rates, strict=True)),
+            state=np.zeros((len(y), self.batch)),
+            tol=tolerance,
+        )
+        self.grid = np.repeat(times[:, np.newaxis], self.batch, axis=1)
+        self.parts = len(system.parts)
+        seen = symbolic.observe(y[: system.size])
+        motion = seen.motion
+        energies = [hy.expression(0.0) + entry for entry in seen.energy.tolist()]
+        vectors = [motion.B @ motion.Omega, motion.X, motion.V, motion.E, motion.F]
+        entries = [hy.expression(0.0) + entry for vector in vectors for entry in vector.tolist()]
+        self.observed = hy.cfunc([*entries, sum(energies)], vars=list(y[: system.size]))
+        self.energies = hy.cfunc(energies, vars=list(y[: system.size]))
+
+    def scales(self, parameters: Array, starts: Array) -> Array:
+        """The size of the energies at the start of each member, shape (m,), J; 1 J for none.
+
+        Args:
+            parameters: Shape (parameters, m), in the order of `parameter_values`.
+            starts: Shape (states, m).
+        """
+        with np.errstate(all="ignore"):
+            count = self.energies.nparams
+            given = np.ascontiguousarray(parameters[:count])
+            size = np.abs(self.energies(np.ascontiguousarray(starts), pars=given)).sum(axis=0)
+        return np.where((size > 0) & (size < np.inf), size, 1.0)
+
+    def run(self, parameters: Array, starts: Array) -> Motions:
+        """Follows members over the samples.
+
+        Args:
+            parameters: Shape (parameters, m).
+            starts: Shape (states, m).
+        """
+        members = starts.shape[1]
+        scales = self.scales(parameters, starts)
+        rows = _Rows(
+            np.vstack([parameters, scales]),
+            np.vstack([starts, np.zeros((AUDIT_SIZE, members))]),
+            np.zeros((members, self.size + AUDIT_SIZE, len(self.times))),
+            np.zeros(members, dtype=int),
+            np.zeros(members, dtype=bool),
+        )
+        for first in range(0, members, self.batch):
+            lanes = np.arange(first, min(first + self.batch, members))
+            self._follow(lanes, rows)
+            # What ends one lane can end the others, which are sound: alone, a lane is only itself.
+            if len(lanes) > 1:
+                for lane in lanes[~rows.done[lanes]].tolist():
+                    self._follow(np.array([lane]), rows)
+        change = rows.states[:, -AUDIT_SIZE] * scales[:, np.newaxis]
+        return Motions(rows.states[:, : self.size], change, rows.steps, rows.done)
+
+    def _follow(self, lanes: Array, rows: "_Rows") -> None:
+        """One batch, of at most `batch` members."""
+        integrator = self.integrator
+        # A batch is always full: its last lanes repeat one.
+        filled = np.concatenate([lanes, np.repeat(lanes[-1:], self.batch - len(lanes))])
+        integrator.set_time(float(self.times[0]))
+        integrator.pars[:] = rows.given[: len(integrator.pars), filled]
+        integrator.state[:] = rows.begun[:, filled]
+        _, found = integrator.propagate_grid(self.grid, max_steps=MOST_STEPS)
+        for k, lane in enumerate(lanes.tolist()):
+            outcome, _, _, taken = integrator.propagate_res[k]
+            rows.states[lane] = found[:, :, k].T
+            rows.steps[lane] = taken
+            rows.done[lane] = outcome == DONE and bool(np.isfinite(rows.states[lane]).all())
+
+    def observe(self, parameters: Array, motions: Motions) -> Array:
+        """Θ̇, X, V, E, F and the sum of all energies, shape (m, 16, n).
+
+        Args:
+            parameters: Shape (parameters, m).
+            motions: What `run` returned.
+        """
+        members, _, samples = motions.states.shape
+        found = np.empty((members, 16, samples))
+        count = self.observed.nparams
+        given = np.empty((count, samples))
+        for member in range(members):
+            given[:] = parameters[:count, member, np.newaxis]
+            self.observed(
+                np.ascontiguousarray(motions.states[member]), pars=given, outputs=found[member]
+            )
+        return found
+
+
+class _Rows(NamedTuple):
+    """What a run reads, by columns (parameters and start), and fills, by rows."""
+
+    given: Array
+    begun: Array
+    states: Array
+    steps: Array
+    done: Array
+
+
+def parameters_and_start(system: System, start: Array) -> Array:
+    """The numbers that one member is made of: its parameters, then its state at the start."""
+    return np.concatenate([parameter_values(system), start])

@@ -1,0 +1,146 @@
+"""The fast engine of members: whole shards through compiled batches.
+
+A member that the batches do not follow to the end, or that comes so close to the end of the range
+that its samples cannot tell whether it left, is run once more as a single run, which knows how it
+ends. So are sliding members.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.config.build import problem_of
+from rbstab.integrate.ensemble import Ensemble
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.numbers import Array
+from rbstab.sweep.binding import Binding
+from rbstab.sweep.outcome import COLUMNS, STATUSES, Traces, outcome_of
+from rbstab.sweep.plan import Plan
+
+CHUNK = 256
+"""Members whose samples are in memory at once."""
+
+NEAR_THE_END = 1.45
+"""rad: where |θ2| may have been beyond this, a single run decides whether it left the range."""
+
+Single = Callable[[int], dict[str, Array]]
+"""The outcome of one member as a single run, each column with one entry."""
+
+
+class EnsembleEngine:
+    """Computes members in shards.
+
+    Args:
+        plan: The plan.
+        single: Runs one member alone.
+    """
+
+    def __init__(self, plan: Plan, single: Single) -> None:
+        self.plan = plan
+        self.single = single
+        self.structures = {
+            variant: _Structure(plan, variant) for variant in plan.variants if variant != "sliding"
+        }
+
+    def outcome(self, start: int, stop: int) -> dict[str, Array]:
+        """The columns of the members from `start` up to `stop`, but `run_id`."""
+        values = self.plan.values(start, stop)
+        members = stop - start
+        found = {
+            c.name: np.zeros((members, *c.shape), dtype=c.dtype)
+            for c in COLUMNS
+            if c.name != "run_id"
+        }
+        alone = np.ones(members, dtype=bool)
+        variants = values.get("controller.variant")
+        for variant, structure in self.structures.items():
+            of_variant = np.ones(members, bool) if variants is None else variants == variant
+            rows = np.flatnonzero(of_variant)
+            for first in range(0, len(rows), CHUNK):
+                chunk = rows[first : first + CHUNK]
+                outcome, sound = structure.outcome({k: v[chunk] for k, v in values.items()})
+                alone[chunk] = ~sound
+                for name, column in outcome.items():
+                    found[name][chunk] = column
+        for row in np.flatnonzero(alone).tolist():
+            for name, column in self.single(start + row).items():
+                if name in found:
+                    found[name][row] = column[0]
+        return found
+
+
+class _Structure:
+    """The members of one variant: one set of equations."""
+
+    def __init__(self, plan: Plan, variant: str) -> None:
+        self.binding = Binding(plan, variant)
+        self.problem = self.binding.problem
+        self.ensemble = Ensemble(self.problem.system, self.problem.rtol, self.problem.times)
+        self.largest_angle = float(np.arccos(self.problem.range_bound))
+        self.rest_energy = self._common_rest_energy()
+
+    def _common_rest_energy(self) -> float | None:
+        """The stored energy at rest, J, where all members share it."""
+        varied = {column.path[0] for column in self.binding.columns}
+        light = not any(self.binding.base.gravity) and "gravity" not in varied
+        if varied <= {"initial"}:
+            return nearest_rest_state(self.problem.system).energy
+        # Without a load every unloaded position is at rest, and stores nothing.
+        return 0.0 if light else None
+
+    def outcome(self, values: dict[str, Array]) -> tuple[dict[str, Array], Array]:
+        """The columns of some members, and which of them are sound."""
+        parameters, starts = self.binding.of(values)
+        motions = self.ensemble.run(parameters, starts)
+        observed = self.ensemble.observe(parameters, motions)
+        energy = observed[:, -1] - self._rest_energies(values)[:, np.newaxis]
+        residual = energy - energy[:, :1] - motions.lyapunov_change
+        traces = self._traces(motions.states, observed, energy, residual)
+        with np.errstate(all="ignore"):
+            outcome = outcome_of(traces)
+            sound = motions.done & (self._largest_pitch(traces) < NEAR_THE_END)
+        outcome["status"] = np.full(len(sound), STATUSES.index(RunStatus.COMPLETED))
+        outcome["steps"] = motions.steps
+        return outcome, sound
+
+    def _rest_energies(self, values: dict[str, Array]) -> Array:
+        members = len(next(iter(values.values())))
+        if self.rest_energy is not None:
+            return np.full(members, self.rest_energy)
+        rows = [{key: column[k] for key, column in values.items()} for k in range(members)]
+        return np.array([self._rest_energy(row) for row in rows])
+
+    def _rest_energy(self, row: dict[str, float]) -> float:
+        problem = problem_of(self.binding.config_of(row))
+        return nearest_rest_state(problem.system).energy
+
+    def _traces(self, states: Array, observed: Array, energy: Array, residual: Array) -> Traces:
+        def along(rows: Array) -> Array:
+            return np.swapaxes(rows, 1, 2)
+
+        size = self.problem.system.coordinates.size
+        return Traces(
+            times=self.problem.times,
+            Theta=along(states[:, 0:3]),
+            Theta_rate=along(observed[:, 0:3]),
+            Omega=along(states[:, 3:6]),
+            X=along(observed[:, 3:6]),
+            V=along(observed[:, 6:9]),
+            E=along(observed[:, 9:12]),
+            F=along(observed[:, 12:15]),
+            own=along(states[:, size:]) if states.shape[1] > size else None,
+            value=energy,
+            residual=residual,
+        )
+
+    def _largest_pitch(self, traces: Traces) -> Array:
+        """How large |θ2| may have been, shape (m,): where it turns, the tangents' intersection."""
+        angle, rate = traces.Theta[..., 1], traces.Theta_rate[..., 1]
+        h = np.diff(traces.times)
+        a, b, up, down = angle[:, :-1], angle[:, 1:], rate[:, :-1], rate[:, 1:]
+        turns = up * down < 0
+        with np.errstate(all="ignore"):
+            s = (b - a - down * h) / (up - down)
+        top = np.where(turns, np.abs(a + up * np.clip(s, 0.0, h)), 0.0)
+        return np.maximum(np.abs(angle).max(axis=1), np.nan_to_num(top, nan=np.inf).max(axis=1))

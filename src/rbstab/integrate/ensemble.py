@@ -9,6 +9,7 @@ from typing import NamedTuple
 import heyoka as hy
 import numpy as np
 
+from rbstab.integrate.compiled_map import SIMD, evaluated
 from rbstab.integrate.heyoka_engine import (
     parameter_values,
     scaled_audit,
@@ -52,7 +53,7 @@ class Ensemble:
         symbolic, _, self.parameters = symbols_of(system)
         self.size = system.size
         self.times = times
-        self.batch = hy.recommended_simd_size()
+        self.batch = SIMD
         y = state_symbols(system.size + AUDIT_SIZE)
         rates = scaled_audit(symbolic.audited_rates(y), hy.par[self.parameters])
         self.integrator = hy.taylor_adaptive_batch(
@@ -78,9 +79,8 @@ class Ensemble:
             starts: Shape (states, m).
         """
         with np.errstate(all="ignore"):
-            count = self.energies.nparams
-            given = np.ascontiguousarray(parameters[:count])
-            size = np.abs(self.energies(np.ascontiguousarray(starts), pars=given)).sum(axis=0)
+            given = parameters[: self.energies.nparams]
+            size = np.abs(evaluated(self.energies, starts, given)).sum(axis=0)
         return np.where((size > 0) & (size < np.inf), size, 1.0)
 
     def run(self, parameters: Array, starts: Array) -> Motions:

@@ -1,0 +1,129 @@
+"""Many motions at once are the motions of single runs, whatever else is in their batch."""
+
+import numpy as np
+import pytest
+from support.problems import problem, solve
+from support.systems import VARIANTS, random_system, random_Z
+
+from rbstab.integrate.compiled_map import compiled_map
+from rbstab.integrate.ensemble import Ensemble
+from rbstab.integrate.heyoka_engine import parameter_values
+from rbstab.mechanics.motion import motion_from_centre
+from rbstab.systems.coordinates import ReducedCoordinates
+
+TIMES = np.linspace(0, 0.5, 11)
+MEMBERS = 21
+
+
+def system_of(variant, seed):
+    coordinates = ReducedCoordinates() if variant == "permanent" else None
+    return random_system(np.random.default_rng(seed), variant, coordinates)
+
+
+def members_of(variant, count=MEMBERS):
+    """Systems of one structure and their starts, all different."""
+    systems = [system_of(variant, seed) for seed in range(count)]
+    starts = []
+    for seed, system in enumerate(systems):
+        Z = 0.3 * random_Z(np.random.default_rng(1000 + seed))
+        own = np.zeros(system.size - system.coordinates.size)
+        starts.append(system.start(motion_from_centre(system.body, system.anchor, Z), own))
+    parameters = np.array([parameter_values(system) for system in systems]).T
+    return systems, parameters, np.array(starts).T
+
+
+@pytest.fixture(scope="module", params=VARIANTS)
+def made(request):
+    systems, parameters, starts = members_of(request.param)
+    ensemble = Ensemble(systems[0], 1e-10, TIMES)
+    return systems, parameters, starts, ensemble, ensemble.run(parameters, starts)
+
+
+def test_every_member_is_a_single_run(made):
+    systems, _, starts, _, motions = made
+    assert motions.done.all()
+    for k in range(0, MEMBERS, 5):
+        run = solve("heyoka", problem(systems[k], starts[:, k], TIMES, rtol=1e-10))
+        scale = np.abs(run.states).max()
+        assert np.abs(motions.states[k].T - run.states).max() < 1e-9 * scale
+        assert motions.lyapunov_change[k] == pytest.approx(run.lyapunov_change, rel=1e-8)
+
+
+def test_what_is_observed_is_what_the_system_says(made):
+    systems, parameters, _, ensemble, motions = made
+    observed = ensemble.observe(parameters, motions)
+    for k in (0, MEMBERS - 1):
+        for n in (0, 7):
+            seen = systems[k].observe(motions.states[k, :, n])
+            motion = seen.motion
+            expected = [motion.B @ motion.Omega, motion.X, motion.V, motion.E, motion.F]
+            assert observed[k, :15, n] == pytest.approx(
+                np.concatenate(expected), rel=1e-10, abs=1e-12
+            )
+            assert observed[k, 15, n] == pytest.approx(seen.energy.sum(), rel=1e-10, abs=1e-9)
+
+
+def bits(motions, chosen):
+    return (
+        motions.states[chosen].tobytes(),
+        motions.lyapunov_change[chosen].tobytes(),
+        motions.steps[chosen].tobytes(),
+    )
+
+
+def test_the_place_in_a_batch_changes_no_bit(made):
+    _, parameters, starts, ensemble, motions = made
+    order = np.random.default_rng(0).permutation(MEMBERS)
+    again = ensemble.run(parameters[:, order], starts[:, order])
+    assert bits(again, np.argsort(order)) == bits(motions, np.arange(MEMBERS))
+
+
+@pytest.mark.parametrize("cut", [1, 3, 8, 13])
+def test_how_members_are_cut_changes_no_bit(made, cut):
+    _, parameters, starts, ensemble, motions = made
+    for first in range(0, MEMBERS, cut):
+        part = np.arange(first, min(first + cut, MEMBERS))
+        again = ensemble.run(parameters[:, part], starts[:, part])
+        assert bits(again, np.arange(len(part))) == bits(motions, part)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e200])
+def test_a_member_that_fails_changes_no_bit_of_its_neighbours(made, bad):
+    _, parameters, starts, ensemble, motions = made
+    broken = starts.copy()
+    broken[4, 3] = bad
+    again = ensemble.run(parameters, broken)
+    others = np.delete(np.arange(MEMBERS), 3)
+    assert not again.done[3]
+    assert again.done[others].all()
+    assert bits(again, others) == bits(motions, others)
+
+
+def test_a_member_at_the_end_of_the_range_ends_in_time(made):
+    """There the equations are singular, and steps are as short as round-off."""
+    _, parameters, starts, ensemble, motions = made
+    broken = starts.copy()
+    broken[1, 5] = np.pi / 2
+    again = ensemble.run(parameters, broken)
+    others = np.delete(np.arange(MEMBERS), 5)
+    assert bits(again, others) == bits(motions, others)
+
+
+def test_the_scale_of_the_audit_is_the_energy_at_the_start(made):
+    systems, parameters, starts, ensemble, _ = made
+    found = ensemble.scales(parameters, starts)
+    for k in (0, 10):
+        assert found[k] == pytest.approx(np.abs(systems[k].observe(starts[:, k]).energy).sum())
+    nothing = ensemble.scales(0 * parameters, 0 * starts)
+    assert nothing.tolist() == [1.0] * MEMBERS
+
+
+def test_a_compiled_map_is_its_function():
+    def function(x):
+        return np.array([x[0] * x[1], 3.0, x[2]])
+
+    values = np.random.default_rng(0).normal(size=(3, 50))
+    expected = np.array([function(column) for column in values.T]).T
+    assert compiled_map(function, 3)(values) == pytest.approx(expected, rel=1e-15)
+    constant = compiled_map(lambda _: np.array([1.5, 2.0]), 0)(np.zeros((0, 4)))
+    assert constant.tolist() == [[1.5] * 4, [2.0] * 4]

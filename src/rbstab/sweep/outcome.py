@@ -127,6 +127,6 @@ def _last_above(times: Array, size: Array, bound: Array) -> Array:
     before_size, after_size = size[rows, last], size[rows, after]
     with np.errstate(all="ignore"):
         share = (before_size - bound) / (before_size - after_size)
-    found = times[last] + share * (times[after] - times[last])
+        found = times[last] + share * (times[after] - times[last])
     found = np.where(last == len(times) - 1, np.nan, found)
     return np.where(above.any(axis=1), found, 0.0)

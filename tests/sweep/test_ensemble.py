@@ -1,0 +1,169 @@
+"""The fast engine of members against single runs, whatever varies."""
+
+import numpy as np
+import pytest
+from support.members import outcome_alone
+from support.paper_runs import paper_config
+
+from rbstab.config.build import problem_of
+from rbstab.integrate.ensemble import parameters_and_start
+from rbstab.sweep.binding import Binding
+from rbstab.sweep.ensemble import EnsembleEngine
+from rbstab.sweep.load import load_plan
+from rbstab.sweep.outcome import COLUMNS, STATUSES
+
+SHORT = {"duration": 0.4, "samples": 21, "rtol": 1e-10, "engine": "heyoka"}
+
+
+def plan_of(variant="visco-elastic", weighed=True, members=20, vary=None, **integration):
+    return load_plan(
+        {
+            "title": "A sweep",
+            "base": paper_config(variant, weighed, **{**SHORT, **integration}),
+            "vary": vary or {"initial.angular_velocity[0]": {"uniform": [-20, 20]}},
+            "design": "random",
+            "members": members,
+            "seed": 3,
+        }
+    )
+
+
+VARIED = {
+    "spin": {"initial.angular_velocity[0]": {"uniform": [-20, 20]}},
+    "attitude": {"initial.orientation[1]": {"uniform": [-0.5, 0.5]}},
+    "mass": {"body.mass": {"uniform": [20, 60]}},
+    "contact point": {"body.contact_point[2]": {"uniform": [-0.6, 0.2]}},
+    "inertia": {"body.inertia": {"scale": {"uniform": [0.7, 1.3]}}},
+    "gains": {
+        "controller.K_r": {"scale": {"loguniform": [0.3, 3]}},
+        "controller.L_t[1]": {"uniform": [100, 300]},
+    },
+    "gravity": {"gravity[0]": {"normal": [0, 3]}},
+}
+
+
+class Alone:
+    """Counts the members that are run alone."""
+
+    def __init__(self, plan):
+        self.plan = plan
+        self.indices = []
+
+    def __call__(self, index):
+        self.indices.append(index)
+        return outcome_alone(self.plan, index)
+
+
+def engine_of(plan):
+    return EnsembleEngine(plan, Alone(plan))
+
+
+@pytest.mark.parametrize("what", VARIED)
+def test_parameters_and_starts_are_those_of_the_configs(what):
+    plan = plan_of(vary=VARIED[what])
+    binding = Binding(plan, "visco-elastic")
+    parameters, starts = binding.of(plan.values(0, 20))
+    values = plan.values(0, 20)
+    for k in (0, 19):
+        problem = problem_of(plan.config_of(k))
+        expected = parameters_and_start(problem.system, problem.start)
+        found = np.concatenate([parameters[:, k], starts[:, k]])
+        assert found == pytest.approx(expected, rel=1e-15, abs=1e-300)
+        row = {key: column[k] for key, column in values.items()}
+        assert binding.config_of(row).controller == plan.config_of(k).controller
+        assert binding.config_of(row).body == plan.config_of(k).body
+
+
+@pytest.mark.parametrize("what", VARIED)
+def test_members_are_single_runs(what):
+    plan = plan_of(vary=VARIED[what])
+    engine = engine_of(plan)
+    found = engine.outcome(0, 20)
+    assert engine.single.indices == []
+    for index in (0, 7, 19):
+        expected = outcome_alone(plan, index)
+        for name, column in expected.items():
+            if name == "steps":
+                continue
+            scale = max(1.0, np.nanmax(np.abs(column))) if np.isfinite(column).any() else 1.0
+            assert found[name][index] == pytest.approx(column[0], abs=1e-8 * scale, nan_ok=True), (
+                name,
+                index,
+            )
+
+
+@pytest.mark.parametrize("variant", ["free", "permanent", "embedded"])
+def test_other_variants(variant):
+    plan = plan_of(variant)
+    found = engine_of(plan).outcome(4, 12)
+    expected = outcome_alone(plan, 6)
+    for name in ("final_orientation", "peak_contact_displacement", "lyapunov_end", "settling_time"):
+        assert found[name][2] == pytest.approx(expected[name][0], abs=1e-8, nan_ok=True), name
+    has_own = bool(np.isfinite(found["final_connector_state"]).all())
+    assert has_own == (variant == "embedded")
+
+
+def test_every_column_is_there_with_its_shape_and_type():
+    found = engine_of(plan_of()).outcome(3, 8)
+    assert set(found) == {column.name for column in COLUMNS} - {"run_id"}
+    for column in COLUMNS[1:]:
+        assert found[column.name].shape == (5, *column.shape)
+        assert found[column.name].dtype == np.dtype(column.dtype)
+
+
+@pytest.mark.parametrize("cut", [1, 7, 8])
+def test_how_members_are_cut_changes_no_bit(cut):
+    plan = plan_of(vary=VARIED["gains"] | VARIED["gravity"])
+    engine = engine_of(plan)
+    whole = engine.outcome(0, 20)
+    for start in range(0, 20, cut):
+        stop = min(start + cut, 20)
+        part = engine.outcome(start, stop)
+        for name, column in part.items():
+            assert column.tobytes() == whole[name][start:stop].tobytes(), name
+
+
+def test_members_that_leave_the_range_are_told_and_their_neighbours_are_not_touched():
+    vary = {"initial.angular_velocity[1]": {"values": [1.0, 32.0, 2.0, 40.0, 3.0]}}
+    data = {
+        "base": paper_config("free", False, initial={"angular_velocity": [0, 0, 0]}, **SHORT),
+        "vary": vary,
+    }
+    plan = load_plan(data)
+    engine = engine_of(plan)
+    found = engine.outcome(0, 5)
+    assert engine.single.indices == [1, 3]
+    left, completed = STATUSES.index("range left"), STATUSES.index("completed")
+    assert found["status"].tolist() == [completed, left, completed, left, completed]
+    assert found["end_time"][1] < 0.2
+    sound = engine_of(load_plan({**data, "vary": {next(iter(vary)): {"values": [1.0, 2.0, 3.0]}}}))
+    alone = sound.outcome(0, 3)
+    for name, column in alone.items():
+        assert column.tobytes() == found[name][[0, 2, 4]].tobytes(), name
+
+
+def test_variants_side_by_side():
+    plan = plan_of(
+        vary={
+            "controller.variant": {"each": {"values": ["free", "visco-elastic"]}},
+            "initial.angular_velocity[0]": {"uniform": [-20, 20]},
+        },
+        members=6,
+    )
+    found = engine_of(plan).outcome(2, 12)
+    for index in (2, 5, 6, 11):
+        expected = outcome_alone(plan, index)["final_orientation"][0]
+        assert found["final_orientation"][index - 2] == pytest.approx(expected, abs=1e-9)
+
+
+def test_sliding_members_are_run_alone():
+    gains = {"K_s": [20000.0] * 3, "surface": {"slope": 20.0}}
+    base = paper_config(
+        "free", False, controller={"variant": "sliding", **gains}, duration=0.02, samples=3,
+        engine="heyoka",
+    )  # fmt: skip
+    plan = load_plan({"base": base, "vary": {"body.mass": {"values": [40.0, 41.0]}}})
+    engine = engine_of(plan)
+    found = engine.outcome(0, 2)
+    assert engine.single.indices == [0, 1]
+    assert (found["status"] == STATUSES.index("completed")).all()

@@ -5,7 +5,7 @@ import pytest
 from support.problems import problem, solve
 from support.systems import VARIANTS, random_system, random_Z
 
-from rbstab.integrate.compiled_map import compiled_map
+from rbstab.integrate.compiled_map import CompiledMap
 from rbstab.integrate.ensemble import Ensemble
 from rbstab.integrate.heyoka_engine import parameter_values
 from rbstab.mechanics.motion import motion_from_centre
@@ -124,6 +124,23 @@ def test_a_compiled_map_is_its_function():
 
     values = np.random.default_rng(0).normal(size=(3, 50))
     expected = np.array([function(column) for column in values.T]).T
-    assert compiled_map(function, 3)(values) == pytest.approx(expected, rel=1e-15)
-    constant = compiled_map(lambda _: np.array([1.5, 2.0]), 0)(np.zeros((0, 4)))
+    assert CompiledMap(function, 3)(values) == pytest.approx(expected, rel=1e-15)
+    constant = CompiledMap(lambda _: np.array([1.5, 2.0]), 0)(np.zeros((0, 4)))
     assert constant.tolist() == [[1.5] * 4, [2.0] * 4]
+    found = CompiledMap(function, 3).varies
+    assert found.tolist() == [True, False, True]
+    assert not CompiledMap(lambda _: np.array([1.5, 2.0]), 0).varies.any()
+
+
+def test_what_is_the_same_for_all_may_be_compiled_in():
+    systems, parameters, starts = members_of("embedded", 9)
+    varies = np.zeros(len(parameters), dtype=bool)
+    varies[[0, 5, 20, 40]] = True
+    some = np.where(varies[:, None], parameters, parameters[:, :1])
+    closed = Ensemble(systems[0], 1e-10, TIMES, varies)
+    opened = Ensemble(systems[0], 1e-10, TIMES)
+    motions, expected = closed.run(some, starts), opened.run(some, starts)
+    assert motions.states == pytest.approx(expected.states, abs=1e-7)
+    assert closed.scales(some, starts) == pytest.approx(opened.scales(some, starts))
+    observed = closed.observe(some, motions)
+    assert observed == pytest.approx(opened.observe(some, motions), rel=1e-9, abs=1e-9)

@@ -13,24 +13,27 @@ SIMD = hy.recommended_simd_size()
 """Numbers in a vector of the processor."""
 
 
-def compiled_map(function: Callable[[Array], Array], inputs: int) -> Callable[[Array], Array]:
-    """The same function of many arguments at once.
+class CompiledMap:
+    """A function of many arguments at once.
 
     Args:
         function: Takes an array of shape (inputs,) of any kind of number, and returns one of shape
             (outputs,).
         inputs: How many numbers it takes.
 
-    Returns:
-        A function that takes shape (inputs, m) and returns shape (outputs, m).
+    Attributes:
+        varies: Which outputs depend on an input, shape (outputs,).
     """
-    symbols = state_symbols(inputs)
-    results = [hy.expression(0.0) + entry for entry in function(symbols).tolist()]
-    if not inputs:
-        constants = np.array([float(hy.cfunc([entry], vars=[])([])[0]) for entry in results])
-        return lambda given: np.repeat(constants[:, np.newaxis], given.shape[1], axis=1)
-    compiled = hy.cfunc(results, vars=list(symbols))
-    return lambda given: evaluated(compiled, given)
+
+    def __init__(self, function: Callable[[Array], Array], inputs: int) -> None:
+        symbols = state_symbols(inputs)
+        results = [hy.expression(0.0) + entry for entry in function(symbols).tolist()]
+        self.varies = np.array([bool(hy.get_variables(entry)) for entry in results])
+        self.compiled = hy.cfunc(results, vars=list(symbols) or [hy.expression("none")])
+
+    def __call__(self, given: Array) -> Array:
+        """The outputs, shape (outputs, m), at inputs of shape (inputs, m)."""
+        return evaluated(self.compiled, given if len(given) else np.zeros((1, given.shape[1])))
 
 
 def evaluated(compiled: Any, inputs: Array, pars: Array | None = None) -> Array:

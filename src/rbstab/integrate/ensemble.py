@@ -4,7 +4,7 @@ Each lane of a batch has its own parameters, its own state and its own steps; wh
 not depend on its neighbours, to the last bit.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import heyoka as hy
 import numpy as np
@@ -47,15 +47,28 @@ class Ensemble:
         system: Any system of the structure.
         tolerance: heyoka's tolerance.
         times: The samples, shape (n,), s.
+        varies: Which parameters differ between members, shape (parameters,); by default all. The
+            others are those of `system`, compiled in: zeros and products of constants cost nothing.
     """
 
-    def __init__(self, system: System, tolerance: float, times: Array) -> None:
-        symbolic, _, self.parameters = symbols_of(system)
+    def __init__(
+        self, system: System, tolerance: float, times: Array, varies: Array | None = None
+    ) -> None:
+        values = parameter_values(system)
+        varies = np.ones(len(values), dtype=bool) if varies is None else varies
+        places = np.cumsum(varies) - 1
+        self.open = np.flatnonzero(varies)
+
+        def symbol(index: int) -> Any:
+            constant = hy.expression(float(values[index]))
+            return hy.par[int(places[index])] if varies[index] else constant
+
+        symbolic, _, _ = symbols_of(system, symbol)
         self.size = system.size
         self.times = times
         self.batch = SIMD
         y = state_symbols(system.size + AUDIT_SIZE)
-        rates = scaled_audit(symbolic.audited_rates(y), hy.par[self.parameters])
+        rates = scaled_audit(symbolic.audited_rates(y), hy.par[len(self.open)])
         self.integrator = hy.taylor_adaptive_batch(
             list(zip(y, rates, strict=True)),
             state=np.zeros((len(y), self.batch)),
@@ -79,7 +92,7 @@ class Ensemble:
             starts: Shape (states, m).
         """
         with np.errstate(all="ignore"):
-            given = parameters[: self.energies.nparams]
+            given = parameters[self.open][: self.energies.nparams]
             size = np.abs(evaluated(self.energies, starts, given)).sum(axis=0)
         return np.where((size > 0) & (size < np.inf), size, 1.0)
 
@@ -93,7 +106,7 @@ class Ensemble:
         members = starts.shape[1]
         scales = self.scales(parameters, starts)
         rows = _Rows(
-            np.vstack([parameters, scales]),
+            np.vstack([parameters[self.open], scales]),
             np.vstack([starts, np.zeros((AUDIT_SIZE, members))]),
             np.zeros((members, self.size + AUDIT_SIZE, len(self.times))),
             np.zeros(members, dtype=int),
@@ -135,8 +148,9 @@ class Ensemble:
         found = np.empty((members, 16, samples))
         count = self.observed.nparams
         given = np.empty((count, samples))
+        chosen = parameters[self.open][:count]
         for member in range(members):
-            given[:] = parameters[:count, member, np.newaxis]
+            given[:] = chosen[:, member, np.newaxis]
             self.observed(
                 np.ascontiguousarray(motions.states[member]), pars=given, outputs=found[member]
             )

@@ -9,7 +9,7 @@ from rbstab.config.build import problem_of
 from rbstab.config.entries import replaced, value_at
 from rbstab.config.schema import Config
 from rbstab.config.source import Path
-from rbstab.integrate.compiled_map import compiled_map
+from rbstab.integrate.compiled_map import CompiledMap
 from rbstab.integrate.ensemble import parameters_and_start
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan import Plan
@@ -24,6 +24,9 @@ class Binding:
     Args:
         plan: The plan.
         variant: The variant of the members.
+
+    Attributes:
+        varies: Which parameters differ between members, shape (parameters,).
     """
 
     def __init__(self, plan: Plan, variant: str) -> None:
@@ -38,7 +41,8 @@ class Binding:
             problem = problem_of(replaced(self.base, values))
             return parameters_and_start(problem.system, problem.start)
 
-        self.compiled = compiled_map(made, len(self.paths))
+        self.compiled = CompiledMap(made, len(self.paths))
+        self.varies = self.compiled.varies[: -self.size]
 
     def of(self, values: dict[str, Array]) -> tuple[Array, Array]:
         """Parameters, shape (parameters, m), and starts, shape (states, m).

@@ -76,7 +76,8 @@ class _Structure:
     def __init__(self, plan: Plan, variant: str) -> None:
         self.binding = Binding(plan, variant)
         self.problem = self.binding.problem
-        self.ensemble = Ensemble(self.problem.system, self.problem.rtol, self.problem.times)
+        problem, varies = self.problem, self.binding.varies
+        self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies)
         self.largest_angle = float(np.arccos(self.problem.range_bound))
         self.rest_energy = self._common_rest_energy()
 

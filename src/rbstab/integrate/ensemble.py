@@ -108,7 +108,7 @@ class Ensemble:
         rows = _Rows(
             np.vstack([parameters[self.open], scales]),
             np.vstack([starts, np.zeros((AUDIT_SIZE, members))]),
-            np.zeros((members, self.size + AUDIT_SIZE, len(self.times))),
+            np.empty((members, self.size + AUDIT_SIZE, len(self.times))),
             np.zeros(members, dtype=int),
             np.zeros(members, dtype=bool),
         )
@@ -131,11 +131,12 @@ class Ensemble:
         integrator.pars[:] = rows.given[: len(integrator.pars), filled]
         integrator.state[:] = rows.begun[:, filled]
         _, found = integrator.propagate_grid(self.grid, max_steps=MOST_STEPS)
-        for k, lane in enumerate(lanes.tolist()):
-            outcome, _, _, taken = integrator.propagate_res[k]
-            rows.states[lane] = found[:, :, k].T
-            rows.steps[lane] = taken
-            rows.done[lane] = outcome == DONE and bool(np.isfinite(rows.states[lane]).all())
+        rows.states[lanes] = found.transpose(2, 1, 0)[: len(lanes)]
+        outcomes = integrator.propagate_res[: len(lanes)]
+        rows.steps[lanes] = [taken for _, _, _, taken in outcomes]
+        # What is not finite once stays so.
+        finite = np.isfinite(found[-1, :, : len(lanes)]).all(axis=0)
+        rows.done[lanes] = finite & [outcome == DONE for outcome, _, _, _ in outcomes]
 
     def observe(self, parameters: Array, motions: Motions) -> Array:
         """Θ̇, X, V, E, F and the sum of all energies, shape (m, 16, n).

@@ -82,6 +82,12 @@ def warnings_of(config: Config) -> list[str]:
         )
     law = getattr(config.controller, "law", None)
     if isinstance(law, Implicit):
+        spacing = config.integration.duration / (config.integration.samples - 1)
+        if law.implicit > spacing:
+            found.append(
+                f"controller.law: implicit steps of {law.implicit:g} s are longer than the samples "
+                f"are apart; steps of {spacing:g} s are made"
+            )
         found.append(
             f"controller.law: implicit steps of {law.implicit:g} s damp the motion numerically; "
             "discarded_energy is what they take on s = E, and when it sticks depends on them"

@@ -45,8 +45,8 @@ def stick(system: System, y: Array, modes: Modes) -> Stick | None:
 
     A set S may stick where the chatter energy is below a bound and the equivalent force, with
     which Ë_S = 0, is inside the box of every axis of S; the largest such set does. Then E_S is set
-    to 0, the impulse -W_SS⁻¹F_S at C takes F_S away, and S is held. That costs at most the chatter
-    energy.
+    to 0, the impulse -W_SS⁻¹F_S at C takes F_S away, and S is held. That costs about the chatter
+    energy: the shift of E moves the springs of the stabilizers a little, too.
 
     Args:
         system: The system under its modes, in coordinates W.

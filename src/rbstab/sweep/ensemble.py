@@ -17,6 +17,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.sweep.binding import Binding
 from rbstab.sweep.outcome import COLUMNS, STATUSES, Traces, outcome_of
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.rest_energies import RestEnergies
 
 CHUNK = 256
 """Members whose samples are in memory at once."""
@@ -80,6 +81,7 @@ class _Structure:
         self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies)
         self.largest_angle = float(np.arccos(self.problem.range_bound))
         self.rest_energy = self._common_rest_energy()
+        self.stored = RestEnergies(problem.system) if self.rest_energy is None else None
 
     def _common_rest_energy(self) -> float | None:
         """The stored energy at rest, J, where all members share it."""
@@ -95,7 +97,7 @@ class _Structure:
         parameters, starts = self.binding.of(values)
         motions = self.ensemble.run(parameters, starts)
         observed = self.ensemble.observe(parameters, motions)
-        energy = observed[:, -1] - self._rest_energies(values)[:, np.newaxis]
+        energy = observed[:, -1] - self._rest_energies(values, parameters)[:, np.newaxis]
         residual = energy - energy[:, :1] - motions.lyapunov_change
         traces = self._traces(motions.states, observed, energy, residual)
         with np.errstate(all="ignore"):
@@ -105,16 +107,16 @@ class _Structure:
         outcome["steps"] = motions.steps
         return outcome, sound
 
-    def _rest_energies(self, values: dict[str, Array]) -> Array:
-        members = len(next(iter(values.values())))
+    def _rest_energies(self, values: dict[str, Array], parameters: Array) -> Array:
         if self.rest_energy is not None:
-            return np.full(members, self.rest_energy)
-        rows = [{key: column[k] for key, column in values.items()} for k in range(members)]
-        return np.array([self._rest_energy(row) for row in rows])
-
-    def _rest_energy(self, row: dict[str, float]) -> float:
-        problem = problem_of(self.binding.config_of(row))
-        return nearest_rest_state(problem.system).energy
+            return np.full(parameters.shape[1], self.rest_energy)
+        assert self.stored is not None
+        energies, found = self.stored.of(parameters)
+        for k in np.flatnonzero(~found).tolist():
+            row = {key: column[k] for key, column in values.items() if key != "controller.variant"}
+            system = problem_of(self.binding.config_of(row)).system
+            energies[k] = nearest_rest_state(system).energy
+        return energies
 
     def _traces(self, states: Array, observed: Array, energy: Array, residual: Array) -> Traces:
         def along(rows: Array) -> Array:

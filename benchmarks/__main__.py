@@ -1,7 +1,8 @@
 """`make bench`: all benchmarks, one after the other."""
 
-from benchmarks import engines, sliding, startup
+from benchmarks import engines, sliding, startup, sweeps
 
 startup.main()
 engines.main()
 sliding.main()
+sweeps.main()

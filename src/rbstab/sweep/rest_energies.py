@@ -65,7 +65,7 @@ class RestEnergies:
 
 def _convex(hessians: Array) -> Array:
     """Whether each of some symmetric matrices is positive definite, shape (m,)."""
-    finite: Array = np.isfinite(hessians).all(axis=(1, 2))
-    given = np.where(finite[:, np.newaxis, np.newaxis], hessians, -np.eye(hessians.shape[1]))
+    broken = ~np.isfinite(hessians).all(axis=(1, 2), keepdims=True)
+    given = np.where(broken, -np.eye(hessians.shape[1]), hessians)
     smallest: Array = np.linalg.eigvalsh(given)[:, 0]
     return smallest > 0

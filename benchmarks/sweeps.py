@@ -6,8 +6,8 @@ import numpy as np
 
 from benchmarks.measure import by_turns, line
 from rbstab.config.build import problem_of
-from rbstab.integrate.ensemble import Ensemble
 from rbstab.integrate.engines import engine
+from rbstab.integrate.ensemble import Ensemble
 from rbstab.sweep.ensemble import EnsembleEngine
 from rbstab.sweep.load import load_plan
 

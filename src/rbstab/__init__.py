@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rbstab.config.errors import ConfigError
     from rbstab.config.load import load_config
+    from rbstab.experiment.proof import Proof, prove
     from rbstab.experiment.sensitivities import Sensitivities, sensitivities
     from rbstab.experiment.simulate import simulate
     from rbstab.experiment.tune import Tuned, tune
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ConfigError",
+    "Proof",
     "Result",
     "RunStatus",
     "Sensitivities",
@@ -32,6 +34,7 @@ __all__ = [
     "Tuned",
     "load_config",
     "open_result",
+    "prove",
     "sensitivities",
     "simulate",
     "tune",
@@ -40,6 +43,7 @@ __all__ = [
 
 _HOMES = {
     "ConfigError": "rbstab.config.errors",
+    "Proof": "rbstab.experiment.proof",
     "Result": "rbstab.store.result",
     "RunStatus": "rbstab.integrate.status",
     "Sensitivities": "rbstab.experiment.sensitivities",
@@ -47,6 +51,7 @@ _HOMES = {
     "Tuned": "rbstab.experiment.tune",
     "load_config": "rbstab.config.load",
     "open_result": "rbstab.store.run_file",
+    "prove": "rbstab.experiment.proof",
     "sensitivities": "rbstab.experiment.sensitivities",
     "simulate": "rbstab.experiment.simulate",
     "tune": "rbstab.experiment.tune",

@@ -14,6 +14,7 @@ from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 from support.sliding import follow, pushed_ball
 
+from rbstab.integrate import filippov
 from rbstab.integrate.filippov import FilippovDriver
 from rbstab.integrate.heyoka_flow import HeyokaFlow
 
@@ -142,3 +143,14 @@ def test_every_release_is_the_last_event(slope):
         *_, last = driver.samples()
         assert last.reached.status is None
         assert [str(kind) for _, _, kind in driver.log.transitions] == ["stick", "release"]
+
+
+@pytest.mark.parametrize("slope", [None, 4.0])
+def test_a_release_is_no_occasion_to_stick_again(monkeypatch, slope):
+    """Its force is at its bound, inside it to round-off: a look there would hold it again."""
+    monkeypatch.setattr(filippov, "LOOK_AGAIN", 0)
+    monkeypatch.setattr(filippov, "LOOK_AGAIN_SHARE", 10**9)
+    for sign in (1.0, -1.0):
+        start = (1e-3, -0.1) if slope is None else (-0.3, 0.7)
+        run = follow("heyoka", pushed(0, sign, *start, slope))
+        assert [kind for kind, _ in kinds(run, 0)] == ["stick", "release"]

@@ -4,7 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sliding import audit, connector, follow, paper_problem, pushed_ball
+from support.sliding import (
+    audit,
+    ball_in_a_V,
+    connector,
+    follow,
+    paper_problem,
+    pushed_ball,
+)
 
 from rbstab.integrate.chatter import stick
 from rbstab.integrate.status import RunStatus
@@ -148,3 +155,44 @@ def test_a_point_at_rest_on_its_anchor_stays_there(engine):
     assert run.status is RunStatus.COMPLETED
     assert np.abs(run.states[:, 6:12]).max() < 1e-12
     assert run.switches.modes[-1].tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+def test_a_point_at_rest_that_cannot_be_held_leaves_at_once(engine):
+    """The loads are more than K = 30 N on two axes: x = ½ (load ∓ K) t² / m there."""
+    still, times = np.zeros(3), np.array([0.0, 0.1, 0.2])
+    problem = pushed_ball(
+        2.0, np.full(3, 30.0), [40.0, 10.0, -50.0], np.zeros((3, 3)), still, still, times
+    )
+    run = follow(engine, problem)
+    assert run.status is RunStatus.COMPLETED
+    pull = np.array([10.0, 0.0, -20.0]) / 2.0
+    assert run.states[:, 6:9] == pytest.approx(0.5 * np.outer(times**2, pull), abs=1e-11)
+    assert run.switches.modes[-1].tolist() == [1, 0, -1]
+
+
+@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+def test_a_point_at_rest_in_a_layer_is_on_a_spring(engine):
+    """x = (load δ/K)(1 - cos ωt), ω² = K/(mδ)."""
+    still, times, width = np.zeros(3), np.linspace(0, 0.2, 5), 0.01
+    problem = pushed_ball(
+        2.0, np.full(3, 30.0), [10.0, 0.0, -5.0], np.zeros((3, 3)), still, still, times, layer=width
+    )
+    run = follow(engine, problem)
+    omega = np.sqrt(30.0 / (2.0 * width))
+    reach = np.array([10.0, 0.0, -5.0]) * width / 30.0
+    expected = np.outer(1 - np.cos(omega * times), reach)
+    assert run.states[:, 6:9] == pytest.approx(expected, abs=1e-10)
+
+
+@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+def test_it_sticks_at_a_crossing_and_not_at_a_sample(engine):
+    """A ball that falls from 0.3 m has 9 J of chatter from the start, and crosses after 0.2 s."""
+    problem = ball_in_a_V(
+        2.0, 30.0, np.zeros(3), np.zeros(3), np.full(3, 0.3), np.zeros(3),
+        np.linspace(0, 0.5, 26), stick_energy=100.0,
+    )  # fmt: skip
+    run = follow(engine, problem)
+    fall = np.sqrt(2 * 0.3 * 2.0 / 30.0)
+    assert run.switches.transitions[0][0] == pytest.approx(fall, abs=1e-10)
+    assert np.abs(run.states[-1, 6:12]).max() < 1e-12

@@ -34,6 +34,9 @@ much as many."""
 SET_OFF = 1e-13
 """m or m/s: how far from its surface an axis is let go; below what an integration is exact to."""
 
+AT_START = 1e-12
+"""m and m/s: a start this near to its surface is on it."""
+
 COINCIDENT = 1e-9
 """Of the time since the last crossing: axes that cross s = E within this cross together."""
 
@@ -119,19 +122,18 @@ class FilippovDriver:
             return now
         system = self.problem.system
         motion, connector = system.motion(now.state[:12]), connector_of(system)
-        if self.on_position:
-            on_surface = (motion.E == 0.0) & (motion.F == 0.0)
-        else:
-            on_surface = connector.surface(motion.E, motion.F) == 0.0
-        axes = np.flatnonzero(on_surface).tolist()
+        s = np.abs(connector.surface(motion.E, motion.F))
+        still = np.maximum(s, np.abs(motion.F)) if self.on_position else s
+        axes = np.flatnonzero(still <= AT_START).tolist()
         if not axes:
             return now
         if not self.on_position:
             return self._changed(now, modes_on_surface(system, now.state[:12], now.modes, axes))
-        modes = now.modes
+        modes, state = now.modes, now.state.copy()
         for axis in axes:
             modes = modes.with_axis(axis, 0.0, held=1.0)
-        return self._inside_boxes(self._changed(now, modes))
+            state[[6 + axis, 9 + axis]] = 0.0
+        return self._inside_boxes(self._changed(now._replace(state=state), modes))
 
     def _decided(self, now: Reached) -> Reached:
         if now.status is not None:

@@ -73,6 +73,8 @@ def _mapped(value: Any, name: str, transform: Transform) -> Any:
             for field in fields(value)
         }
         return replace(value, **changes)
+    if callable(value):
+        return value
     # What is left is a number of a kind that Python does not know as one, such as a symbol.
     return transform(name, np.array(value, dtype=object))[()]
 

@@ -28,13 +28,16 @@ ROOM = 1 << 20
 _OWN = ("schema_version", "kind")
 
 
-def write_shard(path: Path, head: Head, arrays: Arrays) -> None:
+def write_shard(path: Path, head: Head, arrays: Arrays) -> str:
     """Writes some runs in place of what stood there; the file appears whole or not at all.
 
     Args:
         path: The file; its folder must exist.
         head: All but the data of the columns.
         arrays: These.
+
+    Returns:
+        The digest of the columns, which is the attribute `arrays_digest` of the file.
 
     Raises:
         StoreError: The operating system refused.
@@ -44,10 +47,11 @@ def write_shard(path: Path, head: Head, arrays: Arrays) -> None:
         with h5py.File(
             path.name, "w", driver="core", backing_store=False, track_order=True
         ) as file:
-            _write(file, "shard", head, [arrays])
+            digest = _write(file, "shard", head, [arrays])
             file.flush()
             image = file.id.get_file_image()
         write_whole(path, sealed(image), replace=True)
+        return digest
     except OSError as error:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
 
@@ -111,7 +115,7 @@ def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
         return Table(layout, arrays, kept, extras)
 
 
-def _write(file: h5py.File, kind: str, head: Head, parts: Iterable[Arrays]) -> None:
+def _write(file: h5py.File, kind: str, head: Head, parts: Iterable[Arrays]) -> str:
     length = head.length
     _scale(file, RUN, np.arange(head.first, head.first + length), "number of the run")
     _scale(file, "axis", np.arange(1, AXES + 1), "component of a vector")
@@ -126,9 +130,11 @@ def _write(file: h5py.File, kind: str, head: Head, parts: Iterable[Arrays]) -> N
     assert at == length, f"{at} runs where {length} were promised"
     for name, extra in head.extras.items():
         _put_extra(file, name, extra)
-    own = {"schema_version": TABLE_VERSION, "kind": kind, "arrays_digest": digest.result()}
+    found = digest.result()
+    own = {"schema_version": TABLE_VERSION, "kind": kind, "arrays_digest": found}
     for name, value in (dict(head.attributes) | own).items():
         file.attrs[name] = value
+    return found
 
 
 def _scale(file: h5py.File, name: str, data: Any, long_name: str) -> None:

@@ -24,10 +24,15 @@ from rbstab.sweep.plan import Plan, plan_id
 
 
 class Begun(NamedTuple):
-    """A folder in which a sweep may go on, and where another sweep of its name went, if any."""
+    """A folder in which a sweep may go on.
+
+    kept_aside is where another sweep of its name went, if there was one; changed says which
+    versions are not those with which the sweep was begun.
+    """
 
     folder: SweepFolder
     kept_aside: Path | None
+    changed: tuple[str, ...]
 
 
 @contextmanager
@@ -62,9 +67,10 @@ def begun(
     with _made(path):
         if not (path / MANIFEST).exists():
             _begin(path, plan, wanted)
-        for folder in (path, path / SHARDS):
-            remove_remains(folder)
-        yield Begun(open_folder(path), aside)
+        for place in (path, path / SHARDS):
+            remove_remains(place)
+        folder = open_folder(path)
+        yield Begun(folder, aside, _changed(folder.manifest, wanted))
 
 
 def good_shard_size(members: int, engine: str) -> int:
@@ -110,6 +116,15 @@ def _difference(path: Path, wanted: Manifest, *, fixed_size: bool) -> str | None
     if fixed_size and found.shard_size != wanted.shard_size:
         return f"was begun with shards of {found.shard_size} members"
     return None
+
+
+def _changed(old: Manifest, new: Manifest) -> tuple[str, ...]:
+    """The versions that differ, in words."""
+    return tuple(
+        f"{name.removesuffix('_version')} {old.versions.get(name, '?')} -> {version}"
+        for name, version in new.versions.items()
+        if old.versions.get(name) != version
+    )
 
 
 def _begin(path: Path, plan: Plan, manifest: Manifest) -> None:

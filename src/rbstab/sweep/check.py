@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from itertools import groupby
 from pathlib import Path
 from threading import Event
 
@@ -92,15 +93,15 @@ def check_of(
         return kept
     members = members_to_check(plan, folder.manifest.plan_id)
     singles = SingleRuns(plan, ENGINE)
-    ours: list[dict[str, Array]] = []
     theirs: list[dict[str, Array]] = []
     for count, member in enumerate(members):
         told(count, len(members))
         if stop.is_set():
             return None
-        ours.append(_stored(folder, member))
         theirs.append(singles.compute(member, member + 1).outcome)
-    unlike, differences = compared(_joined(ours), _joined(theirs)) if members else (0, {})
+    unlike, differences = (
+        compared(_stored(folder, members), _joined(theirs)) if members else (0, {})
+    )
     check = Check(shards_digest, tuple(members), unlike, differences)
     write_document(folder.check_file, asdict(check))
     return check
@@ -136,13 +137,16 @@ def compared(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dic
     return int((~alike).sum()), differences
 
 
-def _stored(folder: SweepFolder, member: int) -> dict[str, Array]:
-    number = member // folder.manifest.shard_size
-    table = folder.read(number)
-    if table is None:
-        raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
-    row = member - folder.bounds(number)[0]
-    return {name: table.arrays[name][row : row + 1] for name in table.layout}
+def _stored(folder: SweepFolder, members: list[int]) -> dict[str, Array]:
+    """The stored columns of some members, ascending."""
+    rows: list[dict[str, Array]] = []
+    for number, some in groupby(members, lambda member: member // folder.manifest.shard_size):
+        table = folder.read(number)
+        if table is None:
+            raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
+        chosen = np.array(list(some)) - folder.bounds(number)[0]
+        rows.append({name: table.arrays[name][chosen] for name in table.layout})
+    return _joined(rows)
 
 
 def _joined(rows: list[dict[str, Array]]) -> dict[str, Array]:

@@ -16,7 +16,6 @@ import numpy as np
 
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.mechanics.numbers import Array
-from rbstab.store.errors import StoreError
 from rbstab.sweep.engine import EngineFactory, MemberEngine, Shard
 from rbstab.sweep.folder import ShardFacts, SweepFolder
 from rbstab.sweep.outcome import COLUMNS, STATUSES
@@ -203,10 +202,7 @@ class Execution:
             # No member may end the sweep: they are followed alone, each with a status of its own.
             report(Trouble(start, stop, error))
             outcome = checked(SingleRuns(self.plan).compute(start, stop), stop - start)
-        self.folder.write(number, outcome)
-        facts = self.folder.facts(number)
-        if facts is None:
-            raise StoreError(f"{self.folder.shard_file(number)} is not what was written")
+        facts = self.folder.write(number, outcome)
         if self.fail_fast and facts.first_failed is not None:
             self.stop.set()
         return ShardDone(number, stop - start, facts)

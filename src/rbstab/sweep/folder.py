@@ -92,15 +92,19 @@ class SweepFolder:
         start = number * self.manifest.shard_size
         return start, min(start + self.manifest.shard_size, self.manifest.members)
 
-    def write(self, number: int, outcome: dict[str, Array]) -> None:
+    def write(self, number: int, outcome: dict[str, Array]) -> ShardFacts:
         """Writes a shard.
+
+        Returns:
+            What is in it now.
 
         Raises:
             StoreError: The operating system refused.
         """
         start, stop = self.bounds(number)
         head = Head(OUTCOME, start, stop - start, {"plan_id": self.manifest.plan_id})
-        write_shard(self.shard_file(number), head, outcome)
+        digest = write_shard(self.shard_file(number), head, outcome)
+        return facts_of(outcome["status"], start, digest)
 
     def read(self, number: int, names: tuple[str, ...] | None = None) -> Table | None:
         """A shard, or None where it is absent, damaged, or none of this sweep.
@@ -128,11 +132,17 @@ class SweepFolder:
         table = self.read(number, ("status",))
         if table is None:
             return None
-        return facts_of(table["status"], table[RUN][0], str(table.attributes["arrays_digest"]))
+        return facts_of(table["status"], int(table[RUN][0]), str(table.attributes["arrays_digest"]))
 
 
-def facts_of(status: Array, first: int, digest: str = "") -> ShardFacts:
-    """The facts of a shard from its column of statuses and the number of its first member."""
+def facts_of(status: Array, first: int, digest: str) -> ShardFacts:
+    """The facts of a shard.
+
+    Args:
+        status: Its column of statuses.
+        first: The number of its first member.
+        digest: That of its columns.
+    """
     failed = np.flatnonzero(np.isin(status, FAILED_CODES))
     counts = np.bincount(status, minlength=len(STATUSES))
     return ShardFacts(counts, int(first + failed[0]) if len(failed) else None, digest)

@@ -113,7 +113,8 @@ def sweep_summary(path: Path) -> SweepSummary:
         StoreError: It cannot be read, or is damaged.
     """
     names = ("status", "settling_time", "energy_residual", "lyapunov_start")
-    status, settling, residual, start = (read_table(path, names)[name] for name in names)
+    table = read_table(path, names)
+    status, settling, residual, start = (table[name] for name in names)
     completed = status == STATUSES.index(RunStatus.COMPLETED)
     settled = settling[completed & np.isfinite(settling)]
     moving = completed & (start > 0)

@@ -17,11 +17,12 @@ from rbstab.sweep.plan import Plan
 
 
 class Started(NamedTuple):
-    """The folder is there: what is done already, and where another sweep of its name went."""
+    """The folder is there, and what is done already; for the rest see `Begun`."""
 
     folder: SweepFolder
     survey: Survey
     kept_aside: Path | None
+    changed: tuple[str, ...]
 
 
 class Checking(NamedTuple):
@@ -101,9 +102,9 @@ def sweep_to_folder(
     """
     stop = stop or Event()
     factory = ways.factory or factory_for(ways.engine)
-    with begun(path, plan, ways.engine, ways.shard_size, force=ways.force) as (folder, aside):
-        survey = survey_of(folder)
-        told(Started(folder, survey, aside))
+    with begun(path, plan, ways.engine, ways.shard_size, force=ways.force) as place:
+        folder, survey = place.folder, survey_of(place.folder)
+        told(Started(folder, survey, place.kept_aside, place.changed))
         threads = ways.threads or processors()
         execution = Execution(plan, folder, factory, threads, told, stop, ways.fail_fast)
         execution.run(survey, again=ways.retry_failed)

@@ -33,7 +33,7 @@ def report_sweep(done: "Sweep", *, as_json: bool) -> None:
     completed = by_status.get("completed", 0)
     rows = {
         "settled": f"{summary.settled} of {completed}",
-        "settling time, median": f"{number(summary.settling_median)} s",
+        "settling time, median": f"{number(summary.settling_median)} s" if summary.settled else "-",
         "worst |r| / v(0)": number(summary.worst_residual, 2),
     }
     if done.check is not None and done.check.members:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import xarray
+from cli.conftest import start
 from support.sweeps import FakeEngine, shard_files
 
 from rbstab.integrate.engines import EngineMissingError, engine
@@ -17,8 +18,6 @@ from rbstab.store.table_file import read_table
 from rbstab_cli import sweep_progress
 from rbstab_cli.sweep_progress import duration
 from rbstab_cli.sweep_report import size
-
-from .conftest import start
 
 PLAN = """\
 title: Spins

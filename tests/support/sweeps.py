@@ -15,7 +15,7 @@ from rbstab.sweep.plan import Plan
 from support.configs import VISCO_ELASTIC, plain
 
 
-def plan_of(members: int = 100, **changes: Any) -> Plan:
+def plan_of(members: int = 60, **changes: Any) -> Plan:
     """A plan whose initial spin varies along a grid."""
     spin = {"linspace": [-40, 40, members]}
     data = {"title": "Fake", "base": plain(VISCO_ELASTIC)}

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from support.sweeps import FakeEngine, plan_of, shard_files
 
+import rbstab
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
 from rbstab.store.lock import FolderInUseError, locked
 from rbstab.store.table_file import read_table
@@ -61,38 +62,39 @@ def test_what_is_stored(tmp_path):
     plan = plan_of()
     done = swept(tmp_path / "a", plan)
     assert done.finished
-    assert counts_by_status(done.survey.counts) == {"completed": 100}
+    assert counts_by_status(done.survey.counts) == {"completed": 60}
     table = read_table(tmp_path / "a" / "sweep.h5")
     engine = FakeEngine(plan)
-    expected = engine.compute(0, 100).outcome
+    expected = engine.compute(0, 60).outcome
     for name, data in expected.items():
         assert table[name].tobytes() == data.tobytes(), name
-    spins = plan.values(0, 100)["initial.angular_velocity[0]"]
+    spins = plan.values(0, 60)["initial.angular_velocity[0]"]
     assert (table["initial_angular_velocity_0"] == spins).all()
     assert table.layout["initial_angular_velocity_0"].unit == "rad/s"
     assert table["grid_axis"].tolist() == ["initial.angular_velocity[0]"]
     assert table["plan"].item() == (tmp_path / "a" / "plan.yaml").read_text()
     manifest = json.loads((tmp_path / "a" / "manifest.json").read_text())
     assert manifest["plan_id"] == table.attributes["plan_id"] == done.folder.manifest.plan_id
+    assert rbstab.open_sweep(tmp_path / "a").shaped("steps").shape == (60,)
     summary = sweep_summary(done.folder.sweep_file)
-    assert (summary.members, summary.by_status) == (100, {"completed": 100})
+    assert (summary.members, summary.by_status) == (60, {"completed": 60})
 
 
 def test_threads_shards_and_stops_do_not_show(tmp_path):
-    swept(tmp_path / "1", threads=1)
-    swept(tmp_path / "2", threads=2)
-    swept(tmp_path / "7", threads=7)
-    assert shard_files(tmp_path / "1") == shard_files(tmp_path / "2") == shard_files(tmp_path / "7")
-    swept(tmp_path / "3", shard_size=33)
+    plan = plan_of(100)
+    swept(tmp_path / "1", plan, threads=1)
+    swept(tmp_path / "2", plan, threads=5)
+    assert shard_files(tmp_path / "1") == shard_files(tmp_path / "2")
+    swept(tmp_path / "3", plan, shard_size=33)
     for count in (1, 2):
         listener = Listener(count)
         slow = functools.partial(FakeEngine, delay=1e-3)
-        assert not swept(tmp_path / "4", listener=listener, factory=slow).finished
+        assert not swept(tmp_path / "4", plan, listener=listener, factory=slow).finished
         assert not (tmp_path / "4" / "sweep.h5").exists()
     last = Listener()
-    assert swept(tmp_path / "4", listener=last).finished
+    assert swept(tmp_path / "4", plan, listener=last).finished
     assert 0 < len(last.computed) < 10
-    assert len({digest_of(tmp_path / name) for name in "12347"}) == 1
+    assert len({digest_of(tmp_path / name) for name in "1234"}) == 1
 
 
 def test_nothing_done_is_redone(tmp_path):
@@ -147,22 +149,22 @@ def test_a_different_plan_is_refused_or_moves_the_old_one_aside(tmp_path):
     path = tmp_path / "a"
     swept(path)
     before, name = shard_files(path), open_folder(path).manifest.plan_id[:8]
-    for other in ({"plan": plan_of(99)}, {"shard_size": 20}):
+    for other in ({"plan": plan_of(59)}, {"shard_size": 20}):
         with pytest.raises(ResultExistsError, match="--force"):
             swept(path, **other)
     assert shard_files(path) == before
     listener = Listener()
-    swept(path, plan_of(99), listener, force=True)
+    swept(path, plan_of(59), listener, force=True)
     aside = tmp_path / f"a.{name}"
     assert listener.of(Started)[0].kept_aside == aside
     assert shard_files(aside) == before
-    swept(path, plan_of(98), force=True)
-    swept(path, plan_of(100), force=True)
-    swept(path, plan_of(97), force=True)
+    swept(path, plan_of(58), force=True)
+    swept(path, plan_of(60), force=True)
+    swept(path, plan_of(57), force=True)
     assert (tmp_path / f"a.{name}-1").is_dir()
     # The same plan goes on: there is nothing to be moved.
     again = Listener()
-    swept(path, plan_of(97), again, force=True)
+    swept(path, plan_of(57), again, force=True)
     assert (again.computed, again.of(Started)[0].kept_aside) == ([], None)
 
 
@@ -210,7 +212,7 @@ def test_two_sweeps_into_one_folder(tmp_path):
     with locked(path):
         for force in (False, True):
             with pytest.raises(FolderInUseError, match="in use by another process"):
-                swept(path, plan_of(99), force=force)
+                swept(path, plan_of(59), force=force)
 
 
 def test_members_that_fail(tmp_path):
@@ -218,14 +220,14 @@ def test_members_that_fail(tmp_path):
     failing = functools.partial(FakeEngine, failing=(17, 18, 55))
     done = swept(path, factory=failing)
     assert done.finished
-    expected = {"completed": 97, "diverged": 3}
+    expected = {"completed": 57, "diverged": 3}
     assert counts_by_status(done.survey.counts) == expected
     assert sweep_summary(path / "sweep.h5").by_status == expected
     assert read_table(path / "sweep.h5").words("status")[17] == "diverged"
     listener = Listener()
     done = swept(path, listener=listener, retry_failed=True)
     assert listener.computed == [1, 5]
-    assert sweep_summary(path / "sweep.h5").by_status == {"completed": 100}
+    assert sweep_summary(path / "sweep.h5").by_status == {"completed": 60}
 
 
 def test_stopping_at_the_first_that_fails(tmp_path):
@@ -241,7 +243,7 @@ def test_stopping_at_the_first_that_fails(tmp_path):
     assert listener.computed == []
     listener = Listener()
     assert swept(path, listener=listener, fail_fast=True, retry_failed=True).finished
-    assert listener.computed == list(range(1, 10))
+    assert listener.computed == list(range(1, 6))
 
 
 def test_an_engine_that_raises_ends_nothing(tmp_path):
@@ -328,6 +330,7 @@ def test_the_check_finds_what_is_wrong(tmp_path, monkeypatch):
 SWEEPER = """
 import functools, sys
 from pathlib import Path
+from support.configs import FREE, plain
 from support.sweeps import FakeEngine, plan_of
 from rbstab.sweep.sweep import ShardDone, Ways, sweep_to_folder
 def told(event):

@@ -166,6 +166,21 @@ def open_folder(path: Path) -> SweepFolder:
         raise NotAResultError(f"{path / MANIFEST} is damaged: {error}") from error
 
 
+def open_sweep(path: str | Path) -> Table:
+    """Reads a sweep: all members, with what is varied and what has become of them.
+
+    Args:
+        path: Its folder, or its file.
+
+    Raises:
+        NotAResultError: It is damaged, or no sweep.
+        NewerSchemaError: It was written by a newer rbstab.
+        StoreError: It cannot be opened, perhaps because the sweep is not finished.
+    """
+    path = Path(path)
+    return read_table(path / SWEEP_FILE if path.is_dir() else path)
+
+
 def engine_of(path: Path) -> str | None:
     """The engine of the sweep that stands in a folder, if there is one."""
     with suppress(StoreError):

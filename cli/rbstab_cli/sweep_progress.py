@@ -18,6 +18,10 @@ EVERY = 10.0
 """s between two lines where there is no terminal."""
 
 
+SMOOTH = 0.1
+"""s between two changes of a bar."""
+
+
 class Teller:
     """Says what happens in a sweep.
 
@@ -35,8 +39,8 @@ class Teller:
         self._said_stopping = False
         self._said_trouble = False
         self._begin = self._last = time.monotonic()
-        self._total = self._done_before = self._done = 0
-        self._counts: Any = 0
+        self._total = self._done_before = 0
+        self._survey: Any = None
 
     def __call__(self, event: "Happening | None") -> None:
         """Takes what happened; None where nothing has for a while."""
@@ -46,8 +50,6 @@ class Teller:
         if isinstance(event, Started):
             self._start(event)
         elif isinstance(event, ShardDone):
-            self._done += event.members
-            self._counts = self._counts + event.facts.counts
             self._show()
         elif isinstance(event, Trouble):
             self._tell_trouble(event)
@@ -63,8 +65,8 @@ class Teller:
     def _start(self, event: Any) -> None:
         self._begin = self._last = time.monotonic()
         self._total = event.folder.manifest.members
-        self._done = self._done_before = event.survey.members
-        self._counts = event.survey.counts
+        self._survey = event.survey  # which keeps being filled
+        self._done_before = self._done
         if event.kept_aside is not None:
             self._say(f"the sweep that was there is now {event.kept_aside}")
         if event.changed:
@@ -74,12 +76,18 @@ class Teller:
         if self._bar is not None:
             self._task = self._bar.add_task("", total=self._total, completed=self._done)
 
+    @property
+    def _done(self) -> int:
+        return int(self._survey.members)
+
     def _show(self) -> None:
         now = time.monotonic()
+        if self.quiet or now - self._last < (EVERY if self._bar is None else SMOOTH):
+            return
+        self._last = now
         if self._bar is not None:
             self._bar.update(self._task, completed=self._done, description=self._facts())
-        elif not self.quiet and (now - self._last >= EVERY):
-            self._last = now
+        else:
             counted = f"{self._done} of {self._total} members"
             click.echo(f"{now - self._begin:.0f} s: {counted}, {self._facts()}", err=True)
 
@@ -89,7 +97,7 @@ class Teller:
 
         seconds = time.monotonic() - self._begin
         rate = (self._done - self._done_before) / max(seconds, 1e-9)
-        ends = counts_by_status(self._counts)
+        ends = counts_by_status(self._survey.counts)
         others = [f"{count} {status}" for status, count in ends.items() if status != "completed"]
         left = (self._total - self._done) / rate if rate else 0.0
         return ", ".join([f"{rate:.3g}/s", *others, f"{duration(left)} left"])
@@ -97,7 +105,7 @@ class Teller:
     def _phase(self, text: str, *, first: bool) -> None:
         now = time.monotonic()
         if self._bar is not None:
-            self._bar.update(self._task, description=text)
+            self._bar.update(self._task, completed=self._done, description=text)
         elif not self.quiet and (first or now - self._last >= EVERY):
             self._last = now
             click.echo(f"{now - self._begin:.0f} s: {text}", err=True)

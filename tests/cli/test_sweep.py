@@ -202,6 +202,11 @@ def test_lines_where_there_is_no_terminal(rbstab, fake, monkeypatch):
     assert len(lines) == 2
     assert "/s, 1 diverged, " in lines[0]
     assert lines[0].endswith(" left")
+    fake()
+    again = rbstab(*SWEEP, "--retry-failed")
+    assert "10 of 20 members are done already" in again.stderr
+    assert "20 of 20 members, " in again.stderr
+    assert "diverged" not in again.stderr
 
 
 def test_numbers_in_words():

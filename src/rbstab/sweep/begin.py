@@ -1,5 +1,6 @@
 """Beginning a sweep, or going on with it, in a folder that nobody else writes to meanwhile."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -55,22 +56,22 @@ def begun(
     """
     aside = None
     wanted = _manifest(plan, engine, shard_size)
-    with _made(path):
-        different = _difference(path, wanted, fixed_size=shard_size is not None)
-    if different is not None:
-        if not force:
-            raise ResultExistsError(
-                f"{path} {different}; it is not overwritten: "
-                "choose another folder with -o, or move it aside with --force"
-            )
-        aside = _set_aside(path)
-    with _made(path):
-        if not (path / MANIFEST).exists():
-            _begin(path, plan, wanted)
-        for place in (path, path / SHARDS):
-            remove_remains(place)
-        folder = open_folder(path)
-        yield Begun(folder, aside, _changed(folder.manifest, wanted))
+    while True:
+        with _made(path):
+            different = _difference(path, wanted, fixed_size=shard_size is not None)
+            if different is None:
+                yield Begun(_ready(path, plan, wanted), aside, _changed(path, wanted))
+                return
+            if not force:
+                raise ResultExistsError(
+                    f"{path} {different}; it is not overwritten: "
+                    "choose another folder with -o, or move it aside with --force"
+                )
+            if os.name != "nt":
+                aside = _set_aside(path)
+        if os.name == "nt":
+            # No folder is moved there that has an open file, as is the lock.
+            aside = _set_aside(path)
 
 
 def good_shard_size(members: int, engine: str) -> int:
@@ -118,8 +119,9 @@ def _difference(path: Path, wanted: Manifest, *, fixed_size: bool) -> str | None
     return None
 
 
-def _changed(old: Manifest, new: Manifest) -> tuple[str, ...]:
-    """The versions that differ, in words."""
+def _changed(path: Path, new: Manifest) -> tuple[str, ...]:
+    """The versions that are not those with which the sweep was begun, in words."""
+    old = open_folder(path).manifest
     return tuple(
         f"{name.removesuffix('_version')} {old.versions.get(name, '?')} -> {version}"
         for name, version in new.versions.items()
@@ -127,14 +129,19 @@ def _changed(old: Manifest, new: Manifest) -> tuple[str, ...]:
     )
 
 
-def _begin(path: Path, plan: Plan, manifest: Manifest) -> None:
-    try:
-        (path / SHARDS).mkdir(exist_ok=True)
-        write_whole(path / PLAN_FILE, plan_yaml(plan).encode(), replace=True)
-    except OSError as error:
-        raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
-    # The last thing: without it the folder counts as empty.
-    write_document(path / MANIFEST, asdict(manifest))
+def _ready(path: Path, plan: Plan, manifest: Manifest) -> SweepFolder:
+    """The folder with all that belongs there, and nothing that a killed process has left."""
+    if not (path / MANIFEST).exists():
+        try:
+            (path / SHARDS).mkdir(exist_ok=True)
+            write_whole(path / PLAN_FILE, plan_yaml(plan).encode(), replace=True)
+        except OSError as error:
+            raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+        # The last thing: without it the folder counts as empty.
+        write_document(path / MANIFEST, asdict(manifest))
+    for place in (path, path / SHARDS):
+        remove_remains(place)
+    return open_folder(path)
 
 
 def _set_aside(path: Path) -> Path:

@@ -65,15 +65,21 @@ class Survey:
         return int(self.counts.sum())
 
     @property
-    def failed(self) -> list[int]:
-        """The whole shards with members that failed."""
-        return [k for k, facts in self.done.items() if facts.first_failed is not None]
-
-    @property
     def first_failed(self) -> int | None:
         """The first member known to have failed."""
         found = [f.first_failed for f in self.done.values() if f.first_failed is not None]
         return min(found, default=None)
+
+    def without_failed(self) -> "Survey":
+        """The same where shards with members that failed count as missing."""
+        failed = [k for k, facts in self.done.items() if facts.first_failed is not None]
+        done = {k: facts for k, facts in self.done.items() if k not in failed}
+        return Survey(done, sorted([*self.missing, *failed]))
+
+    def filled_from(self, other: "Survey") -> None:
+        """Takes what another survey has and this one misses."""
+        self.done = other.done | self.done
+        self.missing = [k for k in self.missing if k not in self.done]
 
 
 def survey_of(folder: SweepFolder) -> Survey:
@@ -124,21 +130,20 @@ class Execution:
     stop: Event = field(default_factory=Event)
     fail_fast: bool = False
 
-    def run(self, survey: Survey, *, again: bool = False) -> None:
+    def run(self, survey: Survey) -> None:
         """Computes what is missing, and puts it into the survey.
 
         Args:
             survey: Of the folder.
-            again: Compute also the shards with members that failed.
 
         Raises:
             StoreError: A shard cannot be written.
             EngineMissingError: As the factory.
         """
-        wanted = sorted({*survey.missing, *(survey.failed if again else ())})
-        if self.fail_fast and not again and survey.first_failed is not None:
+        if self.fail_fast and survey.first_failed is not None:
             return
-        for happened in self._reports(deque(wanted)):
+        wanted = deque(sorted(survey.missing))
+        for happened in self._reports(wanted):
             if isinstance(happened, ShardDone):
                 survey.done[happened.number] = happened.facts
             self.told(happened)

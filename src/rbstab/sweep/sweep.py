@@ -103,11 +103,13 @@ def sweep_to_folder(
     stop = stop or Event()
     factory = ways.factory or factory_for(ways.engine)
     with begun(path, plan, ways.engine, ways.shard_size, force=ways.force) as place:
-        folder, survey = place.folder, survey_of(place.folder)
+        folder, before = place.folder, survey_of(place.folder)
+        survey = before.without_failed() if ways.retry_failed else before
         told(Started(folder, survey, place.kept_aside, place.changed))
         threads = ways.threads or processors()
         execution = Execution(plan, folder, factory, threads, told, stop, ways.fail_fast)
-        execution.run(survey, again=ways.retry_failed)
+        execution.run(survey)
+        survey.filled_from(before)
         if survey.missing or stop.is_set():
             return Sweep(folder, survey, None, finished=False)
         digest = digest_of_shards(survey)

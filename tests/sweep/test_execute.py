@@ -12,9 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 from support.sweeps import FakeEngine, plan_of, shard_files
 
 import rbstab
+from rbstab.config.load import run_id
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
 from rbstab.store.lock import FolderInUseError, locked
 from rbstab.store.table_file import read_table
@@ -22,6 +24,8 @@ from rbstab.sweep import sweep
 from rbstab.sweep.execute import ShardDone, Trouble
 from rbstab.sweep.folder import open_folder
 from rbstab.sweep.gather import counts_by_status, sweep_summary
+from rbstab.sweep.layout import varied_layout
+from rbstab.sweep.load import load_plan
 from rbstab.sweep.sweep import Started, Ways, sweep_to_folder
 
 
@@ -381,3 +385,36 @@ def test_killed_at_fifty_random_instants(tmp_path):
         path = tmp_path / str(sweep_number)
         kill_until_done(path, [rng.uniform(0, 0.08) for _ in range(5)])
         assert digest_of(path) == digest_of(tmp_path / "a")
+
+
+def test_variants_and_axes_of_a_plan_in_its_file(tmp_path):
+    plan = load_plan(Path(__file__).parents[2] / "configs" / "sweeps" / "variants.yaml")
+    done = swept(tmp_path / "a", plan, shard_size=1024)
+    table = rbstab.open_sweep(done.folder.sweep_file)
+    assert table.words("controller_variant")[[0, 1000, 4999]].tolist() == [
+        "free",
+        "permanent",
+        "sliding",
+    ]
+    assert table["grid_axis"].tolist() == ["controller.variant", "point"]
+    assert table.shaped("final_position").shape == (5, 1000, 3)
+    assert table["run_id"][4321].decode() == run_id(plan.config_of(4321))
+    ours = table.to_xarray()
+    with xarray.open_dataset(done.folder.sweep_file, engine="h5netcdf") as data:
+        assert data["initial_position_2"].attrs == {
+            "units": "m",
+            "long_name": "initial.position[2]",
+        }
+        assert data["controller_variant"].attrs["flag_meanings"].split() == list(plan.variants)
+        assert set(ours.variables) >= set(data.variables) - {"grid_axis_number"}
+        for name in ("initial_position_2", "final_position", "status", "grid_length"):
+            assert (ours[name].values == data[name].values).all()
+
+
+def test_every_key_that_varies_has_a_unit():
+    """In the ready plans, and as a factor none."""
+    for path in (Path(__file__).parents[2] / "configs" / "sweeps").glob("*.yaml"):
+        plan = load_plan(path)
+        for name, column in varied_layout(plan).items():
+            assert column.unit, name
+            assert name.isidentifier()

@@ -10,6 +10,7 @@ from rbstab.integrate.engines import engine
 from rbstab.integrate.ensemble import Ensemble
 from rbstab.sweep.ensemble import EnsembleEngine
 from rbstab.sweep.load import load_plan
+from rbstab.sweep.single import SingleRuns
 
 PLAN = "configs/sweeps/stability_map_visco_elastic.yaml"
 CHANGES = ["integration.samples=201", "integration.rtol=1e-8"]
@@ -21,11 +22,8 @@ def main() -> None:
     plan = load_plan(PLAN, CHANGES)
     start = plan.members // 3
 
-    def never(index: int) -> dict[str, np.ndarray]:  # type: ignore[type-arg]
-        raise AssertionError(f"member {index} is run alone")
-
     begin = time.perf_counter()
-    members = EnsembleEngine(plan, never)
+    members = EnsembleEngine(plan, SingleRuns(plan, "heyoka"))
     line("sweep: tracing and compiling", time.perf_counter() - begin, "s", "at most 3")
     structure = members.structures["visco-elastic"]
     parameters, starts = structure.binding.of(plan.values(start, start + MEMBERS))
@@ -34,7 +32,7 @@ def main() -> None:
 
     def whole() -> float:
         begin = time.perf_counter()
-        members.outcome(start, start + MEMBERS)
+        members.compute(start, start + MEMBERS)
         return (time.perf_counter() - begin) / MEMBERS
 
     def bare() -> float:

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from rbstab.store.errors import StoreError
     from rbstab.store.result import Result
     from rbstab.store.run_file import open_result, write_result
+    from rbstab.store.table import Table
+    from rbstab.sweep.folder import open_sweep
+    from rbstab.sweep.load import load_plan
 
 __all__ = [
     "ConfigError",
@@ -31,9 +34,12 @@ __all__ = [
     "RunStatus",
     "Sensitivities",
     "StoreError",
+    "Table",
     "Tuned",
     "load_config",
+    "load_plan",
     "open_result",
+    "open_sweep",
     "prove",
     "sensitivities",
     "simulate",
@@ -48,9 +54,12 @@ _HOMES = {
     "RunStatus": "rbstab.integrate.status",
     "Sensitivities": "rbstab.experiment.sensitivities",
     "StoreError": "rbstab.store.errors",
+    "Table": "rbstab.store.table",
     "Tuned": "rbstab.experiment.tune",
     "load_config": "rbstab.config.load",
+    "load_plan": "rbstab.sweep.load",
     "open_result": "rbstab.store.run_file",
+    "open_sweep": "rbstab.sweep.folder",
     "prove": "rbstab.experiment.proof",
     "sensitivities": "rbstab.experiment.sensitivities",
     "simulate": "rbstab.experiment.simulate",

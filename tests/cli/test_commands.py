@@ -156,7 +156,7 @@ def test_completion_completes(monkeypatch: pytest.MonkeyPatch) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "rbstab_cli"], capture_output=True, text=True, check=False
     )
-    commands = ["show", "stability", "sensitivities", "schema"]
+    commands = ["sweep", "show", "stability", "sensitivities", "schema"]
     assert done.stdout.split() == [f"plain,{command}" for command in commands]
 
 

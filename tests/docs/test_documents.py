@@ -6,6 +6,7 @@ from click.testing import CliRunner
 
 from rbstab.config.schema import VARIANTS
 from rbstab.integrate.status import RunStatus
+from rbstab.sweep.outcome import COLUMNS, OutcomeColumn
 from rbstab.systems.quantities import QUANTITIES, Quantity
 from rbstab_cli.main import COMMANDS, cli
 
@@ -120,3 +121,10 @@ integration:
     Path("wrong.yaml").write_text(wrong)
     done = CliRunner().invoke(cli, ["check", "wrong.yaml"])
     assert done.stderr.splitlines() == expected
+
+
+@pytest.mark.parametrize("column", COLUMNS, ids=lambda c: c.name)
+def test_each_column_of_a_sweep_is_described(column: OutcomeColumn) -> None:
+    dimensions = ", ".join(["run", *["axis"] * len(column.shape)])
+    rows = [row for row in read("results/README.md").splitlines() if f"`{column.name}`" in row]
+    assert any(f"| {dimensions} | {column.unit} |" in row for row in rows)

@@ -2,10 +2,14 @@
 
 import os
 import secrets
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rbstab.store.errors import ResultExistsError
+
+PARTIAL = ".part"
+"""How the name of a file ends that is being written."""
 
 
 def write_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
@@ -22,13 +26,31 @@ def write_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
         ResultExistsError: The file exists and `replace` is not set.
         OSError: The disk is full, the folder cannot be written, and the like.
     """
+    with appearing(path, replace=replace) as partial, partial.open("xb") as file:
+        file.write(content)
+
+
+@contextmanager
+def appearing(path: Path, *, replace: bool = False) -> Iterator[Path]:
+    """The hidden name under which a file is to be written that takes its own name at the end.
+
+    Args:
+        path: The file; its folder must exist.
+        replace: Whether a file of that name gives way.
+
+    Yields:
+        A free name in the same folder. What stands there is removed where the block raises.
+
+    Raises:
+        ResultExistsError: The file exists and `replace` is not set.
+        OSError: As `write_whole`.
+    """
     # A name that no other writer has: not another thread, and not a killed process of the same
     # number, whose remains can be a second name of the result itself.
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(8)}.part")
+    partial = path.with_name(f".{path.name}.{secrets.token_hex(8)}{PARTIAL}")
     try:
-        with partial.open("xb") as file:
-            file.write(content)
-            file.flush()
+        yield partial
+        with partial.open("r+b") as file:
             os.fsync(file.fileno())
         if replace:
             partial.replace(path)
@@ -37,6 +59,12 @@ def write_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
         _sync_folder(path.parent)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def remove_remains(folder: Path) -> None:
+    """Removes what killed writers left in a folder; nobody else may be writing there."""
+    for remains in folder.glob(f".*{PARTIAL}"):
+        remains.unlink(missing_ok=True)
 
 
 def set_aside(path: Path, new: Path) -> None:

@@ -8,7 +8,8 @@ import numpy as np
 
 from rbstab.store.atomic import write_whole
 from rbstab.store.digest import digest_of
-from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
+from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.store.opening import array_of, check_version, opened, plain
 from rbstab.store.result import SCHEMA_VERSION, Result, Variable, beside
 
 TEXT = h5py.string_dtype("utf-8")
@@ -49,19 +50,8 @@ def open_result(path: str | Path) -> Result:
         StoreError: It cannot be opened.
     """
     path = Path(path)
-    try:
-        # A result never changes once it has its name, so it needs no lock, which network file
-        # systems often refuse.
-        with path.open("rb"), h5py.File(path, "r", locking=False) as file:
-            return _read(path, file)
-    except StoreError:
-        raise
-    except OSError as error:
-        if error.errno is not None:
-            raise StoreError(f"{path} cannot be read: {error.strerror}") from error
-        raise NotAResultError(f"{path} is damaged or is not HDF5") from error
-    except (KeyError, ValueError, RuntimeError, TypeError, MemoryError) as error:
-        raise NotAResultError(f"{path} is damaged: {error}") from error
+    with opened(path) as file:
+        return _read(path, file)
 
 
 def _image(result: Result) -> bytes:
@@ -103,29 +93,22 @@ def _put(file: h5py.File, name: str, variable: Variable, *, is_scale: bool) -> N
 
 
 def _read(path: Path, file: h5py.File) -> Result:
-    version = file.attrs.get("schema_version")
-    if not isinstance(version, int | np.integer) or version < 1:
-        raise NotAResultError(f"{path} is HDF5, but no result of rbstab")
-    if version > SCHEMA_VERSION:
-        raise NewerSchemaError(
-            f"{path} has schema version {version}, this rbstab knows up to {SCHEMA_VERSION}: "
-            "it was written by a newer rbstab, please update"
-        )
-    attributes = {name: _plain(value) for name, value in file.attrs.items()}
+    check_version(path, file, SCHEMA_VERSION)
+    attributes = {name: plain(value) for name, value in file.attrs.items()}
     missing = [name for name in NEEDED_ATTRIBUTES if name not in attributes]
     if missing or "config" not in file:
         raise NotAResultError(f"{path} is damaged: {', '.join(missing) or 'config'} is missing")
     del attributes["schema_version"]
     written = attributes.pop("digest")
     variables = {name: _variable(path, file, name) for name in _names(file) if name != "config"}
-    result = Result(variables, attributes, _dataset(path, file, "config").asstr()[()])
+    result = Result(variables, attributes, array_of(path, file, "config").asstr()[()])
     if digest_of(result) != written:
         raise NotAResultError(f"{path} is damaged: it is not what was written (by its digest)")
     return result
 
 
 def _variable(path: Path, file: h5py.File, name: str) -> Variable:
-    dataset = _dataset(path, file, name)
+    dataset = array_of(path, file, name)
     is_text = h5py.check_string_dtype(dataset.dtype) is not None
     data = dataset.asstr()[()] if is_text else dataset[()]
     own = name.rpartition("/")[2]
@@ -146,18 +129,5 @@ def _names(file: h5py.File) -> list[str]:
     ]
 
 
-def _dataset(path: Path, file: h5py.File, name: str) -> h5py.Dataset:
-    link = file.get(name, getlink=True)
-    dataset = file[name] if isinstance(link, h5py.HardLink) else None
-    if not isinstance(dataset, h5py.Dataset) or dataset.is_virtual or dataset.external:
-        # rbstab writes none of these, and a file that leads to others is not read.
-        raise NotAResultError(f"{path}: {name} is not an array of this file")
-    return dataset
-
-
 def _dimension(axis: Any) -> str:
     return str(axis[0].name).rpartition("/")[2]
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value

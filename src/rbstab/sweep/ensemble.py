@@ -5,8 +5,6 @@ that its samples cannot tell whether it left, is run once more as a single run, 
 ends. So are sliding members.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
@@ -15,9 +13,12 @@ from rbstab.integrate.ensemble import Ensemble
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.binding import Binding
-from rbstab.sweep.outcome import COLUMNS, STATUSES, Traces, outcome_of
+from rbstab.sweep.engine import MemberEngine, Shard, without_result
+from rbstab.sweep.identity import run_ids
+from rbstab.sweep.outcome import STATUSES, Traces, outcome_of
 from rbstab.sweep.plan import Plan
 from rbstab.sweep.rest_energies import RestEnergies
+from rbstab.sweep.single import SingleRuns
 
 CHUNK = 256
 """Members whose samples are in memory at once."""
@@ -25,34 +26,33 @@ CHUNK = 256
 NEAR_THE_END = 1.45
 """rad: where |θ2| may have been beyond this, a single run decides whether it left the range."""
 
-Single = Callable[[int], dict[str, Array]]
-"""The outcome of one member as a single run, each column with one entry."""
+
+def ensemble_engine(plan: Plan) -> MemberEngine:
+    """The fast engine of a plan's members, for one thread."""
+    return EnsembleEngine(plan, SingleRuns(plan, "heyoka"))
 
 
 class EnsembleEngine:
-    """Computes members in shards.
+    """Computes members in shards (a `MemberEngine`).
 
     Args:
         plan: The plan.
-        single: Runs one member alone.
+        alone: Runs members by themselves.
     """
 
-    def __init__(self, plan: Plan, single: Single) -> None:
+    def __init__(self, plan: Plan, alone: MemberEngine) -> None:
         self.plan = plan
-        self.single = single
+        self.alone = alone
         self.structures = {
             variant: _Structure(plan, variant) for variant in plan.variants if variant != "sliding"
         }
 
-    def outcome(self, start: int, stop: int) -> dict[str, Array]:
-        """The columns of the members from `start` up to `stop`, but `run_id`."""
+    def compute(self, start: int, stop: int) -> Shard:
+        """The members from number `start` up to `stop`."""
         values = self.plan.values(start, stop)
         members = stop - start
-        found = {
-            c.name: np.zeros((members, *c.shape), dtype=c.dtype)
-            for c in COLUMNS
-            if c.name != "run_id"
-        }
+        found = without_result(members)
+        found["run_id"] = run_ids(self.plan, start, stop)
         alone = np.ones(members, dtype=bool)
         variants = values.get("controller.variant")
         for variant, structure in self.structures.items():
@@ -65,10 +65,10 @@ class EnsembleEngine:
                 for name, column in outcome.items():
                     found[name][chunk] = column
         for row in np.flatnonzero(alone).tolist():
-            for name, column in self.single(start + row).items():
-                if name in found:
-                    found[name][row] = column[0]
-        return found
+            member = start + row
+            for name, column in self.alone.compute(member, member + 1).outcome.items():
+                found[name][row] = column[0]
+        return Shard(found)
 
 
 class _Structure:

@@ -131,9 +131,13 @@ class Plan:
         """
         values = {key: found.tolist()[0] for key, found in self.values(index, index + 1).items()}
         variant = self.variant_of(values)
-        suffix = f", member {index}"
-        title = self.bases[variant].title[: LONGEST_TITLE - len(suffix)] + suffix
+        title = self.title_of(variant, index)
         return load_config(self.data_of(variant, values) | {"title": title})
+
+    def title_of(self, variant: str, index: int) -> str:
+        """The title of a member of a variant."""
+        suffix = f", member {index}"
+        return self.bases[variant].title[: LONGEST_TITLE - len(suffix)] + suffix
 
     def data_of(self, variant: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """The base of a variant as plain data with some columns' values put in, not validated."""

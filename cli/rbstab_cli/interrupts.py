@@ -1,0 +1,28 @@
+"""Ctrl-C, once to end in good order and twice to end at once."""
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Event
+from typing import Any
+
+
+@contextmanager
+def ending_in_order(stop: Event, interrupted: Event) -> Iterator[None]:
+    """Lets the first interrupt set both events, and the second one raise `KeyboardInterrupt`.
+
+    Must be used in the main thread, as interrupts reach no other.
+    """
+
+    def heed(_signal: int, _frame: Any) -> None:
+        # Nothing is printed here, where any other line may be half printed.
+        if interrupted.is_set():
+            raise KeyboardInterrupt
+        interrupted.set()
+        stop.set()
+
+    before = signal.signal(signal.SIGINT, heed)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

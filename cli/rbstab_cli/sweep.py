@@ -1,0 +1,188 @@
+"""`rbstab sweep`."""
+
+import os
+import sys
+from pathlib import Path
+from threading import Event
+from typing import TYPE_CHECKING
+
+import click
+
+from rbstab_cli import exit_codes
+from rbstab_cli.configs import CHANGES
+
+if TYPE_CHECKING:
+    from rbstab.sweep.plan import Plan
+    from rbstab.sweep.sweep import Sweep, Ways
+
+
+@click.command("sweep")
+@click.argument("plan", required=False, metavar="PLAN", type=click.Path(path_type=Path))
+@click.option(
+    "--status",
+    "status_of",
+    metavar="DIR",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Say how far the sweep in the folder DIR is, and do nothing.",
+)
+@click.option(
+    "-o",
+    "--output",
+    default="results",
+    show_default=True,
+    metavar="DIR",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder of the results; PLAN.yaml gives the folder DIR/PLAN.",
+)
+@CHANGES
+@click.option(
+    "--engine",
+    type=click.Choice(["heyoka", "scipy"]),
+    help="The integrator, whatever the base says; default heyoka where it is installed.",
+)
+@click.option("--threads", type=click.IntRange(1), help="Default: as many as processors.")
+@click.option("--shard-size", type=click.IntRange(1), help="Members that are stored together.")
+@click.option(
+    "--dry-run", is_flag=True, help="Say how much there is to do, and how long it will take."
+)
+@click.option(
+    "--retry-failed",
+    is_flag=True,
+    help="Repeat members that diverged, hit a limit or could not be integrated.",
+)
+@click.option("--fail-fast", is_flag=True, help="Stop at the first such member.")
+@click.option("--force", is_flag=True, help="Move a different sweep of the same name aside.")
+@click.option("--json", "as_json", is_flag=True, help="Print what was found as JSON.")
+@click.option(
+    "-q", "--quiet", is_flag=True, help="No progress and no advice; errors are still said."
+)
+def command(
+    plan: Path | None,
+    status_of: Path | None,
+    output: Path,
+    changes: tuple[str, ...],
+    engine: str | None,
+    threads: int | None,
+    shard_size: int | None,
+    dry_run: bool,
+    retry_failed: bool,
+    fail_fast: bool,
+    force: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Run all members of a plan and store what becomes of them.
+
+    PLAN is a YAML file (see docs/sweeps.md). The same command goes on where the last one stopped,
+    however that came; nothing that is done is repeated. A member that does not complete is stored
+    with its status. If none completes, the exit code is 3.
+    """
+    from rbstab.store.errors import StoreError
+
+    if (plan is None) == (status_of is None):
+        raise click.UsageError("expected either PLAN or --status DIR")
+    try:
+        if status_of is not None:
+            from rbstab_cli.sweep_report import report_status
+
+            report_status(status_of, as_json=as_json)
+        elif plan is not None:
+            from rbstab.sweep.sweep import Ways
+
+            folder = output / plan.stem
+            name = _engine(engine, folder)
+            loaded = _loaded(plan, (*changes, f"integration.engine={name}"))
+            ways = Ways(name, None, threads, shard_size, retry_failed, fail_fast, force)
+            if dry_run:
+                from rbstab_cli.sweep_report import report_estimate
+
+                report_estimate(loaded, folder, ways, as_json=as_json)
+            else:
+                _sweep(loaded, folder, ways, as_json=as_json, quiet=quiet)
+    except StoreError as error:
+        click.echo(f"{plan or status_of}: {error}", err=True)
+        raise click.exceptions.Exit(exit_codes.STORAGE) from error
+
+
+def _engine(wanted: str | None, folder: Path) -> str:
+    """The engine: the wanted one, or that with which the sweep was begun, or the fastest."""
+    from rbstab.integrate.engines import EngineMissingError
+    from rbstab.sweep.engine import factory_for, fastest
+    from rbstab.sweep.folder import engine_of
+
+    name = wanted or engine_of(folder)
+    if name is None:
+        name = fastest()
+        if name == "scipy":
+            click.echo("heyoka is not installed: scipy is used, which takes much longer", err=True)
+    try:
+        factory_for(name)
+    except EngineMissingError as error:
+        raise click.UsageError(str(error)) from error
+    return name
+
+
+def _loaded(path: Path, changes: tuple[str, ...]) -> "Plan":
+    """The plan; ends the command with exit code 2 and everything that is wrong."""
+    from rbstab.config.build import warnings_of
+    from rbstab.config.errors import ConfigError
+    from rbstab.sweep.load import load_plan
+
+    try:
+        plan = load_plan(path, changes)
+    except ConfigError as error:
+        for problem in dict.fromkeys(map(str, error.problems)):
+            click.echo(problem, err=True)
+        raise click.exceptions.Exit(exit_codes.USAGE) from error
+    warnings = [warning for base in plan.bases.values() for warning in warnings_of(base)]
+    if plan.keep.count(plan.members):
+        warnings.append("keep: traces are not stored yet; every member has its summary")
+    for warning in dict.fromkeys(warnings):
+        click.echo(f"warning: {path}: {warning}", err=True)
+    return plan
+
+
+def _sweep(plan: "Plan", folder: Path, ways: "Ways", *, as_json: bool, quiet: bool) -> None:
+    from rbstab.sweep.sweep import sweep_to_folder
+    from rbstab_cli.interrupts import ending_in_order
+    from rbstab_cli.sweep_progress import teller
+    from rbstab_cli.sweep_report import report_sweep
+
+    stop, interrupted = Event(), Event()
+    try:
+        with ending_in_order(stop, interrupted), teller(interrupted, quiet=quiet) as told:
+            done = sweep_to_folder(plan, folder, ways, told, stop)
+    except KeyboardInterrupt:
+        _end_at_once()
+    report_sweep(done, as_json=as_json)
+    code = _exit_code(done, interrupted=interrupted.is_set())
+    if done.finished and not quiet:
+        click.echo(f"-> {done.folder.sweep_file}", err=True)
+    elif not done.finished:
+        _say_unfinished(done, ways, interrupted=interrupted.is_set())
+    raise click.exceptions.Exit(code)
+
+
+def _end_at_once() -> None:
+    click.echo("Interrupted; finished shards are stored. The same command goes on.", err=True)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # Threads are still computing, and are not waited for.
+    os._exit(exit_codes.INTERRUPTED)
+
+
+def _exit_code(done: "Sweep", *, interrupted: bool) -> int:
+    if done.finished:
+        # The first status is that of a member that completed.
+        return exit_codes.OK if done.survey.counts[0] else exit_codes.NOT_COMPLETED
+    return exit_codes.INTERRUPTED if interrupted else exit_codes.NOT_COMPLETED
+
+
+def _say_unfinished(done: "Sweep", ways: "Ways", *, interrupted: bool) -> None:
+    stored = f"{done.survey.members} of {done.folder.manifest.members} members are stored."
+    if interrupted:
+        click.echo(f"Interrupted: {stored}", err=True)
+        click.echo("The same command goes on from there.", err=True)
+    elif ways.fail_fast:
+        click.echo(f"Stopped: member {done.survey.first_failed} failed; {stored}", err=True)
+        click.echo("Without --fail-fast the same command goes on from there.", err=True)

@@ -1,0 +1,172 @@
+"""What `rbstab sweep` found out, for people and machines."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rbstab.sweep.plan import Plan
+    from rbstab.sweep.sweep import Sweep, Ways
+
+
+def report_sweep(done: "Sweep", *, as_json: bool) -> None:
+    """Prints what has become of the members."""
+    from rbstab.sweep.gather import counts_by_status, sweep_summary
+
+    by_status = counts_by_status(done.survey.counts)
+    summary = sweep_summary(done.folder.sweep_file) if done.finished else None
+    if as_json:
+        from rbstab_cli.json_output import print_json
+
+        check = asdict(done.check) if done.check is not None else None
+        facts = _facts(done.folder.path, done.folder.manifest, by_status)
+        found = summary._asdict() if summary is not None else {}
+        print_json({**found, **facts, "finished": done.finished, "check": check})
+        return
+    _print_statuses(by_status, done.folder.manifest.members)
+    if summary is None:
+        return
+    from rbstab_cli.tables import number
+
+    completed = by_status.get("completed", 0)
+    rows = {
+        "settled": f"{summary.settled} of {completed}",
+        "settling time, median": f"{number(summary.settling_median)} s" if summary.settled else "-",
+        "worst |r| / v(0)": number(summary.worst_residual, 2),
+    }
+    if done.check is not None and done.check.members:
+        rows["repeated with scipy"] = f"{len(done.check.members)} members, {_differences(done)}"
+    _print_facts(rows)
+
+
+def report_status(path: Path, *, as_json: bool) -> None:
+    """Prints how far the sweep in a folder is.
+
+    Raises:
+        StoreError: It is not the folder of a sweep, or cannot be read.
+    """
+    from rbstab.store.lock import is_locked
+    from rbstab.sweep.execute import survey_of
+    from rbstab.sweep.folder import open_folder
+    from rbstab.sweep.gather import counts_by_status, digest_of_shards, is_gathered
+
+    folder = open_folder(path)
+    survey = survey_of(folder)
+    damaged = [number for number in survey.missing if folder.shard_file(number).exists()]
+    gathered = not survey.missing and is_gathered(folder, digest_of_shards(survey))
+    by_status = counts_by_status(survey.counts)
+    if as_json:
+        from rbstab_cli.json_output import print_json
+
+        more = {"finished": gathered, "running": is_locked(path), "damaged_shards": damaged}
+        print_json(_facts(path, folder.manifest, by_status) | more)
+        return
+    manifest = folder.manifest
+    rows = {
+        "title": manifest.title,
+        "plan": manifest.plan_id[:8],
+        "engine": manifest.engine,
+        "members": str(manifest.members),
+        "done": f"{survey.members} ({survey.members / manifest.members:.1%})",
+        "shards": f"{len(survey.done)} of {folder.shards}, {len(damaged)} damaged",
+        "running": "yes" if is_locked(path) else "no",
+        "gathered": f"{folder.sweep_file}" if gathered else "no",
+    }
+    _print_facts(rows)
+    _print_statuses(by_status, manifest.members)
+
+
+def report_estimate(plan: "Plan", path: Path, ways: "Ways", *, as_json: bool) -> None:
+    """Prints how much of a plan is to be done, and what it will take."""
+    import shutil
+
+    from rbstab.sweep.engine import factory_for
+    from rbstab.sweep.estimate import estimate
+    from rbstab.sweep.execute import survey_of
+    from rbstab.sweep.folder import MANIFEST, open_folder
+    from rbstab.sweep.plan import plan_id
+    from rbstab.sweep.sweep import processors
+    from rbstab_cli.sweep_progress import duration
+
+    done = 0
+    if (path / MANIFEST).exists():
+        folder = open_folder(path)
+        same = folder.manifest.plan_id == plan_id(plan)
+        done = survey_of(folder).members if same else 0
+        if not same:
+            click.echo(f"{path} holds a different sweep; --force moves it aside", err=True)
+    threads = ways.threads or processors()
+    factory = ways.factory or factory_for(ways.engine)
+    found = estimate(plan, plan.members - done, ways.engine, factory, threads)
+    if as_json:
+        from rbstab_cli.json_output import print_json
+
+        facts = {"folder": str(path), "engine": ways.engine, "threads": threads}
+        print_json(facts | {"members": plan.members, "done": done} | found._asdict())
+        return
+    parent = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
+    free = shutil.disk_usage(parent).free
+    rows = {
+        "folder": str(path),
+        "engine": f"{ways.engine}, {threads} threads",
+        "members": " x ".join(map(str, plan.dimensions.values())) + f" = {plan.members}",
+        "done": str(done),
+        "time": f"about {duration(found.seconds)}",
+        "comparison with scipy": f"about {duration(found.check_seconds)}",
+        "disk": f"{size(found.bytes)} of {size(free)} that are free",
+    }
+    _print_facts(rows)
+
+
+def size(count: int) -> str:
+    """A number of bytes in words."""
+    units = ("kB", "MB", "GB")
+    index = min(max((len(str(count)) - 1) // 3, 1), len(units)) - 1
+    return f"{count / 1000 ** (index + 1):.3g} {units[index]}"
+
+
+def _facts(path: Path, manifest: Any, by_status: dict[str, int]) -> dict[str, Any]:
+    return {
+        "folder": str(path),
+        "title": manifest.title,
+        "plan_id": manifest.plan_id,
+        "engine": manifest.engine,
+        "members": manifest.members,
+        "done": sum(by_status.values()),
+        "by_status": by_status,
+    }
+
+
+def _differences(done: "Sweep") -> str:
+    """The largest difference of all columns, and whether there are members that are unlike."""
+    from rbstab_cli.tables import number
+
+    assert done.check is not None
+    differences = done.check.differences
+    worst = max(differences, key=lambda name: differences[name])
+    unlike = f"{done.check.unlike} unlike, " if done.check.unlike else ""
+    return f"{unlike}largest relative difference {number(differences[worst], 2)} ({worst})"
+
+
+def _print_statuses(by_status: dict[str, int], members: int) -> None:
+    from rbstab_cli.tables import row, show, table
+
+    numbers = ("members", "share")
+    made = table("status", *numbers, words=("status",), numbers=numbers)
+    remaining = members - sum(by_status.values())
+    rows = by_status | ({"not done": remaining} if remaining else {})
+    for status, count in rows.items():
+        style = None if status == "completed" else "yellow"
+        row(made, status, str(count), f"{count / members:.2%}", style=style)
+    show(made)
+
+
+def _print_facts(rows: dict[str, str]) -> None:
+    from rbstab_cli.tables import row, show, table
+
+    made = table("quantity", "value")
+    for name, value in rows.items():
+        row(made, name, value)
+    show(made)

@@ -1,0 +1,64 @@
+"""A digest at the end of a file by which it is known to be what was written.
+
+HDF5 does not notice a number that has changed on the disk, and can fail to return from a damaged
+heap. The seal is looked at before HDF5 sees the file, and HDF5 does not mind what stands behind its
+end.
+"""
+
+import hashlib
+from pathlib import Path
+from typing import BinaryIO
+
+from rbstab.store.errors import NotAResultError, StoreError
+
+_MARK = b"\nrbstab sha256 "
+SEAL_SIZE = len(_MARK) + 64 + 1
+
+_BLOCK = 1 << 20
+
+
+def seal(path: Path) -> None:
+    """Puts the seal behind what a file holds.
+
+    Raises:
+        OSError: The disk is full, and the like.
+    """
+    with path.open("r+b") as file:
+        size = file.seek(0, 2)
+        file.seek(0)
+        file.write(_seal_of(file, size))
+
+
+def sealed(content: bytes) -> bytes:
+    """Some content with its seal."""
+    return content + _MARK + hashlib.sha256(content).hexdigest().encode() + b"\n"
+
+
+def check_seal(path: Path) -> None:
+    """Reads a file and checks its seal.
+
+    Raises:
+        NotAResultError: It is not what was written.
+        StoreError: It cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            size = file.seek(0, 2) - SEAL_SIZE
+            file.seek(0)
+            intact = size >= 0 and _seal_of(file, size) == file.read()
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+    if not intact:
+        raise NotAResultError(f"{path} is damaged: it is not what was written (by its digest)")
+
+
+def _seal_of(file: BinaryIO, size: int) -> bytes:
+    """The seal of the next `size` bytes, which are read."""
+    digest = hashlib.sha256()
+    while size > 0:
+        block = file.read(min(size, _BLOCK))
+        if not block:
+            break
+        digest.update(block)
+        size -= len(block)
+    return _MARK + digest.hexdigest().encode() + b"\n"

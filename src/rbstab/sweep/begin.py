@@ -1,0 +1,158 @@
+"""Beginning a sweep, or going on with it, in a folder that nobody else writes to meanwhile."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import NamedTuple
+
+from rbstab.experiment.provenance import provenance
+from rbstab.store.atomic import PARTIAL, remove_remains, write_whole
+from rbstab.store.document import write_document
+from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
+from rbstab.store.lock import LOCK, locked
+from rbstab.sweep.dump import plan_yaml
+from rbstab.sweep.folder import (
+    MANIFEST,
+    PLAN_FILE,
+    SHARDS,
+    Manifest,
+    SweepFolder,
+    open_folder,
+)
+from rbstab.sweep.plan import Plan, plan_id
+
+
+class Begun(NamedTuple):
+    """A folder in which a sweep may go on.
+
+    kept_aside is where another sweep of its name went, if there was one; changed says which
+    versions are not those with which the sweep was begun.
+    """
+
+    folder: SweepFolder
+    kept_aside: Path | None
+    changed: tuple[str, ...]
+
+
+@contextmanager
+def begun(
+    path: Path, plan: Plan, engine: str, shard_size: int | None, *, force: bool = False
+) -> Iterator[Begun]:
+    """The folder of a plan, made where it is not there, and locked.
+
+    Args:
+        path: The folder.
+        plan: The plan.
+        engine: What follows its members.
+        shard_size: Members of a shard; default that of the folder, or a good one.
+        force: Move a different sweep of that name aside.
+
+    Raises:
+        FolderInUseError: Another process is at it.
+        ResultExistsError: A different sweep has that name (without `force`).
+        StoreError: The folder cannot be written.
+    """
+    aside = None
+    wanted = _manifest(plan, engine, shard_size)
+    while True:
+        with _made(path):
+            different = _difference(path, wanted, fixed_size=shard_size is not None)
+            if different is None:
+                yield Begun(_ready(path, plan, wanted), aside, _changed(path, wanted))
+                return
+            if not force:
+                raise ResultExistsError(
+                    f"{path} {different}; it is not overwritten: "
+                    "choose another folder with -o, or move it aside with --force"
+                )
+            if os.name != "nt":
+                aside = _set_aside(path)
+        if os.name == "nt":
+            # No folder is moved there that has an open file, as is the lock.
+            aside = _set_aside(path)
+
+
+def good_shard_size(members: int, engine: str) -> int:
+    """Members of a shard: few enough that little is lost and all threads have work, yet thousands.
+
+    It does not depend on the number of threads. Engines like multiples of 64.
+    """
+    if engine == "scipy":
+        return 16
+    return min(4096, max(64, members // 64 // 64 * 64))
+
+
+def _manifest(plan: Plan, engine: str, shard_size: int | None) -> Manifest:
+    size = shard_size or good_shard_size(plan.members, engine)
+    known = provenance(engine)
+    versions = {name: known[name] for name in known if name not in ("created", "commit")}
+    return Manifest(plan_id(plan), plan.title, plan.members, size, engine, versions)
+
+
+@contextmanager
+def _made(path: Path) -> Iterator[None]:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+    with locked(path):
+        yield
+
+
+def _difference(path: Path, wanted: Manifest, *, fixed_size: bool) -> str | None:
+    """What keeps the sweep from going on in a folder."""
+    if not (path / MANIFEST).exists():
+        harmless = (LOCK, PLAN_FILE, SHARDS)
+        strange = [f.name for f in path.iterdir() if f.name not in harmless]
+        strange = [name for name in strange if not name.endswith(PARTIAL)]
+        return f"holds other things ({min(strange)})" if strange else None
+    try:
+        found = open_folder(path).manifest
+    except NotAResultError as error:
+        return f"is damaged ({error})"
+    if found.plan_id != wanted.plan_id:
+        return f"holds another sweep (plan {found.plan_id[:8]}, not {wanted.plan_id[:8]})"
+    if fixed_size and found.shard_size != wanted.shard_size:
+        return f"was begun with shards of {found.shard_size} members"
+    return None
+
+
+def _changed(path: Path, new: Manifest) -> tuple[str, ...]:
+    """The versions that are not those with which the sweep was begun, in words."""
+    old = open_folder(path).manifest
+    return tuple(
+        f"{name.removesuffix('_version')} {old.versions.get(name, '?')} -> {version}"
+        for name, version in new.versions.items()
+        if old.versions.get(name) != version
+    )
+
+
+def _ready(path: Path, plan: Plan, manifest: Manifest) -> SweepFolder:
+    """The folder with all that belongs there, and nothing that a killed process has left."""
+    if not (path / MANIFEST).exists():
+        try:
+            (path / SHARDS).mkdir(exist_ok=True)
+            write_whole(path / PLAN_FILE, plan_yaml(plan).encode(), replace=True)
+        except OSError as error:
+            raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+        # The last thing: without it the folder counts as empty.
+        write_document(path / MANIFEST, asdict(manifest))
+    for place in (path, path / SHARDS):
+        remove_remains(place)
+    return open_folder(path)
+
+
+def _set_aside(path: Path) -> Path:
+    try:
+        middle = open_folder(path).manifest.plan_id[:8]
+    except StoreError:
+        middle = "damaged"
+    names = [path.with_name(f"{path.name}.{middle}")]
+    while names[-1].exists():
+        names.append(path.with_name(f"{path.name}.{middle}-{len(names)}"))
+    try:
+        return path.rename(names[-1])
+    except OSError as error:
+        raise StoreError(f"{path} cannot be moved: {error.strerror or error}") from error

@@ -1,0 +1,88 @@
+"""What a sweep asks of whoever follows its members, and which of them is taken."""
+
+from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from rbstab.integrate.engines import EngineMissingError, engine
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.numbers import Array
+from rbstab.sweep.outcome import COLUMNS, STATUSES
+from rbstab.sweep.plan import Plan
+
+FAILED = (
+    RunStatus.DIVERGED,
+    RunStatus.STEP_LIMIT,
+    RunStatus.SWITCH_LIMIT,
+    RunStatus.TIME_LIMIT,
+    RunStatus.SOLVER_FAILURE,
+)
+"""Ends of which the motion is not the cause, or perhaps not: such members can be tried again."""
+
+FAILED_CODES = tuple(STATUSES.index(status) for status in FAILED)
+
+
+class Shard(NamedTuple):
+    """Consecutive members: each of `outcome.COLUMNS`, the first axis along members; motions."""
+
+    outcome: dict[str, Array]
+    traces: dict[str, Array] | None = None
+
+
+class MemberEngine(Protocol):
+    """Follows members; used by one thread."""
+
+    def compute(self, start: int, stop: int) -> Shard:
+        """The members from number `start` up to `stop`.
+
+        What a motion does, or a failure of its integration, is a status and no exception. The bits
+        of a member do not depend on how the members are cut.
+        """
+        ...
+
+
+ENSEMBLE = "rbstab.sweep.ensemble"
+"""The module of the engine that follows many members at once; it needs heyoka."""
+
+EngineFactory = Callable[[Plan], MemberEngine]
+"""Makes an engine for one thread."""
+
+
+def fastest() -> str:
+    """The name of the fastest engine that can be used here."""
+    try:
+        engine("heyoka")
+    except EngineMissingError:
+        return "scipy"
+    return "heyoka"
+
+
+def factory_for(name: str) -> EngineFactory:
+    """What follows the members of plans whose engine is of this name.
+
+    Raises:
+        EngineMissingError: The engine's package is not installed.
+    """
+    engine(name)
+    if name == "heyoka" and find_spec(ENSEMBLE) is not None:
+        made: EngineFactory = import_module(ENSEMBLE).ensemble_engine
+        return made
+    # Imported late: it imports this module.
+    from rbstab.sweep.single import SingleRuns
+
+    return SingleRuns
+
+
+def without_result(members: int) -> dict[str, Array]:
+    """The columns of members of which nothing is known but that their integration failed."""
+    found = {}
+    for column in COLUMNS:
+        shape = (members, *column.shape)
+        kind = np.dtype(column.dtype).kind
+        found[column.name] = np.full(shape, np.nan if kind == "f" else 0, dtype=column.dtype)
+    found["run_id"] = np.zeros(members, dtype="S32")
+    found["status"][:] = STATUSES.index(RunStatus.SOLVER_FAILURE)
+    return found

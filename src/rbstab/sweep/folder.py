@@ -1,0 +1,188 @@
+"""The folder of a sweep: its plan, its manifest, its shards, and the file that gathers them."""
+
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.store.document import read_document
+from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.store.table import RUN, Head, Table
+from rbstab.store.table_file import read_table, write_shard
+from rbstab.sweep.engine import FAILED_CODES
+from rbstab.sweep.layout import OUTCOME
+from rbstab.sweep.outcome import STATUSES
+
+MANIFEST = "manifest.json"
+PLAN_FILE = "plan.yaml"
+SHARDS = "shards"
+SWEEP_FILE = "sweep.h5"
+CHECK_FILE = "check.json"
+
+MANIFEST_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What stays fixed while a sweep goes on.
+
+    Args:
+        plan_id: Of its plan.
+        title: Of its plan.
+        members: How many there are.
+        shard_size: Members of a shard; the last one may have fewer.
+        engine: What follows them.
+        versions: Of the program and of what computed it, at the beginning.
+        schema_version: Of the folder.
+    """
+
+    plan_id: str
+    title: str
+    members: int
+    shard_size: int
+    engine: str
+    versions: dict[str, str]
+    schema_version: int = MANIFEST_VERSION
+
+
+class ShardFacts(NamedTuple):
+    """A whole shard: how many of its members ended how, the first that failed, and its digest."""
+
+    counts: Array
+    first_failed: int | None
+    digest: str
+
+
+@dataclass(frozen=True)
+class SweepFolder:
+    """The folder of a sweep that was begun.
+
+    Args:
+        path: The folder.
+        manifest: What stands in it.
+    """
+
+    path: Path
+    manifest: Manifest
+
+    @property
+    def shards(self) -> int:
+        """How many shards the sweep has."""
+        return -(-self.manifest.members // self.manifest.shard_size)
+
+    @property
+    def sweep_file(self) -> Path:
+        """Where the shards are gathered."""
+        return self.path / SWEEP_FILE
+
+    @property
+    def check_file(self) -> Path:
+        """Where the comparison with single runs is kept."""
+        return self.path / CHECK_FILE
+
+    def shard_file(self, number: int) -> Path:
+        """The file of a shard."""
+        return self.path / SHARDS / f"{number:08d}.h5"
+
+    def bounds(self, number: int) -> tuple[int, int]:
+        """The first member of a shard, and the one behind its last."""
+        start = number * self.manifest.shard_size
+        return start, min(start + self.manifest.shard_size, self.manifest.members)
+
+    def write(self, number: int, outcome: dict[str, Array]) -> ShardFacts:
+        """Writes a shard.
+
+        Returns:
+            What is in it now.
+
+        Raises:
+            StoreError: The operating system refused.
+        """
+        start, stop = self.bounds(number)
+        head = Head(OUTCOME, start, stop - start, {"plan_id": self.manifest.plan_id})
+        digest = write_shard(self.shard_file(number), head, outcome)
+        return facts_of(outcome["status"], start, digest)
+
+    def read(self, number: int, names: tuple[str, ...] | None = None) -> Table | None:
+        """A shard, or None where it is absent, damaged, or none of this sweep.
+
+        Args:
+            number: From 0.
+            names: The columns that are wanted; default all.
+
+        Raises:
+            StoreError: It cannot be read, or was written by a newer rbstab.
+        """
+        path = self.shard_file(number)
+        if not path.exists():
+            return None
+        try:
+            table = read_table(path, names)
+        except NotAResultError:
+            return None
+        expected = np.arange(*self.bounds(number))
+        ours = table.attributes.get("plan_id") == self.manifest.plan_id
+        return table if ours and np.array_equal(table[RUN], expected) else None
+
+    def facts(self, number: int) -> ShardFacts | None:
+        """What is in a shard, or None as `read`."""
+        table = self.read(number, ("status",))
+        if table is None:
+            return None
+        return facts_of(table["status"], int(table[RUN][0]), str(table.attributes["arrays_digest"]))
+
+
+def facts_of(status: Array, first: int, digest: str) -> ShardFacts:
+    """The facts of a shard.
+
+    Args:
+        status: Its column of statuses.
+        first: The number of its first member.
+        digest: That of its columns.
+    """
+    failed = np.flatnonzero(np.isin(status, FAILED_CODES))
+    counts = np.bincount(status, minlength=len(STATUSES))
+    return ShardFacts(counts, int(first + failed[0]) if len(failed) else None, digest)
+
+
+def open_folder(path: Path) -> SweepFolder:
+    """The folder of a sweep, as it stands there.
+
+    Raises:
+        NotAResultError: It is none, or its manifest is damaged.
+        StoreError: It cannot be read, or was written by a newer rbstab.
+    """
+    if not (path / MANIFEST).is_file():
+        raise NotAResultError(f"{path} is not the folder of a sweep")
+    data = read_document(path / MANIFEST)
+    if data.get("schema_version") != MANIFEST_VERSION:
+        raise StoreError(f"{path} was written by a newer rbstab, please update")
+    try:
+        return SweepFolder(path, Manifest(**data))
+    except TypeError as error:
+        raise NotAResultError(f"{path / MANIFEST} is damaged: {error}") from error
+
+
+def open_sweep(path: str | Path) -> Table:
+    """Reads a sweep: all members, with what is varied and what has become of them.
+
+    Args:
+        path: Its folder, or its file.
+
+    Raises:
+        NotAResultError: It is damaged, or no sweep.
+        NewerSchemaError: It was written by a newer rbstab.
+        StoreError: It cannot be opened, perhaps because the sweep is not finished.
+    """
+    path = Path(path)
+    return read_table(path / SWEEP_FILE if path.is_dir() else path)
+
+
+def engine_of(path: Path) -> str | None:
+    """The engine of the sweep that stands in a folder, if there is one."""
+    with suppress(StoreError):
+        return open_folder(path).manifest.engine
+    return None

@@ -1,0 +1,89 @@
+"""Members one by one, each as the single run that it is."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rbstab.config.build import problem_of
+from rbstab.config.schema import SMALLEST_SCIPY_RTOL, Config
+from rbstab.experiment.record import record_of
+from rbstab.integrate.engines import engine
+from rbstab.integrate.problem import Trajectory
+from rbstab.mechanics.attitude import rate_matrix
+from rbstab.mechanics.numbers import Array
+from rbstab.store.result import Variable
+from rbstab.sweep.engine import Shard, without_result
+from rbstab.sweep.identity import run_ids
+from rbstab.sweep.outcome import STATUSES, Traces, outcome_of
+from rbstab.sweep.plan import Plan
+
+
+class SingleRuns:
+    """An engine of members that follows each of them by itself.
+
+    Args:
+        plan: The plan.
+        name: The engine, whatever the plan says; default that of each config.
+
+    Raises:
+        EngineMissingError: The package of an engine is not installed.
+    """
+
+    def __init__(self, plan: Plan, name: str | None = None) -> None:
+        self._plan = plan
+        self._name = name
+        for base in plan.bases.values():
+            engine(name or base.integration.engine)
+
+    def compute(self, start: int, stop: int) -> Shard:
+        """The members from number `start` up to `stop`."""
+        found = without_result(stop - start)
+        found["run_id"] = run_ids(self._plan, start, stop)
+        for index in range(stop - start):
+            # Whatever goes wrong with one member says nothing of the others; it keeps its status.
+            try:
+                trajectory, problem_outcome = self._follow(self._plan.config_of(start + index))
+            except Exception:  # noqa: S112
+                continue
+            found["status"][index] = STATUSES.index(trajectory.status)
+            found["steps"][index] = min(trajectory.steps, np.iinfo(np.int32).max)
+            for name, values in problem_outcome.items():
+                found[name][index] = values[0]
+        return Shard(found)
+
+    def _follow(self, config: Config) -> tuple[Trajectory, dict[str, Array]]:
+        name = self._name or config.integration.engine
+        problem = problem_of(config)
+        if name == "scipy":
+            problem = replace(problem, rtol=max(problem.rtol, SMALLEST_SCIPY_RTOL))
+        with np.errstate(all="ignore"):
+            trajectory = engine(name)(problem)
+            try:
+                outcome = outcome_of(traces_of(record_of(problem, trajectory).variables))
+            except Exception:
+                # The status is known; what a motion of a single sample has not is left out.
+                outcome = {}
+            return trajectory, outcome
+
+
+def traces_of(variables: dict[str, Variable]) -> Traces:
+    """The motion of a single run as that of one member."""
+
+    def one(name: str) -> Array:
+        return variables[name].data[np.newaxis]
+
+    Theta, Omega = (variables[name].data for name in ("orientation", "angular_velocity"))
+    rates = np.array([rate_matrix(a) @ w for a, w in zip(Theta, Omega, strict=True)])
+    return Traces(
+        times=variables["time"].data,
+        Theta=one("orientation"),
+        Theta_rate=rates[np.newaxis],
+        Omega=one("angular_velocity"),
+        X=one("position"),
+        V=one("velocity"),
+        E=one("contact_displacement"),
+        F=one("contact_velocity"),
+        own=one("connector_state") if "connector_state" in variables else None,
+        value=one("lyapunov"),
+        residual=one("energy_residual"),
+    )

@@ -1,0 +1,240 @@
+"""`rbstab sweep`: a plan into a folder, how far it is, and what goes wrong on the way."""
+
+import functools
+import json
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import xarray
+from cli.conftest import start
+from support.sweeps import FakeEngine, shard_files
+
+from rbstab.integrate.engines import EngineMissingError, engine
+from rbstab.store.lock import locked
+from rbstab.store.table_file import read_table
+from rbstab_cli import sweep_progress
+from rbstab_cli.sweep_progress import duration
+from rbstab_cli.sweep_report import size
+
+PLAN = """\
+title: Spins
+base: good.yaml
+vary:
+  initial.angular_velocity[0]: {linspace: [-4, 4, 10]}
+  controller.K_r: {scale: {values: [1, 2]}}
+"""
+
+SWEEP = ("sweep", "plan.yaml")
+
+
+@pytest.fixture
+def plan(folder):
+    (folder / "plan.yaml").write_text(PLAN)
+    return folder / "plan.yaml"
+
+
+@pytest.fixture
+def fake(monkeypatch, plan):
+    """Lets a made up engine follow the members, with failures as its arguments say."""
+
+    def fake(**arguments):
+        made = functools.partial(FakeEngine, **arguments)
+        monkeypatch.setattr("rbstab.sweep.sweep.factory_for", lambda _: made)
+
+    fake()
+    return fake
+
+
+@pytest.mark.usefixtures("plan")
+@pytest.mark.parametrize("name", ["heyoka", "scipy"])
+def test_a_sweep(rbstab, name):
+    done = rbstab(*SWEEP, "--engine", name, "--shard-size", "8")
+    assert done.exit_code == 0, done.output
+    assert "completed       20  100.00%" in done.stdout
+    assert "-> results/plan/sweep.h5" in done.stderr.replace("\\", "/")
+    names = sorted(path.name for path in Path("results/plan").iterdir())
+    expected = [".lock", "check.json", "manifest.json", "plan.yaml", "shards", "sweep.h5"]
+    assert names == [n for n in expected if name == "heyoka" or n != "check.json"]
+    assert ("1 members, largest relative difference" in done.stdout) == (name == "heyoka")
+    with xarray.open_dataset("results/plan/sweep.h5", engine="h5netcdf") as data:
+        assert data.sizes["run"] == 20
+        assert data["controller_K_r"].attrs["long_name"] == "factor on controller.K_r"
+    again = rbstab(*SWEEP)
+    assert (again.exit_code, again.stdout) == (0, done.stdout)
+    assert "20 of 20 members are done already" in again.stderr
+
+
+@pytest.mark.usefixtures("fake")
+def test_for_machines(rbstab):
+    done = rbstab(*SWEEP, "--json", "-q", "--engine", "scipy")
+    assert (done.exit_code, done.stderr) == (0, "")
+    found = json.loads(done.stdout)
+    assert found["by_status"] == {"completed": 20}
+    assert (found["members"], found["finished"], found["check"]) == (20, True, None)
+    status = json.loads(rbstab("sweep", "--status", "results/plan", "--json").stdout)
+    assert status.items() >= {"finished": True, "running": False, "done": 20}.items()
+    assert status["plan_id"] == found["plan_id"]
+
+
+def test_failures(rbstab, fake):
+    fake(failing=(3, 4, 9))
+    done = rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "5", "--fail-fast", "--threads", "1")
+    assert done.exit_code == 3
+    assert "member 3 failed; 5 of 20 members are stored" in done.stderr
+    done = rbstab(*SWEEP, "--engine", "scipy")
+    assert done.exit_code == 0
+    assert "diverged         3  15.00%" in done.stdout
+    fake()
+    done = rbstab(*SWEEP, "--retry-failed")
+    assert (done.exit_code, "diverged" in done.stdout) == (0, False)
+    fake(failing=range(20))
+    assert rbstab(*SWEEP, "-o", "other", "--engine", "scipy").exit_code == 3
+
+
+def test_status(rbstab, fake):
+    fake(failing=(11,))
+    options = ("--engine", "scipy", "--shard-size", "8", "--threads", "1")
+    rbstab(*SWEEP, *options, "--fail-fast")
+    said = rbstab("sweep", "--status", "results/plan")
+    assert said.exit_code == 0
+    words = [line.split() for line in said.stdout.splitlines()]
+    assert ["done", "16", "(80.0%)"] in words
+    assert ["not", "done", "4", "20.00%"] in words
+    assert ["running", "no"] in words
+    Path("results/plan/shards/00000001.h5").write_bytes(b"")
+    with locked(Path("results/plan")):
+        said = rbstab("sweep", "--status", "results/plan")
+    words = [line.split() for line in said.stdout.splitlines()]
+    assert ["shards", "1", "of", "3,", "1", "damaged"] in words
+    assert ["running", "yes"] in words
+    nothing = rbstab("sweep", "--status", "nowhere")
+    assert nothing.exit_code == 4
+    assert "nowhere is not the folder of a sweep" in nothing.stderr
+
+
+@pytest.mark.usefixtures("plan")
+@pytest.mark.parametrize("as_json", [False, True])
+def test_a_dry_run(rbstab, monkeypatch, as_json):
+    monkeypatch.setattr("rbstab.sweep.estimate.CALIBRATION", 0.01)
+    options = ("--dry-run", "--engine", "heyoka", "--threads", "2")
+    said = rbstab(*SWEEP, *options, *(["--json"] if as_json else []))
+    assert said.exit_code == 0
+    assert not Path("results").exists()
+    if as_json:
+        found = json.loads(said.stdout)
+        assert (found["members"], found["done"], found["threads"]) == (20, 0, 2)
+        assert found["seconds"] > 0
+        assert found["check_seconds"] > 0
+    else:
+        assert "10 x 2 = 20" in said.stdout
+
+
+@pytest.mark.usefixtures("fake")
+def test_a_dry_run_of_what_is_done(rbstab):
+    rbstab(*SWEEP, "--engine", "scipy")
+    found = json.loads(rbstab(*SWEEP, "--dry-run", "--json").stdout)
+    assert (found["done"], found["seconds"]) == (20, 0)
+    other = rbstab(*SWEEP, "--dry-run", "--json", "--set", "body.mass=42")
+    assert json.loads(other.stdout)["done"] == 0
+    assert "holds a different sweep" in other.stderr
+
+
+@pytest.mark.usefixtures("fake")
+def test_a_different_plan_in_the_same_folder(rbstab):
+    rbstab(*SWEEP, "--engine", "scipy")
+    before = shard_files(Path("results/plan"))
+    for changes in (("--set", "body.mass=42"), ("--engine", "heyoka")):
+        refused = rbstab(*SWEEP, *changes)
+        assert refused.exit_code == 4
+        assert "holds another sweep" in refused.stderr
+    assert shard_files(Path("results/plan")) == before
+    forced = rbstab(*SWEEP, "--set", "body.mass=42", "--force")
+    assert forced.exit_code == 0
+    (aside,) = Path("results").glob("plan.*")
+    assert f"the sweep that was there is now {aside}" in forced.stderr
+    assert shard_files(aside) == before
+
+
+@pytest.mark.usefixtures("fake")
+def test_a_folder_in_use(rbstab):
+    Path("results/plan").mkdir(parents=True)
+    with locked(Path("results/plan")):
+        refused = rbstab(*SWEEP)
+    assert refused.exit_code == 4
+    assert "in use by another process" in refused.stderr
+
+
+@pytest.mark.usefixtures("plan")
+def test_what_is_wrong(rbstab):
+    Path("plan.yaml").write_text(PLAN.replace("linspace", "linspcae"))
+    wrong = rbstab(*SWEEP)
+    assert wrong.exit_code == 2
+    assert wrong.stderr.startswith("plan.yaml:4:33: vary.initial.angular_velocity[0].linspcae")
+    assert not Path("results").exists()
+    for arguments in ((), (*SWEEP, "--status", "results"), (*SWEEP, "--threads", "0")):
+        assert rbstab(*arguments[:1] or ["sweep"], *arguments[1:]).exit_code == 2
+
+
+@pytest.mark.usefixtures("plan")
+def test_without_heyoka(rbstab, monkeypatch):
+    def missing(name):
+        if name == "heyoka":
+            raise EngineMissingError("the engine 'heyoka' cannot be used here")
+        return engine(name)
+
+    monkeypatch.setattr("rbstab.sweep.engine.engine", missing)
+    done = rbstab(*SWEEP)
+    assert done.exit_code == 0
+    assert "heyoka is not installed: scipy is used" in done.stderr
+    refused = rbstab(*SWEEP, "--engine", "heyoka")
+    assert refused.exit_code == 2
+    assert "cannot be used here" in refused.stderr
+
+
+def test_lines_where_there_is_no_terminal(rbstab, fake, monkeypatch):
+    fake(failing=(0,), delay=1e-3)
+    monkeypatch.setattr(sweep_progress, "EVERY", 0.0)
+    done = rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "10", "--threads", "1")
+    lines = [line for line in done.stderr.splitlines() if " of 20 members, " in line]
+    assert len(lines) == 2
+    assert "/s, 1 diverged, " in lines[0]
+    assert lines[0].endswith(" left")
+    fake()
+    again = rbstab(*SWEEP, "--retry-failed")
+    assert "10 of 20 members are done already" in again.stderr
+    assert "20 of 20 members, " in again.stderr
+    assert "diverged" not in again.stderr
+
+
+def test_numbers_in_words():
+    assert [duration(s) for s in (0.123, 40, 720, 12600)] == ["0.12 s", "40 s", "12 min", "3.5 h"]
+    assert [size(n) for n in (10, 1500, 24_300_000, 5 * 10**12)] == [
+        "0.01 kB",
+        "1.5 kB",
+        "24.3 MB",
+        "5e+03 GB",
+    ]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="an interrupt there reaches the tests too")
+def test_interrupts(folder):
+    (folder / "plan.yaml").write_text(PLAN.replace("10]", "400]"))
+    options = ("--engine", "scipy", "--shard-size", "4", "--set", "integration.duration=0.2")
+    shards = Path("results/plan/shards")
+    for presses in (1, 2):
+        known = len(list(shards.glob("0*.h5")))
+        with start(*SWEEP, *options) as process:
+            while len(list(shards.glob("0*.h5"))) == known:
+                assert process.poll() is None
+                time.sleep(0.01)
+            for _ in range(presses):
+                process.send_signal(signal.SIGINT)
+                time.sleep(0.02)
+            _, said = process.communicate(timeout=20)
+        assert process.returncode == 130
+        assert "The same command goes on" in said
+        for path in shards.glob("0*.h5"):
+            assert len(read_table(path)["run"]) == 4

@@ -1,0 +1,215 @@
+"""Shards and sweeps on disk: what was written comes back, in every reader, or is refused."""
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+import threading
+
+import h5py
+import netCDF4
+import numpy as np
+import pytest
+import xarray
+
+from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
+from rbstab.store.lock import FolderInUseError, is_locked, locked
+from rbstab.store.result import Variable
+from rbstab.store.run_file import open_result
+from rbstab.store.seal import SEAL_SIZE, sealed
+from rbstab.store.table import Column, Head
+from rbstab.store.table_file import read_table, write_shard, write_table
+
+LAYOUT = {
+    "run_id": Column((), "S32", "1", "identity"),
+    "status": Column((), "i1", "1", "how it ended", ("completed", "range left")),
+    "final_position": Column(("axis",), "f8", "m", "X at the end"),
+    "steps": Column((), "i4", "1", "steps"),
+}
+EXTRAS = {
+    "grid_axis": Variable(("grid_axis_number",), np.array(["a", "b"], object), "", "names"),
+    "grid_length": Variable(("grid_axis_number",), np.array([3, 4]), "1", "lengths"),
+    "plan": Variable((), np.array("title: ö\n", object), "", "plan, YAML"),
+}
+
+
+def arrays_of(start, stop):
+    n = np.arange(start, stop)
+    return {
+        "run_id": np.array([f"{i:032x}".encode() for i in n], dtype="S32"),
+        "status": (n % 2).astype("i1"),
+        "final_position": np.array([[i, -i / 3, np.nan] for i in n]).reshape(-1, 3),
+        "steps": n.astype("i4"),
+    }
+
+
+def same(found, expected):
+    assert found.keys() == {*expected, "run"}
+    for name, data in expected.items():
+        assert found[name].dtype == data.dtype
+        assert found[name].tobytes() == data.tobytes()
+
+
+@pytest.fixture
+def shard(tmp_path):
+    path = tmp_path / "a.h5"
+    write_shard(path, Head(LAYOUT, 5, 7, {"plan_id": "x", "size": 7}), arrays_of(5, 12))
+    return path
+
+
+@pytest.fixture
+def sweep(tmp_path):
+    path = tmp_path / "s.h5"
+    parts = (arrays_of(*part) for part in [(0, 5), (5, 6), (6, 12)])
+    write_table(path, Head(LAYOUT, 0, 12, {"plan_id": "x"}, EXTRAS), parts)
+    return path
+
+
+def test_a_shard_comes_back(shard):
+    table = read_table(shard)
+    same(table.arrays, arrays_of(5, 12))
+    assert table["run"].tolist() == list(range(5, 12))
+    assert dict(table.layout) == LAYOUT
+    assert table.attributes.items() >= {"plan_id": "x", "size": 7}.items()
+    assert table.words("status").tolist()[:2] == ["range left", "completed"]
+
+
+def test_a_sweep_comes_back(sweep):
+    table = read_table(sweep)
+    same(table.arrays, arrays_of(0, 12))
+    assert table["plan"].item() == "title: ö\n"
+    assert table["grid_axis"].tolist() == ["a", "b"]
+    assert table.shaped("final_position").shape == (3, 4, 3)
+    assert table.shaped("steps")[2, 1] == 9
+    assert set(read_table(sweep, ["steps"]).arrays) == {"run", "steps"}
+
+
+def test_the_digest_of_arrays_does_not_depend_on_how_they_are_cut(sweep, tmp_path):
+    write_table(tmp_path / "t.h5", Head(LAYOUT, 0, 12, {"other": 1}), [arrays_of(0, 12)])
+    digests = [read_table(path).attributes["arrays_digest"] for path in (sweep, tmp_path / "t.h5")]
+    assert digests[0] == digests[1]
+    changed = arrays_of(0, 12)
+    changed["final_position"][7, 1] = np.nextafter(changed["final_position"][7, 1], 1)
+    write_table(tmp_path / "t.h5", Head(LAYOUT, 0, 12, {}), [changed])
+    assert read_table(tmp_path / "t.h5").attributes["arrays_digest"] != digests[0]
+
+
+def test_xarray_and_others_open_it(sweep, shard):
+    for path, length in ((sweep, 12), (shard, 7)):
+        with xarray.open_dataset(path, engine="h5netcdf") as data:
+            assert data.sizes["run"] == length
+            assert data["final_position"].dims == ("run", "axis")
+            assert data["final_position"].attrs["units"] == "m"
+            assert data["status"].attrs["flag_meanings"] == "completed range_left"
+            assert data["status"].attrs["flag_values"].tolist() == [0, 1]
+            first = data["run_id"].values[0]
+            assert first in (f"{12 - length:032x}", f"{12 - length:032x}".encode())
+        with netCDF4.Dataset(path) as data:
+            assert data["final_position"].dimensions == ("run", "axis")
+            assert data["steps"][:].tolist() == arrays_of(12 - length, 12)["steps"].tolist()
+        with h5py.File(path) as data:
+            assert data["run_id"].dtype == "S32"
+    ours = read_table(sweep).to_xarray()
+    assert ours["steps"].sel(run=7).item() == 7
+
+
+def test_any_damage_is_noticed(shard):
+    content = shard.read_bytes()
+    rng = np.random.default_rng(1)
+    for at in [0, len(content) - 1, *rng.integers(0, len(content), 60).tolist()]:
+        shard.write_bytes(content[:at] + bytes([content[at] ^ 4]) + content[at + 1 :])
+        with pytest.raises(NotAResultError):
+            read_table(shard)
+    for size in (0, 10, SEAL_SIZE, len(content) // 2, len(content) - 1):
+        shard.write_bytes(content[:size])
+        with pytest.raises(NotAResultError):
+            read_table(shard)
+    shard.write_bytes(content + b"\n")
+    with pytest.raises(NotAResultError):
+        read_table(shard)
+
+
+def test_other_files(tmp_path, shard):
+    path = tmp_path / "b.h5"
+    with pytest.raises(StoreError, match="No such file"):
+        read_table(path)
+    path.write_bytes(sealed(b"something"))
+    with pytest.raises(NotAResultError):
+        read_table(path)
+    for version, error in ((2, NewerSchemaError), ("1", NotAResultError)):
+        path.write_bytes(shard.read_bytes()[:-SEAL_SIZE])
+        with h5py.File(path, "r+") as file:
+            file.attrs["schema_version"] = version
+        path.write_bytes(sealed(path.read_bytes()))
+        with pytest.raises(error):
+            read_table(path)
+    with pytest.raises(NotAResultError):
+        open_result(shard)
+
+
+def test_a_full_disk(tmp_path, monkeypatch, sweep):
+    before = sweep.read_bytes()
+
+    def full(descriptor):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        for write in (
+            lambda: write_shard(tmp_path / "c.h5", Head(LAYOUT, 0, 2, {}), arrays_of(0, 2)),
+            lambda: write_table(sweep, Head(LAYOUT, 0, 2, {}), [arrays_of(0, 2)]),
+        ):
+            with pytest.raises(StoreError, match="No space left"):
+                write()
+    usage = shutil.disk_usage(tmp_path)._replace(free=1000)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
+    with pytest.raises(StoreError, match="No space left"):
+        write_table(sweep, Head(LAYOUT, 0, 2, {}), [arrays_of(0, 2)])
+    assert sweep.read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["s.h5"]
+
+
+def test_threads_may_write_at_once(tmp_path):
+    def write(index):
+        for k in range(5):
+            path = tmp_path / f"{index}-{k}.h5"
+            write_shard(path, Head(LAYOUT, index, 50, {}), arrays_of(index, index + 50))
+
+    threads = [threading.Thread(target=write, args=(i,)) for i in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for path in tmp_path.iterdir():
+        index = int(path.name[0])
+        same(read_table(path).arrays, arrays_of(index, index + 50))
+
+
+HOLDER = """
+import sys
+from pathlib import Path
+from rbstab.store.lock import locked
+with locked(Path(sys.argv[1])):
+    print("held", flush=True)
+    sys.stdin.readline()
+"""
+
+
+def test_the_lock(tmp_path):
+    assert not is_locked(tmp_path)
+    with locked(tmp_path), pytest.raises(FolderInUseError, match="in use"), locked(tmp_path):
+        pass
+    command = [sys.executable, "-c", HOLDER, str(tmp_path)]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as holder:
+        assert holder.stdout.readline() == "held\n"
+        assert is_locked(tmp_path)
+        with pytest.raises(FolderInUseError), locked(tmp_path):
+            pass
+        holder.kill()
+        holder.wait()
+    assert not is_locked(tmp_path)
+    with locked(tmp_path):
+        assert is_locked(tmp_path)

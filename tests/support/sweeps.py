@@ -1,0 +1,62 @@
+"""Plans of many members, and an engine that follows them in no time: its motions are made up."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rbstab.integrate.status import RunStatus
+from rbstab.sweep.engine import Shard, without_result
+from rbstab.sweep.identity import run_ids
+from rbstab.sweep.load import load_plan
+from rbstab.sweep.outcome import COLUMNS, STATUSES
+from rbstab.sweep.plan import Plan
+from support.configs import VISCO_ELASTIC, plain
+
+
+def plan_of(members: int = 60, **changes: Any) -> Plan:
+    """A plan whose initial spin varies along a grid."""
+    spin = {"linspace": [-40, 40, members]}
+    data = {"title": "Fake", "base": plain(VISCO_ELASTIC)}
+    return load_plan({**data, "vary": {"initial.angular_velocity[0]": spin}, **changes})
+
+
+class FakeEngine:
+    """Made up numbers that depend on a member's values alone.
+
+    Args:
+        plan: The plan.
+        delay: What a member takes, s.
+        failing: Members that diverge.
+        raising: Members at which the engine fails as no engine should.
+    """
+
+    def __init__(
+        self, plan: Plan, delay: float = 0.0, failing: Any = (), raising: Any = ()
+    ) -> None:
+        self.plan = plan
+        self.delay = delay
+        self.failing = failing
+        self.raising = raising
+
+    def compute(self, start: int, stop: int) -> Shard:
+        time.sleep(self.delay * (stop - start))
+        if any(start <= member < stop for member in self.raising):
+            raise ZeroDivisionError("made up")
+        found = without_result(stop - start)
+        spin = self.plan.values(start, stop)["initial.angular_velocity[0]"]
+        for k, column in enumerate(COLUMNS):
+            if column.dtype == "f8":
+                found[column.name][:] = np.sin((k + 1) * spin).reshape(-1, *[1] * len(column.shape))
+        found["run_id"] = run_ids(self.plan, start, stop)
+        found["status"][:] = STATUSES.index(RunStatus.COMPLETED)
+        for member in self.failing:
+            if start <= member < stop:
+                found["status"][member - start] = STATUSES.index(RunStatus.DIVERGED)
+        return Shard(found)
+
+
+def shard_files(folder: Path) -> dict[str, bytes]:
+    """The shards of a folder by name."""
+    return {path.name: path.read_bytes() for path in sorted((folder / "shards").glob("*.h5"))}

@@ -1,0 +1,121 @@
+"""Members one by one: each is what the single run of its config is, and fails alone."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from rbstab.config.build import problem_of
+from rbstab.experiment.simulate import simulate
+from rbstab.experiment.summary import summary_of
+from rbstab.integrate.engines import EngineMissingError
+from rbstab.integrate.status import RunStatus
+from rbstab.sweep import engine, single
+from rbstab.sweep.engine import factory_for, fastest, without_result
+from rbstab.sweep.load import load_plan
+from rbstab.sweep.outcome import COLUMNS, STATUSES
+from rbstab.sweep.single import SingleRuns
+
+VARIANTS = Path(__file__).parents[2] / "configs" / "sweeps" / "variants.yaml"
+
+SHORT = ("integration.engine=heyoka", "integration.duration=0.3", "integration.samples=41")
+
+
+@pytest.mark.parametrize("member", [1, 1500, 2001, 3999, 4001])
+def test_a_member_is_its_single_run(member):
+    plan = load_plan(VARIANTS, SHORT)
+    found = {name: v[1] for name, v in SingleRuns(plan).compute(member - 1, member + 1)[0].items()}
+    run = simulate(plan.config_of(member))
+    assert found["run_id"].decode() == run.run_id
+    assert STATUSES[found["status"]] == run.status
+    assert found["steps"] == run.attributes["steps"]
+    for name in ("orientation", "angular_velocity", "position", "velocity"):
+        assert (found[f"final_{name}"] == run[name][-1]).all()
+    own = run["connector_state"][-1] if "connector_state" in run else np.full(3, np.nan)
+    assert np.array_equal(found["final_connector_state"], own, equal_nan=True)
+    summary = summary_of(run)
+    assert (found["lyapunov_start"], found["lyapunov_end"]) == summary[:2]
+    peaks = summary.peak_contact_displacement
+    assert found["peak_contact_displacement"] == pytest.approx(peaks, rel=1e-6, abs=1e-15)
+    assert found["peak_orientation"][1] == pytest.approx(summary.largest_pitch, rel=1e-6)
+    assert found["energy_residual"] == np.abs(run["energy_residual"]).max()
+
+
+def fails_at(member, plan, monkeypatch):
+    """Lets the preparation of a member fail."""
+    title = plan.config_of(member).title
+
+    def failing(config):
+        if config.title == title:
+            raise ZeroDivisionError
+        return problem_of(config)
+
+    monkeypatch.setattr(single, "problem_of", failing)
+
+
+def test_a_member_that_cannot_be_followed_fails_alone(load, monkeypatch):
+    plan = load(
+        "base: free.yaml\nvary:\n  body.mass: {linspace: [40, 50, 4]}\n",
+        "integration.duration=0.02",
+        "integration.samples=3",
+    )
+    before = SingleRuns(plan).compute(0, 4).outcome
+    fails_at(2, plan, monkeypatch)
+    after = SingleRuns(plan).compute(0, 4).outcome
+    others = [0, 1, 3]
+    for column in COLUMNS:
+        assert before[column.name].dtype == after[column.name].dtype == column.dtype
+        assert before[column.name][others].tobytes() == after[column.name][others].tobytes()
+        if column.dtype == "f8":
+            assert np.isnan(after[column.name][2]).all()
+    assert STATUSES[after["status"][2]] is RunStatus.SOLVER_FAILURE
+    assert (after["run_id"] == before["run_id"]).all()
+
+
+def test_ends_are_kept(load):
+    plan = load(
+        """\
+base: visco-elastic.yaml
+vary:
+  initial.angular_velocity[1]: {values: [1, 1e150, 40]}
+""",
+        "integration.step_limit=3",
+        "initial.angular_velocity=[0,0,0]",
+        "integration.rtol=1e-6",
+        "integration.duration=0.1",
+    )
+    found = SingleRuns(plan).compute(0, 3).outcome
+    ends = [STATUSES[code] for code in found["status"]]
+    assert ends == [simulate(plan.config_of(index)).status for index in range(3)]
+    assert RunStatus.STEP_LIMIT in ends
+    assert RunStatus.COMPLETED not in ends
+    assert found["end_time"][0] > 0
+
+
+def test_members_without_result():
+    found = without_result(3)
+    assert list(found) == [column.name for column in COLUMNS]
+    assert {len(values) for values in found.values()} == {3}
+    assert {STATUSES[code] for code in found["status"]} == {RunStatus.SOLVER_FAILURE}
+
+
+def test_which_engine_is_taken(monkeypatch):
+    assert fastest() in ("heyoka", "scipy")
+    assert factory_for("scipy") is SingleRuns
+    ensemble = SimpleNamespace(ensemble_engine=object())
+    with monkeypatch.context() as patch:
+        patch.setattr(engine, "find_spec", lambda _: None)
+        assert factory_for("heyoka") is SingleRuns
+        patch.setattr(engine, "find_spec", lambda _: object())
+        patch.setattr(engine, "import_module", lambda _: ensemble)
+        assert factory_for("heyoka") is ensemble.ensemble_engine
+        assert factory_for("scipy") is SingleRuns
+
+    def missing(name):
+        raise EngineMissingError(name)
+
+    monkeypatch.setattr(engine, "engine", missing)
+    assert fastest() == "scipy"
+    with pytest.raises(EngineMissingError):
+        factory_for("heyoka")

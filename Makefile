@@ -4,6 +4,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+# Tests on all cores; those of a file together, for they share what is made once.
+BY_FILE := --numprocesses auto --dist loadfile
 
 .DEFAULT_GOAL := help
 .PHONY: help install run test test-quick check format bench figures clean
@@ -25,10 +27,10 @@ run: $(READY)  ## run the paper's cases and print their table
 	$(BIN)/rbstab run configs/paper/*.yaml
 
 test: $(READY)  ## all tests
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(BY_FILE)
 
 test-quick: $(READY)  ## the tests for daily use, without those marked slow
-	$(BIN)/python -m pytest -m 'not slow'
+	$(BIN)/python -m pytest $(BY_FILE) -m 'not slow'
 
 check: $(READY)  ## lint, format, types, floors
 	$(BIN)/ruff check .

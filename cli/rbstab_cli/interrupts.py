@@ -12,7 +12,8 @@ def ending_in_order(stop: Event, interrupted: Event) -> Iterator[None]:
     """Lets the first interrupt set both events, and the second one raise `KeyboardInterrupt`.
 
     It must be the last thing that a command does before it ends: once interrupted, further
-    interrupts have no effect behind it. Must be used in the main thread, as interrupts reach no other.
+    interrupts have no effect behind it. It must be used in the main thread, for interrupts reach
+    no other.
     """
 
     def heed(_signal: int, _frame: Any) -> None:

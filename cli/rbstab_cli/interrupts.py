@@ -11,7 +11,9 @@ from typing import Any
 def ending_in_order(stop: Event, interrupted: Event) -> Iterator[None]:
     """Lets the first interrupt set both events, and the second one raise `KeyboardInterrupt`.
 
-    Must be used in the main thread, as interrupts reach no other.
+    It must be the last thing that a command does before it ends: once interrupted, further
+    interrupts have no effect behind it. It must be used in the main thread, for interrupts reach
+    no other.
     """
 
     def heed(_signal: int, _frame: Any) -> None:
@@ -25,4 +27,5 @@ def ending_in_order(stop: Event, interrupted: Event) -> Iterator[None]:
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        # Once interrupted, the process is about to end, and no interrupt should spoil that.
+        signal.signal(signal.SIGINT, signal.SIG_IGN if interrupted.is_set() else before)

@@ -92,7 +92,7 @@ def command(
             folder = output / plan.stem
             name = _engine(engine, folder)
             loaded = _loaded(plan, (*changes, f"integration.engine={name}"))
-            ways = Ways(name, None, threads, shard_size, retry_failed, fail_fast, force)
+            ways = Ways(None, threads, shard_size, retry_failed, fail_fast, force)
             if dry_run:
                 from rbstab_cli.sweep_report import report_estimate
 
@@ -150,17 +150,17 @@ def _sweep(plan: "Plan", folder: Path, ways: "Ways", *, as_json: bool, quiet: bo
 
     stop, interrupted = Event(), Event()
     try:
-        with ending_in_order(stop, interrupted), teller(interrupted, quiet=quiet) as told:
-            done = sweep_to_folder(plan, folder, ways, told, stop)
+        with ending_in_order(stop, interrupted):
+            with teller(interrupted, quiet=quiet) as told:
+                done = sweep_to_folder(plan, folder, ways, told, stop)
+            report_sweep(done, as_json=as_json)
+            if not done.finished:
+                _say_unfinished(done, ways, interrupted=interrupted.is_set())
+            elif not quiet:
+                click.echo(f"-> {done.folder.sweep_file}", err=True)
     except KeyboardInterrupt:
         _end_at_once()
-    report_sweep(done, as_json=as_json)
-    code = _exit_code(done, interrupted=interrupted.is_set())
-    if done.finished and not quiet:
-        click.echo(f"-> {done.folder.sweep_file}", err=True)
-    elif not done.finished:
-        _say_unfinished(done, ways, interrupted=interrupted.is_set())
-    raise click.exceptions.Exit(code)
+    raise click.exceptions.Exit(_exit_code(done, interrupted=interrupted.is_set()))
 
 
 def _end_at_once() -> None:

@@ -98,19 +98,19 @@ def report_estimate(plan: "Plan", path: Path, ways: "Ways", *, as_json: bool) ->
         if not same:
             click.echo(f"{path} holds a different sweep; --force moves it aside", err=True)
     threads = ways.threads or processors()
-    factory = ways.factory or factory_for(ways.engine)
-    found = estimate(plan, plan.members - done, ways.engine, factory, threads)
+    factory = ways.factory or factory_for(plan.engine)
+    found = estimate(plan, plan.members - done, factory, threads)
     if as_json:
         from rbstab_cli.json_output import print_json
 
-        facts = {"folder": str(path), "engine": ways.engine, "threads": threads}
+        facts = {"folder": str(path), "engine": plan.engine, "threads": threads}
         print_json(facts | {"members": plan.members, "done": done} | found._asdict())
         return
     parent = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
     free = shutil.disk_usage(parent).free
     rows = {
         "folder": str(path),
-        "engine": f"{ways.engine}, {threads} threads",
+        "engine": f"{plan.engine}, {threads} threads",
         "members": " x ".join(map(str, plan.dimensions.values())) + f" = {plan.members}",
         "done": str(done),
         "time": f"about {duration(found.seconds)}",

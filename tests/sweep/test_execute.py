@@ -3,6 +3,7 @@
 import functools
 import json
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -20,12 +21,12 @@ from rbstab.config.load import run_id
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
 from rbstab.store.lock import FolderInUseError, locked
 from rbstab.store.table_file import read_table
-from rbstab.sweep import sweep
 from rbstab.sweep.execute import ShardDone, Trouble
 from rbstab.sweep.folder import open_folder
 from rbstab.sweep.gather import counts_by_status, sweep_summary
 from rbstab.sweep.layout import varied_layout
 from rbstab.sweep.load import load_plan
+from rbstab.sweep.single import SingleRuns
 from rbstab.sweep.sweep import Started, Ways, sweep_to_folder
 
 
@@ -52,9 +53,9 @@ class Listener:
 
 
 def swept(path, plan=None, listener=None, factory=FakeEngine, **ways):
-    """Sweeps with an engine that is called scipy, so that nothing is repeated as a single run."""
+    """Sweeps a plan whose engine is scipy by name, so that nothing is repeated as a single run."""
     listener = listener or Listener()
-    ways = Ways("scipy", **{"factory": factory, "shard_size": 10, "threads": 2, **ways})
+    ways = Ways(**{"factory": factory, "shard_size": 10, "threads": 2, **ways})
     return sweep_to_folder(plan or plan_of(), path, ways, listener, listener.stop)
 
 
@@ -201,6 +202,27 @@ def test_a_damaged_manifest(tmp_path):
     assert swept(path, force=True).finished
 
 
+def test_what_somebody_has_removed_comes_back(tmp_path):
+    path = tmp_path / "a"
+    swept(path)
+    before = shard_files(path)
+    shutil.rmtree(path / "shards")
+    (path / "plan.yaml").unlink()
+    assert swept(path).finished
+    assert shard_files(path) == before
+    assert (path / "plan.yaml").read_text() == read_table(path / "sweep.h5")["plan"].item()
+
+
+def test_other_versions_are_told(tmp_path, monkeypatch):
+    swept(tmp_path / "a")
+    monkeypatch.setattr(np, "__version__", "99.0")
+    listener = Listener()
+    swept(tmp_path / "a", listener=listener)
+    (changed,) = listener.of(Started)[0].changed
+    assert changed.startswith("numpy ")
+    assert changed.endswith(" -> 99.0")
+
+
 def test_killed_before_the_manifest_was_there(tmp_path):
     path = tmp_path / "a"
     (path / "shards").mkdir(parents=True)
@@ -280,7 +302,7 @@ def test_an_error_of_whoever_listens_loses_nothing(tmp_path, error):
             raise error
 
     slow = functools.partial(FakeEngine, delay=1e-3)
-    ways = Ways("scipy", factory=slow, shard_size=10, threads=2)
+    ways = Ways(factory=slow, shard_size=10, threads=2)
     with pytest.raises(error):
         sweep_to_folder(plan_of(), tmp_path / "a", ways, told)
     time.sleep(0.05)
@@ -298,16 +320,16 @@ def test_a_full_disk_stops_the_sweep(tmp_path, monkeypatch):
     assert swept(tmp_path / "a").finished
 
 
-def quick():
+def quick(**integration):
     """A base whose single run takes some milliseconds."""
     base = plan_of(1).templates["visco-elastic"]
-    return {**base, "integration": {"duration": 0.02, "samples": 3, "rtol": 1e-6}}
+    return {**base, "integration": {"duration": 0.02, "samples": 3, "rtol": 1e-6, **integration}}
 
 
 def test_real_members(tmp_path):
     """The single runs themselves, and their check: engines are independent of each other."""
     plan = plan_of(20, base=quick())
-    done = sweep_to_folder(plan, tmp_path / "a", Ways("scipy", threads=2))
+    done = sweep_to_folder(plan, tmp_path / "a", Ways(threads=2))
     table = read_table(done.folder.sweep_file)
     assert set(table.words("status")) == {"completed"}
     assert np.isfinite(table["final_position"]).all()
@@ -317,12 +339,12 @@ def test_real_members(tmp_path):
 
 def test_the_check_finds_what_is_wrong(tmp_path, monkeypatch):
     monkeypatch.setattr("rbstab.sweep.check.SHARE", 7)
-    plan = plan_of(20, base=quick())
-    ways = Ways("heyoka", factory=sweep.factory_for("scipy"), shard_size=8)
+    plan = plan_of(20, base=quick(engine="heyoka"))
+    ways = Ways(lambda plan: SingleRuns(plan, "scipy"), shard_size=8)
     check = sweep_to_folder(plan, tmp_path / "a", ways).check
     assert (len(check.members), check.unlike) == (3, 0)
     assert set(check.differences.values()) == {0.0}
-    wrong = sweep_to_folder(plan, tmp_path / "b", Ways("heyoka", factory=FakeEngine)).check
+    wrong = sweep_to_folder(plan, tmp_path / "b", Ways(FakeEngine)).check
     assert wrong.members == check.members
     assert wrong.unlike == 3  # the made up motion settles, and that of 0.02 s does not
     table = read_table(tmp_path / "b" / "sweep.h5")
@@ -336,12 +358,13 @@ import functools, sys
 from pathlib import Path
 from support.configs import FREE, plain
 from support.sweeps import FakeEngine, plan_of
+from rbstab.sweep.single import SingleRuns
 from rbstab.sweep.sweep import ShardDone, Ways, sweep_to_folder
 def told(event):
     if isinstance(event, ShardDone):
         print(event.number, flush=True)
 factory = functools.partial(FakeEngine, delay=float(sys.argv[2]))
-ways = Ways("scipy", factory=factory, shard_size=50, threads=2)
+ways = Ways(factory=factory, shard_size=50, threads=2)
 sweep_to_folder(plan_of(1500), Path(sys.argv[1]), ways, told)
 """
 
@@ -388,7 +411,8 @@ def test_killed_at_fifty_random_instants(tmp_path):
 
 
 def test_variants_and_axes_of_a_plan_in_its_file(tmp_path):
-    plan = load_plan(Path(__file__).parents[2] / "configs" / "sweeps" / "variants.yaml")
+    path = Path(__file__).parents[2] / "configs" / "sweeps" / "variants.yaml"
+    plan = load_plan(path, ["integration.engine=scipy"])
     done = swept(tmp_path / "a", plan, shard_size=1024)
     table = rbstab.open_sweep(done.folder.sweep_file)
     assert table.words("controller_variant")[[0, 1000, 4999]].tolist() == [

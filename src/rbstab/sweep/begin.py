@@ -38,14 +38,13 @@ class Begun(NamedTuple):
 
 @contextmanager
 def begun(
-    path: Path, plan: Plan, engine: str, shard_size: int | None, *, force: bool = False
+    path: Path, plan: Plan, shard_size: int | None, *, force: bool = False
 ) -> Iterator[Begun]:
     """The folder of a plan, made where it is not there, and locked.
 
     Args:
         path: The folder.
         plan: The plan.
-        engine: What follows its members.
         shard_size: Members of a shard; default that of the folder, or a good one.
         force: Move a different sweep of that name aside.
 
@@ -55,7 +54,7 @@ def begun(
         StoreError: The folder cannot be written.
     """
     aside = None
-    wanted = _manifest(plan, engine, shard_size)
+    wanted = _manifest(plan, shard_size)
     while True:
         with _made(path):
             different = _difference(path, wanted, fixed_size=shard_size is not None)
@@ -84,11 +83,11 @@ def good_shard_size(members: int, engine: str) -> int:
     return min(4096, max(64, members // 64 // 64 * 64))
 
 
-def _manifest(plan: Plan, engine: str, shard_size: int | None) -> Manifest:
-    size = shard_size or good_shard_size(plan.members, engine)
-    known = provenance(engine)
+def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
+    size = shard_size or good_shard_size(plan.members, plan.engine)
+    known = provenance(plan.engine)
     versions = {name: known[name] for name in known if name not in ("created", "commit")}
-    return Manifest(plan_id(plan), plan.title, plan.members, size, engine, versions)
+    return Manifest(plan_id(plan), plan.title, plan.members, size, plan.engine, versions)
 
 
 @contextmanager
@@ -131,12 +130,14 @@ def _changed(path: Path, new: Manifest) -> tuple[str, ...]:
 
 def _ready(path: Path, plan: Plan, manifest: Manifest) -> SweepFolder:
     """The folder with all that belongs there, and nothing that a killed process has left."""
-    if not (path / MANIFEST).exists():
-        try:
-            (path / SHARDS).mkdir(exist_ok=True)
+    begins = not (path / MANIFEST).exists()
+    try:
+        (path / SHARDS).mkdir(exist_ok=True)
+        if begins or not (path / PLAN_FILE).exists():
             write_whole(path / PLAN_FILE, plan_yaml(plan).encode(), replace=True)
-        except OSError as error:
-            raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+    except OSError as error:
+        raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+    if begins:
         # The last thing: without it the folder counts as empty.
         write_document(path / MANIFEST, asdict(manifest))
     for place in (path, path / SHARDS):

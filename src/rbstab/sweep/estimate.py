@@ -28,23 +28,20 @@ class Estimate(NamedTuple):
     bytes: int
 
 
-def estimate(
-    plan: Plan, remaining: int, engine: str, factory: EngineFactory, threads: int
-) -> Estimate:
+def estimate(plan: Plan, remaining: int, factory: EngineFactory, threads: int) -> Estimate:
     """Follows some members from the middle of a plan, and tells what the rest will take.
 
     Args:
         plan: The plan.
         remaining: Members that are not done.
-        engine: The name of the engine.
-        factory: Makes it.
+        factory: Makes the engine.
         threads: How many there will be.
     """
     if not remaining:
         return Estimate(0.0, 0.0, bytes_of(plan))
     seconds = remaining * _seconds_per_member(plan, factory(plan)) / min(threads, remaining)
     check_seconds = 0.0
-    if engine != ENGINE:
+    if plan.engine != ENGINE:
         single = _timed(SingleRuns(plan, ENGINE), plan.members // 2, 1)
         check_seconds = single * -(-plan.members // SHARE)
     return Estimate(seconds, check_seconds, bytes_of(plan))

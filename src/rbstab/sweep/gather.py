@@ -15,8 +15,9 @@ from rbstab.store.result import Variable
 from rbstab.store.table import Head
 from rbstab.store.table_file import read_table, write_table
 from rbstab.sweep.check import Check
+from rbstab.sweep.dump import plan_yaml
 from rbstab.sweep.execute import Survey
-from rbstab.sweep.folder import PLAN_FILE, SweepFolder
+from rbstab.sweep.folder import SweepFolder
 from rbstab.sweep.layout import OUTCOME, grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.outcome import STATUSES
 from rbstab.sweep.plan import Plan
@@ -66,8 +67,8 @@ def gather(plan: Plan, folder: SweepFolder, shards_digest: str, check: Check | N
     extras = grid_extras(plan)
     if check is not None and check.differences:
         extras |= _check_extras(check)
-    text = (folder.path / PLAN_FILE).read_text(encoding="utf-8")
-    extras["plan"] = Variable((), np.array(text, dtype=object), "", "resolved plan, YAML")
+    text = np.array(plan_yaml(plan), dtype=object)
+    extras["plan"] = Variable((), text, "", "resolved plan, YAML")
     layout = varied_layout(plan) | OUTCOME
     head = Head(layout, 0, manifest.members, attributes, extras)
     write_table(folder.sweep_file, head, _parts(plan, folder))

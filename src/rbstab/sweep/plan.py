@@ -59,6 +59,11 @@ class Plan:
         return tuple(self.bases)
 
     @property
+    def engine(self) -> str:
+        """The engine of all members, as the base says."""
+        return next(iter(self.bases.values())).integration.engine
+
+    @property
     def dimensions(self) -> dict[str, int]:
         """The axes along which members are counted, slowest first, with their lengths.
 

@@ -58,11 +58,10 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Ways:
-    """How a sweep is done. None of it but the engine shows in the results.
+    """How a sweep is done; nothing of it shows in the results.
 
     Args:
-        engine: That of the plan's base; what is stored as the engine of the sweep.
-        factory: Follows the members; default what belongs to the engine.
+        factory: Follows the members; default what belongs to the engine of the plan.
         threads: How many; default as many as there are processors.
         shard_size: Members of a shard; default that of the folder, or a good one.
         retry_failed: Compute shards with members that failed once more.
@@ -70,7 +69,6 @@ class Ways:
         force: Move a different sweep of the same name aside.
     """
 
-    engine: str
     factory: EngineFactory | None = None
     threads: int | None = None
     shard_size: int | None = None
@@ -82,7 +80,7 @@ class Ways:
 def sweep_to_folder(
     plan: Plan,
     path: Path,
-    ways: Ways,
+    ways: Ways | None = None,
     told: Callable[[Happening | None], None] = lambda _: None,
     stop: Event | None = None,
 ) -> Sweep:
@@ -91,7 +89,7 @@ def sweep_to_folder(
     Args:
         plan: The plan.
         path: The folder of the sweep.
-        ways: How.
+        ways: How, other than by default.
         told: Called in this thread for everything that happens, and with None now and then.
         stop: May be set, by any thread, to end after the shards that are being computed.
 
@@ -101,8 +99,9 @@ def sweep_to_folder(
         StoreError: Something cannot be written or read; EngineMissingError.
     """
     stop = stop or Event()
-    factory = ways.factory or factory_for(ways.engine)
-    with begun(path, plan, ways.engine, ways.shard_size, force=ways.force) as place:
+    ways = ways or Ways()
+    factory = ways.factory or factory_for(plan.engine)
+    with begun(path, plan, ways.shard_size, force=ways.force) as place:
         folder, before = place.folder, survey_of(place.folder)
         survey = before.without_failed() if ways.retry_failed else before
         told(Started(folder, survey, place.kept_aside, place.changed))
@@ -114,7 +113,7 @@ def sweep_to_folder(
             return Sweep(folder, survey, None, finished=False)
         digest = digest_of_shards(survey)
         check = None
-        if ways.engine != ENGINE:
+        if plan.engine != ENGINE:
             check = check_of(plan, folder, digest, stop, lambda *count: told(Checking(*count)))
             if check is None:
                 return Sweep(folder, survey, None, finished=False)

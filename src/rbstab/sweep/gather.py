@@ -14,6 +14,7 @@ from rbstab.store.errors import NotAResultError
 from rbstab.store.result import Variable
 from rbstab.store.table import Head
 from rbstab.store.table_file import read_table, write_table
+from rbstab.sweep.certified import COLUMN, Certified
 from rbstab.sweep.check import Check
 from rbstab.sweep.dump import plan_yaml
 from rbstab.sweep.execute import Survey
@@ -69,17 +70,20 @@ def gather(plan: Plan, folder: SweepFolder, shards_digest: str, check: Check | N
         extras |= _check_extras(check)
     text = np.array(plan_yaml(plan), dtype=object)
     extras["plan"] = Variable((), text, "", "resolved plan, YAML")
-    layout = varied_layout(plan) | OUTCOME
+    layout = varied_layout(plan) | OUTCOME | {"convergence": COLUMN}
     head = Head(layout, 0, manifest.members, attributes, extras)
     write_table(folder.sweep_file, head, _parts(plan, folder))
 
 
 def _parts(plan: Plan, folder: SweepFolder) -> Iterator[dict[str, Array]]:
+    certified = Certified(plan, folder.path.parent)
     for number in range(folder.shards):
         table = folder.read(number)
         if table is None:
             raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
-        yield varied_arrays(plan, *folder.bounds(number)) | dict(table.arrays)
+        bounds, arrays = folder.bounds(number), dict(table.arrays)
+        convergence = certified.of(*bounds, arrays["lyapunov_start"])
+        yield varied_arrays(plan, *bounds) | arrays | {"convergence": convergence}
 
 
 def _check_extras(check: Check) -> dict[str, Variable]:

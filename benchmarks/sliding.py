@@ -10,7 +10,7 @@ from rbstab.integrate.filippov import FilippovDriver
 from rbstab.integrate.heyoka_flow import HeyokaFlow
 from rbstab.integrate.problem import Problem
 
-CASE = "configs/examples/sliding_position_strong.yaml"
+CASE = "configs/examples/sliding/position_exact_20000.yaml"
 SETTINGS = ["integration.duration=4", "integration.samples=1001"]
 SWITCHES = 100_000
 

@@ -27,7 +27,7 @@ ROUND_OFF = 1e-12
 DERIVATIVE_TOLERANCE = 1e-9
 """Of the largest power that is in the sum: the formula of v' and ∇v·f agree to round-off."""
 
-MOST_DERIVATIVES = 101
+MOST_DERIVATIVES = 51
 """Samples at which ∇v·f is taken, evenly spaced: more would cost more than the integration."""
 
 

@@ -3,20 +3,21 @@
 import hashlib
 import json
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from rbstab.analysis.boxes import Boxes, hulls
-from rbstab.analysis.certified_region import CertifiedRegion, certified_region
-from rbstab.analysis.reduced_energy import NoReducedEnergy
-from rbstab.analysis.rest_states import RestPoint, RestStates, rest_states
 from rbstab.config.build import problem_of
 from rbstab.config.load import resolved
 from rbstab.config.schema import Config
 from rbstab.experiment.switching_record import resting_system
 from rbstab.mechanics.numbers import Array
+
+if TYPE_CHECKING:
+    from rbstab.analysis.boxes import Boxes
+    from rbstab.analysis.certified_region import CertifiedRegion
+    from rbstab.analysis.rest_states import RestPoint, RestStates
 
 PROOF_VERSION = 1
 """Raised whenever the way of proving changes what is found: older proofs are then made again."""
@@ -103,6 +104,11 @@ def prove(config: Config, *, search_only: bool = False) -> Proof:
         config: The config; its initial state and its integration are not looked at.
         search_only: Whether to leave out the proof.
     """
+    # Imported late: a run reads proofs, and hardly ever makes one.
+    from rbstab.analysis.certified_region import certified_region
+    from rbstab.analysis.reduced_energy import NoReducedEnergy
+    from rbstab.analysis.rest_states import rest_states
+
     begin = time.perf_counter()
     identity = proof_id(config)
     try:
@@ -152,8 +158,10 @@ def _nothing(identity: str, why: str, seconds: float) -> Proof:
 
 
 def _proof(
-    identity: str, found: RestStates, region: CertifiedRegion | None, seconds: float
+    identity: str, found: "RestStates", region: "CertifiedRegion | None", seconds: float
 ) -> Proof:
+    from rbstab.analysis.boxes import hulls
+
     undecided = hulls(found.undecided)
     ends = zip(undecided.low.tolist(), undecided.high.tolist(), strict=True)
     return Proof(
@@ -169,7 +177,7 @@ def _proof(
     )
 
 
-def _state(point: RestPoint) -> ProvedState:
+def _state(point: "RestPoint") -> ProvedState:
     rest, box = point.state, point.enclosure
     return ProvedState(
         orientation=_triple(rest.motion.Theta),
@@ -182,7 +190,7 @@ def _state(point: RestPoint) -> ProvedState:
     )
 
 
-def _region(region: CertifiedRegion) -> ProvedRegion:
+def _region(region: "CertifiedRegion") -> ProvedRegion:
     return ProvedRegion(
         energy=region.energy,
         level=region.level,
@@ -199,7 +207,7 @@ def _face_name(face: Any) -> str:
     return f"θ{axis + 1} = {'-' if sign < 0 else ''}{end}"
 
 
-def _corners(box: Boxes) -> tuple[Triple, Triple]:
+def _corners(box: "Boxes") -> tuple[Triple, Triple]:
     return _triple(box.low[0]), _triple(box.high[0])
 
 

@@ -11,6 +11,7 @@ from rbstab.store.digest import digest_of
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.opening import array_of, check_version, opened, plain
 from rbstab.store.result import SCHEMA_VERSION, Result, Variable, beside
+from rbstab.store.seal import check_seal, has_seal, sealed
 
 TEXT = h5py.string_dtype("utf-8")
 
@@ -32,7 +33,7 @@ def write_result(path: str | Path, result: Result, *, replace: bool = False) -> 
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, _image(result), replace=replace)
+        write_whole(path, sealed(_image(result)), replace=replace)
     except FileExistsError as error:
         # mkdir's word for a file where a folder should be.
         raise StoreError(f"{path} cannot be written: Not a directory") from error
@@ -50,6 +51,10 @@ def open_result(path: str | Path) -> Result:
         StoreError: It cannot be opened.
     """
     path = Path(path)
+    # Before HDF5 sees it. A file that another program has changed has none any more, and older ones
+    # never had: of these the digest among the attributes says whether they are whole.
+    if has_seal(path):
+        check_seal(path)
     with opened(path) as file:
         return _read(path, file)
 

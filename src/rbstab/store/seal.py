@@ -34,6 +34,22 @@ def sealed(content: bytes) -> bytes:
     return content + _MARK + hashlib.sha256(content).hexdigest().encode() + b"\n"
 
 
+def has_seal(path: Path) -> bool:
+    """Whether a file ends with a seal, right or wrong, or with what is left of one.
+
+    Raises:
+        StoreError: It cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            size = file.seek(0, 2)
+            file.seek(max(0, size - SEAL_SIZE))
+            end = file.read()
+            return _MARK in end or any(end.endswith(_MARK[:n]) for n in range(2, len(_MARK)))
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+
+
 def check_seal(path: Path) -> None:
     """Reads a file and checks its seal.
 

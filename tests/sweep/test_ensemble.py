@@ -172,3 +172,20 @@ def test_sliding_members_are_run_alone():
     found = engine.compute(0, 2).outcome
     assert engine.alone.indices == [0, 1]
     assert (found["status"] == STATUSES.index("completed")).all()
+
+
+def test_members_near_the_end_of_the_range_that_do_not_leave_it_are_kept():
+    base = paper_config("free", False, initial={"angular_velocity": [0, 0, 0]}, **SHORT)
+    vary = {"initial.angular_velocity[1]": {"linspace": [20, 32, 97]}}
+    plan = load_plan({"base": base, "vary": vary})
+    engine = engine_of(plan)
+    found = engine.compute(0, 97).outcome
+    completed = found["status"] == STATUSES.index("completed")
+    near = found["peak_orientation"][:, 1] > 1.45
+    assert (completed & near).any()
+    assert engine.alone.indices == np.flatnonzero(~completed).tolist()
+    for index in np.flatnonzero(near & completed)[:3].tolist():
+        expected = outcome_alone(plan, index)
+        assert expected["status"][0] == STATUSES.index("completed")
+        for name in ("final_orientation", "peak_orientation", "smallest_regularity"):
+            assert found[name][index] == pytest.approx(expected[name][0], abs=1e-7), name

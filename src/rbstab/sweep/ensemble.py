@@ -1,8 +1,8 @@
 """The fast engine of members: whole shards through compiled batches.
 
-A member that the batches do not follow to the end, or that comes so close to the end of the range
-that its samples cannot tell whether it left, is run once more as a single run, which knows how it
-ends. So are sliding members.
+A member that the batches do not follow to the end is run once more as a single run, which knows how
+it ends; so are sliding members. One that comes so close to the end of the range that its samples
+cannot tell whether it left is integrated once more alone, for its status.
 """
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.integrate.ensemble import Ensemble
+from rbstab.integrate.heyoka_engine import integrate
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.binding import Binding
@@ -60,8 +61,10 @@ class EnsembleEngine:
             rows = np.flatnonzero(of_variant)
             for first in range(0, len(rows), CHUNK):
                 chunk = rows[first : first + CHUNK]
-                outcome, sound = structure.outcome({k: v[chunk] for k, v in values.items()})
-                alone[chunk] = ~sound
+                outcome, done, near = structure.outcome({k: v[chunk] for k, v in values.items()})
+                left = [not self._completes(start + row) for row in chunk[done & near].tolist()]
+                alone[chunk] = ~done
+                alone[chunk[done & near]] = left
                 for name, column in outcome.items():
                     found[name][chunk] = column
         for row in np.flatnonzero(alone).tolist():
@@ -69,6 +72,10 @@ class EnsembleEngine:
             for name, column in self.alone.compute(member, member + 1).outcome.items():
                 found[name][row] = column[0]
         return Shard(found)
+
+    def _completes(self, member: int) -> bool:
+        problem = problem_of(self.plan.config_of(member))
+        return integrate(problem).status is RunStatus.COMPLETED
 
 
 class _Structure:
@@ -79,7 +86,6 @@ class _Structure:
         self.problem = self.binding.problem
         problem, varies = self.problem, self.binding.varies
         self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies)
-        self.largest_angle = float(np.arccos(self.problem.range_bound))
         self.rest_energy = self._common_rest_energy()
         self.stored = RestEnergies(problem.system) if self.rest_energy is None else None
 
@@ -92,8 +98,8 @@ class _Structure:
         # Without a load every unloaded position is at rest, and stores nothing.
         return 0.0 if light else None
 
-    def outcome(self, values: dict[str, Array]) -> tuple[dict[str, Array], Array]:
-        """The columns of some members, and which of them are sound."""
+    def outcome(self, values: dict[str, Array]) -> tuple[dict[str, Array], Array, Array]:
+        """The columns of some members, which were followed, and which came near the range's end."""
         parameters, starts = self.binding.of(values)
         motions = self.ensemble.run(parameters, starts)
         observed = self.ensemble.observe(parameters, motions)
@@ -102,10 +108,10 @@ class _Structure:
         traces = self._traces(motions.states, observed, energy, residual)
         with np.errstate(all="ignore"):
             outcome = outcome_of(traces)
-            sound = motions.done & (self._largest_pitch(traces) < NEAR_THE_END)
-        outcome["status"] = np.full(len(sound), STATUSES.index(RunStatus.COMPLETED))
+            near = ~(self._largest_pitch(traces) < NEAR_THE_END)
+        outcome["status"] = np.full(len(near), STATUSES.index(RunStatus.COMPLETED))
         outcome["steps"] = motions.steps
-        return outcome, sound
+        return outcome, motions.done, near
 
     def _rest_energies(self, values: dict[str, Array], parameters: Array) -> Array:
         if self.rest_energy is not None:

@@ -10,6 +10,7 @@ from rbstab.sweep.binding import Binding
 from rbstab.sweep.ensemble import EnsembleEngine
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.outcome import COLUMNS, STATUSES
+from rbstab.sweep.rest_energies import RestEnergies
 from rbstab.sweep.single import SingleRuns
 
 SHORT = {"duration": 0.4, "samples": 21, "rtol": 1e-10, "engine": "heyoka"}
@@ -189,3 +190,40 @@ def test_members_near_the_end_of_the_range_that_do_not_leave_it_are_kept():
         assert expected["status"][0] == STATUSES.index("completed")
         for name in ("final_orientation", "peak_orientation", "smallest_regularity"):
             assert found[name][index] == pytest.approx(expected[name][0], abs=1e-7), name
+
+
+def test_a_member_that_diverges_is_told():
+    plan = plan_of(vary={"initial.velocity[0]": {"values": [0.0, 1e200, 1.0]}}, members=9)
+    engine = engine_of(plan)
+    found = engine.compute(0, 9).outcome
+    huge = plan.values(0, 9)["initial.velocity[0]"] > 1
+    assert 0 < huge.sum() < 9
+    assert engine.alone.indices == np.flatnonzero(huge).tolist()
+    completed = found["status"] == STATUSES.index("completed")
+    assert completed.tolist() == (~huge).tolist()
+
+
+@pytest.mark.parametrize("samples", [5, 9, 21])
+def test_who_leaves_the_range_between_samples_is_found(samples):
+    base = paper_config(
+        "free", False, initial={"angular_velocity": [0, 0, 0]}, **{**SHORT, "samples": samples}
+    )
+    vary = {"initial.angular_velocity[1]": {"linspace": [20, 60, 21]}}
+    plan = load_plan({"base": base, "vary": vary})
+    found = engine_of(plan).compute(0, 21).outcome
+    expected = [outcome_alone(plan, index)["status"][0] for index in range(21)]
+    assert found["status"].tolist() == expected
+    assert len(set(expected)) == 2
+
+
+def test_rest_energies_that_are_not_found_at_once_are_looked_for(monkeypatch):
+    plan = plan_of(vary=VARIED["gains"], members=4)
+    expected = engine_of(plan).compute(0, 4).outcome
+
+    def nothing(_, parameters):
+        count = parameters.shape[1]
+        return np.full(count, 1e9), np.zeros(count, dtype=bool)
+
+    monkeypatch.setattr(RestEnergies, "of", nothing)
+    found = engine_of(plan).compute(0, 4).outcome
+    assert found["lyapunov_start"] == pytest.approx(expected["lyapunov_start"], rel=1e-9)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.rest import inverted_pendulum
 from support.systems import VARIANTS, random_system
 
 from rbstab.analysis.rest_state import nearest_rest_state
@@ -36,3 +37,15 @@ def test_an_unloaded_body_rests_at_once_and_a_broken_one_is_not_found():
     assert found.tolist() == [True, True, False]
     assert energies[1] == 0.0
     assert energies[0] < 0
+
+
+def test_a_place_at_rest_that_is_no_minimum_is_not_taken():
+    """A body that stands on its contact point, balanced: there the gradient is zero."""
+    standing = inverted_pendulum([5.0, 5.0, 5.0], 20.0)
+    parameters = parameter_values(standing)[:, None]
+    _, found = RestEnergies(standing).of(parameters)
+    assert found.tolist() == [False]
+    firm = inverted_pendulum([50.0, 50.0, 50.0], 20.0)
+    energies, found = RestEnergies(firm).of(parameter_values(firm)[:, None])
+    assert found.tolist() == [True]
+    assert energies[0] == pytest.approx(nearest_rest_state(firm).energy)

@@ -108,7 +108,9 @@ def test_nothing_done_is_redone(tmp_path):
     listener = Listener()
     assert swept(tmp_path / "a", listener=listener, shard_size=None).finished
     assert [type(event) for event in listener.events] == [Started]
-    assert (tmp_path / "a" / "sweep.h5").stat() == before
+    after = (tmp_path / "a" / "sweep.h5").stat()
+    # Reading it moves the time of the last access alone.
+    assert (after.st_ino, after.st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
 
 
 @pytest.mark.parametrize("harm", ["flip", "cut", "empty", "swap", "remove", "other"])

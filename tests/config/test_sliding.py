@@ -71,3 +71,11 @@ def test_a_step_longer_than_the_samples_are_apart_is_warned_of(load):
         text = edited("  K_t:", f"  law: {{implicit: {h}}}\n  K_t:", TEXT)
         config = load(text, "integration.duration=1", "integration.samples=101")
         assert any("steps of 0.01 s are made" in line for line in warnings_of(config)) == warned
+
+
+def test_a_misspelt_law_is_the_one_that_it_resembles(complaints):
+    found = complaints(edited("  K_t:", "  law: {implict: 1.0e-3}\n  K_t:", TEXT))
+    assert any(
+        "controller.law.implict: is unknown (did you mean implicit?)" in line for line in found
+    )
+    assert not any("boundary_layer" in line for line in found)

@@ -227,3 +227,19 @@ def test_rest_energies_that_are_not_found_at_once_are_looked_for(monkeypatch):
     monkeypatch.setattr(RestEnergies, "of", nothing)
     found = engine_of(plan).compute(0, 4).outcome
     assert found["lyapunov_start"] == pytest.approx(expected["lyapunov_start"], rel=1e-9)
+
+
+def test_members_that_are_projected_are_run_alone():
+    held = {"coordinates": "manifold", "drift_control": "projection"}
+    plan = plan_of("permanent", members=2, samples=3, duration=0.02, **held)
+    engine = engine_of(plan)
+    found = engine.compute(0, 2).outcome
+    assert engine.alone.indices == [0, 1]
+    assert (found["status"] == STATUSES.index("completed")).all()
+
+
+def test_the_step_limit_of_a_member_is_that_of_a_single_run():
+    plan = plan_of(members=3, step_limit=5)
+    found = engine_of(plan).compute(0, 3).outcome
+    assert (found["status"] == STATUSES.index("step limit")).all()
+    assert (found["steps"] == 5).all()

@@ -1,5 +1,6 @@
 """What every mapping of a config is made of."""
 
+from difflib import get_close_matches
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -37,7 +38,9 @@ def word_or_section(
     if isinstance(value, tuple(by_key.values())) or (isinstance(value, str) and value in words):
         return value
     if isinstance(value, dict):
-        named = next((by_key[key] for key in value if key in by_key), sections[0][0])
+        # A key that is only misspelt says which section is meant, too.
+        close = [match for key in value for match in get_close_matches(str(key), by_key, n=1)]
+        named = by_key[close[0]] if close else sections[0][0]
         return named.model_validate(value)
     if isinstance(value, str):
         raise complaint(f"'{value}' is unknown", expected)

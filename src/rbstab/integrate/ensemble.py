@@ -75,7 +75,6 @@ class Ensemble:
             tol=tolerance,
         )
         self.grid = np.repeat(times[:, np.newaxis], self.batch, axis=1)
-        self.parts = len(system.parts)
         seen = symbolic.observe(y[: system.size])
         motion = seen.motion
         energies = [hy.expression(0.0) + entry for entry in seen.energy.tolist()]

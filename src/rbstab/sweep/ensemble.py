@@ -1,8 +1,9 @@
 """The fast engine of members: whole shards through compiled batches.
 
-A member that the batches do not follow to the end is run once more as a single run, which knows how
-it ends; so are sliding members. One that comes so close to the end of the range that its samples
-cannot tell whether it left is integrated once more alone, for its status.
+A member that the batches do not follow to the end, or not within its step limit, is run once more as
+a single run, which knows how it ends; so are members that slide or are projected. One that comes so
+close to the end of the range that its samples cannot tell whether it left is integrated once more
+alone, for its status.
 """
 
 import numpy as np
@@ -11,6 +12,7 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.integrate.ensemble import Ensemble
 from rbstab.integrate.heyoka_engine import integrate
+from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.binding import Binding
@@ -45,7 +47,9 @@ class EnsembleEngine:
         self.plan = plan
         self.alone = alone
         self.structures = {
-            variant: _Structure(plan, variant) for variant in plan.variants if variant != "sliding"
+            variant: _Structure(plan, variant)
+            for variant in plan.variants
+            if _in_batches(problem_of(plan.base_of(variant)))
         }
 
     def compute(self, start: int, stop: int) -> Shard:
@@ -76,6 +80,11 @@ class EnsembleEngine:
     def _completes(self, member: int) -> bool:
         problem = problem_of(self.plan.config_of(member))
         return integrate(problem).status is RunStatus.COMPLETED
+
+
+def _in_batches(problem: Problem) -> bool:
+    """Whether nothing has to be done between the steps: no switching, no projection."""
+    return problem.switching is None and not problem.project
 
 
 class _Structure:
@@ -111,7 +120,8 @@ class _Structure:
             near = ~(self._largest_pitch(traces) < NEAR_THE_END)
         outcome["status"] = np.full(len(near), STATUSES.index(RunStatus.COMPLETED))
         outcome["steps"] = motions.steps
-        return outcome, motions.done, near
+        done = motions.done & (motions.steps <= self.problem.step_limit)
+        return outcome, done, near
 
     def _rest_energies(self, values: dict[str, Array], parameters: Array) -> Array:
         if self.rest_energy is not None:

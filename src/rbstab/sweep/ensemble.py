@@ -1,9 +1,9 @@
 """The fast engine of members: whole shards through compiled batches.
 
-A member that the batches do not follow to the end, or not within its step limit, is run once more as
-a single run, which knows how it ends; so are members that slide or are projected. One that comes so
-close to the end of the range that its samples cannot tell whether it left is integrated once more
-alone, for its status.
+A member that the batches do not follow to the end, or not within its step limit, is run once more
+as a single run, which knows how it ends; so are members that slide or are projected. One that comes
+so close to the end of the range that its samples cannot tell whether it left is integrated once
+more alone, for its status.
 """
 
 import numpy as np

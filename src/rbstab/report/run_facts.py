@@ -1,11 +1,9 @@
-"""What a report says of a run in numbers, each found once."""
+"""What a report says of a run beside its arrays, each found once."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
 
 from rbstab.analysis.certificate import Verdict
 from rbstab.experiment.certified import proved_checks
@@ -13,9 +11,8 @@ from rbstab.experiment.kept_proofs import kept_proof, proof_path
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
 from rbstab.experiment.stored_config import stored_data
-from rbstab.experiment.summary import Comparison, Summary, comparisons_of, summary_of
+from rbstab.experiment.summary import Comparison, comparisons_of
 from rbstab.report.sources import Run
-from rbstab.sweep.outcome import settling_times
 
 REGION = "certified region"
 """The line of a certificate that says whether a run starts in its certified region."""
@@ -23,12 +20,10 @@ REGION = "certified region"
 
 @dataclass(frozen=True, eq=False)
 class RunFacts:
-    """A run in numbers.
+    """A run, and what is known of it.
 
     Args:
         run: The run.
-        summary: Its ends, its audit, its peaks.
-        settling: From when v stays below v(0)/1000, s; NaN where it does not by the end.
         lines: Of its certificate.
         proof: What is proved of its body, gravity and controller; None where nothing is kept.
         inside: Whether it starts in its certified region; None where that is not known.
@@ -37,8 +32,6 @@ class RunFacts:
     """
 
     run: Run
-    summary: Summary
-    settling: float
     lines: tuple[CertificateLine, ...]
     proof: Proof | None
     inside: bool | None
@@ -58,15 +51,10 @@ def facts_of(runs: Sequence[Run]) -> tuple[RunFacts, ...]:
 
 def _facts(run: Run, proof: Proof | None) -> RunFacts:
     result, config = run.result, run.config
-    with np.errstate(all="ignore"):
-        summary = summary_of(result)
-        settling = settling_times(result["time"], result["lyapunov"][np.newaxis])[0]
     reference = config.reference if config is not None else None
     lines = tuple(certificate_lines(result))
     return RunFacts(
         run=run,
-        summary=summary,
-        settling=float(settling),
         lines=lines,
         proof=proof,
         inside=_inside(run, lines, proof),

@@ -67,7 +67,7 @@ def quantity(value: float, digits: int = 4) -> Cell:
 
 
 def _row(facts: RunFacts) -> tuple[Cell, ...]:
-    s, status = facts.summary, facts.run.result.status
+    s, status = facts.run.summary, facts.run.result.status
     completed = status == RunStatus.COMPLETED
     return (
         Cell(facts.run.label),
@@ -79,7 +79,7 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
         quantity(s.relative_residual, 2),
         *(quantity(CENTIMETRES * peak) for peak in s.peak_contact_displacement),
         quantity(s.largest_pitch),
-        quantity(facts.settling),
+        quantity(facts.run.settling_time),
         _rest_states(facts.proof),
         _inside(facts.inside),
     )

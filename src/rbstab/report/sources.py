@@ -4,15 +4,20 @@ import os
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+
+import numpy as np
 
 from rbstab.config.schema import Config
 from rbstab.experiment.stored_config import stored_config
+from rbstab.experiment.summary import Summary, summary_of
 from rbstab.report.document import Unread
 from rbstab.report.opening import SWEEP, content_of, file_of
 from rbstab.report.words import foreign
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
+from rbstab.sweep.outcome import settling_times
 
 LONGEST_LABEL = 48
 """Characters: it stands in legends."""
@@ -37,6 +42,18 @@ class Run:
     path: Path
     result: Result
     config: Config | None
+
+    @cached_property
+    def summary(self) -> Summary:
+        """Its ends, its audit, its peaks."""
+        return summary_of(self.result)
+
+    @cached_property
+    def settling_time(self) -> float:
+        """From when v stays below v(0)/1000, s; NaN where it does not by the end."""
+        t, v = self.result["time"], self.result["lyapunov"]
+        with np.errstate(all="ignore"):
+            return float(settling_times(t, v[np.newaxis])[0])
 
 
 @dataclass(frozen=True)

@@ -125,10 +125,12 @@ def _put(
 
         print_json(data_of(report))
     elif path is None:
-        from rbstab_cli.tables import console
+        from rich.console import Console
+
         from rbstab.report.text import print_report
 
-        print_report(report, console())
+        # As wide as the terminal; 80 columns where there is none.
+        print_report(report, Console(highlight=False))
 
 
 def _command(

@@ -3,7 +3,6 @@
 import hashlib
 import re
 from collections.abc import Mapping
-from io import BytesIO
 from pathlib import Path
 from urllib.parse import quote
 
@@ -81,16 +80,14 @@ def escaped(text: str) -> Markup:
 def _write_pictures(report: Report, folder: Path) -> dict[str, str]:
     """Writes the picture of each figure; their file names, by the names of the figures."""
     # Imported late: a report without figures needs no matplotlib.
-    from rbstab.report.matplotlib_renderer import drawn
+    from rbstab.report.matplotlib_renderer import png
 
     found = {}
     figures = [block for s in report.sections for block in s.blocks if isinstance(block, Figure)]
     for figure in figures:
         folder.mkdir(exist_ok=True)
-        content = BytesIO()
-        drawn(figure).savefig(content, format="png", dpi=DOTS_PER_INCH)
-        digest = hashlib.sha256(content.getvalue()).hexdigest()[:12]
-        name = f"{figure.name}.{digest}.png"
-        write_whole(folder / name, content.getvalue(), replace=True)
+        content = png(figure, dpi=DOTS_PER_INCH)
+        name = f"{figure.name}.{hashlib.sha256(content).hexdigest()[:12]}.png"
+        write_whole(folder / name, content, replace=True)
         found[figure.name] = name
     return found

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from rich import box
 from rich.cells import cell_len
-from rich.console import Console
+from rich.console import Console, JustifyMethod
 from rich.padding import Padding
 from rich.table import Table as RichTable
 from rich.text import Text
@@ -16,10 +16,10 @@ from rbstab.report.figure import Figure
 STYLES = {"good": "green", "bad": "red", "odd": "yellow", "": ""}
 """Of the tones of cells."""
 
-LONGEST_NAME = 28
-"""Columns of the first column of a table that is cut into pieces, for it stands in each of them."""
+FOLDED = 24
+"""Columns that a column of words is given at least, where it has as many; longer ones fold."""
 
-APART = 2
+APART = 3
 """Columns between two columns of a table."""
 
 
@@ -47,8 +47,10 @@ def print_report(report: Report, console: Console) -> None:
 def _print_block(block: Block, console: Console) -> None:
     if isinstance(block, Table):
         console.print()
+        console.print(_text(block.title, "italic"))
         for piece in pieces(block, console.width):
-            console.print(_drawn(piece))
+            # What does not fit even so is left to the terminal, and never cut off.
+            console.print(_drawn(piece, console.width), crop=False)
         if block.note:
             console.print(_text(block.note, "dim"))
     elif isinstance(block, Figure):
@@ -60,54 +62,71 @@ def _print_block(block: Block, console: Console) -> None:
 
 
 def pieces(table: Table, width: int) -> Iterator[Table]:
-    """A table as tables that are no wider than so many columns, where words are not that long."""
-    widths = [_width(head, k, table.rows) for k, head in enumerate(table.heads)]
-    first = min(widths[0], LONGEST_NAME)
-    if sum(widths) + APART * len(widths) <= width or len(widths) < 3:
-        yield table
-        return
+    """A table as tables that are no wider than so many columns, where words are not that long.
+
+    Each has the columns that tell its rows apart.
+    """
+    needed = _least_widths(table)
+    names = _naming(table)
+    room = width - sum(needed[k] + APART for k in names)
     taken: list[int] = []
-    used = first + APART
-    for k, needed in enumerate(widths[1:], start=1):
-        if taken and used + needed + APART > width:
-            yield _columns(table, taken)
-            taken, used = [], first + APART
+    used = 0
+    for k in range(len(names), len(needed)):
+        if taken and used + needed[k] > room:
+            yield _columns(table, [*names, *taken])
+            taken, used = [], 0
         taken.append(k)
-        used += needed + APART
-    yield _columns(table, taken)
+        used += needed[k] + APART
+    yield _columns(table, [*names, *taken])
 
 
-def _width(head: Head, column: int, rows: Sequence[tuple[Cell, ...]]) -> int:
-    """The columns that a column of a table takes where nothing of it is folded."""
-    heads = (cell_len(line) for line in _head(head).plain.split("\n"))
-    return max([*heads, *(cell_len(printable(row[column].text)) for row in rows)])
+def _naming(table: Table) -> range:
+    """The first column, or the first two where it takes them to tell rows apart."""
+    firsts = {row[0].text for row in table.rows}
+    return range(1 if len(firsts) == len(table.rows) or len(table.heads) < 3 else 2)
+
+
+def _least_widths(table: Table) -> list[int]:
+    """What each column takes at least: a number is never folded, words are if they are long."""
+    natural = _cell_widths(table)
+    words = [max(map(cell_len, printable(head.text).split(" "))) for head in table.heads]
+    return [
+        max(word, cells if head.numbers else min(cells, FOLDED))
+        for head, cells, word in zip(table.heads, natural, words, strict=True)
+    ]
+
+
+def _widths(table: Table, width: int) -> list[int]:
+    """What each column gets of so many: those that want the least more get it first."""
+    found = _least_widths(table)
+    wanted = [max(0, cells - least) for cells, least in zip(_cell_widths(table), found, strict=True)]
+    room = max(0, width - sum(found) - APART * len(found))
+    by_want = sorted(range(len(found)), key=lambda k: wanted[k])
+    for place, k in enumerate(by_want):
+        more = min(wanted[k], room // (len(by_want) - place))
+        found[k] += more
+        room -= more
+    return found
+
+
+def _cell_widths(table: Table) -> list[int]:
+    columns = ([row[k].text for row in table.rows] for k in range(len(table.heads)))
+    return [max((cell_len(printable(text)) for text in texts), default=0) for texts in columns]
 
 
 def _columns(table: Table, which: Sequence[int]) -> Table:
-    chosen = (0, *which)
-    rows = tuple(tuple(row[k] for k in chosen) for row in table.rows)
-    return Table(table.name, table.title, tuple(table.heads[k] for k in chosen), rows)
+    rows = tuple(tuple(row[k] for k in which) for row in table.rows)
+    return Table(table.name, table.title, tuple(table.heads[k] for k in which), rows)
 
 
-def _drawn(table: Table) -> RichTable:
-    made = RichTable(
-        box=box.SIMPLE_HEAD,
-        title=_text(table.title, "italic"),
-        title_justify="left",
-        header_style="bold",
-        pad_edge=False,
-    )
-    for head in table.heads:
-        justify = "right" if head.numbers else "left"
-        made.add_column(_head(head), justify=justify, overflow="fold")  # type: ignore[arg-type]
+def _drawn(table: Table, width: int) -> RichTable:
+    made = RichTable(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False)
+    for head, columns in zip(table.heads, _widths(table, width), strict=True):
+        justify: JustifyMethod = "right" if head.numbers else "left"
+        made.add_column(_text(head.text), justify=justify, overflow="fold", width=columns)
     for row in table.rows:
         made.add_row(*(_text(cell.text, STYLES[cell.tone]) for cell in row))
     return made
-
-
-def _head(head: Head) -> Text:
-    """The words of a head, the unit below them."""
-    return Text("\n".join(map(printable, head.text.rsplit(" [", 1))).replace("\n", "\n["))
 
 
 def _text(words: str, style: str = "") -> Text:

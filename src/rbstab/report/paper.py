@@ -5,7 +5,8 @@ from pathlib import Path
 
 import matplotlib as mpl
 from fpdf import FPDF
-from fpdf.enums import XPos, YPos
+from fpdf.enums import MethodReturnValue, PageOrientation, XPos, YPos
+from fpdf.fonts import TTFFont
 from PIL import Image
 
 FAMILY = "DejaVu Sans"
@@ -43,7 +44,9 @@ class Paper(FPDF):
         folder = Path(mpl.get_data_path()) / "fonts" / "ttf"
         for style, name in FONTS.items():
             self.add_font(FAMILY, style, folder / name)
-        self.letters = frozenset(self.fonts[FAMILY.lower()].cmap)
+        regular = self.fonts[FAMILY.lower()]
+        assert isinstance(regular, TTFFont)
+        self.letters = frozenset(regular.cmap)
         self.set_margin(MARGIN)
         self.set_auto_page_break(auto=True, margin=MARGIN)
         self.set_title(self.plain(title))
@@ -61,6 +64,11 @@ class Paper(FPDF):
         self.set_font(FAMILY, size=SMALL)
         self.set_text_color(*GREY)
         self.cell(0, 5, str(self.page_no()), align="C")
+
+    def turn(self, *, lying: bool = False) -> None:
+        """Sees to it that what follows stands on an upright page, or on one that lies."""
+        if (self.cur_orientation is PageOrientation.LANDSCAPE) != lying:
+            self.add_page(orientation="L" if lying else "P")
 
     def paragraph(
         self,
@@ -80,6 +88,7 @@ class Paper(FPDF):
 
     def heading(self, text: str, *, anchor: str = "") -> None:
         """Writes a heading; it stands in the outline too, and never alone at the foot of a page."""
+        self.turn()
         self.ln(3)
         if self.will_page_break(45):
             self.add_page()
@@ -100,11 +109,13 @@ class Paper(FPDF):
             caption: What stands below.
             said: What is read to those who do not see it.
         """
+        self.turn()
         self.set_font(FAMILY, size=SMALL)
-        lines = self.multi_cell(
-            0, LEADING * SMALL, self.plain(caption), dry_run=True, output="LINES"
+        told = self.multi_cell(
+            0, LEADING * SMALL, self.plain(caption), dry_run=True, output=MethodReturnValue.HEIGHT
         )
-        below = LEADING * SMALL * len(lines) + 5
+        assert isinstance(told, float)
+        below = told + 5
         share = min(1.0, (self.eph - below) / height)
         if self.will_page_break(share * height + below):
             self.add_page()

@@ -1,12 +1,19 @@
 """Tables of a PDF: their heads stand again on each page, and no column is wider than the page."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from fpdf import FontFace
 from fpdf.enums import Align, TableBordersLayout, TableHeadingsDisplay
 
 from rbstab.report.document import Cell, Table
-from rbstab.report.paper import BLACK, FAMILY, GREY, LEADING, SMALL, Paper
+from rbstab.report.paper import BLACK, FAMILY, GREY, LEADING, MARGIN, SMALL, Paper
+
+UPRIGHT, LYING = 210.0 - 2 * MARGIN, 297.0 - 2 * MARGIN
+"""How wide a table may be on both kinds of pages, mm."""
+
+TOGETHER = 30.0
+"""mm: the title, the heads and some rows of a table, which are not torn apart."""
 
 SIZES = (8.0, 7.0, 6.0)
 """Of the type, points, tried in turn."""
@@ -25,46 +32,42 @@ TONES = {"good": (0, 105, 75), "bad": (175, 55, 0), "odd": (140, 100, 0)}
 RULES = (190, 190, 190)
 
 
+class Fit(NamedTuple):
+    """How a table fits on pages: whether they lie, the type, and the widths of all columns, mm."""
+
+    lying: bool
+    size: float
+    widths: list[float]
+
+
 def write_table(paper: Paper, table: Table) -> None:
     """Writes a table: upright in the largest type that fits, or else on pages that lie.
 
     What is too wide even so is written in several parts, each with the first column.
     """
+    fit = _fit(paper, table)
+    paper.turn(lying=fit.lying)
+    if paper.will_page_break(TOGETHER):
+        paper.add_page(same=True)
     paper.paragraph(table.title, style="B", size=SMALL + 1)
-    upright, lying = paper.epw, paper.eph
-    for room, lies in ((upright, False), (lying, True)):
-        for size in SIZES:
-            widths = _widths(paper, table, size)
-            if sum(widths) <= room:
-                _write_parts(paper, table, [range(len(widths))], widths, size, lies=lies)
-                return
-    widths = _widths(paper, table, SIZES[-1])
-    _write_parts(paper, table, _parts(widths, lying), widths, SIZES[-1], lies=True)
-
-
-def _write_parts(
-    paper: Paper,
-    table: Table,
-    parts: Sequence[Sequence[int]],
-    widths: list[float],
-    size: float,
-    *,
-    lies: bool,
-) -> None:
-    if lies:
-        paper.add_page(orientation="landscape")
-    for part in parts:
-        _write_part(paper, table, part, widths, size)
+    for columns in _parts(fit.widths, LYING if fit.lying else UPRIGHT):
+        _write_part(paper, table, columns, fit)
     if table.note:
         paper.paragraph(table.note, size=SMALL, colour=GREY)
     paper.ln(2)
-    if lies:
-        paper.add_page(orientation="portrait")
 
 
-def _write_part(
-    paper: Paper, table: Table, columns: Sequence[int], widths: list[float], size: float
-) -> None:
+def _fit(paper: Paper, table: Table) -> Fit:
+    for lying, room in ((False, UPRIGHT), (True, LYING)):
+        for size in SIZES:
+            fit = Fit(lying, size, _widths(paper, table, size))
+            if sum(fit.widths) <= room:
+                return fit
+    return fit
+
+
+def _write_part(paper: Paper, table: Table, columns: Sequence[int], fit: Fit) -> None:
+    _, size, widths = fit
     paper.set_font(FAMILY, size=size)
     paper.set_text_color(*BLACK)
     paper.set_draw_color(*RULES)

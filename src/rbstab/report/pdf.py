@@ -52,12 +52,14 @@ def pdf_of(report: Report) -> bytes:
 def _write(paper: Paper, block: Block, numbers: "count[int]") -> None:
     match block:
         case str():
+            paper.turn()
             paper.paragraph(block)
         case Table():
             write_table(paper, block)
         case Figure():
             _write_figure(paper, block, next(numbers))
         case Motion():
+            paper.turn()
             paper.paragraph(
                 f"The motion of {block.title} can be watched on the page of this report.",
                 style="I",

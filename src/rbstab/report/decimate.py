@@ -6,6 +6,7 @@ panel (Douglas and Peucker, 1973). What is left are points of the curve itself, 
 """
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -160,7 +161,7 @@ def _needed(points: Array) -> Kept:
     Args:
         points: Shape (n, 2), in tolerances.
     """
-    finite = np.isfinite(points).all(axis=1)
+    finite: NDArray[np.bool_] = np.asarray(np.isfinite(points).all(axis=1))
     needed = ~finite
     # Of neighbouring gaps one is enough.
     needed[1:] &= finite[:-1]
@@ -177,7 +178,7 @@ def _cornered(points: Array) -> NDArray[np.bool_]:
     fixed = {0, len(points) - 1, int(points[:, 1].argmin()), int(points[:, 1].argmax())}
     order = sorted(fixed)
     corner[order] = True
-    open_spans = list(zip(order[:-1], order[1:], strict=True))
+    open_spans = list(pairwise(order))
     while open_spans:
         first, last = open_spans.pop()
         if last - first < 2:

@@ -1,7 +1,7 @@
 """How matplotlib draws each kind of mark."""
 
-from collections.abc import Sequence
-from typing import Any, assert_never
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -45,32 +45,11 @@ EMPTY = "#f4f4f4"
 """Of cells without a value."""
 
 
-def draw(axes: Axes, mark: Mark, panel: Panel) -> dict[str, Artist]:
-    """Draws a mark, and says what stands for it in the legend, by label ("" where nothing does)."""
-    match mark:
-        case Line():
-            return {mark.label: _line(axes, mark, panel)}
-        case Points():
-            return {mark.label: _points(axes, mark, panel)}
-        case Stack():
-            return _stack(axes, mark, panel)
-        case Bars():
-            return {mark.label: _bars(axes, mark)}
-        case Intervals():
-            return {mark.label: _intervals(axes, mark, panel)}
-        case Cells():
-            return _cells(axes, mark, panel)
-        case Level():
-            return _level(axes, mark, panel)
-        case _:
-            assert_never(mark)
-
-
-def _line(axes: Axes, line: Line, panel: Panel) -> Artist:
+def _line(line: Line, axes: Axes, panel: Panel) -> dict[str, Artist]:
     x, y = shown(line.x, panel.x), shown(line.y, panel.y)
     # A curve of one point would not be seen.
     alone = np.isfinite(x * 0 + y * 0).sum() == 1
-    return axes.plot(
+    (curve,) = axes.plot(
         x,
         y,
         color=colour(line.colour),
@@ -78,20 +57,22 @@ def _line(axes: Axes, line: Line, panel: Panel) -> Artist:
         drawstyle="steps-post" if line.step else "default",
         marker="o" if alone else "",
         markersize=3.0,
-    )[0]
+    )
+    return {line.label: curve}
 
 
-def _points(axes: Axes, points: Points, panel: Panel) -> Artist:
-    return axes.plot(
+def _points(points: Points, axes: Axes, panel: Panel) -> dict[str, Artist]:
+    (found,) = axes.plot(
         shown(points.x, panel.x),
         shown(points.y, panel.y),
         color=colour(points.colour),
         linestyle="none",
         **SYMBOLS[points.symbol % len(SYMBOLS)],
-    )[0]
+    )
+    return {points.label: found}
 
 
-def _stack(axes: Axes, stack: Stack, panel: Panel) -> dict[str, Artist]:
+def _stack(stack: Stack, axes: Axes, panel: Panel) -> dict[str, Artist]:
     x = shown(stack.x, panel.x)
     parts = shown(stack.parts, Axis(""))
     handles: dict[str, Artist] = {}
@@ -107,8 +88,8 @@ def _stack(axes: Axes, stack: Stack, panel: Panel) -> dict[str, Artist]:
     return handles
 
 
-def _bars(axes: Axes, bars: Bars) -> Artist:
-    return axes.stairs(
+def _bars(bars: Bars, axes: Axes, _panel: Panel) -> dict[str, Artist]:
+    patch = axes.stairs(
         bars.heights,
         bars.edges,
         fill=True,
@@ -117,9 +98,10 @@ def _bars(axes: Axes, bars: Bars) -> Artist:
         linewidth=0.8,
         zorder=2,
     )
+    return {bars.label: patch}
 
 
-def _intervals(axes: Axes, intervals: Intervals, panel: Panel) -> Artist:
+def _intervals(intervals: Intervals, axes: Axes, panel: Panel) -> dict[str, Artist]:
     x, y = shown(intervals.x, panel.x), shown(intervals.y, panel.y)
     low, high = shown(intervals.low, panel.y), shown(intervals.high, panel.y)
     tint = colour(intervals.colour)
@@ -127,15 +109,19 @@ def _intervals(axes: Axes, intervals: Intervals, panel: Panel) -> Artist:
     axes.vlines(x, np.where(np.isnan(low), y, low), np.where(np.isnan(high), y, high), color=tint)
     for end in (low, high):
         axes.plot(x, end, color=tint, linestyle="none", marker="_", markersize=6)
-    return axes.plot(x, y, color=tint, linestyle="none", marker="o", markersize=4)[0]
+    (middle,) = axes.plot(x, y, color=tint, linestyle="none", marker="o", markersize=4)
+    return {intervals.label: middle}
 
 
-def _cells(axes: Axes, cells: Cells, panel: Panel) -> dict[str, Artist]:
+def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:
     values = np.ma.masked_invalid(shown(cells.values, cells.scale))
     words = cells.scale.words
     tints = _tints(len(words))
     style: dict[str, Any] = (
-        {"cmap": ListedColormap(tints), "norm": BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words))}
+        {
+            "cmap": ListedColormap(tints),
+            "norm": BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words)),
+        }
         if words
         else {"cmap": SCALE, "norm": _norm(values, cells.scale)}
     )
@@ -177,13 +163,11 @@ def _edges(middles: Array, axis: Axis) -> Array:
         edges = np.array([seen[0] - 0.5, seen[0] + 0.5])
     else:
         between = (seen[1:] + seen[:-1]) / 2
-        edges = np.concatenate(
-            [[2 * seen[0] - between[0]], between, [2 * seen[-1] - between[-1]]]
-        )
+        edges = np.concatenate([[2 * seen[0] - between[0]], between, [2 * seen[-1] - between[-1]]])
     return 10.0**edges if axis.log else edges
 
 
-def _level(axes: Axes, level: Level, panel: Panel) -> dict[str, Artist]:
+def _level(level: Level, axes: Axes, panel: Panel) -> dict[str, Artist]:
     axis = panel.x if level.upright else panel.y
     if np.isnan(shown(np.array([level.value]), axis)[0]):
         return {}
@@ -198,3 +182,19 @@ def shown(values: Array, axis: Axis) -> Array:
     if axis.log:
         possible &= values > 1.0 / LARGEST
     return np.where(possible, values, np.nan)
+
+
+_DRAWING: dict[type, Callable[[Any, Axes, Panel], dict[str, Artist]]] = {
+    Line: _line,
+    Points: _points,
+    Stack: _stack,
+    Bars: _bars,
+    Intervals: _intervals,
+    Cells: _cells,
+    Level: _level,
+}
+
+
+def draw(mark: Mark, axes: Axes, panel: Panel) -> dict[str, Artist]:
+    """Draws a mark, and says what stands for it in the legend, by label ("" where nothing does)."""
+    return _DRAWING[type(mark)](mark, axes, panel)

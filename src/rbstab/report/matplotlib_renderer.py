@@ -98,12 +98,16 @@ def _drawn(figure: Figure) -> Drawing:
         if figure.shares_time and number + columns < len(figure.panels):
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
+    drawing.align_ylabels()
     drawing.set_size_inches(WIDTH, rows * height + _legend(drawing, list(handles.items())))
     return drawing
 
 
 def _panel_height(rows: int, columns: int) -> float:
-    natural = {1: 2.8 if rows == 1 else 1.75, 2: 2.15}.get(columns, 2.05)
+    # Of figures with many rows two fit on a page.
+    natural = 2.15 if rows < 3 else 1.4
+    if rows == columns == 1:
+        natural = 2.8
     return min(natural, TALLEST / rows)
 
 
@@ -112,7 +116,7 @@ def _filled(axes: Axes, panel: Panel, height: float) -> dict[str, Artist]:
     handles = {
         label: handle
         for mark in panel.marks
-        for label, handle in draw(axes, mark, panel).items()
+        for label, handle in draw(mark, axes, panel).items()
         if label
     }
     axes.set_xlabel(_wrapped(panel.x.text, 2.6))

@@ -38,9 +38,7 @@ def run_sections(runs: Sequence[Run]) -> tuple[Section, ...]:
     sections = [_together(runs)]
     eigenvalues = eigenvalue_blocks(runs)
     if eigenvalues:
-        sections.append(
-            Section("runs-eigenvalues", "Eigenvalues at the rest state", eigenvalues)
-        )
+        sections.append(Section("runs-eigenvalues", "Eigenvalues at the rest state", eigenvalues))
     return (*sections, *(_alone(run) for run in runs))
 
 

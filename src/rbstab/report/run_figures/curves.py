@@ -16,7 +16,7 @@ SUBSCRIPTS = "₁₂₃"
 
 COMPONENTS = ("component 1", "component 2", "component 3")
 
-WORDS = {"lyapunov": "Lyapunov function", "lyapunov_rate": "rate of v", "mode": "mode"}
+WORDS = {"lyapunov": "Lyapunov function", "lyapunov_rate": "derivative"}
 """Of quantities whose name alone would not say what they are."""
 
 
@@ -34,7 +34,7 @@ def axis_of(name: str, component: int | None = None, *, size: bool = False) -> A
         symbol = f"{'θ' if symbol == 'Θ' else symbol}{SUBSCRIPTS[component]}"
     words = [WORDS.get(name, name.replace("_", " "))]
     if symbol != "-":
-        words.append(f"|{symbol}|" if size else symbol)
+        words.append(f"|{symbol}|" if size and not symbol.startswith("|") else symbol)
     return Axis(" ".join(words), quantity.unit, log=size)
 
 
@@ -76,6 +76,11 @@ def overlay(runs: Sequence[Run], name: str, component: int | None = None) -> Pan
         for run in having(runs, name)
     ]
     return Panel(TIME, axis_of(name, component), tuple(marks))
+
+
+def side_by_side(panels: Sequence[Panel]) -> int:
+    """In how many columns panels stand: three of them in one row, others in pairs."""
+    return 3 if len(panels) == 3 else 2
 
 
 def sizes(values: Array) -> Array:

@@ -51,6 +51,4 @@ def _histogram(values: Array, axis: Axis) -> Panel:
     bars = int(np.clip(np.sqrt(len(values)), 5, MOST_BARS))
     seen = np.log10(values) if axis.log else values
     heights, edges = np.histogram(seen, bins=bars)
-    return Panel(
-        axis, count, (Bars(10.0**edges if axis.log else edges, heights.astype(float)),)
-    )
+    return Panel(axis, count, (Bars(10.0**edges if axis.log else edges, heights.astype(float)),))

@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rbstab.config.errors import ConfigError
 from rbstab.experiment.locus import root_locus
 from rbstab.mechanics.numbers import Array
 from rbstab.report.document import Block
 from rbstab.report.figure import Axis, Figure, Level, Line, Mark, Panel, Points
-from rbstab.report.run_figures.curves import COLOURS
+from rbstab.report.palette import COLOURS
 from rbstab.report.sources import Run
 
 GAIN = "controller.K_r"
@@ -26,13 +27,16 @@ MOST_LOCI = 6
 SLOW = 10.0
 """Times the slowest decay: what decays faster is not drawn among the slow ones."""
 
+PANELS = {False: "all eigenvalues", True: "the slow ones"}
+"""Whether only those are drawn that decay slowly."""
+
 REAL, IMAGINARY = Axis("real part Re λ", "1/s"), Axis("imaginary part Im λ", "1/s")
 
 BORDER = Level(0.0, "border of stability", upright=True)
 
 
 class Roots(NamedTuple):
-    """The eigenvalues of a run, 1/s, complex: factors on K_r, shape (n,), and values, shape (n, k)."""
+    """The eigenvalues of a run: factors on K_r, shape (n,); values, complex, shape (n, k), 1/s."""
 
     run: Run
     factors: Array
@@ -60,7 +64,7 @@ def _roots(run: Run, factors: Array) -> Roots | None:
     try:
         with np.errstate(all="ignore"):
             points = root_locus(run.config, GAIN, factors)
-    # A report shows what there is: configs near the end of the range of numbers have no eigenvalues.
+    # A report shows what there is: near the end of the range of numbers there are none.
     except (ArithmeticError, ValueError, KeyError, ConfigError, np.linalg.LinAlgError):
         return None
     made = [(p.factor, p.linearisation.eigenvalues) for p in points if p.linearisation is not None]
@@ -76,8 +80,8 @@ def _nominal(roots: Roots) -> Roots:
 
 def _spectra(each: list[Roots]) -> Figure:
     panels = tuple(
-        Panel(REAL, IMAGINARY, (BORDER, *_crosses(each, slow=slow)), title=title)
-        for slow, title in ((False, "all eigenvalues"), (True, "the slow ones"))
+        Panel(REAL, IMAGINARY, (*_crosses(each, slow=slow), BORDER), title=title)
+        for slow, title in PANELS.items()
     )
     return Figure(
         "runs-eigenvalues",
@@ -93,9 +97,8 @@ def _crosses(each: list[Roots], *, slow: bool) -> list[Mark]:
     marks: list[Mark] = []
     for run, _, values in each:
         eigenvalues = values[0]
-        slowest = -eigenvalues.real.max()
-        if slow and slowest > 0:
-            eigenvalues = eigenvalues[-eigenvalues.real <= SLOW * slowest]
+        if slow:
+            eigenvalues = eigenvalues[_slow(values, eigenvalues)]
         marks.append(
             Points(
                 eigenvalues.real,
@@ -109,33 +112,59 @@ def _crosses(each: list[Roots], *, slow: bool) -> list[Mark]:
     return marks
 
 
+def _slow(values: Array, nominal: Array) -> NDArray[np.bool_]:
+    """Which branches nowhere decay much faster than the slowest one does nominally, shape (k,)."""
+    slowest = -float(nominal.real.max())
+    # Where one grows or stays there is no slowest decay to be compared with.
+    bound = SLOW * slowest if slowest > 0 else np.inf
+    return np.asarray((-values.real <= bound).all(axis=0))
+
+
 def _described(value: complex) -> str:
     damping = -value.real / abs(value) if value else float("nan")
     return f"λ = {value.real:.5g} {value.imag:+.5g}i 1/s, ζ = {damping:.4g}"
 
 
 def _locus(roots: Roots) -> Figure:
-    run, factors, values = roots
-    marks: list[Mark] = [BORDER]
-    marks += [
-        Line(branch.real, branch.imag, f"K_r times {factors[0]:g} to {factors[-1]:g}")
-        for branch in values.T
-    ]
-    ends = (
-        (0, f"K_r times {factors[0]:g}", 2, 2),
-        (int(np.abs(np.log(factors)).argmin()), "K_r as it is", 1, 1),
-        (-1, f"K_r times {factors[-1]:g}", 2, 3),
+    run, factors, _ = roots
+    panels = tuple(
+        Panel(REAL, IMAGINARY, (*_branches(roots, slow=slow), BORDER), title=title)
+        for slow, title in PANELS.items()
     )
-    marks += [
-        Points(values[index].real, values[index].imag, label, colour=colour, symbol=symbol)
-        for index, label, colour, symbol in ends
-    ]
     return Figure(
         f"{run.name}-locus",
         f"Root locus along K_r: {run.label}",
-        (Panel(REAL, IMAGINARY, tuple(marks)),),
-        caption=f"K_r is multiplied as a whole; {len(factors)} factors, each at its rest state.",
+        panels,
+        columns=2,
+        caption=f"K_r is multiplied as a whole, by {len(factors)} factors; each point is taken at "
+        "its own rest state. A curve has a gap where a pair leaves the real axis or meets it.",
     )
+
+
+def _branches(roots: Roots, *, slow: bool) -> list[Mark]:
+    _, factors, values = roots
+    as_it_is = int(np.abs(np.log(factors)).argmin())
+    if slow:
+        values = values[:, _slow(values, values[as_it_is])]
+    lowest, highest = f"K_r times {factors[0]:g}", f"K_r times {factors[-1]:g}"
+    marks: list[Mark] = [
+        Line(x, y, "in between") for x, y in (_with_gaps(branch) for branch in values.T)
+    ]
+    for index, label, colour, symbol in (
+        (0, lowest, 2, 2),
+        (as_it_is, "K_r as it is", 1, 1),
+        (-1, highest, 3, 3),
+    ):
+        found = values[index]
+        marks.append(Points(found.real, found.imag, label, colour=colour, symbol=symbol))
+    return marks
+
+
+def _with_gaps(branch: Array) -> tuple[Array, Array]:
+    """A branch as x and y, without straight lines between a real and a complex eigenvalue."""
+    real = branch.imag == 0
+    leaves = np.flatnonzero(real[1:] != real[:-1]) + 1
+    return np.insert(branch.real, leaves, np.nan), np.insert(branch.imag, leaves, np.nan)
 
 
 def _sentences(runs: Sequence[Run], readable: list[Run], found: list[Run]) -> list[Block]:

@@ -19,21 +19,36 @@ from rbstab.report.sources import Run
 
 
 def decay_figure(runs: Sequence[Run]) -> Figure:
-    """v, v on a logarithmic axis, v' and |E| of all runs."""
-    linear = overlay(runs, "lyapunov")
-    distance = [
+    """v, v' and |E| of all runs, and beside them their sizes on logarithmic axes."""
+    value, rate = overlay(runs, "lyapunov"), overlay(runs, "lyapunov_rate")
+    distances = [
         curve_of(run, sizes(run.result["contact_displacement"]))
         for run in having(runs, "contact_displacement")
     ]
+    distance = Panel(TIME, Axis("contact displacement |E|", "m"), tuple(distances))
     panels = (
-        linear,
-        replace(linear, y=replace(linear.y, log=True)),
-        overlay(runs, "lyapunov_rate"),
-        Panel(TIME, Axis("contact displacement |E|", "m"), tuple(distance)),
+        value,
+        replace(value, y=replace(value.y, log=True)),
+        rate,
+        _falling(runs),
+        distance,
+        replace(distance, y=replace(distance.y, log=True)),
     )
     return Figure(
-        "runs-decay", "Decay of the Lyapunov function", panels, columns=2, shares_time=True
+        "runs-decay",
+        "Decay of the Lyapunov function",
+        panels,
+        columns=2,
+        caption="What is zero or below is not drawn on a logarithmic axis.",
+        shares_time=True,
     )
+
+
+def _falling(runs: Sequence[Run]) -> Panel:
+    """How fast v falls, -v', on a logarithmic axis."""
+    marks = [curve_of(run, -run.result["lyapunov_rate"]) for run in having(runs, "lyapunov_rate")]
+    axis = axis_of("lyapunov_rate")
+    return Panel(TIME, replace(axis, label="dissipated power -v'", log=True), tuple(marks))
 
 
 def residual_figure(runs: Sequence[Run]) -> Figure:
@@ -44,9 +59,7 @@ def residual_figure(runs: Sequence[Run]) -> Figure:
     ]
     panel = Panel(TIME, axis_of("energy_residual", size=True), tuple(marks))
     caption = "r = v(t) - v(0) - ∫v' dt is zero but for the errors of the integration."
-    return Figure(
-        "runs-residual", "Energy residual", (panel,), caption=caption, shares_time=True
-    )
+    return Figure("runs-residual", "Energy residual", (panel,), caption=caption, shares_time=True)
 
 
 def audit_figure(run: Run) -> Figure:

@@ -37,7 +37,9 @@ def _panels(runs: Sequence[Run], *, alone: bool) -> tuple[Panel, ...]:
 
 def _curve(run: Run, component: int) -> Line:
     result = run.result
-    return curve_of(run, result["angular_velocity"][:, component], result["orientation"][:, component])
+    return curve_of(
+        run, result["angular_velocity"][:, component], result["orientation"][:, component]
+    )
 
 
 def _path(run: Run, component: int) -> list[Mark]:

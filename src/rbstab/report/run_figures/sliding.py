@@ -20,7 +20,9 @@ def sliding_figures(run: Run) -> list[Figure]:
     t = result["time"]
     modes = [
         Panel(
-            TIME, axis_of("mode", axis), (Line(t, result["mode"][:, axis].astype(float), step=True),)
+            TIME,
+            axis_of("mode", axis),
+            (Line(t, result["mode"][:, axis].astype(float), step=True),),
         )
         for axis in range(3)
     ]

@@ -14,16 +14,13 @@ IN_THE_PAPER = {"visco-elastic": ("Fig. 4", "Fig. 5"), "embedded": ("Fig. 6", "F
 """The figures of its Cases 2 and 3: rotation with v and v', translation with E."""
 
 OVERLAID = {
-    "orientation": "Orientation",
-    "angular_velocity": "Angular velocity",
-    "position": "Position of the centre of gravity",
-    "velocity": "Velocity of the centre of gravity",
-    "contact_displacement": "Contact displacement",
-    "contact_velocity": "Contact velocity",
-    "contact_force": "Contact force",
-    "connector_state": "Own state of the connector",
+    "rotation": ("Rotation", ROTATION),
+    "translation": ("Translation of the centre of gravity", TRANSLATION),
+    "contact": ("Motion of the contact point", ("contact_displacement", "contact_velocity")),
+    "force": ("Contact force", ("contact_force",)),
+    "connector": ("Own state of the connector", ("connector_state",)),
 }
-"""The vectors that are drawn component by component, all runs together, and their titles."""
+"""The vectors that are drawn component by component, all runs together: name, title, vectors."""
 
 
 def state_figures(run: Run) -> list[Figure]:
@@ -53,17 +50,19 @@ def state_figures(run: Run) -> list[Figure]:
 
 
 def overlaid_states(runs: Sequence[Run]) -> list[Figure]:
-    """Each vector of several runs: a panel for each component, a colour for each run."""
+    """Each vector of several runs: a row for each component, a colour for each run."""
     return [
         Figure(
-            name=f"runs-{name.replace('_', '-')}",
+            name=f"runs-{name}",
             title=title,
-            panels=tuple(overlay(runs, name, component) for component in range(3)),
-            columns=1,
+            panels=tuple(
+                overlay(runs, vector, component) for component in range(3) for vector in vectors
+            ),
+            columns=len(vectors),
             shares_time=True,
         )
-        for name, title in OVERLAID.items()
-        if having(runs, name)
+        for name, (title, vectors) in OVERLAID.items()
+        if having(runs, *vectors)
     ]
 
 

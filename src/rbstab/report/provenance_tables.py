@@ -110,7 +110,7 @@ def _commands(facts: Sequence[RunFacts]) -> list[Block]:
     if len(facts) > MOST_COMMANDS:
         return [
             "Each run is repeated from its stored config: "
-            "rbstab show FILE --config > NAME.yaml && rbstab run NAME.yaml -o again"
+            "rbstab show RESULT --config > NAME.yaml && rbstab run NAME.yaml -o again"
         ]
     rows = tuple((Cell(one.run.label), Cell(repeating(one.run.path))) for one in facts)
     heads = (Head("run"), Head("command"))

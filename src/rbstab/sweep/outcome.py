@@ -106,8 +106,8 @@ def outcome_of(traces: Traces) -> dict[str, Array]:
         "peak_time": peak_time,
         "peak_orientation": np.abs(angles),
         "smallest_regularity": np.cos(np.minimum(np.abs(angles[:, 1]), np.pi / 2)),
-        "settling_time": _last_above(times, traces.value, SETTLED * traces.value[:, 0]),
-        "displacement_settling_time": _last_above(times, distance, np.full(members, CLOSE)),
+        "settling_time": last_above(times, traces.value, SETTLED * traces.value[:, 0]),
+        "displacement_settling_time": last_above(times, distance, np.full(members, CLOSE)),
     }
 
 
@@ -116,7 +116,7 @@ def _peaks(times: Array, values: Array, rates: Array) -> tuple[Array, Array]:
     return peak, when
 
 
-def _last_above(times: Array, size: Array, bound: Array) -> Array:
+def last_above(times: Array, size: Array, bound: Array) -> Array:
     """When a quantity is last at its bound or above, shape (m,), s, linear between samples.
 
     0 where it never is, NaN where it still is at the end.

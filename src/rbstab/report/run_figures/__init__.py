@@ -1,0 +1,1 @@
+"""The figures of single runs: what is drawn of their stored arrays."""

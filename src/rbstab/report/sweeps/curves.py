@@ -8,7 +8,7 @@ from rbstab.report.figure import Axis, Figure, Line, Panel, Points
 from rbstab.report.sweeps.circumstances import Slice
 from rbstab.report.sweeps.members import ENDS, Members
 from rbstab.report.sweeps.parameters import Parameter
-from rbstab.report.sweeps.quantities import mapped
+from rbstab.report.sweeps.quantities import mapped, varies
 
 AXES = ("first axis", "second axis", "third axis")
 
@@ -27,6 +27,8 @@ def curves(name: str, members: Members, parameter: Parameter, slices: list[Slice
     if np.count_nonzero(members.counts) > 1:
         panels.append(_ends(members, parameter, orders, slices))
     for quantity in mapped(members):
+        if not varies(quantity.values):
+            continue
         if quantity.name == "peak-displacement" and len(slices) == 1:
             panels.append(_peaks(members, parameter, orders[0]))
             continue

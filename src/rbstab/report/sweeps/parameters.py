@@ -14,6 +14,7 @@ from rbstab.sweep.axes import Axis as Varied
 from rbstab.sweep.distributions import FiniteList, Geomspace, Logspace, LogUniform
 from rbstab.sweep.layout import safe_name
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.read_vary import VARIED
 
 MOST_CELLS = 256
 """Along an axis of a map: a page shows no more, and a file of millions is no report."""
@@ -106,9 +107,18 @@ def _parameter(axis: Varied, table: Table) -> Parameter:
     listed = isinstance(column.distribution, FiniteList)
     log = isinstance(column.distribution, _LOGARITHMIC) and bool((values > 0).all())
     others = [c.key for c in axis.columns if c is not column]
-    label = stored.long_name + (f" (with {', '.join(others)})" if others else "")
+    label = shortened(stored.long_name)
+    if others:
+        label += f" (with {', '.join(map(shortened, others))})"
     drawn = Axis(label, stored.unit, log=log, words=stored.flags)
     return Parameter(axis.name, name, drawn, values, listed)
+
+
+def shortened(label: str) -> str:
+    """The name of a column without the section of its key, which the rest of it tells."""
+    for section in VARIED:
+        label = label.replace(f"{section}.", "initial " if section == "initial" else "")
+    return label
 
 
 def _standing_for(axis: Varied, table: Table) -> Column:

@@ -47,7 +47,7 @@ class Area(NamedTuple):
     @property
     def fewest(self) -> int:
         """How many members a cell needs to be filled."""
-        return 1 if self.x.whole and self.y.whole else FEWEST
+        return FEWEST if self.x.drawn or self.y.drawn else 1
 
 
 def area_of(x: Cut, y: Cut, chosen: Array | None = None) -> Area:

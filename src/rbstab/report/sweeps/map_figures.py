@@ -14,9 +14,14 @@ from rbstab.report.sweeps.quantities import Quantity, mapped, start_over_level, 
 
 LEVEL = "v(0) = c*: inside, convergence is proved"
 
-UNKNOWN = (
-    "No proof of a certified level c* is known for these members (rbstab stability makes one, for "
-    "plans that vary nothing but the start); v(0) stands alone."
+NO_PROOF = (
+    "No proof of c*, the level of v below which convergence is proved, is kept beside the results "
+    "(`rbstab stability` makes one of the base); v(0) stands alone."
+)
+
+NO_LEVEL = (
+    "Members differ in more than their start, so that each would need a proof of its own: v(0) "
+    "stands without the level c* below which convergence is proved."
 )
 
 
@@ -36,7 +41,9 @@ def map_figures(
     quantities = [q for q in mapped(members) if varies(q.values)]
     over = f"over {cuts[0].axis.label} and {cuts[1].axis.label}"
     by_slice = [_maps_of(members, area, quantities) for area in areas]
-    blocks: list[Block] = [] if members.level is not None else [UNKNOWN]
+    blocks: list[Block] = []
+    if members.level is None and "start-energy" in {q.name for q in quantities}:
+        blocks.append(NO_PROOF if members.share_proofs else NO_LEVEL)
     if len(slices) == 1:
         drawn = by_slice[0].values()
         panels = tuple(_panel(members, areas[0], cells, cells.scale.text) for cells in drawn)

@@ -36,7 +36,7 @@ def replay_command(path: Path, member: int) -> str:
 
 def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
     """The members that are worth a look, and how to run them by themselves."""
-    found = notable(members)
+    found = notable(members) if members.plan is not None else []
     if not found:
         return []
     heads = (

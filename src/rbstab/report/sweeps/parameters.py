@@ -56,13 +56,13 @@ class Parameter:
 class Cut(NamedTuple):
     """An axis in cells: the cell of every member, the middles of the cells, what is along it.
 
-    whole tells whether a cell has just one value of a list.
+    drawn tells whether chance decides how many members a cell has.
     """
 
     places: Array
     middles: Array
     axis: Axis
-    whole: bool
+    drawn: bool
 
 
 def parameters_of(plan: Plan, table: Table) -> tuple[Parameter, ...]:
@@ -91,13 +91,14 @@ def cut(parameter: Parameter, most: int = MOST_CELLS) -> Cut:
         sizes = np.diff([*starts, len(entries)])
         middles = np.add.reduceat(scaled, starts) / sizes
         if together == 1:
-            return Cut(places, entries.astype(float), axis, whole=True)
-        return Cut(places // together, np.exp(middles) if axis.log else middles, axis, whole=False)
+            return Cut(places, entries.astype(float), axis, drawn=False)
+        middles = np.exp(middles) if axis.log else middles
+        return Cut(places // together, middles, axis, drawn=False)
     scaled = np.log(values) if axis.log else values
     edges = np.linspace(scaled.min(), scaled.max(), most + 1)
     places = np.clip(np.searchsorted(edges, scaled, side="right") - 1, 0, most - 1)
     middles = (edges[1:] + edges[:-1]) / 2
-    return Cut(places, np.exp(middles) if axis.log else middles, axis, whole=False)
+    return Cut(places, np.exp(middles) if axis.log else middles, axis, drawn=True)
 
 
 def _parameter(axis: Varied, table: Table) -> Parameter:

@@ -9,8 +9,8 @@ from rbstab.report.plotly_text import plain
 
 JSON = dict[str, Any]
 
-LEFT, RIGHT, TOP = 62, 12, 30
-"""Room beside the panels for the vertical axis, for the last tick, and for plotly's buttons, px."""
+LEFT, RIGHT, TOP = 62, 12, 10
+"""Room beside the panels for the vertical axis, for the last tick, and above, px."""
 
 TITLE, TICKS, LABEL, BAR = 24, 24, 22, 96
 """Room for a panel's title, for ticks, for the words at a horizontal axis, for a scale, px."""

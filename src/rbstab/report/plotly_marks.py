@@ -47,6 +47,8 @@ def _traces(mark: object, panel: Panel) -> list[JSON]:
 def _(mark: Line, panel: Panel) -> list[JSON]:
     shape = {"shape": "hv"} if mark.step else {}
     line = {"color": colour(mark.colour), "dash": DASHES[mark.dash % 4], "width": 1.6, **shape}
+    # What is left of a curve is what is seen; plotly would leave out more.
+    line["simplify"] = False
     return [_scatter(mark.label, mark.x, _on(panel.y, mark.y), mode="lines", line=line)]
 
 

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from rbstab.report.decimate import decimated
 from rbstab.report.figure import Figure, Level, Panel
 from rbstab.report.plotly_layout import Placing, axis_keys, axis_name, laid_out
 from rbstab.report.plotly_marks import coloured, level, traces
@@ -26,6 +27,7 @@ def drawn(figure: Figure) -> JSON:
         `data` and `layout` as plotly knows them; `narrow`, the layout in one column, for a
         telephone. Layouts have no colours of their own but those of the marks.
     """
+    figure = decimated(figure)
     named: set[str] = set()
     data: list[JSON] = []
     shapes: list[JSON] = []

@@ -15,7 +15,7 @@ SHAFT = 0.55
 HEAD = 0.42
 """The part of each half of the bone that is head."""
 
-RINGS, SIDES = 20, 18
+RINGS, SIDES = 26, 24
 
 
 def bone_of(body: Body) -> Solid:

@@ -102,7 +102,8 @@ function redraw(name, figure, width) {
   const layout = layoutOf(name, figure, width);
   layout.shapes.forEach((shape) => (shape.visible = !figure.hidden.has(shape.legendgroup)));
   figure.box.style.minHeight = `${layout.height}px`;
-  Plotly.react(figure.place, figure.place.data, layout, settings(name, figure.box.getAttribute("aria-label")));
+  // Without the settings: given those, plotly 4 never comes to an end.
+  Plotly.react(figure.place, figure.place.data, layout);
 }
 
 const redrawAll = () => figures.forEach((figure, name) => redraw(name, figure));

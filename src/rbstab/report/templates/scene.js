@@ -35,7 +35,7 @@ class Camera {
   reset() {
     this.azimuth = -0.95;
     this.elevation = 0.32;
-    this.distance = 3.1 * this.size;
+    this.distance = 2.7 * this.size;
   }
 
   turn(right, up) {

@@ -14,6 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Drawing
 from matplotlib.ticker import MaxNLocator
 
+from rbstab.report.decimate import decimated
 from rbstab.report.figure import Axis, Figure, Level, Panel
 from rbstab.report.matplotlib_marks import draw
 
@@ -74,7 +75,7 @@ def png(figure: Figure, *, dpi: float = 200.0) -> bytes:
     with _style(), warnings.catch_warnings():
         # A letter that the type lacks is shown as a box: no reason to fail, or to tell a terminal.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        _drawn(figure).savefig(buffer, format="png", dpi=dpi)
+        _drawn(decimated(figure)).savefig(buffer, format="png", dpi=dpi)
     return buffer.getvalue()
 
 

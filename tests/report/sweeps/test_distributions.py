@@ -28,7 +28,7 @@ def test_quantiles_are_those_of_members_that_have_a_number(made):
 
 
 def test_every_number_is_in_one_bar(made):
-    panels = figures(sweep_sections(made(VARY, columns)))["sweep-1-distributions"].panels
+    panels = figures(sweep_sections(made(VARY, columns)))["sweep-1-histograms"].panels
     found = {panel.x.label: panel for panel in panels}
     assert set(found) == {"settling time of v", "max |r| / v(0)"}
     for panel, count in zip(found.values(), (99, 100), strict=True):

@@ -42,6 +42,8 @@ def curves(name: str, members: Members, parameter: Parameter, slices: list[Slice
             for colour, (order, part) in enumerate(zip(orders, slices, strict=True))
         )
         panels.append(Panel(parameter.axis, quantity.axis, lines))
+    if not panels:
+        return [f"Nothing varies along {parameter.axis.label}: all members are alike."]
     title = f"Along {parameter.axis.label}"
     return [Figure(f"{name}-curves", title, tuple(panels), 2)]
 

@@ -87,9 +87,11 @@ def test_hostile_texts_are_text_everywhere(text):
     assert set(page.tags) <= TAGS
     assert set(page.attributes) <= {"style"}
     assert page.tags.count("h1") == page.tags.count("li") == page.tags.count("table") == 1
-    # Title, time, section, paragraph; a table: title, two heads, a unit, two cells, note; unread: two.
+    # Title, time, section, paragraph; title, two heads, unit, two cells, note; two of unread.
     assert page.text.count(shown(text)) == 13
-    assert page.text.isprintable() or set(filter(lambda c: not c.isprintable(), page.text)) == {"\n"}
+    assert page.text.isprintable() or set(filter(lambda c: not c.isprintable(), page.text)) == {
+        "\n"
+    }
 
 
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))

@@ -170,9 +170,7 @@ def test_rest_states_of_a_kept_proof(states, tone, path, tmp_path):
 
 
 @pytest.mark.parametrize(("level", "said"), [(1e9, "yes"), (1e-9, "no")])
-def test_a_proof_that_came_after_the_run_says_whether_it_starts_inside(
-    level, said, path, tmp_path
-):
+def test_a_proof_that_came_after_the_run_says_whether_it_starts_inside(level, said, path, tmp_path):
     keep_proof(tmp_path, made_config(), 1, level=level)
     assert column(summary_table(facts(path)), "in certified region")["made"].text == said
 

@@ -135,7 +135,7 @@ def _sweeps(found: list[Path]) -> tuple[SweepFile, ...]:
 
 
 def unique_labels(paths: list[Path]) -> list[str]:
-    """The names of files without their endings, with as many folders as it takes to tell them apart.
+    """The names of files without their endings, with the folders that it takes to tell them apart.
 
     Of a long name the end is cut off; what cannot be told apart any more is numbered.
     """

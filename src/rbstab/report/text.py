@@ -10,7 +10,7 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 from rbstab.config.errors import printable
-from rbstab.report.document import Block, Cell, Head, Motion, Report, Table
+from rbstab.report.document import Block, Motion, Report, Table
 from rbstab.report.figure import Figure
 
 STYLES = {"good": "green", "bad": "red", "odd": "yellow", "": ""}
@@ -102,7 +102,9 @@ def _least_widths(table: Table) -> list[int]:
 def _widths(table: Table, width: int) -> list[int]:
     """What each column gets of so many: those that want the least more get it first."""
     found = _least_widths(table)
-    wanted = [max(0, cells - least) for cells, least in zip(_cell_widths(table), found, strict=True)]
+    wanted = [
+        max(0, cells - least) for cells, least in zip(_cell_widths(table), found, strict=True)
+    ]
     room = max(0, width - EDGE - sum(found) - APART * len(found))
     by_want = sorted(range(len(found)), key=lambda k: wanted[k])
     for place, k in enumerate(by_want):

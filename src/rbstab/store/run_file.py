@@ -1,7 +1,6 @@
 """One run, one file: netCDF-4 compatible HDF5, described in `results/README.md`."""
 
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np

@@ -23,7 +23,7 @@ Flat = dict[str, Any]
 
 def config_section(facts: Sequence[RunFacts]) -> Section | None:
     """What differs, then what is equal; None where no config can be read."""
-    configs = {one.run.label: _flat(one.data) for one in facts if one.data}
+    configs = {one.run.label: _flat(one.run.data) for one in facts if one.run.data}
     if not configs:
         return None
     keys = list(dict.fromkeys(key for config in configs.values() for key in config))

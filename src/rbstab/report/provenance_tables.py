@@ -52,7 +52,7 @@ def _origin(facts: RunFacts) -> dict[str, str]:
         for name, value in attributes.items()
         if name not in (*SHOWN_ELSEWHERE, *OF_ONE_RUN)
     }
-    integration = facts.data.get("integration")
+    integration = facts.run.data.get("integration")
     if isinstance(integration, dict):
         for key in ("method", "rtol", "atol"):
             if key in integration:

@@ -67,7 +67,9 @@ def test_a_locus_goes_through_the_gain_as_it_is():
         line = lines_of(panel)[branch]
         ends = [values(marked[f"K_r times {factor}"])[branch] for factor in (0.1, 10)]
         assert [line.x[0] + 1j * line.y[0], line.x[-1] + 1j * line.y[-1]] == ends
-        assert np.abs(line.x + 1j * line.y - here[branch]).min(where=line.x < np.inf, initial=9) == 0
+        assert (
+            np.abs(line.x + 1j * line.y - here[branch]).min(where=line.x < np.inf, initial=9) == 0
+        )
 
 
 def test_no_straight_line_joins_a_real_and_a_complex_eigenvalue():

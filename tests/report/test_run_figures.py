@@ -159,9 +159,7 @@ def test_the_size_of_each_part_has_the_colour_of_its_part():
     sizes = lines_of(figure.panels[2])
     assert [line.label for line in sizes] == list(stack.labels)
     assert [line.colour for line in sizes] == list(range(len(stack.labels)))
-    np.testing.assert_array_equal(
-        np.column_stack([line.y for line in sizes]), np.abs(stack.parts)
-    )
+    np.testing.assert_array_equal(np.column_stack([line.y for line in sizes]), np.abs(stack.parts))
 
 
 def test_phase_portraits_begin_and_end_where_the_run_does():

@@ -143,7 +143,8 @@ def _axis(axis: Axis) -> JSON:
     look: JSON = {
         "title": {"text": plain(axis.text), "standoff": 6},
         "type": "log" if axis.log else "linear",
-        "exponentformat": "power",
+        # Powers of ten are too wide for ticks but where they are the ticks.
+        "exponentformat": "power" if axis.log else "SI",
         "zeroline": not axis.log,
         "showline": True,
         "ticks": "outside",

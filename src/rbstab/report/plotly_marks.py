@@ -73,7 +73,7 @@ def _(mark: Stack, panel: Panel) -> list[JSON]:
         values = np.nan_to_num(mark.parts[:, number])
         sides = {"up": values.clip(min=0), "down": values.clip(max=0)}
         for side, part in sides.items():
-            if side == "up" or part.any():
+            if part.any() or (side == "up" and not values.any()):
                 look = {"width": 0.5, "color": colour(number)}
                 trace = _scatter(label, mark.x, part, mode="lines", line=look)
                 found.append(trace | {"stackgroup": side, "fillcolor": colour(number)})

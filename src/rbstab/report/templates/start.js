@@ -7,6 +7,8 @@ function observe(element, callback) {
   new IntersectionObserver(([entry]) => callback(entry.isIntersecting), { rootMargin: "300px" }).observe(element);
 }
 
+// The style sheet hides these too, but in the newest browsers only.
+for (const note of document.querySelectorAll(".scriptless")) note.remove();
 followTheme();
 document.querySelectorAll(".table table").forEach(makeSortable);
 for (const box of document.querySelectorAll(".drawing")) {

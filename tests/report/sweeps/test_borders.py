@@ -5,7 +5,7 @@ import shlex
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN, code
-from support.reports import tables, texts
+from support.sections import tables, texts
 
 from rbstab.report.sweep_sections import sweep_sections
 from rbstab.report.sweeps.borders import border_pairs, notable

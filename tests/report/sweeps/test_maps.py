@@ -5,7 +5,7 @@ import statistics
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN, code
-from support.reports import figures
+from support.sections import figures
 
 from rbstab.report.figure import Cells, Line
 from rbstab.report.sweep_sections import sweep_sections

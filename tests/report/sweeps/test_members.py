@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN, code
 from support.paper_runs import paper_config
-from support.reports import check_sections, tables
+from support.sections import check_sections, tables
 
 from rbstab.experiment.kept_proofs import proof_for
 from rbstab.experiment.proof import start_level, starts_inside

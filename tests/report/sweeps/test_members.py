@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN, code
 from support.paper_runs import paper_config
-from support.reports import check_sections, tables
+from support.sections import check_sections, tables
 
 from rbstab.experiment.kept_proofs import proof_for
 from rbstab.experiment.proof import start_level, starts_inside
@@ -86,3 +86,10 @@ def test_the_file_is_not_changed(made):
     sweep_sections(sweep)
     assert sweep.path.read_bytes() == before
     assert len(read_table(sweep.path)["status"]) == 20
+
+
+def test_each_variant_has_its_own_level(members):
+    vary = {"controller.variant": {"values": ["free", "visco-elastic"]}} | GRID
+    found = members(vary)
+    found.__dict__["levels"] = {"visco-elastic": 7.0}
+    assert found.level.tolist() == pytest.approx([np.nan] * 20 + [7.0] * 20, nan_ok=True)

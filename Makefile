@@ -13,6 +13,9 @@ BROWSER := $(shell command -v chromium || command -v chromium-browser || command
 BROWSERLESS := $(if $(BROWSER),,not browser)
 SAY_BROWSERLESS := $(if $(BROWSER),:,echo "WARNING: no Chromium here: the tests of the page in a browser were LEFT OUT")
 
+# The results of the paper's cases.
+PAPER := $(patsubst configs/paper/%.yaml,results/%.h5,$(wildcard configs/paper/*.yaml))
+
 .DEFAULT_GOAL := help
 .PHONY: help install run test test-quick check format bench figures clean
 
@@ -29,8 +32,9 @@ $(READY): pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $(READY)
 
-run: $(READY)  ## run the paper's cases and print their table
+run: $(READY)  ## run the paper's cases, print their table, and make a report of them
 	$(BIN)/rbstab run configs/paper/*.yaml
+	$(BIN)/rbstab report $(PAPER) -o results/report.html
 
 test: $(READY)  ## all tests; those in a browser where there is a Chromium
 	$(BIN)/python -m pytest $(BY_FILE) -m '$(BROWSERLESS)'

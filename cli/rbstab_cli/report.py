@@ -112,9 +112,7 @@ def _same(path: Path, other: Path) -> bool:
         return False
 
 
-def _put(
-    report: "Report", path: Path | None, form: str, *, force: bool, as_json: bool
-) -> None:
+def _put(report: "Report", path: Path | None, form: str, *, force: bool, as_json: bool) -> None:
     if path is not None:
         from rbstab.report.write import write_report
 
@@ -133,9 +131,7 @@ def _put(
         print_report(report, Console(highlight=False))
 
 
-def _command(
-    results: tuple[Path, ...], output: Path | None, form: str, title: str | None
-) -> str:
+def _command(results: tuple[Path, ...], output: Path | None, form: str, title: str | None) -> str:
     """The command line that makes the report again."""
     words = ["rbstab", "report", *map(str, results)]
     words += ["-o", str(output)] if output is not None else []

@@ -48,7 +48,7 @@ def _comparisons(result: "Result") -> tuple[str, list["Comparison"]]:
     from rbstab.experiment.summary import comparisons_of
 
     # A file that another version of the program wrote is still worth showing.
-    config = stored_config(result)
+    config = stored_config(result).config
     reference = config.reference if config is not None else None
     if reference is None:
         return "", []

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Locator, Page, expect
 from support.browser import Opened
-from support.reports import END, hostile_report, report
+from support.pages import END, hostile_report, report
 
 pytestmark = pytest.mark.browser
 

@@ -5,7 +5,7 @@ import re
 from html.parser import HTMLParser
 
 import pytest
-from support.reports import HOSTILE, hostile_report, report
+from support.pages import HOSTILE, hostile_report, report
 
 from rbstab.report.document import Report, Section
 from rbstab.report.html import page

@@ -4,7 +4,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 import pytest
-from support.reports import HOSTILE, figures
+from support.pages import HOSTILE, figures
 
 from rbstab.report.figure import Axis, Bars, Cells, Figure, Level, Line, Panel, Stack
 from rbstab.report.plotly_renderer import drawn

@@ -6,7 +6,7 @@ from rbstab.store.result import Result
 
 
 class CertificateLine(NamedTuple):
-    """One line: what is checked, what was found, by what number against what bound, s, and in words.
+    """One line: what is checked and what was found, by what number against what bound.
 
     value and bound are as `quantity` says; when, s, is NaN where the value belongs to no time.
     """

@@ -1,34 +1,33 @@
 """The config of a run as it stands in its result."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import validated
 from rbstab.config.schema import Config
-from rbstab.config.source import Source, parse_source
+from rbstab.config.source import parse_source
 from rbstab.store.result import Result
 
 
-def stored_config(result: Result) -> Config | None:
-    """The config of a result; None where this version of the program cannot read it."""
-    source = _source(result)
-    if source is None:
-        return None
-    try:
-        return validated(source)
-    except ConfigError:
-        return None
+class StoredConfig(NamedTuple):
+    """A config, None where this version of the program cannot read it, and the same as plain data.
+
+    The data are what the text says, whatever that is; none where it is no YAML.
+    """
+
+    config: Config | None
+    data: dict[str, Any]
 
 
-def stored_data(result: Result) -> dict[str, Any]:
-    """The config of a result as plain data, whatever it says; empty where it is no YAML."""
-    source = _source(result)
-    return {} if source is None else source.data
-
-
-def _source(result: Result) -> Source | None:
+def stored_config(result: Result) -> StoredConfig:
+    """The config of a result."""
     try:
         source = parse_source(result.config, "config")
     except ConfigError:
-        return None
-    return source if isinstance(source.data, dict) else None
+        return StoredConfig(None, {})
+    if not isinstance(source.data, dict):
+        return StoredConfig(None, {})
+    try:
+        return StoredConfig(validated(source), source.data)
+    except ConfigError:
+        return StoredConfig(None, source.data)

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 from rbstab.report.document import Block, Cell, Head, Section, Table
 from rbstab.report.run_facts import RunFacts
@@ -23,7 +23,7 @@ Flat = dict[str, Any]
 
 def config_section(facts: Sequence[RunFacts]) -> Section | None:
     """What differs, then what is equal; None where no config can be read."""
-    configs = {one.run.label: _flat(one.data) for one in facts if one.data}
+    configs = {one.run.label: _flat(one.run.data) for one in facts if one.run.data}
     if not configs:
         return None
     keys = list(dict.fromkeys(key for config in configs.values() for key in config))
@@ -67,8 +67,9 @@ def _extent(configs: Mapping[str, Flat], keys: Sequence[str]) -> Table:
     rows = []
     for key in keys:
         values = [config.get(key) for config in configs.values()]
-        numbers = [value for value in values if _is_number(value)]
-        ends = (min(numbers), max(numbers)) if len(numbers) == len(values) else (None, None)
+        numbers = [float(value) for value in values if _is_number(value)]
+        whole = len(numbers) == len(values)
+        ends = (min(numbers), max(numbers)) if whole else (None, None)
         count = len({json.dumps(value, default=str) for value in values})
         rows.append((Cell(_named(key)), Cell(str(count), float(count)), *map(_cell, ends)))
     return Table("varied", "Keys that differ, and how far", heads, tuple(rows))
@@ -80,7 +81,8 @@ def _by_run(configs: Mapping[str, Flat], keys: Sequence[str], left_out: int) -> 
         *(Head(foreign(key), UNITS.get(key, ""), _numeric(key, configs)) for key in keys),
     )
     rows = tuple(
-        (Cell(label), *(_cell(config.get(key)) for key in keys)) for label, config in configs.items()
+        (Cell(label), *(_cell(config.get(key)) for key in keys))
+        for label, config in configs.items()
     )
     note = f"{counted(left_out, 'more key')} that differ are not shown here." if left_out else ""
     return Table("differences", "One row for each run", heads, rows, note)
@@ -111,12 +113,12 @@ def _named(key: str) -> str:
     return foreign(f"{key} [{unit}]" if unit else key)
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _cell(value: object) -> Cell:
-    if isinstance(value, int | float) and not isinstance(value, bool):
+    if _is_number(value):
         return Cell(number(value, 12), float(value))
     return Cell(NOTHING if value is None else foreign(_words(value)))
 

@@ -21,7 +21,7 @@ PICTURE = re.compile(r"[a-z0-9-]+\.[0-9a-f]{12}\.png")
 DOTS_PER_INCH = 150
 
 _STEERING = re.compile(r"[\\`*_|~$]|\](?=[\[(:])|^#|^[-+](?=[\s+-])|(?<=:)/")
-_NUMBERED = re.compile(r"^(\d+)(?=[.)])")
+_NUMBERED = re.compile(r"^(\d+)(?=[.)](\s|$))")
 
 
 def write_markdown(report: Report, path: Path) -> None:

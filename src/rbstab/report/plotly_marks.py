@@ -154,9 +154,30 @@ def coloured(mark: Mark) -> JSON:
             "ticktext": [tick(word) for word in scale.words],
         }
         return {"colorscale": steps, "cmin": -0.5, "cmax": count - 0.5, "colorbar": bar | ticks}
+    found = {"colorscale": SCALE.capitalize(), "colorbar": bar}
+    ends = np.array(mark.span or _ends(mark), dtype=float)
     if scale.log:
-        bar |= {"tickprefix": "10<sup>", "ticksuffix": "</sup>"}
-    return {"colorscale": SCALE.capitalize(), "colorbar": bar}
+        ends = _log10(ends)
+        bar |= _decades(*ends)
+    return found | dict(zip(("cmin", "cmax"), ends.tolist(), strict=True))
+
+
+def _ends(mark: Cells) -> tuple[float, float]:
+    """The least and the greatest value that are shown; 1 and 10 where none is."""
+    values = np.asarray(mark.values, dtype=float)
+    shown = values[np.isfinite(values) & ((values > 0) | (not mark.scale.log))]
+    return (float(shown.min()), float(shown.max())) if len(shown) else (1.0, 10.0)
+
+
+def _decades(low: float, high: float) -> JSON:
+    """The ticks of a logarithmic scale, between two powers of ten: at whole ones, 2 and 5."""
+    powers = range(int(np.floor(low)), int(np.ceil(high)) + 1)
+    factors = (1, 2, 5) if high - low < 2 else (1,)
+    ticks = [(power, factor) for power in powers for factor in factors]
+    return {
+        "tickvals": [power + float(np.log10(factor)) for power, factor in ticks],
+        "ticktext": [f"{factor * 10.0**power:g}" for power, factor in ticks],
+    }
 
 
 def level(mark: Level) -> JSON:

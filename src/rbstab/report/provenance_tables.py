@@ -52,7 +52,7 @@ def _origin(facts: RunFacts) -> dict[str, str]:
         for name, value in attributes.items()
         if name not in (*SHOWN_ELSEWHERE, *OF_ONE_RUN)
     }
-    integration = facts.data.get("integration")
+    integration = facts.run.data.get("integration")
     if isinstance(integration, dict):
         for key in ("method", "rtol", "atol"):
             if key in integration:
@@ -110,7 +110,7 @@ def _commands(facts: Sequence[RunFacts]) -> list[Block]:
     if len(facts) > MOST_COMMANDS:
         return [
             "Each run is repeated from its stored config: "
-            "rbstab show FILE --config > NAME.yaml && rbstab run NAME.yaml -o again"
+            "rbstab show RESULT --config > NAME.yaml && rbstab run NAME.yaml -o again"
         ]
     rows = tuple((Cell(one.run.label), Cell(repeating(one.run.path))) for one in facts)
     heads = (Head("run"), Head("command"))

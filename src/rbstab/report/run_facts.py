@@ -10,7 +10,6 @@ from rbstab.experiment.certified import proved_checks
 from rbstab.experiment.kept_proofs import kept_proof, proof_path
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
-from rbstab.experiment.stored_config import stored_data
 from rbstab.experiment.summary import Comparison, comparisons_of
 from rbstab.report.sources import Run
 
@@ -27,7 +26,6 @@ class RunFacts:
         lines: Of its certificate.
         proof: What is proved of its body, gravity and controller; None where nothing is kept.
         inside: Whether it starts in its certified region; None where that is not known.
-        data: Its config as plain data.
         comparisons: The values of its config's `reference` beside its own.
     """
 
@@ -35,7 +33,6 @@ class RunFacts:
     lines: tuple[CertificateLine, ...]
     proof: Proof | None
     inside: bool | None
-    data: dict[str, object]
     comparisons: tuple[Comparison, ...]
 
     def attribute(self, name: str) -> str:
@@ -52,14 +49,14 @@ def facts_of(runs: Sequence[Run]) -> tuple[RunFacts, ...]:
 def _facts(run: Run, proof: Proof | None) -> RunFacts:
     result, config = run.result, run.config
     reference = config.reference if config is not None else None
+    found = comparisons_of(result, reference, run.summary) if reference is not None else []
     lines = tuple(certificate_lines(result))
     return RunFacts(
         run=run,
         lines=lines,
         proof=proof,
         inside=_inside(run, lines, proof),
-        data=stored_data(result),
-        comparisons=tuple(comparisons_of(result, reference) if reference is not None else ()),
+        comparisons=tuple(found),
     )
 
 

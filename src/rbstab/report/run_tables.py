@@ -32,13 +32,14 @@ HEADS = (
 )
 
 NOTE = (
-    "v is the Lyapunov function and r what its integrated derivative leaves unexplained. Peak E is the "
-    f"displacement of the contact point farthest from zero, by axis; settled is v below {SETTLED:g} v(0) "
-    "for good. Rest states are those in the range of the Euler angles, and the certified region is where "
-    "convergence is proved, both where a proof is kept beside the result (`rbstab stability`)."
+    "v is the Lyapunov function and r what its integrated derivative leaves unexplained. Peak E is "
+    "the displacement of the contact point farthest from zero, by axis; settled is v below "
+    f"{SETTLED:g} v(0) for good. Rest states are those in the range of the Euler angles, and the "
+    "certified region is where convergence is proved, both where a proof is kept beside the result "
+    "(`rbstab stability`)."
 )
 
-TONES = {Verdict.CERTIFIED: "good", Verdict.VIOLATED: "bad", Verdict.UNKNOWN: "odd"}
+TONES: dict[str, str] = {Verdict.CERTIFIED: "good", Verdict.VIOLATED: "bad", Verdict.UNKNOWN: "odd"}
 """Of verdicts; what is seen to hold and not proved is neither good nor bad."""
 
 
@@ -51,14 +52,13 @@ def overview(facts: Sequence[RunFacts]) -> str:
     """How many runs there are, how they ended and what was found."""
     status = Counter(one.run.result.status for one in facts)
     verdict = Counter(one.attribute("verdict") or "of no certificate" for one in facts)
-    return (
-        f"{counted(len(facts), 'run')}: {_counts(status)}; by their certificates: {_counts(verdict)}."
-    )
+    runs = counted(len(facts), "run")
+    return f"{runs}: {_counts(status)}; by their certificates: {_counts(verdict)}."
 
 
 def verdict_cell(verdict: str, target: str = "") -> Cell:
     """A verdict with its tone."""
-    return Cell(verdict or NOTHING, tone=TONES.get(verdict, ""), target=target)  # type: ignore[call-overload]
+    return Cell(verdict or NOTHING, tone=TONES.get(verdict, ""), target=target)
 
 
 def quantity(value: float, digits: int = 4) -> Cell:

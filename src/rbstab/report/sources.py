@@ -2,10 +2,11 @@
 
 import os
 from collections import Counter
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +35,7 @@ class Run:
         path: Its file.
         result: What is in it.
         config: Its config, or None where this version of the program cannot read that.
+        data: The same as plain data, whatever it says; empty where it is no YAML.
     """
 
     number: int
@@ -42,6 +44,7 @@ class Run:
     path: Path
     result: Result
     config: Config | None
+    data: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def summary(self) -> Summary:
@@ -120,7 +123,7 @@ def read_sources(paths: Iterable[str | Path]) -> Sources:
 def _runs(found: list[tuple[Path, Result]]) -> tuple[Run, ...]:
     labels = unique_labels([path for path, _ in found])
     return tuple(
-        Run(number, f"run-{number + 1}", label, path, result, stored_config(result))
+        Run(number, f"run-{number + 1}", label, path, result, *stored_config(result))
         for number, (label, (path, result)) in enumerate(zip(labels, found, strict=True))
     )
 
@@ -135,7 +138,7 @@ def _sweeps(found: list[Path]) -> tuple[SweepFile, ...]:
 
 
 def unique_labels(paths: list[Path]) -> list[str]:
-    """The names of files without their endings, with as many folders as it takes to tell them apart.
+    """The names of files without their endings, with the folders that it takes to tell them apart.
 
     Of a long name the end is cut off; what cannot be told apart any more is numbered.
     """

@@ -10,7 +10,7 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 from rbstab.config.errors import printable
-from rbstab.report.document import Block, Cell, Head, Motion, Report, Table
+from rbstab.report.document import Block, Motion, Report, Table
 from rbstab.report.figure import Figure
 
 STYLES = {"good": "green", "bad": "red", "odd": "yellow", "": ""}
@@ -20,7 +20,10 @@ FOLDED = 24
 """Columns that a column of words is given at least, where it has as many; longer ones fold."""
 
 APART = 3
-"""Columns between two columns of a table."""
+"""Columns that a column of a table takes beside its words."""
+
+EDGE = 1
+"""Columns that a table takes beside its columns."""
 
 
 def print_report(report: Report, console: Console) -> None:
@@ -68,7 +71,7 @@ def pieces(table: Table, width: int) -> Iterator[Table]:
     """
     needed = _least_widths(table)
     names = _naming(table)
-    room = width - sum(needed[k] + APART for k in names)
+    room = width - EDGE - sum(needed[k] + APART for k in names)
     taken: list[int] = []
     used = 0
     for k in range(len(names), len(needed)):
@@ -99,8 +102,10 @@ def _least_widths(table: Table) -> list[int]:
 def _widths(table: Table, width: int) -> list[int]:
     """What each column gets of so many: those that want the least more get it first."""
     found = _least_widths(table)
-    wanted = [max(0, cells - least) for cells, least in zip(_cell_widths(table), found, strict=True)]
-    room = max(0, width - sum(found) - APART * len(found))
+    wanted = [
+        max(0, cells - least) for cells, least in zip(_cell_widths(table), found, strict=True)
+    ]
+    room = max(0, width - EDGE - sum(found) - APART * len(found))
     by_want = sorted(range(len(found)), key=lambda k: wanted[k])
     for place, k in enumerate(by_want):
         more = min(wanted[k], room // (len(by_want) - place))

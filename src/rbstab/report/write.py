@@ -56,9 +56,7 @@ def check_replaceable(path: Path, *, force: bool) -> None:
         if path.is_dir():
             raise StoreError(f"{path} cannot be written: it is a folder")
         if path.exists() and not force and not is_report(path):
-            raise ResultExistsError(
-                f"{path} exists already and is no report; --force replaces it"
-            )
+            raise ResultExistsError(f"{path} exists already and is no report; --force replaces it")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise StoreError(f"{path} cannot be read: {reason}") from error

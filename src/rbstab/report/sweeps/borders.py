@@ -88,7 +88,7 @@ def _in_grid(members: Members) -> list[tuple[int, int]]:
     found = np.concatenate(pairs) if pairs else np.zeros((0, 2), int)
     if not len(found):
         return []
-    picked = np.unique(np.linspace(0, len(found) - 1, PAIRS + 2).round().astype(int)[1:-1])
+    picked = np.unique(((np.arange(PAIRS) + 0.5) * len(found) / PAIRS).astype(int))
     return [(int(a), int(b)) for a, b in found[picked].tolist()]
 
 

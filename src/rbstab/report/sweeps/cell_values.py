@@ -1,5 +1,6 @@
 """Numbers of members brought into the cells of a map."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -46,7 +47,7 @@ class Area(NamedTuple):
     @property
     def fewest(self) -> int:
         """How many members a cell needs to be filled."""
-        return 1 if self.x.whole and self.y.whole else FEWEST
+        return FEWEST if self.x.drawn or self.y.drawn else 1
 
 
 def area_of(x: Cut, y: Cut, chosen: Array | None = None) -> Area:
@@ -85,12 +86,17 @@ def quantity_cells(area: Area, quantity: Quantity) -> Cells:
     return _cells(area, medians(area, quantity.values), quantity.axis)
 
 
+def event(members: Members) -> tuple[str, Array]:
+    """What a share of members is counted of: that they settled, or else that they completed."""
+    settled = members.ends == ENDS.index(SETTLED)
+    return (SETTLED, settled) if settled.any() else ("completed", members.completed)
+
+
 def end_cells(members: Members, area: Area) -> Cells:
-    """A map of how members end; where cells have several, of the share that settled."""
+    """A map of how members end; where cells have several, of a share of them (`event`)."""
     if not area.is_single:
-        return _cells(
-            area, shares(area, members.ends == ENDS.index(SETTLED)), Axis("share settled")
-        )
+        label, yes = event(members)
+        return replace(_cells(area, shares(area, yes), Axis(f"share {label}")), span=(0.0, 1.0))
     occurring = np.flatnonzero(members.counts)
     places = np.searchsorted(occurring, members.ends).astype(float)
     words = tuple(ENDS[code] for code in occurring.tolist())

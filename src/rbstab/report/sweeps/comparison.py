@@ -32,9 +32,11 @@ def comparison_blocks(name: str, members: Members) -> list[Block]:
     drawn = plan is not None and plan.design is not None
     blocks: list[Block] = [_ends(name, members, groups, settled, drawn=drawn)]
     found = _quantities(members)
-    blocks += [_quantiles(name, groups, found), _figure(name, groups, settled, found, drawn=drawn)]
-    if groups.pairs is not None:
-        blocks += [_pairs(name, members, groups)]
+    blocks.append(_figure(name, groups, settled, found, drawn=drawn))
+    if found:
+        blocks.append(_quantiles(name, groups, found))
+    if found and groups.pairs is not None:
+        blocks.append(_pairs(name, groups, found))
     return blocks
 
 
@@ -116,7 +118,7 @@ def _spread(groups: Circumstances, quantity: Quantity) -> Intervals:
     return Intervals(np.arange(float(len(rows))), middle, low, high)
 
 
-def _pairs(name: str, members: Members, groups: Circumstances) -> Table:
+def _pairs(name: str, groups: Circumstances, found: list[Quantity]) -> Table:
     """Differences between members that differ in their group alone, to the first group."""
     assert groups.pairs is not None
     heads = (
@@ -127,7 +129,7 @@ def _pairs(name: str, members: Members, groups: Circumstances) -> Table:
         *(Head("median" if q == 0.5 else f"{q:.0%}", numbers=True) for q in SPREAD),
     )
     first, rows = groups.labels[0], []
-    for quantity in _quantities(members):
+    for quantity in found:
         values = quantity.values[groups.pairs]
         for k, label in enumerate(groups.labels[1:], start=1):
             difference = values[:, k] - values[:, 0]

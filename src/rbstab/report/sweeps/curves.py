@@ -1,16 +1,21 @@
 """Curves of what becomes of members along the one parameter that varies."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.document import Block
-from rbstab.report.figure import Axis, Figure, Line, Panel, Points
+from rbstab.report.figure import Axis, Figure, Line, Mark, Panel, Points
 from rbstab.report.sweeps.circumstances import Slice
 from rbstab.report.sweeps.members import ENDS, Members
 from rbstab.report.sweeps.parameters import Parameter
-from rbstab.report.sweeps.quantities import mapped
+from rbstab.report.sweeps.quantities import mapped, varies
 
 AXES = ("first axis", "second axis", "third axis")
+
+MOST_POINTS = 500
+"""Members whose outcomes are drawn one by one."""
 
 
 def curves(name: str, members: Members, parameter: Parameter, slices: list[Slice]) -> list[Block]:
@@ -27,6 +32,8 @@ def curves(name: str, members: Members, parameter: Parameter, slices: list[Slice
     if np.count_nonzero(members.counts) > 1:
         panels.append(_ends(members, parameter, orders, slices))
     for quantity in mapped(members):
+        if not varies(quantity.values):
+            continue
         if quantity.name == "peak-displacement" and len(slices) == 1:
             panels.append(_peaks(members, parameter, orders[0]))
             continue
@@ -35,6 +42,8 @@ def curves(name: str, members: Members, parameter: Parameter, slices: list[Slice
             for colour, (order, part) in enumerate(zip(orders, slices, strict=True))
         )
         panels.append(Panel(parameter.axis, quantity.axis, lines))
+    if not panels:
+        return [f"Nothing varies along {parameter.axis.label}: all members are alike."]
     title = f"Along {parameter.axis.label}"
     return [Figure(f"{name}-curves", title, tuple(panels), 2)]
 
@@ -66,8 +75,9 @@ def _ends(
     occurring = np.flatnonzero(members.counts)
     places = np.searchsorted(occurring, members.ends).astype(float)
     words = tuple(ENDS[code] for code in occurring.tolist())
-    marks = tuple(
-        Points(parameter.values[order].astype(float), places[order], part.title, colour, colour)
-        for colour, (order, part) in enumerate(zip(orders, slices, strict=True))
-    )
-    return Panel(parameter.axis, Axis("outcome", words=words), marks)
+    marks: list[Mark] = []
+    for colour, (order, part) in enumerate(zip(orders, slices, strict=True)):
+        line = replace(_line(parameter, order, places, part.title, colour), step=True)
+        alone = Points(line.x, line.y, line.label, colour, colour)
+        marks.append(alone if len(order) <= MOST_POINTS else line)
+    return Panel(parameter.axis, Axis("outcome", words=words), tuple(marks))

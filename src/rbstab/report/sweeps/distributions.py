@@ -37,7 +37,7 @@ def distribution_blocks(name: str, members: Members) -> list[Block]:
     panels = tuple(_panel(quantity) for quantity in found if varies(quantity.values))
     if not panels:
         return [table]
-    return [table, Figure(f"{name}-distributions", "Distributions over the members", panels, 2)]
+    return [table, Figure(f"{name}-histograms", "Distributions over the members", panels, 2)]
 
 
 def distributed(members: Members) -> list[Quantity]:

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import binomtest
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.document import Block, Cell, Head, Table
@@ -53,6 +52,9 @@ def fraction(label: str, yes: Array) -> Fraction:
         label: What they fulfil.
         yes: Whether each does, shape (n,), n > 0.
     """
+    # Imported late: SciPy's statistics take longer to load than all else of a report.
+    from scipy.stats import binomtest
+
     count, of = int(np.count_nonzero(yes)), len(yes)
     interval = binomtest(count, of).proportion_ci(CONFIDENCE, method="wilson")
     return Fraction(label, count, of, float(interval.low), float(interval.high))

@@ -77,6 +77,8 @@ def correlation_ratio(groups: Array, values: Array) -> float:
     groups, values = groups[finite], values[finite]
     if not varies(values):
         return float("nan")
+    # No square of a number below 1 overflows.
+    values = values / np.abs(values).max()
     deviations = values - values.mean()
     counts = np.bincount(groups)
     sums = np.bincount(groups, weights=deviations)

@@ -3,14 +3,13 @@
 import numpy as np
 
 from rbstab.report.document import Block
-from rbstab.report.figure import Cells, Figure, Mark, Panel
-from rbstab.report.sweeps.cell_values import Area, area_of, end_cells, outline, quantity_cells
+from rbstab.report.sweeps.cell_values import FEWEST
 from rbstab.report.sweeps.circumstances import Slice, circumstances_of
 from rbstab.report.sweeps.curves import curves
 from rbstab.report.sweeps.influence import Influence
-from rbstab.report.sweeps.members import Members
-from rbstab.report.sweeps.parameters import Cut, Parameter, cut
-from rbstab.report.sweeps.quantities import Quantity, mapped, start_over_level, varies
+from rbstab.report.sweeps.map_figures import map_figures, scatter_figure
+from rbstab.report.sweeps.members import ENDS, Members
+from rbstab.report.sweeps.parameters import Parameter, cut
 
 MOST_SLICES = 6
 """Maps of one quantity side by side."""
@@ -21,7 +20,8 @@ PER_CELL = 20
 MOST_DRAWN_CELLS = 100
 """Along an axis of drawn values."""
 
-LEVEL = "v(0) = c*: inside, convergence is proved"
+FEWEST_DRAWN = 320
+"""Members below which drawn ones are shown one by one: there would be too few cells."""
 
 
 def map_blocks(name: str, members: Members) -> list[Block]:
@@ -64,9 +64,9 @@ def _of_grid(
         others = others[1:]
     if others:
         names = ", ".join(p.axis.label for p in others)
-        said += f" Along {names} the share that settled, or the median, is drawn."
-    # The last key of a plan is its fastest: upright here, as in the table of its members.
-    return _maps(name, members, (cut(first), cut(second)), slices, said.strip())
+        said += f" Along {names} cells hold the share or the median of their members."
+    figures = map_figures(name, members, (cut(first), cut(second)), slices, said.strip())
+    return [*_alike(members), *figures]
 
 
 def _of_drawn(
@@ -74,17 +74,27 @@ def _of_drawn(
 ) -> list[Block]:
     """Maps over the two parameters on which the outcome depends most."""
     influence = Influence(members)
-    ranked = [influence.parameters[k] for k in influence.order]
-    ranked = [p for p in ranked if p in free]
+    first, second = [p for k in influence.order if (p := influence.parameters[k]) in free][:2]
+    blocks: list[Block] = [influence.table(f"{name}-influence"), *_alike(members)]
+    said = "Over the two parameters with the largest sum of correlation ratios."
+    if len(members) // len(slices) < FEWEST_DRAWN:
+        if np.count_nonzero(members.counts) > 1:
+            blocks.append(scatter_figure(name, members, (first, second), slices, said))
+        return blocks
     most = drawn_cells(len(members) // len(slices))
-    cuts = (cut(ranked[0], most), cut(ranked[1], most))
-    said = (
-        f"Over the two parameters with the largest sum of correlation ratios. Cells hold the share "
-        f"that settled, or the median, of their members, about {PER_CELL} or more; a cell with "
-        "fewer than 5 is empty."
+    said += (
+        f" Cells hold the share or the median of their members, about {PER_CELL} or "
+        f"more on average; a cell with fewer than {FEWEST} is empty."
     )
-    blocks: list[Block] = [influence.table(f"{name}-influence")]
-    return blocks + _maps(name, members, cuts, slices, said)
+    return blocks + map_figures(name, members, (cut(first, most), cut(second, most)), slices, said)
+
+
+def _alike(members: Members) -> list[Block]:
+    """What is said instead of a map of outcomes where there is only one."""
+    if np.count_nonzero(members.counts) > 1:
+        return []
+    end = ENDS[int(members.counts.argmax())]
+    return [f"All members ended alike ({end}), so that there is no map of how they ended."]
 
 
 def drawn_cells(members: int) -> int:
@@ -99,52 +109,3 @@ def _slices_along(parameter: Parameter) -> list[Slice]:
         Slice(f"{parameter.axis.label} = {entry:.4g}", np.flatnonzero(parameter.values == entry))
         for entry in entries[picked].tolist()
     ]
-
-
-def _maps(
-    name: str, members: Members, cuts: tuple[Cut, Cut], slices: list[Slice], said: str
-) -> list[Block]:
-    areas = [area_of(*cuts, chosen=part.chosen) for part in slices]
-    found = [q for q in mapped(members) if varies(q.values)]
-    blocks: list[Block] = []
-    if np.count_nonzero(members.counts) < 2:
-        blocks.append("All members ended alike, so that there is no map of how they ended.")
-    over = f"over {cuts[0].axis.label} and {cuts[1].axis.label}"
-    if len(slices) == 1:
-        cells_of = _all(members, areas[0], found).values()
-        panels = [_panel(members, areas[0], cells, "") for cells in cells_of]
-        blocks += [Figure(f"{name}-map", f"Maps {over}", tuple(panels), 2, caption=said)]
-        return blocks if panels else blocks[:-1]
-    by_slice = [_all(members, area, found) for area in areas]
-    for short in by_slice[0]:
-        same = [cells[short] for cells in by_slice]
-        drawn = zip(areas, same, slices, strict=True)
-        panels = [_panel(members, area, cells, part.title) for area, cells, part in drawn]
-        label = same[0].scale.label
-        title = f"{label[:1].upper()}{label[1:]} {over}"
-        blocks.append(Figure(f"{name}-map-{short}", title, tuple(panels), 3, caption=said))
-    return blocks
-
-
-def _all(members: Members, area: Area, found: list[Quantity]) -> dict[str, Cells]:
-    """The maps of an area by the names of what they show."""
-    cells = {} if np.count_nonzero(members.counts) < 2 else {"outcome": end_cells(members, area)}
-    return cells | {quantity.name: quantity_cells(area, quantity) for quantity in found}
-
-
-def _panel(members: Members, area: Area, cells: Cells, title: str) -> Panel:
-    marks: list[Mark] = [cells]
-    level = start_over_level(members)
-    if level is not None:
-        curve = outline(area, level.values, 1.0, LEVEL)
-        marks += [] if curve is None else [curve]
-    equal = area.x.axis.unit == area.y.axis.unit != "" and _alike(area)
-    return Panel(area.x.axis, area.y.axis, tuple(marks), title or cells.scale.text, equal)
-
-
-def _alike(area: Area) -> bool:
-    """Whether both axes are about equally long and linear, so that a square is drawn as one."""
-    if area.x.axis.log or area.y.axis.log or area.x.axis.unit == "1":
-        return False
-    x, y = np.ptp(area.x.middles), np.ptp(area.y.middles)
-    return bool(0.5 <= x / y <= 2)

@@ -90,6 +90,15 @@ class Members:
             return {}
         return {v: level for v, level in self._certified.bounds.items() if level is not None}
 
+    @property
+    def share_proofs(self) -> bool:
+        """Whether members differ in their start alone, so that one proof is about all of them."""
+        return self.plan is not None and all(
+            column.path[0] == "initial"
+            for variant in self.plan.variants
+            for column in self.plan.columns_of(variant)
+        )
+
     @cached_property
     def level(self) -> Array | None:
         """v below which the convergence of each is proved, shape (n,), NaN: unknown; J."""

@@ -3,12 +3,11 @@
 import shlex
 from pathlib import Path
 
-import numpy as np
-
 from rbstab.report.document import Block, Cell, Head, Table
 from rbstab.report.sweeps.borders import notable
 from rbstab.report.sweeps.cells import number, whole
 from rbstab.report.sweeps.members import ENDS, Members
+from rbstab.report.sweeps.parameters import shortened
 from rbstab.sweep.folder import PLAN_FILE
 from rbstab.sweep.layout import safe_name
 from rbstab.sweep.outcome import STATUSES
@@ -18,6 +17,9 @@ OUTCOMES = {
     "smallest_regularity": ("smallest cos θ2", ""),
     "lyapunov_start": ("v(0)", "J"),
 }
+
+MOST_COLUMNS = 4
+"""Parameters that have a column each."""
 
 
 def replay_command(path: Path, member: int) -> str:
@@ -34,7 +36,7 @@ def replay_command(path: Path, member: int) -> str:
 
 def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
     """The members that are worth a look, and how to run them by themselves."""
-    found = notable(members)
+    found = notable(members) if members.plan is not None else []
     if not found:
         return []
     heads = (
@@ -43,7 +45,7 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
         Head("outcome"),
         *(Head(label, unit, numbers=True) for label, unit in OUTCOMES.values()),
         Head("peak of E by axis", "m"),
-        Head("parameters"),
+        *_parameter_heads(members),
         Head("run"),
         Head("as a single run"),
     )
@@ -64,8 +66,8 @@ def _row(members: Members, path: Path, why: str, k: int) -> tuple[Cell, ...]:
         Cell(why),
         Cell(_end(members, k), tone=tone),
         *(number(float(members.column(name)[k])) for name in OUTCOMES),
-        Cell(f"({peak})" if np.isfinite(members.column("settling_time")[k]) or peak else "-"),
-        Cell(_parameters(members, k)),
+        Cell(f"({peak})"),
+        *_parameters(members, k),
         Cell(members.column("run_id")[k].decode()[:8]),
         Cell(replay_command(path, k)),
     )
@@ -76,12 +78,27 @@ def _end(members: Members, k: int) -> str:
     return status if members.ends[k] > 1 else f"{status}, {ENDS[members.ends[k]]}"
 
 
-def _parameters(members: Members, k: int) -> str:
+def _varied(members: Members) -> list[str]:
+    """The columns of what is varied."""
     assert members.plan is not None
-    found = []
-    for column in members.plan.columns:
-        name = safe_name(column.key)
-        stored, value = members.table.layout[name], members.column(name)[k]
-        said = stored.flags[int(value)] if stored.flags else f"{value:.6g}"
-        found.append(f"{stored.long_name} = {said}")
-    return "; ".join(found)
+    return [safe_name(column.key) for column in members.plan.columns]
+
+
+def _parameter_heads(members: Members) -> list[Head]:
+    columns = [members.table.layout[name] for name in _varied(members)]
+    if len(columns) > MOST_COLUMNS:
+        return [Head("parameters")]
+    return [Head(shortened(c.long_name), c.unit, numbers=not c.flags) for c in columns]
+
+
+def _parameters(members: Members, k: int) -> list[Cell]:
+    """What is varied, of one member: in a column each, or where these are many in one."""
+    cells = []
+    for name in _varied(members):
+        flags, value = members.table.layout[name].flags, members.column(name)[k]
+        cells.append(Cell(flags[int(value)]) if flags else number(float(value), 6))
+    if len(cells) <= MOST_COLUMNS:
+        return cells
+    labels = [shortened(members.table.layout[name].long_name) for name in _varied(members)]
+    said = (f"{label} = {cell.text}" for label, cell in zip(labels, cells, strict=True))
+    return [Cell("; ".join(said))]

@@ -14,6 +14,7 @@ from rbstab.sweep.axes import Axis as Varied
 from rbstab.sweep.distributions import FiniteList, Geomspace, Logspace, LogUniform
 from rbstab.sweep.layout import safe_name
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.read_vary import VARIED
 
 MOST_CELLS = 256
 """Along an axis of a map: a page shows no more, and a file of millions is no report."""
@@ -55,13 +56,13 @@ class Parameter:
 class Cut(NamedTuple):
     """An axis in cells: the cell of every member, the middles of the cells, what is along it.
 
-    whole tells whether a cell has just one value of a list.
+    drawn tells whether chance decides how many members a cell has.
     """
 
     places: Array
     middles: Array
     axis: Axis
-    whole: bool
+    drawn: bool
 
 
 def parameters_of(plan: Plan, table: Table) -> tuple[Parameter, ...]:
@@ -90,13 +91,14 @@ def cut(parameter: Parameter, most: int = MOST_CELLS) -> Cut:
         sizes = np.diff([*starts, len(entries)])
         middles = np.add.reduceat(scaled, starts) / sizes
         if together == 1:
-            return Cut(places, entries.astype(float), axis, whole=True)
-        return Cut(places // together, np.exp(middles) if axis.log else middles, axis, whole=False)
+            return Cut(places, entries.astype(float), axis, drawn=False)
+        middles = np.exp(middles) if axis.log else middles
+        return Cut(places // together, middles, axis, drawn=False)
     scaled = np.log(values) if axis.log else values
     edges = np.linspace(scaled.min(), scaled.max(), most + 1)
     places = np.clip(np.searchsorted(edges, scaled, side="right") - 1, 0, most - 1)
     middles = (edges[1:] + edges[:-1]) / 2
-    return Cut(places, np.exp(middles) if axis.log else middles, axis, whole=False)
+    return Cut(places, np.exp(middles) if axis.log else middles, axis, drawn=True)
 
 
 def _parameter(axis: Varied, table: Table) -> Parameter:
@@ -106,9 +108,18 @@ def _parameter(axis: Varied, table: Table) -> Parameter:
     listed = isinstance(column.distribution, FiniteList)
     log = isinstance(column.distribution, _LOGARITHMIC) and bool((values > 0).all())
     others = [c.key for c in axis.columns if c is not column]
-    label = stored.long_name + (f" (with {', '.join(others)})" if others else "")
+    label = shortened(stored.long_name)
+    if others:
+        label += f" (with {', '.join(map(shortened, others))})"
     drawn = Axis(label, stored.unit, log=log, words=stored.flags)
     return Parameter(axis.name, name, drawn, values, listed)
+
+
+def shortened(label: str) -> str:
+    """The name of a column without the section of its key, which the rest of it tells."""
+    for section in VARIED:
+        label = label.replace(f"{section}.", "initial " if section == "initial" else "")
+    return label
 
 
 def _standing_for(axis: Varied, table: Table) -> Column:

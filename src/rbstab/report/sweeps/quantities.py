@@ -34,10 +34,10 @@ def settling_time(members: Members) -> Quantity:
 
 
 def peak_displacement(members: Members) -> Quantity:
-    """The largest |E| along an axis, of members that completed."""
+    """The largest entry of |E| over time and axes, of members that completed."""
     peaks = np.abs(members.column("peak_contact_displacement")).max(axis=1)
     values = np.where(members.completed, peaks, np.nan)
-    return _quantity("peak-displacement", "largest |E| along an axis", "m", values)
+    return _quantity("peak-displacement", "max |E| by axis", "m", values)
 
 
 def regularity(members: Members) -> Quantity:

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
+from support.browser import Opened
 
 from rbstab.report.document import Report
 from rbstab.report.html import page as written
-from support.browser import Opened
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
@@ -50,18 +50,24 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
         contexts.append(context)
         page = context.new_page()
         page.on("pageerror", lambda error: wrong.append(f"error: {error}"))
-        page.on("dialog", lambda dialog: (wrong.append(f"dialog: {dialog.message}"), dialog.accept()))
+        page.on(
+            "dialog", lambda dialog: (wrong.append(f"dialog: {dialog.message}"), dialog.accept())
+        )
         page.on(
             "console",
-            lambda said: wrong.append(f"{said.type}: {said.text}")
-            if said.type in ("error", "warning")
-            else None,
+            lambda said: (
+                wrong.append(f"{said.type}: {said.text}")
+                if said.type in ("error", "warning")
+                else None
+            ),
         )
         page.on(
             "request",
-            lambda request: wrong.append(f"request: {request.url[:100]}")
-            if not request.url.startswith((file.as_uri(), "data:", "blob:"))
-            else None,
+            lambda request: (
+                wrong.append(f"request: {request.url[:100]}")
+                if not request.url.startswith((file.as_uri(), "data:", "blob:"))
+                else None
+            ),
         )
         page.goto(file.as_uri())
         return page

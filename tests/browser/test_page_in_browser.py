@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
-
 from support.browser import Opened
 from support.pages import END, hostile_report, report
 

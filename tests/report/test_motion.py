@@ -3,12 +3,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.paper_runs import paper_config
 
 import rbstab
 from rbstab.config.load import load_config
 from rbstab.report.motion import MOST_FRAMES, motion_of
 from rbstab.report.sources import Run
-from support.paper_runs import paper_config
 
 
 def run(variant: str, **changes: object) -> Run:

@@ -5,10 +5,10 @@ import re
 from html.parser import HTMLParser
 
 import pytest
+from support.pages import HOSTILE, hostile_report, report
 
 from rbstab.report.document import Report, Section
 from rbstab.report.html import page
-from support.pages import HOSTILE, hostile_report, report
 
 
 class Reader(HTMLParser):

@@ -4,11 +4,11 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 import pytest
+from support.pages import HOSTILE, figures
 
 from rbstab.report.figure import Axis, Bars, Cells, Figure, Level, Line, Panel, Stack
 from rbstab.report.plotly_renderer import drawn
 from rbstab.report.plotly_text import numbers
-from support.pages import HOSTILE, figures
 
 
 def unpacked(array: dict[str, Any]) -> Any:
@@ -17,7 +17,10 @@ def unpacked(array: dict[str, Any]) -> Any:
     return values.reshape([int(n) for n in shape.split(",")]) if shape else values
 
 
-def of(*marks: Any, x: Axis = Axis("x"), y: Axis = Axis("y")) -> dict[str, Any]:
+PLAIN = Axis("quantity")
+
+
+def of(*marks: Any, x: Axis = PLAIN, y: Axis = PLAIN) -> dict[str, Any]:
     return drawn(Figure("figure", "Figure", (Panel(x, y, marks),)))
 
 
@@ -108,7 +111,9 @@ def test_cells_end_halfway_between_their_middles_as_the_axis_shows_it() -> None:
 
 
 def test_each_word_of_a_map_has_its_own_colour() -> None:
-    cells = Cells(np.arange(2.0), np.arange(1.0), np.array([[0.0, 2.0]]), Axis("z", words=("a", "b", "c")))
+    cells = Cells(
+        np.arange(2.0), np.arange(1.0), np.array([[0.0, 2.0]]), Axis("z", words=("a", "b", "c"))
+    )
     found = of(cells)
     scale = found["layout"]["coloraxis"]
     assert scale["colorbar"]["ticktext"] == ["a", "b", "c"]

@@ -27,7 +27,8 @@ from rbstab.report.figure import (
 )
 
 HOSTILE = (
-    "</script><script>alert(1)</script><img src=x onerror=alert(2)><b>bold</b> &lt; \u2028 ' \" {{ 7*7 }}"
+    "</script><script>alert(1)</script><img src=x onerror=alert(2)><b>bold</b> &lt; "
+    "\u2028 ' \" {{ 7*7 }}"
 )
 
 TIME = Axis("time t", "s")
@@ -70,11 +71,13 @@ def figures() -> tuple[Figure, ...]:
         "Maps",
         (
             Panel(
-                Axis("K", "N/m", log=True), Axis("Ω", "rad/s"),
+                Axis("K", "N/m", log=True),
+                Axis("Ω", "rad/s"),
                 (Cells(x, y, amounts, Axis("time", "s", log=True)),),
             ),
             Panel(
-                Axis("K", "N/m", log=True), Axis("Ω", "rad/s"),
+                Axis("K", "N/m", log=True),
+                Axis("Ω", "rad/s"),
                 (Cells(x, y, kinds, Axis("status", words=("ended", "left <b>"))),),
             ),
         ),
@@ -85,20 +88,29 @@ def figures() -> tuple[Figure, ...]:
         "Counts",
         (
             Panel(
-                Axis("time", "s"), Axis("members"),
-                (Bars(np.array([0.0, 1.0, 3.0]), np.array([4.0, 2.0]), "all"), Level(1.5, "", True)),
+                Axis("time", "s"),
+                Axis("members"),
+                (
+                    Bars(np.array([0.0, 1.0, 3.0]), np.array([4.0, 2.0]), "all"),
+                    Level(1.5, "", True),
+                ),
             ),
             Panel(
-                Axis("key", words=("m", "K_t")), Axis("index"),
+                Axis("key", words=("m", "K_t")),
+                Axis("index"),
                 (
                     Intervals(
-                        np.arange(2), np.array([0.2, 0.4]), np.array([0.1, 0.3]), np.array([0.5, 0.6]),
+                        np.arange(2),
+                        np.array([0.2, 0.4]),
+                        np.array([0.1, 0.3]),
+                        np.array([0.5, 0.6]),
                         "index",
                     ),
                 ),
             ),
             Panel(
-                Axis("E1", "m"), Axis("E2", "m"),
+                Axis("E1", "m"),
+                Axis("E2", "m"),
                 (Points(np.array([0.0, 1.0]), np.array([0.0, 1.0]), "ends", texts=("a", "b")),),
                 equal=True,
             ),

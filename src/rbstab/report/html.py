@@ -14,7 +14,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from rbstab.report.document import Block, Motion, Report, Table
+from rbstab.report.document import Motion, Report, Table
 from rbstab.report.figure import Figure
 from rbstab.report.plotly_renderer import JSON, drawn
 from rbstab.report.plotly_text import numbers
@@ -42,20 +42,16 @@ def page(report: Report) -> str:
     script = "".join(_own(f"{name}.js") for name in SCRIPTS)
     text = environment.get_template("page.html").render(
         report=report,
-        style=Markup(_own("page.css")),  # noqa: S704: our own file
-        script=Markup(script),  # noqa: S704: our own files
+        style=Markup(_own("page.css")),  # noqa: S704  (our own file)
+        script=Markup(script),  # noqa: S704  (our own file)
         policy=_policy(script),
         library=_packed_library() if any(isinstance(b, Figure) for b in blocks) else "",
         drawings={block.name: drawn(block) for block in blocks if isinstance(block, Figure)},
         motions={block.name: _moving(block) for block in blocks if isinstance(block, Motion)},
-        has_time=any(_has_time(block) for block in blocks),
+        has_time=any(isinstance(block, Motion) for block in blocks),
     )
     # A file's name may hold bytes that are no text.
     return text.encode("utf-8", "replace").decode("utf-8")
-
-
-def _has_time(block: Block) -> bool:
-    return isinstance(block, Motion)
 
 
 def _moving(motion: Motion) -> JSON:

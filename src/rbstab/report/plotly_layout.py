@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any
 
 from rbstab.report.figure import Axis, Cells, Figure, Panel
-from rbstab.report.plotly_text import plain
+from rbstab.report.plotly_text import plain, tick
 
 JSON = dict[str, Any]
 
@@ -26,7 +26,9 @@ def axis_name(letter: str, number: int) -> str:
 
 def axis_keys(count: int) -> list[str]:
     """The keys of all axes in a layout."""
-    return [f"{letter}axis{number + 1 if number else ''}" for number in range(count) for letter in "xy"]
+    return [
+        f"{letter}axis{number + 1 if number else ''}" for number in range(count) for letter in "xy"
+    ]
 
 
 @dataclass(frozen=True)
@@ -153,6 +155,6 @@ def _axis(axis: Axis) -> JSON:
     if axis.words:
         look |= {
             "tickvals": list(range(len(axis.words))),
-            "ticktext": [plain(word) for word in axis.words],
+            "ticktext": [tick(word) for word in axis.words],
         }
     return look

@@ -19,7 +19,7 @@ from rbstab.report.figure import (
     Stack,
 )
 from rbstab.report.palette import SCALE, colour
-from rbstab.report.plotly_text import numbers, plain
+from rbstab.report.plotly_text import numbers, plain, tick
 
 JSON = dict[str, Any]
 
@@ -39,16 +39,20 @@ def traces(mark: Mark, panel: Panel) -> list[JSON]:
 
 
 @singledispatch
-def _traces(mark: object, panel: Panel) -> list[JSON]:
+def _traces(mark: object, _panel: Panel) -> list[JSON]:
     raise TypeError(f"no mark that plotly is told to draw: {type(mark).__name__}")
 
 
 @_traces.register
 def _(mark: Line, panel: Panel) -> list[JSON]:
-    shape = {"shape": "hv"} if mark.step else {}
-    line = {"color": colour(mark.colour), "dash": DASHES[mark.dash % 4], "width": 1.6, **shape}
-    # What is left of a curve is what is seen; plotly would leave out more.
-    line["simplify"] = False
+    line = {
+        "color": colour(mark.colour),
+        "dash": DASHES[mark.dash % 4],
+        "width": 1.6,
+        "shape": "hv" if mark.step else "linear",
+        # Points that cannot be seen are gone already; plotly would leave out more.
+        "simplify": False,
+    }
     return [_scatter(mark.label, mark.x, _on(panel.y, mark.y), mode="lines", line=line)]
 
 
@@ -67,7 +71,7 @@ def _(mark: Points, panel: Panel) -> list[JSON]:
 
 
 @_traces.register
-def _(mark: Stack, panel: Panel) -> list[JSON]:
+def _(mark: Stack, _panel: Panel) -> list[JSON]:
     found = []
     for number, label in enumerate(mark.labels):
         values = np.nan_to_num(mark.parts[:, number])
@@ -143,18 +147,37 @@ def coloured(mark: Mark) -> JSON:
     if scale.words:
         count = len(scale.words)
         steps = [
-            [end / count, colour(number)]
-            for number in range(count)
-            for end in (number, number + 1)
+            [end / count, colour(number)] for number in range(count) for end in (number, number + 1)
         ]
         ticks = {
             "tickvals": list(range(count)),
-            "ticktext": [plain(word) for word in scale.words],
+            "ticktext": [tick(word) for word in scale.words],
         }
         return {"colorscale": steps, "cmin": -0.5, "cmax": count - 0.5, "colorbar": bar | ticks}
+    found = {"colorscale": SCALE.capitalize(), "colorbar": bar}
+    ends = np.array(mark.span or _ends(mark), dtype=float)
     if scale.log:
-        bar |= {"tickprefix": "10<sup>", "ticksuffix": "</sup>"}
-    return {"colorscale": SCALE.capitalize(), "colorbar": bar}
+        ends = _log10(ends)
+        bar |= _decades(*ends)
+    return found | dict(zip(("cmin", "cmax"), ends.tolist(), strict=True))
+
+
+def _ends(mark: Cells) -> tuple[float, float]:
+    """The least and the greatest value that are shown; 1 and 10 where none is."""
+    values = np.asarray(mark.values, dtype=float)
+    shown = values[np.isfinite(values) & ((values > 0) | (not mark.scale.log))]
+    return (float(shown.min()), float(shown.max())) if len(shown) else (1.0, 10.0)
+
+
+def _decades(low: float, high: float) -> JSON:
+    """The ticks of a logarithmic scale, between two powers of ten: at whole ones, 2 and 5."""
+    powers = range(int(np.floor(low)), int(np.ceil(high)) + 1)
+    factors = (1, 2, 5) if high - low < 2 else (1,)
+    ticks = [(power, factor) for power in powers for factor in factors]
+    return {
+        "tickvals": [power + float(np.log10(factor)) for power, factor in ticks],
+        "ticktext": [f"{factor * 10.0**power:g}" for power, factor in ticks],
+    }
 
 
 def level(mark: Level) -> JSON:

@@ -7,12 +7,20 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 
+LONGEST_TICK = 28
+"""Letters of a word at an axis; plotly loses its way among longer ones."""
+
 SINGLE = np.finfo(np.float32)
 
 
 def plain(text: str) -> str:
     """A text that plotly shows as it stands: of what it reads as markup, nothing is left."""
     return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+
+
+def tick(text: str) -> str:
+    """A word at an axis, as `plain`, cut where it is too long."""
+    return plain(text if len(text) <= LONGEST_TICK else f"{text[: LONGEST_TICK - 1]}…")
 
 
 def numbers(array: Array) -> dict[str, Any]:

@@ -126,5 +126,10 @@ class Paper(FPDF):
         self.ln(2)
 
     def whole(self) -> bytes:
-        """The finished file."""
-        return bytes(self.output())
+        """The finished file; nothing can be added to it any more."""
+        content = bytes(self.output())
+        for font in self.fonts.values():
+            if isinstance(font, TTFFont):
+                # Otherwise its file stays open until the collector of garbage comes by.
+                font.ttfont.close()
+        return content

@@ -152,6 +152,25 @@ def test_arrays_of_other_shapes_and_kinds(name, data, good, tmp_path):
     assert reason(path, good) == f"is damaged: its array {name} is not a run's"
 
 
+@pytest.mark.parametrize("name", ["verdict", "value", "quantity"])
+@pytest.mark.parametrize("how", ["shorter", "other kind"])
+def test_a_certificate_whose_columns_do_not_belong_together(name, how, good, tmp_path):
+    made = made_result()
+    variables = dict(made.variables)
+    column = variables[f"certificate/{name}"]
+    if how == "shorter":
+        variables["certificate/few"] = column._replace(dimensions=("few",), data=np.arange(3))
+        changed = column._replace(dimensions=("few",), data=column.data[:3])
+    else:
+        is_number = column.data.dtype.kind == "f"
+        data = column.data.astype(str).astype(object) if is_number else np.zeros(len(column.data))
+        changed = column._replace(data=data)
+    variables[f"certificate/{name}"] = changed
+    path = tmp_path / "a.h5"
+    write_result(path, type(made)(variables, made.attributes, made.config))
+    assert reason(path, good) == "is damaged: its certificate is not a run's"
+
+
 def test_another_folder(good, tmp_path):
     other = tmp_path / "other"
     other.mkdir()

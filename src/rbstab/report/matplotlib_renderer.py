@@ -166,7 +166,7 @@ def _legend(drawing: Drawing, entries: list[tuple[str, Artist]]) -> float:
         columnspacing=1.5,
         borderaxespad=0.2,
     )
-    # Afterwards: matplotlib takes a label that begins with _ for one that is to be hidden.
+    # Afterwards: some versions of matplotlib hide a label that begins with _.
     for text, (label, _) in zip(legend.get_texts(), entries, strict=True):
         text.set_text(literal(label))
     return math.ceil(len(entries) / columns) * 1.5 * size / 72 + 0.1

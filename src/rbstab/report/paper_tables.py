@@ -50,10 +50,10 @@ def write_table(paper: Paper, table: Table) -> None:
     if paper.will_page_break(TOGETHER):
         paper.add_page(same=True)
     paper.paragraph(table.title, style="B", size=SMALL + 1)
-    for columns in _parts(fit.widths, LYING if fit.lying else UPRIGHT):
-        _write_part(paper, table, columns, fit)
     if table.note:
         paper.paragraph(table.note, size=SMALL, colour=GREY)
+    for columns in _parts(fit.widths, LYING if fit.lying else UPRIGHT):
+        _write_part(paper, table, columns, fit)
     paper.ln(2)
 
 

@@ -5,15 +5,12 @@ from typing import NamedTuple
 
 from rbstab.sweep.check import ENGINE, SHARE
 from rbstab.sweep.engine import EngineFactory, MemberEngine
-from rbstab.sweep.layout import OUTCOME, varied_layout
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.room import bytes_of
 from rbstab.sweep.single import SingleRuns
 
 CALIBRATION = 0.5
 """s: a part of the members is large enough when it takes this long."""
-
-_NUMBER = 8
-"""Bytes of the number of a member."""
 
 
 class Estimate(NamedTuple):
@@ -45,14 +42,6 @@ def estimate(plan: Plan, remaining: int, factory: EngineFactory, threads: int) -
         single = _timed(SingleRuns(plan, ENGINE), plan.members // 2, 1)
         check_seconds = single * -(-plan.members // SHARE)
     return Estimate(seconds, check_seconds, bytes_of(plan))
-
-
-def bytes_of(plan: Plan) -> int:
-    """What a sweep takes on the disk: its shards, and the file that gathers them."""
-    kept, varied = (
-        sum(column.size for column in layout.values()) for layout in (OUTCOME, varied_layout(plan))
-    )
-    return plan.members * (2 * (kept + _NUMBER) + varied)
 
 
 def _seconds_per_member(plan: Plan, engine: MemberEngine) -> float:

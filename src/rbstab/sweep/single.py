@@ -16,6 +16,7 @@ from rbstab.sweep.engine import Shard, without_result
 from rbstab.sweep.identity import run_ids
 from rbstab.sweep.outcome import STATUSES, Traces, outcome_of
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.traces import TIME, layout_of, put_single
 
 
 class SingleRuns:
@@ -39,19 +40,24 @@ class SingleRuns:
         """The members from number `start` up to `stop`."""
         found = without_result(stop - start)
         found["run_id"] = run_ids(self._plan, start, stop)
+        chosen = self._plan.keep.traces(start, stop)
+        places = np.cumsum(chosen) - 1
+        traces = layout_of(self._plan).blank(int(chosen.sum())) if chosen.any() else None
         for index in range(stop - start):
             # Whatever goes wrong with one member says nothing of the others; it keeps its status.
             try:
-                trajectory, problem_outcome = self._follow(self._plan.config_of(start + index))
+                trajectory, variables = self._follow(self._plan.config_of(start + index))
             except Exception:  # noqa: S112
                 continue
             found["status"][index] = STATUSES.index(trajectory.status)
             found["steps"][index] = min(trajectory.steps, np.iinfo(np.int32).max)
-            for name, values in problem_outcome.items():
+            for name, values in _outcome(variables).items():
                 found[name][index] = values[0]
-        return Shard(found)
+            if traces is not None and chosen[index] and TIME in variables:
+                put_single(traces, int(places[index]), variables)
+        return Shard(found, traces)
 
-    def _follow(self, config: Config) -> tuple[Trajectory, dict[str, Array]]:
+    def _follow(self, config: Config) -> tuple[Trajectory, dict[str, Variable]]:
         name = self._name or config.integration.engine
         problem = problem_of(config)
         if name == "scipy":
@@ -59,11 +65,19 @@ class SingleRuns:
         with np.errstate(all="ignore"):
             trajectory = engine(name)(problem)
             try:
-                outcome = outcome_of(traces_of(record_of(problem, trajectory).variables))
+                return trajectory, record_of(problem, trajectory).variables
             except Exception:
-                # The status is known; what a motion of a single sample has not is left out.
-                outcome = {}
-            return trajectory, outcome
+                # The status is known.
+                return trajectory, {}
+
+
+def _outcome(variables: dict[str, Variable]) -> dict[str, Array]:
+    try:
+        with np.errstate(all="ignore"):
+            return outcome_of(traces_of(variables))
+    except Exception:
+        # What a motion of a single sample has not is left out.
+        return {}
 
 
 def traces_of(variables: dict[str, Variable]) -> Traces:

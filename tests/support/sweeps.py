@@ -12,6 +12,7 @@ from rbstab.sweep.identity import run_ids
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.traces import layout_of
 from support.configs import VISCO_ELASTIC, plain
 
 
@@ -54,9 +55,20 @@ class FakeEngine:
         for member in self.failing:
             if start <= member < stop:
                 found["status"][member - start] = STATUSES.index(RunStatus.DIVERGED)
-        return Shard(found)
+        return Shard(found, self._traces(start, stop, spin))
+
+    def _traces(self, start: int, stop: int, spin: Any) -> Any:
+        chosen = self.plan.keep.traces(start, stop)
+        if not chosen.any():
+            return None
+        layout = layout_of(self.plan)
+        traces = layout.blank(int(chosen.sum()))
+        for k, name in enumerate(layout.names):
+            along = np.sin((k + 1) * spin[chosen, np.newaxis] + layout.times)
+            traces[name][:] = along if traces[name].ndim == 2 else along[..., np.newaxis]
+        return traces
 
 
-def shard_files(folder: Path) -> dict[str, bytes]:
-    """The shards of a folder by name."""
-    return {path.name: path.read_bytes() for path in sorted((folder / "shards").glob("*.h5"))}
+def shard_files(folder: Path, of: str = "shards") -> dict[str, bytes]:
+    """The shards of a folder by name, or their traces."""
+    return {path.name: path.read_bytes() for path in sorted((folder / of).glob("*.h5"))}

@@ -33,6 +33,7 @@ class SingleRuns:
     def __init__(self, plan: Plan, name: str | None = None) -> None:
         self._plan = plan
         self._name = name
+        self._layout = layout_of(plan)
         for base in plan.bases.values():
             engine(name or base.integration.engine)
 
@@ -42,7 +43,7 @@ class SingleRuns:
         found["run_id"] = run_ids(self._plan, start, stop)
         chosen = self._plan.keep.traces(start, stop)
         places = np.cumsum(chosen) - 1
-        traces = layout_of(self._plan).blank(int(chosen.sum())) if chosen.any() else None
+        traces = self._layout.blank(int(chosen.sum())) if chosen.any() else None
         for index in range(stop - start):
             # Whatever goes wrong with one member says nothing of the others; it keeps its status.
             try:

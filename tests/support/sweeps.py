@@ -15,12 +15,20 @@ from rbstab.sweep.plan import Plan
 from rbstab.sweep.traces import layout_of
 from support.configs import VISCO_ELASTIC, plain
 
+SHORT = {"duration": 0.02, "samples": 5, "rtol": 1e-6}
+
 
 def plan_of(members: int = 60, **changes: Any) -> Plan:
     """A plan whose initial spin varies along a grid."""
     spin = {"linspace": [-40, 40, members]}
     data = {"title": "Fake", "base": plain(VISCO_ELASTIC)}
     return load_plan({**data, "vary": {"initial.angular_velocity[0]": spin}, **changes})
+
+
+def traced(members: int = 60, keep: Any = "traces") -> Plan:
+    """The same with five samples, which a sweep may keep."""
+    base = plain(VISCO_ELASTIC)
+    return plan_of(members, keep=keep, base={**base, "integration": SHORT})
 
 
 class FakeEngine:

@@ -61,6 +61,7 @@ def report_status(path: Path, *, as_json: bool) -> None:
         from rbstab_cli.json_output import print_json
 
         more = {"finished": gathered, "running": is_locked(path), "damaged_shards": damaged}
+        more |= {"traces": folder.manifest.keep.count(folder.manifest.members)}
         print_json(_facts(path, folder.manifest, by_status) | more)
         return
     manifest = folder.manifest
@@ -71,6 +72,7 @@ def report_status(path: Path, *, as_json: bool) -> None:
         "members": str(manifest.members),
         "done": f"{survey.members} ({survey.members / manifest.members:.1%})",
         "shards": f"{len(survey.done)} of {folder.shards}, {len(damaged)} damaged",
+        "traces": f"of {manifest.keep.count(manifest.members)} members, when all are done",
         "running": "yes" if is_locked(path) else "no",
         "gathered": f"{folder.sweep_file}" if gathered else "no",
     }

@@ -2,6 +2,7 @@
 
 import functools
 import json
+import shutil
 import signal
 import sys
 import time
@@ -12,6 +13,7 @@ import xarray
 from cli.conftest import start
 from support.sweeps import FakeEngine, shard_files
 
+from rbstab import load_plan, open_traces, simulate
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.store.lock import locked
 from rbstab.store.table_file import read_table
@@ -65,6 +67,40 @@ def test_a_sweep(rbstab, name):
     again = rbstab(*SWEEP)
     assert (again.exit_code, again.stdout) == (0, done.stdout)
     assert "20 of 20 members are done already" in again.stderr
+
+
+@pytest.mark.usefixtures("plan")
+def test_traces(rbstab):
+    Path("plan.yaml").write_text(f"{PLAN}keep: {{traces: {{every: 3}}}}\n")
+    told = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--engine", "heyoka").stdout)
+    Path("plan.yaml").write_text(PLAN)
+    without = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--engine", "heyoka").stdout)
+    assert told["bytes"] > without["bytes"]
+    Path("plan.yaml").write_text(f"{PLAN}keep: {{traces: {{every: 3}}}}\n")
+    done = rbstab(*SWEEP, "--engine", "heyoka")
+    assert done.exit_code == 0, done.output
+    assert "traces" not in done.stderr
+    traces = open_traces("results/plan")
+    assert traces.members.tolist() == list(range(0, 20, 3))
+    single = simulate(load_plan(Path("plan.yaml")).config_of(9))
+    assert traces.of(9)["contact_force"] == pytest.approx(single["contact_force"], abs=1e-8)
+    status = json.loads(rbstab("sweep", "--status", "results/plan", "--json").stdout)
+    assert status["traces"] == 7
+    Path("results/plan/traces/00000000.h5").write_bytes(b"")
+    status = json.loads(rbstab("sweep", "--status", "results/plan", "--json").stdout)
+    assert (status["damaged_shards"], status["done"]) == ([0], 0)
+    assert "of 7 members" in rbstab("sweep", "--status", "results/plan").stdout
+    assert rbstab(*SWEEP).exit_code == 0
+    assert len(open_traces("results/plan")) == 7
+
+
+@pytest.mark.usefixtures("plan")
+def test_a_disk_without_room(rbstab, monkeypatch):
+    usage = shutil.disk_usage(".")._replace(free=1000)
+    monkeypatch.setattr("rbstab.sweep.room.shutil.disk_usage", lambda _: usage)
+    refused = rbstab(*SWEEP, "--engine", "scipy")
+    assert refused.exit_code == 4
+    assert "GB are free: nothing was begun" in refused.stderr
 
 
 @pytest.mark.usefixtures("fake")

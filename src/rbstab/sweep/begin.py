@@ -77,7 +77,7 @@ def begun(
             aside = _set_aside(path)
 
 
-LARGEST_TRACES = 1 << 25
+LARGEST_TRACES = 1 << 26
 """Bytes of the traces of a shard, which are in memory, once for each thread."""
 
 

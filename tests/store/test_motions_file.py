@@ -112,6 +112,18 @@ def test_the_same_motions_make_the_same_bytes(file, tmp_path):
     assert again.read_bytes() == file[0].read_bytes()
 
 
+def test_what_stands_behind_the_arrays_is_sealed_too(tmp_path):
+    """HDF5 puts a text that is too long for its place behind everything else."""
+    path = tmp_path / "long.h5"
+    long = motions()
+    long = Motions(long.variables, {f"note_{k}": f"{k}" * 3000 for k in range(9)})
+    stamp = write_motions(path, long)
+    check_motions(path, stamp)
+    assert_same(read_motions(path), long)
+    last = path.read_bytes().rindex(long["energy"].tobytes())
+    assert stamp.size - last > 2 * long["energy"].nbytes + SEAL_SIZE
+
+
 def test_numbers_of_many_blocks(tmp_path, monkeypatch):
     whole = tmp_path / "whole.h5"
     write_motions(whole, motions())

@@ -73,6 +73,25 @@ def test_traces_are_single_runs_of_the_other_engine():
     assert_close(traces, 2, rbstab.simulate(other.config_of(2)), 1e-8)
 
 
+def test_every_member_has_its_own_forces():
+    vary = {
+        "controller.K_c": {"scale": {"values": [0.5, 1.0, 2.0]}},
+        "controller.L_t": {"scale": {"values": [0.5, 2.0]}},
+    }
+    plan = plan_of(vary=vary, keep={"traces": [1, 2, 4, 5]})
+    traces = ensemble(plan).compute(0, 6).traces
+    for place, member in enumerate((1, 2, 4, 5)):
+        run = rbstab.simulate(plan.config_of(member))
+        assert_close(traces, place, run, 1e-11)
+
+
+def test_single_runs_of_some_members():
+    plan = plan_of(keep={"traces": {"every": 2}}, samples=3, duration=0.02)
+    traces = SingleRuns(plan).compute(1, 6).traces
+    for place, member in enumerate((2, 4)):
+        assert_close(traces, place, rbstab.simulate(plan.config_of(member)), 0.0)
+
+
 def test_a_trace_balances():
     """By facts that hold within a trace: no engine, and no equation of the program, is asked."""
     plan = plan_of(duration=0.2, samples=2001)

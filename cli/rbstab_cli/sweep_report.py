@@ -57,14 +57,14 @@ def report_status(path: Path, *, as_json: bool) -> None:
     damaged = [number for number in survey.missing if folder.shard_file(number).exists()]
     gathered = not survey.missing and is_gathered(folder, digest_of_shards(survey))
     by_status = counts_by_status(survey.counts)
+    manifest = folder.manifest
+    kept = manifest.keep.count(manifest.members)
     if as_json:
         from rbstab_cli.json_output import print_json
 
         more = {"finished": gathered, "running": is_locked(path), "damaged_shards": damaged}
-        more |= {"traces": folder.manifest.keep.count(folder.manifest.members)}
-        print_json(_facts(path, folder.manifest, by_status) | more)
+        print_json(_facts(path, manifest, by_status) | more | {"traces": kept})
         return
-    manifest = folder.manifest
     rows = {
         "title": manifest.title,
         "plan": manifest.plan_id[:8],
@@ -72,7 +72,7 @@ def report_status(path: Path, *, as_json: bool) -> None:
         "members": str(manifest.members),
         "done": f"{survey.members} ({survey.members / manifest.members:.1%})",
         "shards": f"{len(survey.done)} of {folder.shards}, {len(damaged)} damaged",
-        "traces": f"of {manifest.keep.count(manifest.members)} members, when all are done",
+        "traces": f"of {kept} members, when all are done" if kept else "none",
         "running": "yes" if is_locked(path) else "no",
         "gathered": f"{folder.sweep_file}" if gathered else "no",
     }
@@ -96,7 +96,7 @@ def report_estimate(plan: "Plan", path: Path, ways: "Ways", *, as_json: bool) ->
     if (path / MANIFEST).exists():
         folder = open_folder(path)
         same = folder.manifest.plan_id == plan_id(plan)
-        done = survey_of(folder).members if same else 0
+        done = survey_of(folder.keeping(plan.keep)).members if same else 0
         if not same:
             click.echo(f"{path} holds a different sweep; --force moves it aside", err=True)
     threads = ways.threads or processors()

@@ -12,6 +12,7 @@ import rbstab
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.table_file import read_table
 from rbstab.sweep.begin import LARGEST_TRACES, good_shard_size
+from rbstab.sweep.estimate import PIECE, estimate
 from rbstab.sweep.folder import open_folder
 from rbstab.sweep.room import bytes_of
 
@@ -169,3 +170,16 @@ def test_shards_with_traces_are_small_enough_for_the_memory():
         assert members == 1 or LARGEST_TRACES / 2 < members * size <= LARGEST_TRACES
     assert good_shard_size(10**6, "scipy", 10**7) == 6
     assert good_shard_size(10**6, "scipy", 10.0) == 16
+
+
+def test_a_calibration_holds_few_traces_at_once():
+    sizes = []
+
+    class Counting(FakeEngine):
+        def compute(self, start, stop):
+            sizes.append(stop - start)
+            return super().compute(start, stop)
+
+    estimate(traced(20_000), 20_000, Counting, 1)
+    assert max(sizes) == PIECE
+    assert sum(sizes) > 10_000

@@ -12,7 +12,7 @@ from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import StoreError
 from rbstab.store.table import Head
 from rbstab.store.table_file import read_table, write_shard
-from rbstab.sweep.execute import Trouble
+from rbstab.sweep.execute import Trouble, survey_of
 from rbstab.sweep.folder import open_folder
 from rbstab.sweep.layout import OUTCOME
 from rbstab.sweep.sweep import Started
@@ -194,9 +194,12 @@ def test_folders_of_the_first_version_go_on(tmp_path, keep):
         head = Head(OUTCOME, 20, 10, attributes)
         write_shard(path / "shards" / "00000002.h5", head, table.arrays)
         (path / "traces" / "00000002.h5").unlink()
+    folder = open_folder(path)
+    assert survey_of(folder).members == 60
+    wanted = survey_of(folder.keeping(traced(60, keep).keep))
     listener = Listener()
     assert swept(path, traced(60, keep), listener).finished
-    assert listener.computed == ([2] if keep == "traces" else [])
+    assert listener.computed == wanted.missing == ([2] if keep == "traces" else [])
     assert shard_files(path) == before
     again = Listener()
     assert swept(path, traced(60, keep), again).finished

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +15,6 @@ from rbstab.store.lock import LOCK, locked
 from rbstab.sweep.dump import plan_yaml
 from rbstab.sweep.folder import (
     MANIFEST,
-    MANIFEST_VERSION,
     PLAN_FILE,
     SHARDS,
     TRACES,
@@ -162,9 +161,9 @@ def _ready(path: Path, plan: Plan, manifest: Manifest) -> SweepFolder:
     folder = open_folder(path)
     if folder.manifest.keep != manifest.keep:
         # Begun when no traces were stored: shards without them count as missing from now on.
-        newer = replace(folder.manifest, keep=manifest.keep, schema_version=MANIFEST_VERSION)
-        write_document(path / MANIFEST, asdict(newer))
-    return open_folder(path)
+        folder = folder.keeping(manifest.keep)
+        write_document(path / MANIFEST, asdict(folder.manifest))
+    return folder
 
 
 def _set_aside(path: Path) -> Path:

@@ -12,6 +12,9 @@ from rbstab.sweep.single import SingleRuns
 CALIBRATION = 0.5
 """s: a part of the members is large enough when it takes this long."""
 
+PIECE = 1024
+"""Members that are followed together: their traces are in memory."""
+
 
 class Estimate(NamedTuple):
     """What remains of a sweep.
@@ -56,6 +59,7 @@ def _seconds_per_member(plan: Plan, engine: MemberEngine) -> float:
 
 
 def _timed(engine: MemberEngine, start: int, count: int) -> float:
-    begin = time.perf_counter()
-    engine.compute(start, start + count)
+    begin, stop = time.perf_counter(), start + count
+    for first in range(start, stop, PIECE):
+        engine.compute(first, min(first + PIECE, stop))
     return time.perf_counter() - begin

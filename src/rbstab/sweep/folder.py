@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -105,6 +105,11 @@ class SweepFolder:
     def has_traces(self, number: int) -> bool:
         """Whether any member of a shard has a trace."""
         return bool(self.manifest.keep.traces(*self.bounds(number)).any())
+
+    def keeping(self, keep: Keep) -> "SweepFolder":
+        """The same where the members of a plan have traces, which the first version did not say."""
+        newer = replace(self.manifest, keep=keep, schema_version=MANIFEST_VERSION)
+        return replace(self, manifest=newer)
 
     def bounds(self, number: int) -> tuple[int, int]:
         """The first member of a shard, and the one behind its last."""

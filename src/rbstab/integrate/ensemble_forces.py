@@ -19,23 +19,27 @@ class EnsembleForces:
         force = system.observe(y[: system.size]).contact_force
         rate = system.audited_rates(y)[system.size]
         entries = [hy.expression(0.0) + entry for entry in (*force.tolist(), rate)]
-        self.open = ensemble.open
+        self.open, self.batch = ensemble.open, ensemble.batch
         self.compiled = hy.cfunc(entries, vars=list(y[: system.size]))
 
     def along(self, parameters: Array, motions: Motions, rows: Array) -> Array:
-        """Λ and v', shape (m, 4, n), of some members; what stands in all other rows is nothing.
+        """Λ and v' of some members, shape (4, k, n).
 
         Args:
             parameters: Shape (parameters, m).
             motions: What the ensemble's `run` returned.
-            rows: Numbers of members, from 0 to m - 1.
+            rows: Which members, ascending, shape (k,), from 0 to m - 1.
         """
-        members, _, samples = motions.states.shape
-        found = np.empty((members, 4, samples))
+        count, (size, _, samples) = len(rows), motions.lanes.shape
+        # Whole batches are whole vectors of the processor; see `evaluated`.
+        full = rows[np.minimum(np.arange(-(-count // self.batch) * self.batch), count - 1)]
+        everyone = count == len(motions.steps)
+        lanes = motions.lanes if everyone else np.take(motions.lanes, full, axis=1)
         chosen = parameters[self.open][: self.compiled.nparams]
-        given = np.empty((len(chosen), samples))
-        for row in rows.tolist():
-            given[:] = chosen[:, row, np.newaxis]
-            states = np.ascontiguousarray(motions.states[row])
-            self.compiled(states, pars=given, outputs=found[row])
-        return found
+        found = np.empty((4, len(full) * samples))
+        self.compiled(
+            lanes.reshape(size, len(full) * samples),
+            pars=np.repeat(chosen[:, full], samples, axis=1),
+            outputs=found,
+        )
+        return found.reshape(4, len(full), samples)[:, :count]

@@ -6,6 +6,8 @@ so close to the end of the range that its samples cannot tell whether it left is
 more alone, for its status.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
@@ -25,7 +27,7 @@ from rbstab.sweep.rest_energies import RestEnergies
 from rbstab.sweep.single import SingleRuns
 from rbstab.sweep.traces import layout_of, put
 
-CHUNK = 256
+CHUNK = 64
 """Members whose samples are in memory at once."""
 
 NEAR_THE_END = 1.45
@@ -75,7 +77,8 @@ class EnsembleEngine:
                 kept = np.flatnonzero(chosen[chunk])
                 outcome, done, near, motions = structure.outcome(given, kept)
                 if traces is not None:
-                    put(traces, places[chunk[kept]], motions, kept)
+                    put(traces, places[chunk[kept]], motions.alike, kept)
+                    put(traces, places[chunk[kept]], motions.apart, np.arange(len(kept)))
                 left = [not self._completes(start + row) for row in chunk[done & near].tolist()]
                 alone[chunk] = ~done
                 alone[chunk[done & near]] = left
@@ -99,6 +102,13 @@ class EnsembleEngine:
 def _in_batches(problem: Problem) -> bool:
     """Whether nothing has to be done between the steps: no switching, no projection."""
     return problem.switching is None and not problem.project
+
+
+class _Kept(NamedTuple):
+    """Motions as traces name them: of all members, and what is evaluated of chosen ones alone."""
+
+    alike: dict[str, Array | None]
+    apart: dict[str, Array]
 
 
 class _Structure:
@@ -125,16 +135,15 @@ class _Structure:
 
     def outcome(
         self, values: dict[str, Array], kept: Array
-    ) -> tuple[dict[str, Array], Array, Array, dict[str, Array | None]]:
+    ) -> tuple[dict[str, Array], Array, Array, "_Kept"]:
         """The columns of some members, which were followed, and which came near the range's end.
 
-        Last come the motions of members, by the names of a trace; of what traces alone show,
-        that of the rows `kept`.
+        Last come the motions; they stand until the next call.
         """
         parameters, starts = self.binding.of(values)
         motions = self.ensemble.run(parameters, starts)
         observed = self.ensemble.observe(parameters, motions)
-        energy = observed[:, -1] - self._rest_energies(values, parameters)[:, np.newaxis]
+        energy = observed[-1] - self._rest_energies(values, parameters)[:, np.newaxis]
         residual = energy - energy[:, :1] - motions.lyapunov_change
         traces = self._traces(motions.states, observed, energy, residual)
         with np.errstate(all="ignore"):
@@ -145,14 +154,11 @@ class _Structure:
         done = motions.done & (motions.steps <= self.problem.step_limit)
         return outcome, done, near, self._kept(traces, parameters, motions, kept)
 
-    def _kept(
-        self, traces: Traces, parameters: Array, motions: Motions, rows: Array
-    ) -> dict[str, Array | None]:
-        """The motions of members as traces name them."""
+    def _kept(self, traces: Traces, parameters: Array, motions: Motions, rows: Array) -> "_Kept":
         if self.forces is None or not len(rows):
-            return {}
+            return _Kept({}, {})
         forces = self.forces.along(parameters, motions, rows)
-        return {
+        alike = {
             "orientation": traces.Theta,
             "angular_velocity": traces.Omega,
             "position": traces.X,
@@ -160,12 +166,12 @@ class _Structure:
             "connector_state": traces.own,
             "contact_displacement": traces.E,
             "contact_velocity": traces.F,
-            "contact_force": np.swapaxes(forces[:, 0:3], 1, 2),
             "lyapunov": traces.value,
-            "lyapunov_rate": forces[:, 3],
             "lyapunov_change": motions.lyapunov_change,
             "energy_residual": traces.residual,
         }
+        apart = {"contact_force": np.moveaxis(forces[:3], 0, 2), "lyapunov_rate": forces[3]}
+        return _Kept(alike, apart)
 
     def _rest_energies(self, values: dict[str, Array], parameters: Array) -> Array:
         if self.rest_energy is not None:
@@ -180,19 +186,19 @@ class _Structure:
 
     def _traces(self, states: Array, observed: Array, energy: Array, residual: Array) -> Traces:
         def along(rows: Array) -> Array:
-            return np.swapaxes(rows, 1, 2)
+            return np.moveaxis(rows, 0, 2)
 
         size = self.problem.system.coordinates.size
         return Traces(
             times=self.problem.times,
-            Theta=along(states[:, 0:3]),
-            Theta_rate=along(observed[:, 0:3]),
-            Omega=along(states[:, 3:6]),
-            X=along(observed[:, 3:6]),
-            V=along(observed[:, 6:9]),
-            E=along(observed[:, 9:12]),
-            F=along(observed[:, 12:15]),
-            own=along(states[:, size:]) if states.shape[1] > size else None,
+            Theta=along(states[0:3]),
+            Theta_rate=along(observed[0:3]),
+            Omega=along(states[3:6]),
+            X=along(observed[3:6]),
+            V=along(observed[6:9]),
+            E=along(observed[9:12]),
+            F=along(observed[12:15]),
+            own=along(states[size:]) if len(states) > size else None,
             value=energy,
             residual=residual,
         )

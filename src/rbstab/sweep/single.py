@@ -4,14 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.config.schema import SMALLEST_SCIPY_RTOL, Config
-from rbstab.experiment.record import record_of
+from rbstab.experiment.record import quantities_of
+from rbstab.experiment.switching_record import resting_system
 from rbstab.integrate.engines import engine
-from rbstab.integrate.problem import Trajectory
+from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
-from rbstab.store.result import Variable
 from rbstab.sweep.engine import Shard, without_result
 from rbstab.sweep.identity import run_ids
 from rbstab.sweep.outcome import STATUSES, Traces, outcome_of
@@ -53,29 +54,32 @@ class SingleRuns:
 
     def _follow(self, config: Config) -> tuple[Trajectory, dict[str, Array]]:
         name = self._name or config.integration.engine
-        problem = problem_of(config)
+        # What no column shows is not asked for: how far a motion that slides can be trusted.
+        problem = replace(problem_of(config), diagnosed=False)
         if name == "scipy":
             problem = replace(problem, rtol=max(problem.rtol, SMALLEST_SCIPY_RTOL))
         with np.errstate(all="ignore"):
             trajectory = engine(name)(problem)
             try:
-                outcome = outcome_of(traces_of(record_of(problem, trajectory).variables))
+                outcome = outcome_of(traces_of(problem, trajectory))
             except Exception:
                 # The status is known; what a motion of a single sample has not is left out.
                 outcome = {}
             return trajectory, outcome
 
 
-def traces_of(variables: dict[str, Variable]) -> Traces:
+def traces_of(problem: Problem, trajectory: Trajectory) -> Traces:
     """The motion of a single run as that of one member."""
+    rest = nearest_rest_state(resting_system(problem))
+    quantities = quantities_of(problem, trajectory, rest.energy)
 
     def one(name: str) -> Array:
-        return variables[name].data[np.newaxis]
+        return quantities[name][np.newaxis]
 
-    Theta, Omega = (variables[name].data for name in ("orientation", "angular_velocity"))
+    Theta, Omega = quantities["orientation"], quantities["angular_velocity"]
     rates = np.array([rate_matrix(a) @ w for a, w in zip(Theta, Omega, strict=True)])
     return Traces(
-        times=variables["time"].data,
+        times=quantities["time"],
         Theta=one("orientation"),
         Theta_rate=rates[np.newaxis],
         Omega=one("angular_velocity"),
@@ -83,7 +87,7 @@ def traces_of(variables: dict[str, Variable]) -> Traces:
         V=one("velocity"),
         E=one("contact_displacement"),
         F=one("contact_velocity"),
-        own=one("connector_state") if "connector_state" in variables else None,
+        own=one("connector_state") if "connector_state" in quantities else None,
         value=one("lyapunov"),
         residual=one("energy_residual"),
     )

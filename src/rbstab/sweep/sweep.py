@@ -114,7 +114,9 @@ def sweep_to_folder(
         digest = digest_of_shards(survey)
         check = None
         if plan.engine != ENGINE:
-            check = check_of(plan, folder, digest, stop, lambda *count: told(Checking(*count)))
+            check = check_of(
+                plan, folder, digest, stop, lambda *count: told(Checking(*count)), threads
+            )
             if check is None:
                 return Sweep(folder, survey, None, finished=False)
         if not is_gathered(folder, digest):

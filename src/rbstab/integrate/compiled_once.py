@@ -37,4 +37,4 @@ def compiled_once(key: Hashable, make: Callable[[], T]) -> T:
         if len(things) > MOST_KEPT:
             things.popitem(last=False)
     things.move_to_end(key)
-    return cast(T, things[key])
+    return cast("T", things[key])

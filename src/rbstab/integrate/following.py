@@ -106,8 +106,8 @@ def follow(
 
     Args:
         problem: The problem.
-        make: Makes the follower of a problem; it is asked twice where the problem is to be diagnosed
-            (see `_trusted_until`).
+        make: Makes the follower of a problem; it is asked twice of one that is to be diagnosed (see
+            `_trusted_until`).
         progress: Called with the time of every sample.
     """
     driver = make(problem)

@@ -134,6 +134,7 @@ class WeakChatter:
         self.values = parameter_values(system)[: self.bouncing.nparams]
 
     def __call__(self, state: Array) -> bool:
+        """Whether it is at a state."""
         resting = self.K_s @ np.abs(state[6:9])
         if resting >= self.bound:
             return False

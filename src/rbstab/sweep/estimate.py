@@ -14,13 +14,13 @@ from rbstab.sweep.plan import Plan
 from rbstab.sweep.single import SingleRuns
 
 CALIBRATION = 3.0
-"""s that all members of a calibration may take together; each variant has its part of them."""
+"""s that a calibration may take, in equal parts for the variants; compiling comes on top."""
 
 LOOKS = 256
 """Places of a plan that are looked at for the variants of their members."""
 
 PIECES = 4
-"""Places of a variant that are followed, so that no odd one speaks for all, before longer pieces."""
+"""Places of a variant that are followed before longer pieces: no odd one speaks for all."""
 
 MOST_PIECES = 16
 """Places that are followed where there is no time for longer pieces."""
@@ -60,8 +60,8 @@ def estimate(
 ) -> Estimate:
     """Follows some members of each variant, from all over the plan; tells what the rest will take.
 
-    At least two members of each variant are followed, whatever they take; more as long as
-    `CALIBRATION` allows.
+    Two members of each variant are followed, whatever they take; more as long as `CALIBRATION`
+    allows.
 
     Args:
         plan: The plan.
@@ -117,7 +117,7 @@ def _variant(plan: Plan, member: int) -> str:
 
 
 def _piece(plan: Plan, place: int, length: int) -> int:
-    """Where a piece starts that holds a member: all of its variant, where variants are in blocks."""
+    """Where a piece starts that holds a member, and none of another variant if that can be."""
     last = plan.members - length
     starts = min(place, last), max(place - length + 1, 0)
     for start in starts:
@@ -131,8 +131,8 @@ def _cost(
     plan: Plan, engine: MemberEngine, places: list[int], allowed: float, clock: Clock
 ) -> _Cost:
     """What a member of one variant takes, by the longest pieces that there is time for."""
-    begin, length = clock(), 1
     engine.compute(places[0], places[0] + 1)  # whatever is made at the first use
+    begin, length = clock(), 1
     # Places are used again where there are few.
     turns = cycle([*places[1:], places[0]])
     while True:

@@ -1,8 +1,9 @@
 """What a sweep is going to take, from a short calibration."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import cycle
+from math import prod
 from typing import NamedTuple
 
 from rbstab.config.source import key_of
@@ -14,10 +15,13 @@ from rbstab.sweep.plan import Plan
 from rbstab.sweep.single import SingleRuns
 
 CALIBRATION = 3.0
-"""s that a calibration may take, in equal parts for the variants; compiling comes on top."""
+"""s that a calibration may take, in parts for the variants; compiling comes on top."""
 
 LOOKS = 256
 """Places of a plan that are looked at for the variants of their members."""
+
+SHORTEST_BLOCK = 64
+"""Members: variants in shorter blocks are followed together, for pieces would hold several."""
 
 PIECES = 4
 """Places of a variant that are followed before longer pieces: no odd one speaks for all."""
@@ -61,7 +65,7 @@ def estimate(
     """Follows some members of each variant, from all over the plan; tells what the rest will take.
 
     Two members of each variant are followed, whatever they take; more as long as `CALIBRATION`
-    allows.
+    allows. Where variants alternate they are followed together.
 
     Args:
         plan: The plan.
@@ -72,19 +76,19 @@ def estimate(
     """
     if not remaining:
         return Estimate(0.0, 0.0, 0, bytes_of(plan))
-    engine, single, kinds = factory(plan), SingleRuns(plan, ENGINE), _places(plan)
-    looks = sum(map(len, kinds.values()))
-    checks = -(-plan.members // SHARE) if plan.engine != ENGINE else 0
-    each, check_each, calibrated = 0.0, 0.0, plan.members
-    for variant, places in kinds.items():
-        share = len(places) / looks
-        cost = _cost(plan, engine, places, CALIBRATION / len(kinds), clock)
+    engine, places, block = factory(plan), _places(plan), _block(plan)
+    variants = _by_variant(plan, places)
+    kinds = list(variants.values())
+    if block < SHORTEST_BLOCK:
+        kinds, block = [places], plan.members
+    each, calibrated = 0.0, plan.members
+    for members in kinds:
+        share = len(members) / LOOKS
+        cost = _cost(engine, _Pieces(members, block), share * CALIBRATION, clock)
         each += share * cost.seconds
         calibrated = min(calibrated, cost.members)
-        if checks and is_comparable(variant):
-            check_each += share * _timed(single, places[0], 1, clock)
     seconds = remaining * each / min(threads, remaining)
-    return Estimate(seconds, checks * check_each, calibrated, bytes_of(plan))
+    return Estimate(seconds, _check_seconds(plan, variants, clock), calibrated, bytes_of(plan))
 
 
 def bytes_of(plan: Plan) -> int:
@@ -95,6 +99,42 @@ def bytes_of(plan: Plan) -> int:
     return plan.members * (2 * (kept + _NUMBER) + varied)
 
 
+def _places(plan: Plan) -> list[int]:
+    """Members from all over a plan; any number of the first ones are spread evenly."""
+    return [int((k + 0.5) * GOLDEN % 1.0 * plan.members) for k in range(LOOKS)]
+
+
+def _by_variant(plan: Plan, places: list[int]) -> dict[str, list[int]]:
+    found: dict[str, list[int]] = {}
+    for member in places:
+        values = plan.values(member, member + 1, [key_of(VARIANT)])
+        variant = plan.variant_of({key: column[0] for key, column in values.items()})
+        found.setdefault(variant, []).append(member)
+    return found
+
+
+def _block(plan: Plan) -> int:
+    """How many members of one variant stand side by side, from every multiple of it on."""
+    axis = next((a for a in plan.axes for c in a.columns if c.path == VARIANT), None)
+    if axis is None:
+        return plan.members
+    names, lengths = list(plan.dimensions), list(plan.dimensions.values())
+    return prod(lengths[names.index(axis.name) + 1 :]) if axis.name in names else 1
+
+
+class _Pieces(NamedTuple):
+    """Where members are followed: around some places, inside their blocks."""
+
+    places: list[int]
+    block: int
+
+    def starts(self, length: int) -> Iterator[int]:
+        """Where pieces of a length start, without an end: places are used again."""
+        for place in cycle(self.places):
+            first = place // self.block * self.block
+            yield min(place, first + self.block - length)
+
+
 class _Cost(NamedTuple):
     """What a member takes, s, and how many members tell so."""
 
@@ -102,51 +142,34 @@ class _Cost(NamedTuple):
     members: int
 
 
-def _places(plan: Plan) -> dict[str, list[int]]:
-    """Members from all over a plan by their variants; any number of the first ones are spread."""
-    looks = [int((k + 0.5) * GOLDEN % 1.0 * plan.members) for k in range(LOOKS)]
-    found: dict[str, list[int]] = {}
-    for member in dict.fromkeys(looks):
-        found.setdefault(_variant(plan, member), []).append(member)
-    return found
-
-
-def _variant(plan: Plan, member: int) -> str:
-    values = plan.values(member, member + 1, [key_of(VARIANT)])
-    return plan.variant_of({key: column[0] for key, column in values.items()})
-
-
-def _piece(plan: Plan, place: int, length: int) -> int:
-    """Where a piece starts that holds a member, and none of another variant if that can be."""
-    last = plan.members - length
-    starts = min(place, last), max(place - length + 1, 0)
-    for start in starts:
-        ends = {_variant(plan, member) for member in (start, place, start + length - 1)}
-        if len(ends) == 1:
-            return start
-    return starts[0]
-
-
-def _cost(
-    plan: Plan, engine: MemberEngine, places: list[int], allowed: float, clock: Clock
-) -> _Cost:
-    """What a member of one variant takes, by the longest pieces that there is time for."""
-    engine.compute(places[0], places[0] + 1)  # whatever is made at the first use
-    begin, length = clock(), 1
-    # Places are used again where there are few.
-    turns = cycle([*places[1:], places[0]])
+def _cost(engine: MemberEngine, pieces: _Pieces, allowed: float, clock: Clock) -> _Cost:
+    """What a member takes, by the longest pieces that there is time for."""
+    length, last = 1, pieces.places[-1]
+    engine.compute(last, last + 1)  # whatever is made at the first use
+    begin = clock()
     while True:
-        seconds, pieces = 0.0, 0
-        while pieces < MOST_PIECES:
-            seconds += _timed(engine, _piece(plan, next(turns), length), length, clock)
-            pieces += 1
+        seconds, left = 0.0, allowed
+        for count, start in enumerate(pieces.starts(length), 1):
+            seconds += _timed(engine, start, length, clock)
             left = allowed - (clock() - begin)
-            longer = PIECES * GROWTH * seconds / pieces < left and GROWTH * length <= plan.members
-            if left <= 0 or (pieces == PIECES and longer):
+            time_for_longer = PIECES * GROWTH * seconds / count < left
+            longer = time_for_longer and GROWTH * length <= pieces.block
+            if left <= 0 or count == MOST_PIECES or (count >= PIECES and longer):
                 break
         if left <= 0 or not longer:
-            return _Cost(seconds / (pieces * length), pieces * length)
+            return _Cost(seconds / (count * length), count * length)
         length *= GROWTH
+
+
+def _check_seconds(plan: Plan, variants: dict[str, list[int]], clock: Clock) -> float:
+    """What the comparison with single runs takes, by one member of each variant."""
+    if plan.engine == ENGINE:
+        return 0.0
+    single, each = SingleRuns(plan, ENGINE), 0.0
+    for variant, members in variants.items():
+        if is_comparable(variant):
+            each += len(members) / LOOKS * _timed(single, members[0], 1, clock)
+    return -(-plan.members // SHARE) * each
 
 
 def _timed(engine: MemberEngine, start: int, count: int, clock: Clock) -> float:

@@ -167,8 +167,9 @@ class _Run:
                     return self._saved_with(RunStatus.SOLVER_FAILURE)
             elif largest == np.inf or self.hits or outcome != hy.taylor_outcome.step_limit:
                 return self._reached(outcome)
-            else:
-                # Past what was missed the steps grow again.
+            elif self.integrator.last_h != 0.0:
+                # Past what was missed the steps grow again. (An axis that starts on the surface
+                # crosses it in a step of no length, which is past nothing.)
                 largest = FINER * largest if FINER * largest < whole else np.inf
 
     def at_event(self, integrator: Any, hit: Hit | None) -> bool:

@@ -99,7 +99,7 @@ def report_estimate(plan: "Plan", path: Path, ways: "Ways", *, as_json: bool) ->
     if (path / MANIFEST).exists():
         folder = open_folder(path)
         same = folder.manifest.plan_id == plan_id(plan)
-        done = survey_of(folder.keeping(plan.keep)).members if same else 0
+        done = survey_of(folder).members if same else 0
         if not same:
             click.echo(f"{path} holds a different sweep; --force moves it aside", err=True)
     threads = ways.threads or processors()

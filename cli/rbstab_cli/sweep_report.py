@@ -10,6 +10,9 @@ if TYPE_CHECKING:
     from rbstab.sweep.plan import Plan
     from rbstab.sweep.sweep import Sweep, Ways
 
+ENOUGH = 16
+"""Members of a variant on which an estimate may rest without a word."""
+
 
 def report_sweep(done: "Sweep", *, as_json: bool) -> None:
     """Prints what has become of the members."""
@@ -115,11 +118,16 @@ def report_estimate(plan: "Plan", path: Path, ways: "Ways", *, as_json: bool) ->
         "engine": f"{plan.engine}, {threads} threads",
         "members": " x ".join(map(str, plan.dimensions.values())) + f" = {plan.members}",
         "done": str(done),
-        "time": f"about {duration(found.seconds)}",
+        "time": f"about {duration(found.seconds)}{_few(found.calibrated)}",
         "comparison with scipy": f"about {duration(found.check_seconds)}",
         "disk": f"{size(found.bytes)} of {size(free)} that are free",
     }
     _print_facts(rows)
+
+
+def _few(calibrated: int) -> str:
+    """A word on an estimate that rests on few members."""
+    return f", from {calibrated} members of a variant" if 0 < calibrated < ENOUGH else ""
 
 
 def size(count: int) -> str:

@@ -17,6 +17,7 @@ from rbstab import load_plan, open_traces, simulate
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.store.lock import locked
 from rbstab.store.table_file import read_table
+from rbstab.sweep.estimate import Estimate
 from rbstab_cli import sweep_progress
 from rbstab_cli.sweep_progress import duration
 from rbstab_cli.sweep_report import size
@@ -166,6 +167,18 @@ def test_a_dry_run(rbstab, monkeypatch, as_json):
         assert found["check_seconds"] > 0
     else:
         assert "10 x 2 = 20" in said.stdout
+
+
+@pytest.mark.usefixtures("plan")
+@pytest.mark.parametrize(("members", "said"), [(3, True), (16, False)])
+def test_an_estimate_from_few_members_says_so(rbstab, monkeypatch, members, said):
+    found = Estimate(7200.0, 1.0, members, 1000)
+    monkeypatch.setattr("rbstab.sweep.estimate.estimate", lambda *_: found)
+    printed = rbstab(*SWEEP, "--dry-run").stdout
+    assert "about 2 h" in printed
+    assert (f"from {members} members of a variant" in printed) == said
+    machine = json.loads(rbstab(*SWEEP, "--dry-run", "--json").stdout)
+    assert machine["calibrated"] == members
 
 
 @pytest.mark.usefixtures("fake")

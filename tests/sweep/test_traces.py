@@ -9,7 +9,6 @@ from support.paper_runs import paper_config
 
 import rbstab
 from rbstab.config.build import problem_of
-from rbstab.store.result import Variable
 from rbstab.sweep.engine import factory_for
 from rbstab.sweep.keep import Keep
 from rbstab.sweep.load import load_plan
@@ -225,8 +224,8 @@ def test_a_stop_at_a_sample_is_one_sample():
     layout = layout_of(plan_of())
     blank = layout.blank(1)
     times = np.array([*layout.times[:3], layout.times[2]])
-    value = Variable(("time",), np.arange(4.0), "J", "")
-    put_single(blank, 0, {"time": value._replace(data=times), "lyapunov": value})
+    value = np.arange(4.0)
+    put_single(blank, 0, {"time": times, "lyapunov": value})
     assert blank["lyapunov"][0, :3].tolist() == [0.0, 1.0, 2.0]
     assert np.isnan(blank["lyapunov"][0, 3:]).all()
 

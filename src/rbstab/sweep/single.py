@@ -4,14 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.config.schema import SMALLEST_SCIPY_RTOL, Config
-from rbstab.experiment.record import record_of
+from rbstab.experiment.record import quantities_of
+from rbstab.experiment.switching_record import resting_system
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Trajectory
 from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
-from rbstab.store.result import Variable
 from rbstab.sweep.engine import Shard, without_result
 from rbstab.sweep.identity import run_ids
 from rbstab.sweep.outcome import STATUSES, Traces, outcome_of
@@ -47,50 +48,52 @@ class SingleRuns:
         for index in range(stop - start):
             # Whatever goes wrong with one member says nothing of the others; it keeps its status.
             try:
-                trajectory, variables = self._follow(self._plan.config_of(start + index))
+                trajectory, quantities = self._follow(self._plan.config_of(start + index))
             except Exception:  # noqa: S112
                 continue
             found["status"][index] = STATUSES.index(trajectory.status)
             found["steps"][index] = min(trajectory.steps, np.iinfo(np.int32).max)
-            for name, values in _outcome(variables).items():
+            for name, values in _outcome(quantities).items():
                 found[name][index] = values[0]
-            if traces is not None and chosen[index] and TIME in variables:
-                put_single(traces, int(places[index]), variables)
+            if traces is not None and chosen[index] and TIME in quantities:
+                put_single(traces, int(places[index]), quantities)
         return Shard(found, traces)
 
-    def _follow(self, config: Config) -> tuple[Trajectory, dict[str, Variable]]:
+    def _follow(self, config: Config) -> tuple[Trajectory, dict[str, Array]]:
         name = self._name or config.integration.engine
-        problem = problem_of(config)
+        # What no column shows is not asked for: how far a motion that slides can be trusted.
+        problem = replace(problem_of(config), diagnosed=False)
         if name == "scipy":
             problem = replace(problem, rtol=max(problem.rtol, SMALLEST_SCIPY_RTOL))
         with np.errstate(all="ignore"):
             trajectory = engine(name)(problem)
             try:
-                return trajectory, record_of(problem, trajectory).variables
+                rest = nearest_rest_state(resting_system(problem))
+                return trajectory, quantities_of(problem, trajectory, rest.energy)
             except Exception:
                 # The status is known.
                 return trajectory, {}
 
 
-def _outcome(variables: dict[str, Variable]) -> dict[str, Array]:
+def _outcome(quantities: dict[str, Array]) -> dict[str, Array]:
     try:
         with np.errstate(all="ignore"):
-            return outcome_of(traces_of(variables))
+            return outcome_of(traces_of(quantities))
     except Exception:
         # What a motion of a single sample has not is left out.
         return {}
 
 
-def traces_of(variables: dict[str, Variable]) -> Traces:
+def traces_of(quantities: dict[str, Array]) -> Traces:
     """The motion of a single run as that of one member."""
 
     def one(name: str) -> Array:
-        return variables[name].data[np.newaxis]
+        return quantities[name][np.newaxis]
 
-    Theta, Omega = (variables[name].data for name in ("orientation", "angular_velocity"))
+    Theta, Omega = quantities["orientation"], quantities["angular_velocity"]
     rates = np.array([rate_matrix(a) @ w for a, w in zip(Theta, Omega, strict=True)])
     return Traces(
-        times=variables["time"].data,
+        times=quantities["time"],
         Theta=one("orientation"),
         Theta_rate=rates[np.newaxis],
         Omega=one("angular_velocity"),
@@ -98,7 +101,7 @@ def traces_of(variables: dict[str, Variable]) -> Traces:
         V=one("velocity"),
         E=one("contact_displacement"),
         F=one("contact_velocity"),
-        own=one("connector_state") if "connector_state" in variables else None,
+        own=one("connector_state") if "connector_state" in quantities else None,
         value=one("lyapunov"),
         residual=one("energy_residual"),
     )

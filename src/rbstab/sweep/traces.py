@@ -81,16 +81,16 @@ def put(
             target[name][to, :, axis] = data[of, :, axis]
 
 
-def put_single(target: Mapping[str, Array], place: int, variables: Mapping[str, Variable]) -> None:
+def put_single(target: Mapping[str, Array], place: int, quantities: Mapping[str, Array]) -> None:
     """Copies the motion of a single run, as far as it reached the samples."""
-    times, samples = variables[TIME].data, target[TIME]
+    times, samples = quantities[TIME], target[TIME]
     count = min(len(times), len(samples))
     alike = times[:count] == samples[:count]
     # Behind its last sample, a run that stopped early has the state of the stop, which is none.
     reached = count if alike.all() else int(alike.argmin())
     for name in target:
-        if name != TIME and name in variables:
-            target[name][place, :reached] = variables[name].data[:reached]
+        if name != TIME and name in quantities:
+            target[name][place, :reached] = quantities[name][:reached]
 
 
 def checked_traces(

@@ -7,6 +7,9 @@ READY := $(VENV)/.ready
 # Tests on all cores; those of a file together, for they share what is made once.
 BY_FILE := --numprocesses auto --dist loadfile
 
+# The results of the paper's cases.
+PAPER := $(patsubst configs/paper/%.yaml,results/%.h5,$(wildcard configs/paper/*.yaml))
+
 .DEFAULT_GOAL := help
 .PHONY: help install run test test-quick check format bench figures clean
 
@@ -23,8 +26,9 @@ $(READY): pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $(READY)
 
-run: $(READY)  ## run the paper's cases and print their table
+run: $(READY)  ## run the paper's cases, print their table, and make a report of them
 	$(BIN)/rbstab run configs/paper/*.yaml
+	$(BIN)/rbstab report $(PAPER) -o results/report.html
 
 test: $(READY)  ## all tests
 	$(BIN)/python -m pytest $(BY_FILE)

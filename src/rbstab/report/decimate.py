@@ -58,25 +58,6 @@ def kept_points(x: Array, y: Array, *, most: int = MOST, tolerance: Array | None
     return kept[_needed(points)]
 
 
-def rounded(values: Array, digits: int = 6) -> Array:
-    """Values to as many significant digits, or decimals of their span if these are more.
-
-    So a small ripple on a large value stays what it is, and texts of numbers stay short.
-    """
-    finite = values[np.isfinite(values)]
-    span = float(np.ptp(finite)) if len(finite) else 0.0
-    if not 0.0 < span < np.inf:
-        return values
-    decimals = digits - np.floor(np.log10(span))
-    size = np.floor(np.log10(np.where(finite == 0, span, np.abs(finite))))
-    places = np.clip(np.maximum(decimals, digits - 1 - size), -300, 300).astype(int)
-    found = values.astype(float)
-    found[np.isfinite(values)] = [
-        round(value, place) for value, place in zip(finite.tolist(), places.tolist(), strict=True)
-    ]
-    return found
-
-
 def _decimated_panel(panel: Panel, most: int, tolerance: float) -> Panel:
     curves = [mark for mark in panel.marks if isinstance(mark, Line | Stack)]
     if not curves:
@@ -110,7 +91,8 @@ def _bounds(curve: Line | Stack, axis: Axis) -> list[Array]:
     """The curves that bound what is drawn: of a stack, the sums upwards and downwards."""
     if isinstance(curve, Line):
         return [_seen(curve.y, axis)]
-    sums = [np.cumsum(half(curve.parts, 0.0), axis=1) for half in (np.maximum, np.minimum)]
+    with np.errstate(over="ignore"):
+        sums = [np.cumsum(half(curve.parts, 0.0), axis=1) for half in (np.maximum, np.minimum)]
     return [_seen(column, axis) for total in sums for column in total.T]
 
 
@@ -168,7 +150,7 @@ def _needed(points: Array) -> Kept:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]]).astype(int)))
     for first, behind in edges.reshape(-1, 2):
         needed[first:behind] |= _cornered(points[first:behind])
-    needed[[0, -1][: len(needed)]] = True
+    needed[:1] = needed[-1:] = True
     return np.flatnonzero(needed)
 
 

@@ -14,7 +14,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Drawing
 from matplotlib.ticker import MaxNLocator
 
-from rbstab.report.figure import Axis, Figure, Panel
+from rbstab.report.decimate import decimated
+from rbstab.report.figure import Axis, Figure, Level, Panel
 from rbstab.report.matplotlib_marks import draw
 
 WIDTH = 6.7
@@ -49,7 +50,7 @@ STYLE = {
     "figure.constrained_layout.use": True,
 }
 
-LETTERS = 0.6
+LETTERS = 0.57
 """The mean width of a letter, as a part of the size of its type."""
 
 
@@ -74,7 +75,7 @@ def png(figure: Figure, *, dpi: float = 200.0) -> bytes:
     with _style(), warnings.catch_warnings():
         # A letter that the type lacks is shown as a box: no reason to fail, or to tell a terminal.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        _drawn(figure).savefig(buffer, format="png", dpi=dpi)
+        _drawn(decimated(figure)).savefig(buffer, format="png", dpi=dpi)
     return buffer.getvalue()
 
 
@@ -94,12 +95,16 @@ def _drawn(figure: Figure) -> Drawing:
     for number, panel in enumerate(figure.panels):
         axes = drawing.add_subplot(rows, columns, number + 1, sharex=first)
         first = (first or axes) if figure.shares_time else None
-        handles |= _filled(axes, panel, height) | handles
+        handles = handles | _filled(axes, panel, height) | handles
         if figure.shares_time and number + columns < len(figure.panels):
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
     drawing.align_ylabels()
-    drawing.set_size_inches(WIDTH, rows * height + _legend(drawing, list(handles.items())))
+    levels = {
+        mark.label for panel in figure.panels for mark in panel.marks if isinstance(mark, Level)
+    }
+    entries = sorted(handles.items(), key=lambda entry: entry[0] in levels)
+    drawing.set_size_inches(WIDTH, rows * height + _legend(drawing, entries))
     return drawing
 
 
@@ -169,7 +174,9 @@ def _legend(drawing: Drawing, entries: list[tuple[str, Artist]]) -> float:
 
 def _wrapped(text: str, length: float) -> str:
     letters = int(length * 72 / (LETTERS * mpl.rcParams["axes.labelsize"]))
-    return literal("\n".join(textwrap.wrap(text, max(letters, 12))))
+    # A unit stays beside its symbol.
+    lines = textwrap.wrap(text.replace(" [", "\N{NO-BREAK SPACE}["), max(letters, 12))
+    return literal("\n".join(lines))
 
 
 def literal(text: str) -> str:

@@ -65,12 +65,12 @@ def residual_figure(runs: Sequence[Run]) -> Figure:
 def audit_figure(run: Run) -> Figure:
     """|r| of a run, and how far a point that is held on the sub manifold has drifted."""
     names = ("energy_residual", "constraint_position_residual", "constraint_velocity_residual")
-    panels = [scalar(run, name, size=True) for name in names if name in run.result]
+    panels = tuple(scalar(run, name, size=True) for name in names if name in run.result)
     return Figure(
         f"{run.name}-audit",
         f"Errors of the integration: {run.label}",
-        tuple(panels),
-        columns=2,
+        panels,
+        columns=len(panels),
         caption="r = v(t) - v(0) - ∫v' dt; what is exactly zero is not drawn.",
         shares_time=True,
     )

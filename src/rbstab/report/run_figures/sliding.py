@@ -8,39 +8,51 @@ from rbstab.report.figure import Axis, Figure, Level, Line, Mark, Panel, Points
 from rbstab.report.run_figures.curves import COMPONENTS, TIME, axis_of
 from rbstab.report.sources import Run
 
-KINDS = {"stick": 0, "release": 2}
-"""What happens to an axis, and the symbol of it."""
+KINDS = {"stick": (1, 0), "release": (2, 2)}
+"""What happens to an axis, and the colour and the symbol of it."""
 
 
 def sliding_figures(run: Run) -> list[Figure]:
     """The figures of a sliding run; none of another."""
-    result = run.result
-    if "mode" not in result:
+    if "mode" not in run.result:
         return []
-    t = result["time"]
-    modes = [
-        Panel(
-            TIME,
-            axis_of("mode", axis),
-            (Line(t, result["mode"][:, axis].astype(float), step=True),),
-        )
-        for axis in range(3)
-    ]
-    panels = [*modes, _switches(run), _chatter(run)]
-    if "transition_time" in result:
-        panels.append(_transitions(run))
-    limit = Level(float(result["trusted_until"]), "trusted until", upright=True)
+    limit = Level(float(run.result["trusted_until"]), "trusted until", upright=True)
+    modes, totals = (
+        tuple(replace(panel, marks=(*panel.marks, limit)) for panel in panels)
+        for panels in ([_mode(run, axis) for axis in range(3)], [_switches(run), _chatter(run)])
+    )
     return [
         Figure(
-            f"{run.name}-switching",
-            f"Switching: {run.label}",
-            tuple(replace(panel, marks=(*panel.marks, limit)) for panel in panels),
-            columns=2,
-            caption="The modes are those at the samples; beyond the time to which the motion is "
-            "reproducible, only slow quantities such as counts and energies mean anything.",
+            f"{run.name}-modes",
+            f"Modes, sticks and releases: {run.label}",
+            modes,
+            caption="The modes are those at the samples. Up to the time that is marked the motion "
+            "is reproducible in double precision.",
             shares_time=True,
-        )
+        ),
+        Figure(
+            f"{run.name}-switching",
+            f"Switches and chatter: {run.label}",
+            totals,
+            columns=2,
+            caption="e is what the bouncing holds; what is discarded is taken away by sticking, or "
+            "by implicit steps.",
+            shares_time=True,
+        ),
     ]
+
+
+def _mode(run: Run, axis: int) -> Panel:
+    """The mode of an axis, and when it sticks and is released."""
+    result = run.result
+    mode = result["mode"][:, axis].astype(float)
+    marks: list[Mark] = [Line(result["time"], mode, "mode", step=True)]
+    if "transition_time" in result:
+        here = result["transition_axis"] == axis + 1
+        for kind, (colour, symbol) in KINDS.items():
+            times = result["transition_time"][here & (result["transition_kind"] == kind)]
+            marks.append(Points(times, np.zeros(len(times)), kind, colour=colour, symbol=symbol))
+    return Panel(TIME, axis_of("mode", axis), tuple(marks))
 
 
 def _switches(run: Run) -> Panel:
@@ -59,21 +71,3 @@ def _chatter(run: Run) -> Panel:
         Line(t, result["discarded_energy"], "discarded energy", colour=4, dash=1),
     )
     return Panel(TIME, Axis("energy", "J", log=True), marks)
-
-
-def _transitions(run: Run) -> Panel:
-    t, axes = run.result["transition_time"], run.result["transition_axis"]
-    kinds = run.result["transition_kind"]
-    marks: list[Mark] = []
-    for kind, symbol in KINDS.items():
-        chosen = np.asarray(kinds == kind)
-        marks.append(
-            Points(
-                t[chosen],
-                axes[chosen] - 1.0,
-                kind,
-                colour=5 if symbol else 6,
-                symbol=symbol,
-            )
-        )
-    return Panel(TIME, Axis("sticks and releases", words=COMPONENTS), tuple(marks))

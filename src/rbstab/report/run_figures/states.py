@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from rbstab.report.figure import Figure
-from rbstab.report.run_figures.curves import components, having, overlay, scalar
+from rbstab.report.run_figures.curves import components, having, overlay, scalar, side_by_side
 from rbstab.report.sources import Run
 
 ROTATION = ("orientation", "angular_velocity")
@@ -78,7 +78,7 @@ def _figures(
                 name=f"{run.name}-{name}",
                 title=f"{title}: {run.label}",
                 panels=tuple(panels),
-                columns=2,
+                columns=side_by_side(panels),
                 source=source,
                 shares_time=True,
             )

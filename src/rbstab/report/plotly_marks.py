@@ -154,7 +154,11 @@ def coloured(mark: Mark) -> JSON:
         return {"colorscale": steps, "cmin": -0.5, "cmax": count - 0.5, "colorbar": bar | ticks}
     if scale.log:
         bar |= {"tickprefix": "10<sup>", "ticksuffix": "</sup>"}
-    return {"colorscale": SCALE.capitalize(), "colorbar": bar}
+    found = {"colorscale": SCALE.capitalize(), "colorbar": bar}
+    if mark.span is None:
+        return found
+    low, high = np.log10(mark.span) if scale.log else mark.span
+    return found | {"cmin": float(low), "cmax": float(high)}
 
 
 def level(mark: Level) -> JSON:

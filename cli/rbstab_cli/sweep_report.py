@@ -10,6 +10,9 @@ if TYPE_CHECKING:
     from rbstab.sweep.plan import Plan
     from rbstab.sweep.sweep import Sweep, Ways
 
+ENOUGH = 16
+"""Members of a variant on which an estimate may rest without a word."""
+
 
 def report_sweep(done: "Sweep", *, as_json: bool) -> None:
     """Prints what has become of the members."""
@@ -57,13 +60,14 @@ def report_status(path: Path, *, as_json: bool) -> None:
     damaged = [number for number in survey.missing if folder.shard_file(number).exists()]
     gathered = not survey.missing and is_gathered(folder, digest_of_shards(survey))
     by_status = counts_by_status(survey.counts)
+    manifest = folder.manifest
+    kept = manifest.keep.count(manifest.members)
     if as_json:
         from rbstab_cli.json_output import print_json
 
         more = {"finished": gathered, "running": is_locked(path), "damaged_shards": damaged}
-        print_json(_facts(path, folder.manifest, by_status) | more)
+        print_json(_facts(path, manifest, by_status) | more | {"traces": kept})
         return
-    manifest = folder.manifest
     rows = {
         "title": manifest.title,
         "plan": manifest.plan_id[:8],
@@ -71,6 +75,7 @@ def report_status(path: Path, *, as_json: bool) -> None:
         "members": str(manifest.members),
         "done": f"{survey.members} ({survey.members / manifest.members:.1%})",
         "shards": f"{len(survey.done)} of {folder.shards}, {len(damaged)} damaged",
+        "traces": f"of {kept} members, when all are done" if kept else "none",
         "running": "yes" if is_locked(path) else "no",
         "gathered": f"{folder.sweep_file}" if gathered else "no",
     }
@@ -113,11 +118,16 @@ def report_estimate(plan: "Plan", path: Path, ways: "Ways", *, as_json: bool) ->
         "engine": f"{plan.engine}, {threads} threads",
         "members": " x ".join(map(str, plan.dimensions.values())) + f" = {plan.members}",
         "done": str(done),
-        "time": f"about {duration(found.seconds)}",
+        "time": f"about {duration(found.seconds)}{_few(found.calibrated)}",
         "comparison with scipy": f"about {duration(found.check_seconds)}",
         "disk": f"{size(found.bytes)} of {size(free)} that are free",
     }
     _print_facts(rows)
+
+
+def _few(calibrated: int) -> str:
+    """A word on an estimate that rests on few members."""
+    return f", from {calibrated} members of a variant" if 0 < calibrated < ENOUGH else ""
 
 
 def size(count: int) -> str:

@@ -17,11 +17,14 @@ from rbstab.sweep.folder import (
     MANIFEST,
     PLAN_FILE,
     SHARDS,
+    TRACES,
     Manifest,
     SweepFolder,
     open_folder,
 )
+from rbstab.sweep.keep import SUMMARY
 from rbstab.sweep.plan import Plan, plan_id
+from rbstab.sweep.room import trace_size
 
 
 class Begun(NamedTuple):
@@ -73,21 +76,33 @@ def begun(
             aside = _set_aside(path)
 
 
-def good_shard_size(members: int, engine: str) -> int:
+LARGEST_TRACES = 1 << 26
+"""Bytes of the traces of a shard, which are in memory, once for each thread."""
+
+
+def good_shard_size(members: int, engine: str, trace_bytes: float = 0.0) -> int:
     """Members of a shard: few enough that little is lost and all threads have work, yet thousands.
 
     It does not depend on the number of threads. Engines like multiples of 64.
+
+    Args:
+        members: Of the sweep.
+        engine: What follows them.
+        trace_bytes: What is kept of the motion of a member, on average.
     """
+    most = max(1, int(LARGEST_TRACES / trace_bytes)) if trace_bytes else 4096
     if engine == "scipy":
-        return 16
-    return min(4096, max(64, members // 64 // 64 * 64))
+        return min(16, most)
+    size = min(4096, max(256, members // 64 // 64 * 64), most)
+    return size // 64 * 64 or size
 
 
 def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
-    size = shard_size or good_shard_size(plan.members, plan.engine)
+    share = plan.keep.count(plan.members) / plan.members
+    size = shard_size or good_shard_size(plan.members, plan.engine, share * trace_size(plan))
     known = provenance(plan.engine)
     versions = {name: known[name] for name in known if name not in ("created", "commit")}
-    return Manifest(plan_id(plan), plan.title, plan.members, size, plan.engine, versions)
+    return Manifest(plan_id(plan), plan.title, plan.members, size, plan.engine, versions, plan.keep)
 
 
 @contextmanager
@@ -103,14 +118,14 @@ def _made(path: Path) -> Iterator[None]:
 def _difference(path: Path, wanted: Manifest, *, fixed_size: bool) -> str | None:
     """What keeps the sweep from going on in a folder."""
     if not (path / MANIFEST).exists():
-        harmless = (LOCK, PLAN_FILE, SHARDS)
+        harmless = (LOCK, PLAN_FILE, SHARDS, TRACES)
         strange = [f.name for f in path.iterdir() if f.name not in harmless]
         strange = [name for name in strange if not name.endswith(PARTIAL)]
         return f"holds other things ({min(strange)})" if strange else None
     try:
         found = open_folder(path).manifest
     except NotAResultError as error:
-        return f"is damaged ({error})"
+        return f"cannot be gone on with ({error})"
     if found.plan_id != wanted.plan_id:
         return f"holds another sweep (plan {found.plan_id[:8]}, not {wanted.plan_id[:8]})"
     if fixed_size and found.shard_size != wanted.shard_size:
@@ -132,7 +147,8 @@ def _ready(path: Path, plan: Plan, manifest: Manifest) -> SweepFolder:
     """The folder with all that belongs there, and nothing that a killed process has left."""
     begins = not (path / MANIFEST).exists()
     try:
-        (path / SHARDS).mkdir(exist_ok=True)
+        for name in (SHARDS, TRACES)[: 2 if manifest.keep != SUMMARY else 1]:
+            (path / name).mkdir(exist_ok=True)
         if begins or not (path / PLAN_FILE).exists():
             write_whole(path / PLAN_FILE, plan_yaml(plan).encode(), replace=True)
     except OSError as error:
@@ -140,7 +156,7 @@ def _ready(path: Path, plan: Plan, manifest: Manifest) -> SweepFolder:
     if begins:
         # The last thing: without it the folder counts as empty.
         write_document(path / MANIFEST, asdict(manifest))
-    for place in (path, path / SHARDS):
+    for place in (path, path / SHARDS, path / TRACES):
         remove_remains(place)
     return open_folder(path)
 

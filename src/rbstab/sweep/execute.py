@@ -21,6 +21,7 @@ from rbstab.sweep.folder import ShardFacts, SweepFolder
 from rbstab.sweep.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan import Plan
 from rbstab.sweep.single import SingleRuns
+from rbstab.sweep.traces import checked_traces
 
 TICK = 0.2
 """s between two looks at silent threads: not every system lets a wait be interrupted."""
@@ -200,17 +201,22 @@ class Execution:
         """Computes and writes one shard."""
         start, stop = self.folder.bounds(number)
         try:
-            outcome = checked(engine.compute(start, stop), stop - start)
+            shard = self._checked(engine, start, stop)
         except EngineMissingError:
             raise
         except Exception as error:
             # No member may end the sweep: they are followed alone, each with a status of its own.
             report(Trouble(start, stop, error))
-            outcome = checked(SingleRuns(self.plan).compute(start, stop), stop - start)
-        facts = self.folder.write(number, outcome)
+            shard = self._checked(SingleRuns(self.plan), start, stop)
+        facts = self.folder.write(number, shard.outcome, shard.traces)
         if self.fail_fast and facts.first_failed is not None:
             self.stop.set()
         return ShardDone(number, stop - start, facts)
+
+    def _checked(self, engine: MemberEngine, start: int, stop: int) -> Shard:
+        shard = engine.compute(start, stop)
+        traces = checked_traces(shard.traces, self.plan, start, stop)
+        return Shard(checked(shard, stop - start), traces)
 
 
 def checked(shard: Shard, members: int) -> dict[str, Array]:

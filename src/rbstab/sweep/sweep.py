@@ -14,6 +14,7 @@ from rbstab.sweep.execute import Execution, ShardDone, Survey, Trouble, survey_o
 from rbstab.sweep.folder import SweepFolder
 from rbstab.sweep.gather import digest_of_shards, gather, is_gathered
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.room import check_room
 
 
 class Started(NamedTuple):
@@ -104,6 +105,7 @@ def sweep_to_folder(
     with begun(path, plan, ways.shard_size, force=ways.force) as place:
         folder, before = place.folder, survey_of(place.folder)
         survey = before.without_failed() if ways.retry_failed else before
+        check_room(plan, folder, survey.missing)
         told(Started(folder, survey, place.kept_aside, place.changed))
         threads = ways.threads or processors()
         execution = Execution(plan, folder, factory, threads, told, stop, ways.fail_fast)
@@ -114,7 +116,9 @@ def sweep_to_folder(
         digest = digest_of_shards(survey)
         check = None
         if plan.engine != ENGINE:
-            check = check_of(plan, folder, digest, stop, lambda *count: told(Checking(*count)))
+            check = check_of(
+                plan, folder, digest, stop, lambda *count: told(Checking(*count)), threads
+            )
             if check is None:
                 return Sweep(folder, survey, None, finished=False)
         if not is_gathered(folder, digest):

@@ -8,6 +8,7 @@ from rbstab.report.sweeps.borders import notable
 from rbstab.report.sweeps.cells import number, whole
 from rbstab.report.sweeps.members import ENDS, Members
 from rbstab.report.sweeps.parameters import shortened
+from rbstab.report.words import vector
 from rbstab.sweep.folder import PLAN_FILE
 from rbstab.sweep.layout import safe_name
 from rbstab.sweep.outcome import STATUSES
@@ -59,16 +60,16 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
 
 
 def _row(members: Members, path: Path, why: str, k: int) -> tuple[Cell, ...]:
-    peak = ", ".join(f"{p:.4g}" for p in members.column("peak_contact_displacement")[k].tolist())
+    peak = vector(members.column("peak_contact_displacement")[k].tolist())
     tone = {0: "good", 1: "odd"}.get(int(members.ends[k]), "bad")
     return (
         whole(k),
         Cell(why),
         Cell(_end(members, k), tone=tone),
         *(number(float(members.column(name)[k])) for name in OUTCOMES),
-        Cell(f"({peak})"),
+        Cell(peak),
         *_parameters(members, k),
-        Cell(members.column("run_id")[k].decode()[:8]),
+        Cell(members.column("run_id")[k].decode(errors="replace")[:8]),
         Cell(replay_command(path, k)),
     )
 

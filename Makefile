@@ -7,6 +7,15 @@ READY := $(VENV)/.ready
 # Tests on all cores; those of a file together, for they share what is made once.
 BY_FILE := --numprocesses auto --dist loadfile
 
+# The page of a report is tested in a browser. A machine with only Python and make has none: there
+# these tests are left out, and the last line says so; `.ci/run` installs one.
+BROWSER := $(shell command -v chromium || command -v chromium-browser || command -v google-chrome)
+BROWSERLESS := $(if $(BROWSER),,not browser)
+SAY_BROWSERLESS := $(if $(BROWSER),:,echo "WARNING: no Chromium here: the tests of the page in a browser were LEFT OUT")
+
+# The results of the paper's cases.
+PAPER := $(patsubst configs/paper/%.yaml,results/%.h5,$(wildcard configs/paper/*.yaml))
+
 .DEFAULT_GOAL := help
 .PHONY: help install run test test-quick check format bench figures clean
 
@@ -23,14 +32,17 @@ $(READY): pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $(READY)
 
-run: $(READY)  ## run the paper's cases and print their table
+run: $(READY)  ## run the paper's cases, print their table, and make a report of them
 	$(BIN)/rbstab run configs/paper/*.yaml
+	$(BIN)/rbstab report $(PAPER) -o results/report.html
 
-test: $(READY)  ## all tests
-	$(BIN)/python -m pytest $(BY_FILE)
+test: $(READY)  ## all tests; those in a browser where there is a Chromium
+	$(BIN)/python -m pytest $(BY_FILE) -m '$(BROWSERLESS)'
+	@$(SAY_BROWSERLESS)
 
 test-quick: $(READY)  ## the tests for daily use, without those marked slow
-	$(BIN)/python -m pytest $(BY_FILE) -m 'not slow'
+	$(BIN)/python -m pytest $(BY_FILE) -m 'not slow$(if $(BROWSERLESS), and $(BROWSERLESS))'
+	@$(SAY_BROWSERLESS)
 
 check: $(READY)  ## lint, format, types, floors
 	$(BIN)/ruff check .
@@ -47,6 +59,7 @@ bench: $(READY)  ## the benchmarks, as ratios within one run
 
 figures: $(READY)  ## make the figures of the documentation, and print the tables
 	$(BIN)/python docs/figures/sliding.py
+	$(BIN)/python docs/figures/report.py
 
 clean:  ## remove .venv and what tools left
 	rm -rf $(VENV) dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

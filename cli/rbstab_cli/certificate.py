@@ -5,18 +5,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rbstab.store.result import Result
 
-COLUMNS = ("check", "verdict", "value", "bound", "when", "quantity")
-
 VIOLATED = "violated"
 
 
 def lines_of(result: "Result") -> list[dict[str, Any]]:
     """The lines of the certificate; none where the result has none."""
-    names = [f"certificate/{column}" for column in COLUMNS]
-    if any(name not in result for name in names):
-        return []
-    rows = zip(*(result[name].tolist() for name in names), strict=True)
-    return [dict(zip(COLUMNS, row, strict=True)) for row in rows]
+    from rbstab.experiment.stored_certificate import certificate_lines
+
+    return [line._asdict() for line in certificate_lines(result)]
 
 
 def show_certificate(result: "Result") -> None:

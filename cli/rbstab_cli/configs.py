@@ -1,6 +1,7 @@
 """Loading the configs of a command line, and saying all that is wrong with them."""
 
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,7 @@ import click
 from rbstab_cli import exit_codes
 
 if TYPE_CHECKING:
+    from rbstab.config.errors import ConfigError
     from rbstab.config.schema import Config
 
 
@@ -18,7 +20,6 @@ def load_all(paths: Iterable[Path], changes: Iterable[str]) -> dict[Path, "Confi
     Prints every error of every config and ends the command with exit code 2 if there is one; prints
     warnings, each once for all the configs that it is about.
     """
-    from rbstab.config.build import warnings_of
     from rbstab.config.errors import ConfigError
     from rbstab.config.load import load_config
 
@@ -29,19 +30,44 @@ def load_all(paths: Iterable[Path], changes: Iterable[str]) -> dict[Path, "Confi
         try:
             configs[path] = load_config(path, changes)
         except ConfigError as error:
-            problems.update(dict.fromkeys(str(problem) for problem in error.problems))
-    if problems:
-        for problem in problems:
-            click.echo(problem, err=True)
+            problems.update(dict.fromkeys(_said(path, error)))
+    end_with(problems)
+    say_warnings({str(path): config for path, config in configs.items()})
+    return configs
+
+
+def end_with(problems: Iterable[str]) -> None:
+    """Prints problems and ends the command with exit code 2, if there are any."""
+    said = list(problems)
+    for problem in said:
+        click.echo(problem, err=True)
+    if said:
         raise click.exceptions.Exit(exit_codes.USAGE)
+
+
+def say_warnings(configs: dict[str, "Config"]) -> None:
+    """Prints what is odd about configs, by what they are called; each warning once for all."""
+    from rbstab.config.build import warnings_of
+
     warnings: dict[str, list[str]] = {}
-    for path, config in configs.items():
+    for label, config in configs.items():
         for warning in warnings_of(config):
-            warnings.setdefault(warning, []).append(str(path))
+            warnings.setdefault(warning, []).append(label)
     for warning, where in warnings.items():
         more = f" and {len(where) - 1} more" if len(where) > 1 else ""
         click.echo(f"warning: {where[0]}{more}: {warning}", err=True)
-    return configs
+
+
+def _said(path: Path, error: "ConfigError") -> list[str]:
+    """What is wrong with a config, in lines; one line where it is a plan."""
+    from rbstab.config.errors import ConfigError, Location, Problem
+    from rbstab.sweep.load import is_plan
+
+    with suppress(ConfigError):
+        if is_plan(path):
+            expected = "expected a config; `rbstab run PLAN --member N` runs one of its members"
+            return [str(Problem(Location(str(path)), "", "is the plan of a sweep", expected))]
+    return [str(problem) for problem in error.problems]
 
 
 CHANGES = click.option(

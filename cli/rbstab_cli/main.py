@@ -13,6 +13,7 @@ COMMANDS = {
     "sweep": "Run all members of a plan and store what becomes of them.",
     "check": "Say whether configs are right, and what is wrong with them.",
     "show": "Show what a result holds.",
+    "report": "Make a report of runs and sweeps.",
     "stability": "Say what is proved, what is only seen and what is false of configs.",
     "sensitivities": "Say how a run depends on its gains, its body and its start.",
     "tune": "Scale gains so that an objective of the run becomes small.",

@@ -1,5 +1,6 @@
 """`rbstab run`."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -7,6 +8,7 @@ import click
 
 from rbstab_cli import exit_codes
 from rbstab_cli.configs import CHANGES, load_all
+from rbstab_cli.members import MEMBERS, load_members
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder of the results; CONFIG.yaml gives DIR/CONFIG.h5.",
 )
+@MEMBERS
 @CHANGES
 @click.option(
     "--engine",
@@ -49,6 +52,7 @@ if TYPE_CHECKING:
 def command(
     configs: tuple[Path, ...],
     output: Path,
+    members: tuple[int, ...],
     changes: tuple[str, ...],
     engine: str | None,
     force: bool,
@@ -61,15 +65,22 @@ def command(
     Each CONFIG is a YAML file (see `rbstab schema`). Nothing is run unless all of them are right. A
     run that is finished already is not repeated, and a different result of the same name is never
     overwritten. A run that does not complete is stored with its status, and the others go on.
+
+    With --member N each CONFIG is the plan of a sweep, and member N of it is run as any single run
+    is, into DIR/PLAN-memberN.h5. The plan in the folder of a sweep will do: DIR/PLAN/plan.yaml.
     """
     if engine is not None:
         changes = (*changes, f"integration.engine={engine}")
-    loaded = load_all(configs, changes)
+    loaded = (
+        load_members(configs, members, changes, output)
+        if members
+        else {(str(path), path.stem): found for path, found in load_all(configs, changes).items()}
+    )
     targets = _targets(loaded, output)
     batch = _Batch(output, force=force, prove=prove, quiet=quiet)
     try:
-        for path, config in loaded.items():
-            batch.run(path, config, targets[path])
+        for (label, stem), config in loaded.items():
+            batch.run(label, config, targets[label, stem])
     except KeyboardInterrupt:
         done = len(batch.finished)
         click.echo(f"Interrupted: {done} of {len(loaded)} runs are stored.", err=True)
@@ -81,18 +92,20 @@ def command(
     raise click.exceptions.Exit(batch.exit_code)
 
 
-def _targets(configs: dict[Path, "Config"], output: Path) -> dict[Path, Path]:
-    """The result file of each config; two configs with one result are an error."""
-    owners: dict[Path, Path] = {}
-    for path in configs:
-        target = output / f"{path.stem}.h5"
+def _targets(names: Iterable[tuple[str, str]], output: Path) -> dict[tuple[str, str], Path]:
+    """The result file of each label and stem; two configs with one result are an error."""
+    owners: dict[Path, str] = {}
+    found = {}
+    for label, stem in names:
+        target = output / f"{stem}.h5"
         if target in owners:
             raise click.UsageError(
-                f"{owners[target]} and {path} would both write {target}: "
+                f"{owners[target]} and {label} would both write {target}: "
                 "run them into different folders with -o"
             )
-        owners[target] = path
-    return {path: target for target, path in owners.items()}
+        owners[target] = label
+        found[label, stem] = target
+    return found
 
 
 class _Batch:
@@ -106,7 +119,7 @@ class _Batch:
         self.finished: list[FiledRun] = []
         self.exit_code = exit_codes.OK
 
-    def run(self, path: Path, config: "Config", target: Path) -> None:
+    def run(self, label: str, config: "Config", target: Path) -> None:
         from rbstab.experiment.kept_proofs import kept_proof, proof_for
         from rbstab.experiment.run_to_file import run_to_file
         from rbstab.integrate.engines import EngineMissingError
@@ -116,41 +129,43 @@ class _Batch:
         find = proof_for if self.prove else kept_proof
         try:
             proof = find(self.output, config)
-            with bar(path.name, config.integration.duration, wanted=not self.quiet) as progress:
+            with bar(
+                Path(label).name, config.integration.duration, wanted=not self.quiet
+            ) as progress:
                 run = run_to_file(config, target, force=self.force, proof=proof, progress=progress)
         except EngineMissingError as error:
             raise click.UsageError(str(error)) from error
         except StoreError as error:
-            click.echo(f"{path}: {error}", err=True)
+            click.echo(f"{label}: {error}", err=True)
             self.exit_code = exit_codes.STORAGE
             return
         self.finished.append(run)
-        self._say(path, run)
+        self._say(label, run)
         if run.result.status != "completed" and self.exit_code == exit_codes.OK:
             self.exit_code = exit_codes.NOT_COMPLETED
 
-    def _say(self, path: Path, run: "FiledRun") -> None:
+    def _say(self, label: str, run: "FiledRun") -> None:
         result = run.result
         if run.kept_aside is not None:
-            click.echo(f"{path}: the result that was there is now {run.kept_aside}", err=True)
+            click.echo(f"{label}: the result that was there is now {run.kept_aside}", err=True)
         if result.status != "completed":
-            click.echo(f"{path}: {result.status}: {result.attributes['status_detail']}", err=True)
+            click.echo(f"{label}: {result.status}: {result.attributes['status_detail']}", err=True)
         elif not self.quiet and not run.repeated:
-            click.echo(f"{path}: done already ({run.path}); --force repeats it", err=True)
+            click.echo(f"{label}: done already ({run.path}); --force repeats it", err=True)
         elif not self.quiet:
             seconds = float(result.attributes["wall_time"])
-            click.echo(f"{path}: {result.status} in {seconds:.2f} s -> {run.path}", err=True)
-        self._say_violations(path, run)
+            click.echo(f"{label}: {result.status} in {seconds:.2f} s -> {run.path}", err=True)
+        self._say_violations(label, run)
 
     @staticmethod
-    def _say_violations(path: Path, run: "FiledRun") -> None:
+    def _say_violations(label: str, run: "FiledRun") -> None:
         from rbstab_cli.certificate import VIOLATED, lines_of
 
         for line in lines_of(run.result):
             if line["verdict"] == VIOLATED:
                 found = f"{line['quantity']} is {line['value']:.3g}, against {line['bound']:.3g}"
                 click.echo(
-                    f"{path}: the Lyapunov argument fails: {line['check']}: {found}", err=True
+                    f"{label}: the Lyapunov argument fails: {line['check']}: {found}", err=True
                 )
 
 

@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 @click.command("show")
 @click.argument("result", metavar="RESULT", type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="Print everything but the arrays as JSON.")
-def command(result: Path, as_json: bool) -> None:
+@click.option(
+    "--config", "as_config", is_flag=True, help="Print the stored config alone; it runs as it is."
+)
+def command(result: Path, as_json: bool, as_config: bool) -> None:
     """Show what a result holds.
 
     Prints how the run ended, its Lyapunov function and audit, its final state, the printed values
@@ -24,12 +27,16 @@ def command(result: Path, as_json: bool) -> None:
     from rbstab.store.errors import StoreError
     from rbstab.store.run_file import open_result
 
+    if as_json and as_config:
+        raise click.UsageError("expected either --json or --config")
     try:
         opened = open_result(result)
     except StoreError as error:
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
-    if as_json:
+    if as_config:
+        click.echo(opened.config, nl=False)
+    elif as_json:
         _print_json(opened)
     else:
         _print_tables(opened)
@@ -37,16 +44,12 @@ def command(result: Path, as_json: bool) -> None:
 
 def _comparisons(result: "Result") -> tuple[str, list["Comparison"]]:
     """Where the reference of the stored config comes from, and its values beside the computed."""
-    from rbstab.config.errors import ConfigError
-    from rbstab.config.load import validated
-    from rbstab.config.source import parse_source
+    from rbstab.experiment.stored_config import stored_config
     from rbstab.experiment.summary import comparisons_of
 
-    try:
-        reference = validated(parse_source(result.config, "config")).reference
-    except ConfigError:
-        # A file that another version of the program wrote is still worth showing.
-        return "", []
+    # A file that another version of the program wrote is still worth showing.
+    config = stored_config(result).config
+    reference = config.reference if config is not None else None
     if reference is None:
         return "", []
     note = f" ({reference.note})" if reference.note else ""

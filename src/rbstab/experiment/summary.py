@@ -57,12 +57,15 @@ class Comparison(NamedTuple):
     computed: tuple[float, float, float]
 
 
-def comparisons_of(result: Result, reference: object) -> list[Comparison]:
+def comparisons_of(
+    result: Result, reference: object, summary: Summary | None = None
+) -> list[Comparison]:
     """The values of a config's `reference` beside those of its run.
 
     Args:
         result: The result.
         reference: The `Reference` of the config.
+        summary: That of the result, where it is known already.
     """
     found = []
     final = getattr(reference, "final", None)
@@ -75,6 +78,6 @@ def comparisons_of(result: Result, reference: object) -> list[Comparison]:
             found.append(Comparison(f"final {name}", variable.unit, printed, computed))
     printed = getattr(reference, "peak_contact_displacement", None)
     if printed is not None:
-        computed = summary_of(result).peak_contact_displacement
+        computed = (summary or summary_of(result)).peak_contact_displacement
         found.append(Comparison("peak contact_displacement", "m", printed, computed))
     return found

@@ -137,12 +137,14 @@ class Cells:
         y: Middles of the rows, shape (m,), ascending.
         values: Shape (m, n); NaN leaves a cell empty.
         scale: What the colours mean; with `words`, values are whole numbers that stand for these.
+        span: The values at both ends of the colours; None: the least and the greatest of these.
     """
 
     x: Array
     y: Array
     values: Array
     scale: Axis
+    span: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,7 @@ def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:
             "norm": BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words)),
         }
         if words
-        else {"cmap": SCALE, "norm": _norm(values, cells.scale)}
+        else {"cmap": SCALE, "norm": _norm(values, cells)}
     )
     axes.set_facecolor(EMPTY)
     axes.grid(visible=False)
@@ -141,9 +141,10 @@ def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:
     }
 
 
-def _norm(values: "np.ma.MaskedArray[Any, Any]", scale: Axis) -> Normalize:
-    seen = values.compressed()
+def _norm(values: "np.ma.MaskedArray[Any, Any]", cells: Cells) -> Normalize:
+    seen, scale = values.compressed(), cells.scale
     low, high = (float(seen.min()), float(seen.max())) if len(seen) else (1.0, 1.0)
+    low, high = cells.span or (low, high)
     if low == high:
         # One value only: it takes the middle of the colours.
         low, high = (low / 2, high * 2) if scale.log else (low - 0.5, high + 0.5)

@@ -1,11 +1,27 @@
 """What a report is made from: the results that could be read."""
 
-from dataclasses import dataclass
+import os
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from rbstab.config.schema import Config
+from rbstab.experiment.stored_config import stored_config
+from rbstab.experiment.summary import Summary, summary_of
 from rbstab.report.document import Unread
+from rbstab.report.opening import SWEEP, content_of, file_of
+from rbstab.report.words import foreign
+from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
+from rbstab.sweep.outcome import settling_times
+
+LONGEST_LABEL = 48
+"""Characters: it stands in legends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +35,7 @@ class Run:
         path: Its file.
         result: What is in it.
         config: Its config, or None where this version of the program cannot read that.
+        data: The same as plain data, whatever it says; empty where it is no YAML.
     """
 
     number: int
@@ -27,6 +44,19 @@ class Run:
     path: Path
     result: Result
     config: Config | None
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def summary(self) -> Summary:
+        """Its ends, its audit, its peaks."""
+        return summary_of(self.result)
+
+    @cached_property
+    def settling_time(self) -> float:
+        """From when v stays below v(0)/1000, s; NaN where it does not by the end."""
+        t, v = self.result["time"], self.result["lyapunov"]
+        with np.errstate(all="ignore"):
+            return float(settling_times(t, v[np.newaxis])[0])
 
 
 @dataclass(frozen=True)
@@ -59,3 +89,84 @@ class Sources:
     runs: tuple[Run, ...]
     sweeps: tuple[SweepFile, ...]
     unread: tuple[Unread, ...]
+
+
+def read_sources(paths: Iterable[str | Path]) -> Sources:
+    """Reads results; what cannot be read is listed with the reason, and the rest is read.
+
+    Args:
+        paths: Files of runs, folders of sweeps, or the files that gather these. One that is named
+            twice is taken once.
+    """
+    runs: list[tuple[Path, Result]] = []
+    sweeps: list[Path] = []
+    unread: list[Unread] = []
+    seen: set[str] = set()
+    for path in map(Path, paths):
+        try:
+            file = file_of(path)
+            identity = os.path.realpath(file)
+            if identity in seen:
+                continue
+            seen.add(identity)
+            content = content_of(file)
+        except (StoreError, OSError, ValueError) as error:
+            unread.append(Unread(foreign(path), _reason(path, error)))
+        else:
+            if content == SWEEP:
+                sweeps.append(file)
+            elif isinstance(content, Result):
+                runs.append((file, content))
+    return Sources(_runs(runs), _sweeps(sweeps), tuple(unread))
+
+
+def _runs(found: list[tuple[Path, Result]]) -> tuple[Run, ...]:
+    labels = unique_labels([path for path, _ in found])
+    return tuple(
+        Run(number, f"run-{number + 1}", label, path, result, *stored_config(result))
+        for number, (label, (path, result)) in enumerate(zip(labels, found, strict=True))
+    )
+
+
+def _sweeps(found: list[Path]) -> tuple[SweepFile, ...]:
+    # The file of every sweep has the same name; that of its folder tells them apart.
+    labels = unique_labels([file.absolute().parent for file in found])
+    return tuple(
+        SweepFile(number, f"sweep-{number + 1}", label, file)
+        for number, (label, file) in enumerate(zip(labels, found, strict=True))
+    )
+
+
+def unique_labels(paths: list[Path]) -> list[str]:
+    """The names of files without their endings, with the folders that it takes to tell them apart.
+
+    Of a long name the end is cut off; what cannot be told apart any more is numbered.
+    """
+    parts = [(*path.absolute().parts[1:-1], path.stem) for path in paths]
+    depths = [1] * len(parts)
+    labels = [part[-1] for part in parts]
+    while True:
+        counts = Counter(labels)
+        clashing = [
+            k for k, part in enumerate(parts) if counts[labels[k]] > 1 and depths[k] < len(part)
+        ]
+        if not clashing:
+            break
+        for k in clashing:
+            depths[k] += 1
+            labels[k] = "/".join(parts[k][-depths[k] :])
+    short = [foreign(label, LONGEST_LABEL) for label in labels]
+    counts, used = Counter(short), Counter[str]()
+    for k, label in enumerate(short):
+        if counts[label] > 1:
+            used[label] += 1
+            short[k] = f"{label} ({used[label]})"
+    return short
+
+
+def _reason(path: Path, error: Exception) -> str:
+    """What an error says, without the path, which stands beside it."""
+    text = str(error)
+    for lead in (f"{path} ", f"{path}: "):
+        text = text.removeprefix(lead)
+    return foreign(text)

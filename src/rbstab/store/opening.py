@@ -30,7 +30,7 @@ def opened(path: Path) -> Iterator[h5py.File]:
         if error.errno is not None:
             raise StoreError(f"{path} cannot be read: {error.strerror}") from error
         raise NotAResultError(f"{path} is damaged or is not HDF5") from error
-    except (KeyError, ValueError, RuntimeError, TypeError, MemoryError) as error:
+    except (LookupError, ValueError, RuntimeError, TypeError, MemoryError) as error:
         raise NotAResultError(f"{path} is damaged: {error}") from error
 
 

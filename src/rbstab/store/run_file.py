@@ -1,7 +1,6 @@
 """One run, one file: netCDF-4 compatible HDF5, described in `results/README.md`."""
 
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -117,8 +116,9 @@ def _variable(path: Path, file: h5py.File, name: str) -> Variable:
     is_text = h5py.check_string_dtype(dataset.dtype) is not None
     data = dataset.asstr()[()] if is_text else dataset[()]
     own = name.rpartition("/")[2]
-    dimensions = (own,) if dataset.is_scale else tuple(_dimension(d) for d in dataset.dims)
-    unit, long_name = (str(dataset.attrs.get(key, "")) for key in ("units", "long_name"))
+    dimensions = (own,) if dataset.is_scale else _dimensions(dataset)
+    notes = dataset.attrs
+    unit, long_name = (str(notes.get(key, "")) for key in ("units", "long_name"))
     return Variable(dimensions, np.asarray(data), unit, long_name)
 
 
@@ -128,11 +128,20 @@ def _names(file: h5py.File) -> list[str]:
     What is neither keeps its name, and is refused when it is read.
     """
     hard = [name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)]
-    groups = [name for name in hard if isinstance(file[name], h5py.Group) and len(file[name])]
+    # Asked below h5py's objects, whose making takes most of the time of reading a file.
+    kinds = {name: h5py.h5o.get_info(file.id, name.encode()).type for name in hard}
+    groups = [n for n, kind in kinds.items() if kind == h5py.h5o.TYPE_GROUP and len(file[n])]
     return [name for name in file if name not in groups] + [
         f"{group}/{name}" for group in groups for name in file[group]
     ]
 
 
-def _dimension(axis: Any) -> str:
-    return str(axis[0].name).rpartition("/")[2]
+def _dimensions(dataset: h5py.Dataset) -> tuple[str, ...]:
+    """The names of the first scale of each axis."""
+    return tuple(_scale_name(dataset, axis) for axis in range(dataset.ndim))
+
+
+def _scale_name(dataset: h5py.Dataset, axis: int) -> str:
+    names: list[bytes] = []
+    h5py.h5ds.iterate(dataset.id, axis, lambda scale: names.append(h5py.h5i.get_name(scale)))
+    return names[0].decode().rpartition("/")[2]

@@ -30,6 +30,16 @@ KEYS = ("schema_version", "title", "base", "vary", "design", "members", "seed", 
 GRID = "grid"
 
 
+def is_plan(path: FilePath) -> bool:
+    """Whether a file is meant as a plan, right or wrong: it has keys that no config has.
+
+    Raises:
+        ConfigError: It cannot be read.
+    """
+    data = source_of(path).data
+    return "vary" in data or "base" in data
+
+
 def load_plan(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str] = ()) -> Plan:
     """A validated, immutable plan: every one of its members is a config that can be run.
 

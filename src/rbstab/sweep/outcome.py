@@ -106,9 +106,22 @@ def outcome_of(traces: Traces) -> dict[str, Array]:
         "peak_time": peak_time,
         "peak_orientation": np.abs(angles),
         "smallest_regularity": np.cos(np.minimum(np.abs(angles[:, 1]), np.pi / 2)),
-        "settling_time": last_above(times, traces.value, SETTLED * traces.value[:, 0]),
+        "settling_time": settling_times(times, traces.value),
         "displacement_settling_time": last_above(times, distance, np.full(members, CLOSE)),
     }
+
+
+def settling_times(times: Array, value: Array) -> Array:
+    """From when v stays below `SETTLED` v(0), shape (m,), s.
+
+    NaN where it does not by the end, and where v is not finite throughout.
+
+    Args:
+        times: Shape (n,), s.
+        value: v of each member, shape (m, n), J.
+    """
+    found = last_above(times, value, SETTLED * value[:, 0])
+    return np.where(np.isfinite(value).all(axis=1), found, np.nan)
 
 
 def _peaks(times: Array, values: Array, rates: Array) -> tuple[Array, Array]:

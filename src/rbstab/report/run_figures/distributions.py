@@ -4,22 +4,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rbstab.experiment.summary import summary_of
 from rbstab.mechanics.numbers import Array
 from rbstab.report.figure import Axis, Bars, Figure, Panel
 from rbstab.report.sources import Run
-from rbstab.sweep.outcome import SETTLED, last_above
 
 MOST_BARS = 40
 
 
 def distribution_figure(runs: Sequence[Run]) -> Figure:
     """Histograms of settling time, peak |E|, v(end)/v(0) and residual."""
-    summaries = [summary_of(run.result) for run in runs]
+    summaries = [run.summary for run in runs]
     with np.errstate(all="ignore"):
         left = [s.lyapunov_end / np.float64(s.lyapunov_start) for s in summaries]
     outcomes = (
-        (Axis("settling time", "s"), [settling_time(run) for run in runs]),
+        (Axis("settling time", "s"), [run.settling_time for run in runs]),
         (Axis("peak |E|", "m"), [s.peak_distance for s in summaries]),
         (Axis("v(end) / v(0)", log=True), left),
         (Axis("largest |r| / v(0)", log=True), [s.relative_residual for s in summaries]),
@@ -38,14 +36,6 @@ def distribution_figure(runs: Sequence[Run]) -> Figure:
     return Figure(
         "runs-distributions", f"Outcomes of {len(runs)} runs", tuple(panels), 2, caption=caption
     )
-
-
-def settling_time(run: Run) -> float:
-    """From when v < v(0)/1000 for good, s; NaN where it is not so at the end."""
-    t, v = run.result["time"], run.result["lyapunov"]
-    if not (np.isfinite(v).all() and v[0] > 0):
-        return float("nan")
-    return float(last_above(t, v[np.newaxis], SETTLED * v[:1])[0])
 
 
 def _shown(values: Array, axis: Axis) -> Array:

@@ -1,0 +1,80 @@
+"""From results to a report."""
+
+from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
+
+from rbstab.report.certificate_tables import certificate_section
+from rbstab.report.config_tables import config_section
+from rbstab.report.document import Block, Report, Section
+from rbstab.report.motion import motion_of
+from rbstab.report.provenance_tables import provenance_section, warnings_section
+from rbstab.report.reference_tables import reference_section
+from rbstab.report.run_facts import RunFacts, facts_of
+from rbstab.report.run_sections import run_sections
+from rbstab.report.run_tables import overview, summary_table
+from rbstab.report.sources import Run, Sources
+from rbstab.report.sweep_sections import sweep_sections
+from rbstab.report.words import counted, foreign
+
+MOST_MOTIONS = 4
+"""Views that move: each has its own drawing area on a page."""
+
+
+def report_of(sources: Sources, command: str, title: str | None = None) -> Report:
+    """The report of some results.
+
+    Args:
+        sources: The results.
+        command: The command that makes it again.
+        title: Its heading; default one that says what is in it.
+
+    Raises:
+        StoreError: The file of a sweep cannot be read any more.
+    """
+    facts = facts_of(sources.runs)
+    return Report(
+        title=foreign(title) if title else _title(sources),
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        command=foreign(command),
+        sections=tuple(_sections(sources, facts, foreign(command))),
+        unread=sources.unread,
+    )
+
+
+def _sections(sources: Sources, facts: Sequence[RunFacts], command: str) -> Iterable[Section]:
+    if facts:
+        yield Section("summary", "Summary", (overview(facts), summary_table(facts)))
+        yield from _present(config_section(facts), reference_section(facts))
+        yield from _present(_motions(sources.runs))
+        yield from run_sections(sources.runs)
+        yield certificate_section(facts)
+    for sweep in sources.sweeps:
+        yield from sweep_sections(sweep)
+    yield from _present(warnings_section(facts))
+    yield provenance_section(facts, command)
+
+
+def _present(*sections: Section | None) -> Iterable[Section]:
+    return (section for section in sections if section is not None)
+
+
+def _motions(runs: Sequence[Run]) -> Section | None:
+    """The first runs that have moved, as views that move."""
+    moving = [run for run in runs if run.config is not None and len(run.result["time"]) > 1]
+    if not moving:
+        return None
+    shown = moving[:MOST_MOTIONS]
+    blocks: list[Block] = [motion_of(run) for run in shown]
+    if len(shown) < len(runs):
+        blocks.insert(0, f"Shown are {counted(len(shown), 'run')} of {len(runs)}.")
+    return Section("motion", "Motion", tuple(blocks))
+
+
+def _title(sources: Sources) -> str:
+    """That of the one result, or how many there are."""
+    if len(sources.runs) == 1 and not sources.sweeps:
+        return foreign(sources.runs[0].result.attributes["title"])
+    if len(sources.sweeps) == 1 and not sources.runs:
+        return f"Sweep {sources.sweeps[0].label}"
+    counts = ((len(sources.runs), "run"), (len(sources.sweeps), "sweep"))
+    return " and ".join(counted(count, word) for count, word in counts if count)

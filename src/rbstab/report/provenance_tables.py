@@ -1,0 +1,128 @@
+"""Where results come from, what is odd about them, and how they are made again."""
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rbstab.report.document import Block, Cell, Head, Section, Table
+from rbstab.report.run_facts import RunFacts
+from rbstab.report.run_tables import quantity
+from rbstab.report.words import NOTHING, foreign, listed, number
+
+MOST_COMMANDS = 24
+"""Runs whose commands are written out."""
+
+OF_ONE_RUN = ("steps", "wall_time")
+"""Attributes that belong to each run by itself."""
+
+SHOWN_ELSEWHERE = ("title", "variant", "status", "status_detail", "verdict", "warnings", "run_id")
+
+
+def warnings_section(facts: Sequence[RunFacts]) -> Section | None:
+    """What is odd about the runs, each sentence once; None where nothing is."""
+    runs: dict[str, list[str]] = {}
+    for one in facts:
+        detail = one.attribute("status_detail")
+        for warning in [*([detail] if detail else []), *one.attribute("warnings").splitlines()]:
+            runs.setdefault(warning, []).append(one.run.label)
+    if not runs:
+        return None
+    rows = tuple((Cell(text), Cell(listed(labels))) for text, labels in runs.items())
+    table = Table("warnings", "What is odd", (Head("warning"), Head("runs")), rows)
+    return Section("warnings", "Warnings", (table,))
+
+
+def provenance_section(facts: Sequence[RunFacts], command: str) -> Section:
+    """Versions, identities, tolerances, and the commands that make report and runs again."""
+    blocks: list[Block] = [f"This report is made by: {command}"]
+    if facts:
+        shared = _shared(facts)
+        if shared is not None:
+            blocks.append(shared)
+        blocks += [_by_run(facts), *_commands(facts)]
+    return Section("provenance", "Provenance", tuple(blocks))
+
+
+def _origin(facts: RunFacts) -> dict[str, str]:
+    """What made a run, as texts: its attributes, and how exactly it was followed."""
+    attributes: dict[str, Any] = dict(facts.run.result.attributes)
+    found = {
+        name.replace("_", " "): str(value) or NOTHING
+        for name, value in attributes.items()
+        if name not in (*SHOWN_ELSEWHERE, *OF_ONE_RUN)
+    }
+    integration = facts.run.data.get("integration")
+    if isinstance(integration, dict):
+        for key in ("method", "rtol", "atol"):
+            if key in integration:
+                value = integration[key]
+                found[key] = number(value, 12) if isinstance(value, float) else foreign(value)
+    return found
+
+
+def _shared(facts: Sequence[RunFacts]) -> Table | None:
+    """What is the same of all runs."""
+    origins = [_origin(one) for one in facts]
+    rows = tuple(
+        (Cell(name), Cell(value))
+        for name, value in origins[0].items()
+        if all(origin.get(name) == value for origin in origins)
+    )
+    title = "Of all runs" if len(facts) > 1 else "Of the run"
+    return Table("versions", title, (Head("what"), Head("value")), rows) if rows else None
+
+
+def _by_run(facts: Sequence[RunFacts]) -> Table:
+    """What each run has of its own."""
+    origins = [_origin(one) for one in facts]
+    names = list(dict.fromkeys(name for origin in origins for name in origin))
+    own = [name for name in names if len({origin.get(name) for origin in origins}) > 1]
+    heads = (
+        Head("run"),
+        Head("file"),
+        Head("run id"),
+        *(Head(name) for name in own),
+        Head("steps", numbers=True),
+        Head("wall time", "s", numbers=True),
+    )
+    rows = tuple(
+        (
+            Cell(one.run.label),
+            Cell(foreign(one.run.path)),
+            Cell(one.run.result.run_id),
+            *(Cell(origin.get(name, NOTHING)) for name in own),
+            _attribute(one, "steps", 12),
+            _attribute(one, "wall_time", 3),
+        )
+        for one, origin in zip(facts, origins, strict=True)
+    )
+    return Table("origins", "Of each run", heads, rows)
+
+
+def _attribute(facts: RunFacts, name: str, digits: int) -> Cell:
+    value = facts.run.result.attributes.get(name)
+    return quantity(float(value), digits) if isinstance(value, int | float) else Cell(NOTHING)
+
+
+def _commands(facts: Sequence[RunFacts]) -> list[Block]:
+    """How runs are repeated: from their stored configs, into another folder."""
+    if len(facts) > MOST_COMMANDS:
+        return [
+            "Each run is repeated from its stored config: "
+            "rbstab show RESULT --config > NAME.yaml && rbstab run NAME.yaml -o again"
+        ]
+    rows = tuple((Cell(one.run.label), Cell(repeating(one.run.path))) for one in facts)
+    heads = (Head("run"), Head("command"))
+    return [Table("commands", "What repeats each run, from its stored config", heads, rows)]
+
+
+def repeating(path: Path) -> str:
+    """The command that repeats the run of a result into the folder `again`."""
+    file, config = _no_option(str(path)), _no_option(f"{path.stem}.yaml")
+    return foreign(f"rbstab show {file} --config > {config} && rbstab run {config} -o again")
+
+
+def _no_option(name: str) -> str:
+    """A file name as a shell takes it; one that begins with a dash is not taken for an option."""
+    return shlex.quote(f"./{name}" if name.startswith("-") else name)

@@ -1,0 +1,53 @@
+"""What a source prints, beside what was computed."""
+
+from collections.abc import Sequence
+
+from rbstab.experiment.summary import Comparison
+from rbstab.report.document import Block, Cell, Head, Section, Table
+from rbstab.report.run_facts import RunFacts
+from rbstab.report.run_tables import CENTIMETRES
+from rbstab.report.words import foreign, listed, vector
+
+HEADS = (
+    Head("run"),
+    Head("quantity"),
+    Head("printed"),
+    Head("computed"),
+    Head("computed - printed"),
+)
+
+
+def reference_section(facts: Sequence[RunFacts]) -> Section | None:
+    """Printed and computed values side by side; None where no config has a `reference`."""
+    rows = tuple(_row(one.run.label, found) for one in facts for found in one.comparisons)
+    blocks: list[Block] = [*_sentences(facts)]
+    if not blocks:
+        return None
+    if rows:
+        blocks.append(Table("reference", "Printed and computed values", HEADS, rows))
+    return Section("source", "Against the source", tuple(blocks))
+
+
+def _sentences(facts: Sequence[RunFacts]) -> list[str]:
+    """The sources with their notes, each once for all the runs that name it."""
+    labels: dict[str, list[str]] = {}
+    for one in facts:
+        reference = one.run.config.reference if one.run.config is not None else None
+        if reference is not None:
+            note = f": {foreign(reference.note)}" if reference.note else ""
+            labels.setdefault(f"{foreign(reference.source)}{note}", []).append(one.run.label)
+    return [f"{listed(runs)}: {sentence}." for sentence, runs in labels.items()]
+
+
+def _row(label: str, found: Comparison) -> tuple[Cell, ...]:
+    # What is about the contact point is told in centimetres everywhere in a report.
+    of_contact = found.name == "peak contact_displacement"
+    factor, unit = (CENTIMETRES, "cm") if of_contact else (1.0, found.unit)
+    printed = [factor * value for value in found.printed]
+    computed = [factor * value for value in found.computed]
+    apart = [c - p for c, p in zip(computed, printed, strict=True)]
+    return (
+        Cell(label),
+        Cell(f"{found.name.replace('_', ' ')} [{unit}]"),
+        *(Cell(vector(values)) for values in (printed, computed, apart)),
+    )

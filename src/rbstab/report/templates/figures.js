@@ -1,0 +1,195 @@
+// Figures: plotly is unpacked when the first one comes near, each is drawn when it does.
+
+const drawings = JSON.parse(document.getElementById("page.drawings").textContent);
+const figures = new Map();
+let library = null;
+
+/** Unpacks plotly and runs it; once. */
+function loadLibrary() {
+  library ??= (async () => {
+    const packed = document.getElementById("page.library").textContent;
+    const bytes = Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    const script = document.createElement("script");
+    script.textContent = await new Response(stream).text();
+    document.head.append(script);
+  })();
+  return library;
+}
+
+const isNarrow = (box) => box.clientWidth < 620;
+
+/** A layout in the colours of the page, as wide as its place. */
+function themed(layout, width) {
+  const [text, grid, line, page] = ["text", "grid", "line", "page"].map(tone);
+  const look = { gridcolor: grid, zerolinecolor: line, linecolor: line, tickcolor: line };
+  const whole = {
+    ...layout,
+    width,
+    font: { ...layout.font, color: text, family: getComputedStyle(document.body).fontFamily },
+    paper_bgcolor: "rgba(0,0,0,0)",
+    plot_bgcolor: "rgba(0,0,0,0)",
+    hoverlabel: { bgcolor: page, bordercolor: line, font: { color: text } },
+    modebar: { bgcolor: "rgba(0,0,0,0)", color: tone("soft"), activecolor: text },
+    dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom",
+  };
+  for (const key of layout.meta.axes) whole[key] = { ...layout[key], ...look };
+  return whole;
+}
+
+/** The picture of a figure as a file, with its legend and title, on white. */
+function download(name, title) {
+  const { data, layout } = drawings[name];
+  const escaped = title.replace(/&/g, "&amp;").replace(/</g, "&lt;");
+  const whole = {
+    ...layout,
+    width: 1000,
+    height: layout.height + 110,
+    margin: { ...layout.margin, t: layout.margin.t + 50 },
+    title: { text: escaped, font: { size: 15 } },
+    showlegend: true,
+    paper_bgcolor: "#fff",
+    plot_bgcolor: "#fff",
+  };
+  Plotly.downloadImage({ data, layout: whole }, { format: "png", scale: 2, width: 1000, height: whole.height, filename: name });
+}
+
+const CAMERA = {
+  width: 1000,
+  height: 1000,
+  path: "M850 250H700l-60-90H360l-60 90H150c-28 0-50 22-50 50v480c0 28 22 50 50 50h700c28 0 50-22 50-50V300c0-28-22-50-50-50zM500 720a180 180 0 1 1 0-360 180 180 0 0 1 0 360z",
+};
+
+function settings(name, title) {
+  return {
+    displaylogo: false,
+    modeBarButtonsToRemove: ["toImage", "lasso2d", "select2d", "autoScale2d"],
+    modeBarButtonsToAdd: [
+      { name: "picture", title: "Save as a picture", icon: CAMERA, click: () => download(name, title) },
+    ],
+  };
+}
+
+async function draw(box) {
+  const name = box.dataset.name;
+  if (figures.has(name)) return;
+  const figure = { box, narrow: isNarrow(box), cursors: [], hidden: new Set() };
+  figures.set(name, figure);
+  await loadLibrary();
+  drawNow(name, figure);
+}
+
+function drawNow(name, figure) {
+  if (figure.drawn) return;
+  figure.drawn = true;
+  const { data } = drawings[name];
+  const { box } = figure;
+  const title = box.getAttribute("aria-label");
+  const place = document.createElement("div");
+  box.append(place);
+  figure.place = place;
+  Plotly.newPlot(place, data, layoutOf(name, figure), settings(name, title));
+  if (drawings[name].layout.meta.time) followTime(figure);
+}
+
+const layoutOf = (name, figure, width = figure.box.clientWidth) =>
+  themed(structuredClone(drawings[name][figure.narrow ? "narrow" : "layout"]), width);
+
+/** Draws a figure anew in the colours and width of the moment, with what is hidden left hidden. */
+function redraw(name, figure, width) {
+  if (!figure.drawn) return;
+  figure.narrow = width ? false : isNarrow(figure.box);
+  const layout = layoutOf(name, figure, width);
+  layout.shapes.forEach((shape) => (shape.visible = !figure.hidden.has(shape.legendgroup)));
+  figure.box.style.minHeight = `${layout.height}px`;
+  // Without the settings: given those, plotly 4 never comes to an end.
+  Plotly.react(figure.place, figure.place.data, layout);
+}
+
+const redrawAll = () => figures.forEach((figure, name) => redraw(name, figure));
+
+/** A line in each panel at the time of the motions. */
+function followTime(figure) {
+  const { place, box } = figure;
+  const show = () => {
+    const full = place._fullLayout;
+    const axes = drawings[box.dataset.name].layout.meta.axes.filter((key) => key.startsWith("x"));
+    axes.forEach((key, number) => {
+      const x = full[key];
+      const y = full[key.replace("x", "y")];
+      figure.cursors[number] ??= box.appendChild(Object.assign(document.createElement("div"), { className: "cursor" }));
+      const style = figure.cursors[number].style;
+      const at = x.c2p(clock.now);
+      style.display = clock.end > 0 && at >= 0 && at <= x._length ? "" : "none";
+      style.left = `${x._offset + at}px`;
+      style.top = `${y._offset}px`;
+      style.height = `${y._length}px`;
+    });
+  };
+  clock.listeners.push(show);
+  place.on("plotly_afterplot", show);
+  place.on("plotly_click", ({ points }) => clock.end > 0 && setTime(points[0].x));
+  show();
+}
+
+/** Swatches and names, one button for all curves of a name. */
+function addLegend(box) {
+  const name = box.dataset.name;
+  const { data, layout } = drawings[name];
+  const legend = box.parentElement.querySelector(".legend");
+  for (const entry of [...data, ...layout.shapes]) {
+    if (!entry.showlegend) continue;
+    const button = document.createElement("button");
+    button.type = "button";
+    button.setAttribute("aria-pressed", "true");
+    button.append(swatch(entry), entry.legendgroup);
+    button.addEventListener("click", () => toggle(name, box, entry.legendgroup, button));
+    legend.append(button);
+  }
+}
+
+async function toggle(name, box, group, button) {
+  await draw(box);
+  const figure = figures.get(name);
+  const shown = figure.hidden.has(group);
+  if (shown) figure.hidden.delete(group);
+  else figure.hidden.add(group);
+  button.setAttribute("aria-pressed", String(shown));
+  const numbers = drawings[name].data.flatMap((trace, i) => (trace.legendgroup === group ? [i] : []));
+  if (numbers.length) await Plotly.restyle(figure.place, { visible: shown }, numbers);
+  const shapes = {};
+  drawings[name].layout.shapes.forEach((shape, i) => {
+    if (shape.legendgroup === group) shapes[`shapes[${i}].visible`] = shown;
+  });
+  if (Object.keys(shapes).length) await Plotly.relayout(figure.place, shapes);
+}
+
+const DASHES = { dash: "6 4", dot: "2 3", dashdot: "7 3 2 3" };
+const svg = (name, attributes) => {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  return element;
+};
+
+/** A small picture of how a curve looks. */
+function swatch(entry) {
+  const picture = svg("svg", { width: 26, height: 12, "aria-hidden": "true" });
+  const { line, marker, fillcolor } = entry;
+  if (fillcolor) picture.append(svg("rect", { x: 3, y: 1, width: 20, height: 10, fill: fillcolor }));
+  else if (marker) picture.append(svg("path", symbol(marker)));
+  else {
+    const dash = DASHES[line.dash] ? { "stroke-dasharray": DASHES[line.dash] } : {};
+    picture.append(svg("path", { d: "M1 6H25", stroke: line.color, "stroke-width": 2, fill: "none", ...dash }));
+  }
+  return picture;
+}
+
+function symbol({ color, symbol: kind = "circle" }) {
+  const path = {
+    circle: "M9 6a4 4 0 1 0 8 0a4 4 0 1 0 -8 0",
+    x: "M9.5 2.5l7 7m0 -7l-7 7",
+    "square-open": "M9.5 2.5h7v7h-7z",
+    "diamond-open": "M13 1.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
+  }[kind];
+  return { d: path, stroke: color, "stroke-width": 1.8, fill: kind === "circle" ? color : "none" };
+}

@@ -1,0 +1,186 @@
+// Views of bodies in motion, at the time of the clock.
+
+const moving = JSON.parse(document.getElementById("page.motions").textContent);
+const views = [];
+const CONTACT = "#D55E00";
+const ANCHOR = "#009E73";
+const BODY = { light: [122, 143, 166], dark: [138, 160, 184] };
+const SUN = unit([0.35, -0.55, 0.9]);
+
+/** The numbers of an array in rows of a length. */
+function unpacked({ dtype, bdata }, length) {
+  const bytes = Uint8Array.from(atob(bdata), (letter) => letter.charCodeAt(0));
+  const values = dtype === "f4" ? new Float32Array(bytes.buffer) : new Float64Array(bytes.buffer);
+  return Array.from({ length: values.length / length }, (_, i) => [...values.subarray(i * length, (i + 1) * length)]);
+}
+
+class MotionView {
+  constructor(canvas) {
+    const motion = moving[canvas.dataset.name];
+    this.canvas = canvas;
+    this.times = unpacked(motion.times, 1).map(([time]) => time);
+    this.positions = unpacked(motion.positions, 3);
+    this.rotations = unpacked(motion.rotations, 4);
+    this.vertices = unpacked(motion.vertices, 3);
+    this.triangles = Array.from({ length: motion.triangles.length / 3 }, (_, i) => motion.triangles.slice(3 * i, 3 * i + 3));
+    this.contact = motion.contact_point;
+    this.anchor = motion.anchor;
+    this.trace = this.positions.map((X, i) => plus(X, turned(this.rotations[i], this.contact)));
+    this.reach = Math.max(...this.vertices.map((v) => hypot(...v)), hypot(...this.contact));
+    const [low, high] = this.bounds();
+    this.floor = low[2] - this.reach;
+    this.camera = new Camera(times(plus(low, high), 0.5), this.reach + hypot(...minus(high, low)) / 2);
+    this.visible = false;
+    this.listen();
+  }
+
+  /** The corners of a box around the centre of gravity at all times. */
+  bounds() {
+    const along = (axis, pick) => this.positions.reduce((found, X) => pick(found, X[axis]), this.positions[0][axis]);
+    return [Math.min, Math.max].map((pick) => [0, 1, 2].map((axis) => along(axis, pick)));
+  }
+
+  /** Where the body is at a time; before and after the run, where it begins and ends. */
+  at(time) {
+    const last = this.times.length - 1;
+    let next = this.times.findIndex((other) => other > time);
+    if (next === -1) next = last;
+    const before = Math.max(next - 1, 0);
+    const step = this.times[next] - this.times[before];
+    const part = step > 0 ? Math.min(Math.max((time - this.times[before]) / step, 0), 1) : 0;
+    const X = plus(times(this.positions[before], 1 - part), times(this.positions[next], part));
+    return { X, Q: between(this.rotations[before], this.rotations[next], part), before };
+  }
+
+  paint() {
+    if (!this.visible) return;
+    const { canvas } = this;
+    const { clientWidth: width, clientHeight: height } = canvas;
+    const scale = devicePixelRatio || 1;
+    canvas.width = width * scale;
+    canvas.height = height * scale;
+    const pen = canvas.getContext("2d");
+    pen.scale(scale, scale);
+    pen.lineJoin = "round";
+    pen.font = `12px ${getComputedStyle(document.body).fontFamily}`;
+    const project = this.camera.projection(width, height);
+    const pose = this.at(clock.now);
+    this.paintGround(pen, project);
+    const painter = new Painter(pen, project);
+    this.addBody(painter, pose);
+    this.addTrace(painter, pose);
+    this.addTies(painter, pose);
+    painter.paint();
+    canvas.dataset.pose = [...pose.X, ...pose.Q].map((value) => value.toFixed(4)).join(" ");
+  }
+
+  paintGround(pen, project) {
+    const cell = 10 ** Math.round(Math.log10(this.camera.size / 2));
+    const [x, y] = this.camera.middle.map((value) => Math.round(value / cell) * cell);
+    const count = Math.ceil((1.6 * this.camera.size) / cell);
+    const painter = new Painter(pen, project);
+    for (let i = -count; i <= count; i++) {
+      const [a, b] = [i * cell, count * cell];
+      painter.line([[x + a, y - b, this.floor], [x + a, y + b, this.floor]], tone("grid"), 1);
+      painter.line([[x - b, y + a, this.floor], [x + b, y + a, this.floor]], tone("grid"), 1);
+    }
+    const corner = [x - count * cell, y - count * cell, this.floor];
+    [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, number) => {
+      const tip = plus(corner, times(axis, cell));
+      painter.line([corner, tip], tone("soft"), 1.6);
+      painter.label(tip, `x${"₁₂₃"[number]}`, tone("soft"));
+    });
+    painter.paint();
+  }
+
+  addBody(painter, { X, Q }) {
+    const colour = BODY[isDark() ? "dark" : "light"];
+    const corners = this.vertices.map((vertex) => plus(X, turned(Q, vertex)));
+    for (const triangle of this.triangles) {
+      const [a, b, c] = triangle.map((number) => corners[number]);
+      const normal = unit(cross(minus(b, a), minus(c, a)));
+      const light = 0.55 + 0.45 * Math.max(dot(normal, SUN), 0) + 0.12 * Math.max(normal[2], 0);
+      painter.triangle([a, b, c], `rgb(${colour.map((part) => Math.min(part * light * 1.15, 255) | 0)})`);
+    }
+  }
+
+  addTrace(painter, { before, X, Q }) {
+    const here = plus(X, turned(Q, this.contact));
+    painter.line(this.trace.slice(before), `${CONTACT}40`, 1);
+    painter.line([...this.trace.slice(0, before + 1), here], CONTACT, 1.6);
+  }
+
+  /** The contact point, its lever from the centre, the anchor and the connector: over the body. */
+  addTies(painter, { X, Q }) {
+    const here = plus(X, turned(Q, this.contact));
+    const over = 10 * this.camera.size;
+    painter.line([X, here], CONTACT, 2, { nearer: over, dash: [4, 3] });
+    if (this.anchor) {
+      painter.line([this.anchor, here], ANCHOR, 2.4, { nearer: over });
+      painter.disc(this.anchor, 6.5, ANCHOR, tone("page"), -over);
+    }
+    painter.disc(here, 4, CONTACT, tone("page"), -2 * over);
+  }
+
+  listen() {
+    const { canvas, camera } = this;
+    const pointers = new Map();
+    canvas.addEventListener("pointerdown", (event) => {
+      pointers.set(event.pointerId, event);
+      canvas.setPointerCapture(event.pointerId);
+    });
+    for (const end of ["pointerup", "pointercancel"]) {
+      canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
+    }
+    canvas.addEventListener("pointermove", (event) => {
+      const before = pointers.get(event.pointerId);
+      if (!before) return;
+      const spread = () => {
+        const [a, b] = [...pointers.values()];
+        return hypot(a.clientX - b.clientX, a.clientY - b.clientY) || 1;
+      };
+      const wide = pointers.size === 2 ? spread() : 0;
+      pointers.set(event.pointerId, event);
+      if (wide) camera.zoom(wide / spread());
+      else camera.turn((event.clientX - before.clientX) / 160, (event.clientY - before.clientY) / 160);
+      this.paint();
+    });
+    // A plain wheel scrolls the page.
+    canvas.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey && document.activeElement !== canvas) return;
+      event.preventDefault();
+      camera.zoom(Math.exp(event.deltaY / 500));
+      this.paint();
+    }, { passive: false });
+    canvas.addEventListener("keydown", (event) => {
+      const act = {
+        ArrowLeft: () => camera.turn(-0.1, 0),
+        ArrowRight: () => camera.turn(0.1, 0),
+        ArrowUp: () => camera.turn(0, 0.1),
+        ArrowDown: () => camera.turn(0, -0.1),
+        "+": () => camera.zoom(1 / 1.15),
+        "-": () => camera.zoom(1.15),
+        0: () => camera.reset(),
+      }[event.key];
+      if (!act || event.ctrlKey || event.altKey || event.metaKey) return;
+      event.preventDefault();
+      act();
+      this.paint();
+    });
+  }
+}
+
+const paintAll = () => views.forEach((view) => view.paint());
+
+function addViews(observe) {
+  for (const canvas of document.querySelectorAll("canvas")) {
+    const view = new MotionView(canvas);
+    views.push(view);
+    observe(canvas, (near) => {
+      view.visible = near;
+      view.paint();
+    });
+  }
+  clock.listeners.push(paintAll);
+  return Math.max(0, ...views.map((view) => view.times.at(-1)));
+}

@@ -1,0 +1,57 @@
+// One time for all motions and for the cursors of all figures over time.
+
+const clock = { now: 0, end: 0, playing: false, listeners: [] };
+
+function setTime(time) {
+  clock.now = Math.min(Math.max(time, 0), clock.end);
+  for (const listener of clock.listeners) listener(clock.now);
+}
+
+/** The seconds that a moment of playing takes: slow enough for the eye, never a minute. */
+const playingTime = () => Math.min(Math.max(2 * clock.end, 6), 30);
+
+function startClock(end) {
+  const form = document.querySelector(".clock");
+  if (!form || !(end > 0)) return;
+  const slider = form.querySelector("input");
+  const output = form.querySelector("output");
+  const button = form.querySelector(".play");
+  const digits = Math.max(0, 3 - Math.floor(Math.log10(end)));
+  clock.end = end;
+  slider.max = end;
+  slider.step = end / 1000;
+  clock.listeners.push((time) => {
+    slider.value = time;
+    output.textContent = `${time.toFixed(digits)} s`;
+    slider.setAttribute("aria-valuetext", `${time.toFixed(digits)} seconds`);
+  });
+  slider.addEventListener("input", () => {
+    stopPlaying(button);
+    setTime(Number(slider.value));
+  });
+  button.addEventListener("click", () => (clock.playing ? stopPlaying(button) : startPlaying(button)));
+  form.addEventListener("submit", (event) => event.preventDefault());
+  form.hidden = false;
+  setTime(0);
+}
+
+function stopPlaying(button) {
+  clock.playing = false;
+  button.textContent = "Play";
+}
+
+function startPlaying(button) {
+  clock.playing = true;
+  button.textContent = "Pause";
+  if (clock.now >= clock.end) setTime(0);
+  let before = performance.now();
+  const step = (instant) => {
+    if (!clock.playing) return;
+    const passed = Math.max(instant - before, 0) / 1000;
+    before = instant;
+    setTime(clock.now + (passed * clock.end) / playingTime());
+    if (clock.now >= clock.end) stopPlaying(button);
+    else requestAnimationFrame(step);
+  };
+  requestAnimationFrame(step);
+}

@@ -1,0 +1,200 @@
+"""The page of a report in a real browser.
+
+Every test also fails on an error, a warning, a dialog or a request of the page (see `opened`).
+"""
+
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+from support.browser import Opened
+from support.pages import END, hostile_report, report
+
+pytestmark = pytest.mark.browser
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+
+
+def drawn(page: Page, name: str) -> Locator:
+    """A figure, once it is drawn."""
+    box = page.locator(f".drawing[data-name='{name}']")
+    box.scroll_into_view_if_needed()
+    expect(box.locator(".main-svg").first).to_be_visible()
+    return box
+
+
+def names(page: Page) -> list[str]:
+    return page.locator("tbody th a").all_inner_texts()
+
+
+def test_every_figure_is_drawn_when_it_comes_near(opened: Opened) -> None:
+    page = opened(report())
+    assert page.locator(".drawing[data-name='counts'] .main-svg").count() == 0
+    for name, traces in (("over-time", 5), ("maps", 0), ("counts", 3)):
+        box = drawn(page, name)
+        expect(box.locator(".scatterlayer .trace")).to_have_count(traces)
+    expect(page.locator(".drawing[data-name='maps'] .heatmaplayer image")).to_have_count(2)
+
+
+def test_a_table_is_sorted_by_values_with_the_mouse(opened: Opened) -> None:
+    page = opened(report())
+    head = page.locator("thead th").nth(1)
+    assert names(page) == ["beta", "alpha", "gamma"]
+    # 10, 9 and nothing: as texts, 10 would stand before 9.
+    for order, expected in (
+        ("ascending", ["alpha", "beta", "gamma"]),
+        ("descending", ["beta", "alpha", "gamma"]),
+        ("none", ["beta", "alpha", "gamma"]),
+    ):
+        head.locator("button").click()
+        assert head.get_attribute("aria-sort") == order
+        assert names(page) == expected
+
+
+def test_a_table_is_sorted_with_the_keyboard(opened: Opened) -> None:
+    page = opened(report())
+    head = page.locator("thead th").first
+    head.locator("button").focus()
+    page.keyboard.press("Enter")
+    assert head.get_attribute("aria-sort") == "ascending"
+    assert names(page) == ["alpha", "beta", "gamma"]
+    page.keyboard.press("Space")
+    assert names(page) == ["gamma", "beta", "alpha"]
+
+
+def test_the_legend_hides_and_shows_all_curves_of_a_name(opened: Opened) -> None:
+    page = opened(report())
+    box = drawn(page, "over-time")
+    legend = page.locator("[id='figure.over-time'] .legend")
+    assert legend.locator("button").all_inner_texts() == ["first", "second", "one", "two", "bound"]
+    first = legend.get_by_role("button", name="first")
+    first.click()
+    assert first.get_attribute("aria-pressed") == "false"
+    # It has a curve in two of the panels.
+    expect(box.locator(".scatterlayer .trace")).to_have_count(3)
+    first.click()
+    expect(box.locator(".scatterlayer .trace")).to_have_count(5)
+    expect(box.locator(".shapelayer path")).to_have_count(1)
+    legend.get_by_role("button", name="bound").click()
+    expect(box.locator(".shapelayer path")).to_have_count(0)
+
+
+def pose(page: Page, name: str) -> list[float]:
+    said = page.locator(f"canvas[data-name='{name}']").get_attribute("data-pose")
+    assert said is not None
+    return [float(number) for number in said.split()]
+
+
+def test_the_slider_moves_all_bodies_and_the_cursors(opened: Opened) -> None:
+    page = opened(report())
+    box = drawn(page, "over-time")
+    slider = page.get_by_label("Time", exact=True)
+    cursor = box.locator(".cursor").first
+    begin = cursor.evaluate("e => parseFloat(e.style.left)")
+    page.locator("canvas").first.scroll_into_view_if_needed()
+    slider.evaluate("e => { e.value = e.max / 2; e.dispatchEvent(new Event('input')); }")
+    # Half of the way along x, and half of half a turn about z.
+    for name in ("run-1", "run-2"):
+        expect(page.locator(f"canvas[data-name='{name}']")).to_have_attribute(
+            "data-pose", re.compile("^1.0000 ")
+        )
+        half = 0.5**0.5
+        assert pose(page, name) == pytest.approx([END / 2, 0, 0, half, 0, 0, half], abs=1e-3)
+    middle = cursor.evaluate("e => parseFloat(e.style.left)")
+    slider.focus()
+    page.keyboard.press("End")
+    end = cursor.evaluate("e => parseFloat(e.style.left)")
+    assert middle - begin == pytest.approx(end - middle, abs=2)
+    assert end - begin > 200
+    page.keyboard.press("ArrowLeft")
+    assert 0.99 * END < pose(page, "run-1")[0] < END
+
+
+def test_play_and_pause(opened: Opened) -> None:
+    page = opened(report(), reduced_motion="reduce")
+    slider = page.get_by_label("Time", exact=True)
+    assert float(slider.input_value()) == 0
+    page.get_by_role("button", name="Play").click()
+    expect(slider).not_to_have_value("0")
+    page.get_by_role("button", name="Pause").click()
+    reached = slider.input_value()
+    page.wait_for_timeout(200)
+    assert slider.input_value() == reached
+
+
+def test_a_view_turns_by_dragging_and_by_keys(opened: Opened) -> None:
+    page = opened(report())
+    canvas = page.locator("canvas").first
+    canvas.scroll_into_view_if_needed()
+    looks = [canvas.screenshot()]
+    box = canvas.bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 80, y)
+    page.mouse.up()
+    looks.append(canvas.screenshot())
+    canvas.focus()
+    page.keyboard.press("ArrowUp")
+    looks.append(canvas.screenshot())
+    page.keyboard.press("+")
+    looks.append(canvas.screenshot())
+    assert len(set(looks)) == 4
+
+
+def test_nothing_is_wider_than_a_telephone(opened: Opened) -> None:
+    page = opened(report(), **PHONE)
+    for name in ("over-time", "maps", "counts"):
+        drawn(page, name)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    # The table is wider, and moves in its own box, which the keyboard reaches.
+    box = page.locator(".scroll")
+    assert box.evaluate("e => e.scrollWidth > e.clientWidth && e.tabIndex === 0")
+
+
+def luminance(page: Page, selector: str, what: str) -> float:
+    colour = page.locator(selector).first.evaluate(f"e => getComputedStyle(e).{what}")
+    return sum(map(float, re.findall(r"[\d.]+", colour)[:3])) / 3
+
+
+def test_dark_pages_have_light_texts_also_in_figures(opened: Opened) -> None:
+    page = opened(report(), color_scheme="dark")
+    drawn(page, "over-time")
+    for theme, low, high in (("dark", 0, 60), ("light", 200, 255)):
+        assert low <= luminance(page, "body", "backgroundColor") <= high, theme
+        ticks = luminance(page, ".drawing .xtick text", "fill")
+        assert (ticks > 180) if theme == "dark" else (ticks < 80)
+        page.locator(".theme").click()
+
+
+def test_on_paper_everything_is_there_and_light(opened: Opened, tmp_path: Path) -> None:
+    page = opened(report(), color_scheme="dark")
+    # The page unpacks plotly by itself, without a figure that is near.
+    expect(page.locator("head script")).to_have_count(1)
+    page.pdf(path=tmp_path / "page.pdf", format="A4")
+    assert page.locator(".drawing .main-svg").first.is_visible()
+    for box in page.locator(".drawing").all():
+        assert box.locator(".main-svg").count() > 0
+    assert (tmp_path / "page.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_hostile_texts_are_texts(opened: Opened) -> None:
+    page = opened(hostile_report())
+    box = drawn(page, "figure")
+    page.locator("canvas").scroll_into_view_if_needed()
+    assert page.locator("img, b, main script").count() == 0
+    assert page.locator("h1").inner_text().startswith("</script><script>alert(1)")
+    shown = [text.replace("\u00a0", " ") for text in box.locator("text").all_text_contents()]
+    assert any("<b>bold</b> &lt;" in text for text in shown)
+    legend = page.locator("[id='figure.figure'] .legend button")
+    assert legend.count() == 1
+    assert "<img src=x onerror=alert(2)>" in legend.inner_text()
+
+
+def test_without_scripts_the_tables_are_there_and_figures_say_why_not(opened: Opened) -> None:
+    page = opened(report(), java_script_enabled=False)
+    assert page.locator("tbody tr").count() == 3
+    assert page.get_by_text("This figure needs JavaScript.").count() == 3
+    assert page.locator(".clock").is_hidden()

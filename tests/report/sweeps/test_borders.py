@@ -1,0 +1,146 @@
+"""Members worth a look: beside a border, near the end of the range, near the certified level."""
+
+import shlex
+
+import numpy as np
+import pytest
+from support.made_sweeps import GRID, SPIN, code
+from support.sections import tables, texts
+
+from rbstab.report.sweep_sections import sweep_sections
+from rbstab.report.sweeps.borders import border_pairs, notable
+from rbstab.report.sweeps.notable import replay_command
+
+X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
+DRAWN = {"design": "random", "members": 200, "seed": 5}
+
+
+def test_in_a_grid_neighbours_across_the_border_are_found(members):
+    found = members(GRID, lambda a: {"status": np.where(a[X] > 0.5, code("range left"), 0)})
+    pairs = border_pairs(found)
+    # From spin 0 to spin 1, four members further on; the border has four such pairs.
+    assert len(pairs) == 3
+    assert set(pairs) <= {(8, 12), (9, 13), (10, 14), (11, 15)}
+
+
+def test_along_the_fastest_axis_too(members):
+    found = members(GRID, lambda a: {"settling_time": np.where(a[Y] < 15, 1.0, np.nan)})
+    assert set(border_pairs(found)) <= {(4 * k + 1, 4 * k + 2) for k in range(5)}
+
+
+def test_the_end_of_a_row_is_no_neighbour_of_the_next(members):
+    # Only member 3, the last of the first row, differs: member 4 is far from it.
+    found = members(GRID, lambda a: {"status": np.where(a["run"] == 3, code("diverged"), 0)})
+    assert set(border_pairs(found)) == {(2, 3), (3, 7)}
+
+
+def test_variants_are_no_neighbours(members):
+    vary = {"controller.variant": {"values": ["free", "visco-elastic"]}} | GRID
+    found = members(vary, lambda a: {"status": a["controller_variant"]})
+    assert border_pairs(found) == []
+
+
+def test_of_drawn_members_the_nearest_two_are_found(members):
+    vary = {"body.mass": {"loguniform": [1, 100]}}
+    found = members(vary, lambda a: {"status": np.where(a["body_mass"] > 9, 1, 0)}, **DRAWN)
+    mass = found.column("body_mass")
+    below = int(np.flatnonzero(mass <= 9)[mass[mass <= 9].argmax()])
+    above = int(np.flatnonzero(mass > 9)[mass[mass > 9].argmin()])
+    assert border_pairs(found)[0] == tuple(sorted((below, above)))
+
+
+def test_drawn_members_of_one_variant_stay_together(members):
+    vary = {
+        "controller.variant": {"each": {"values": ["free", "visco-elastic"]}},
+        "body.mass": {"uniform": [1, 9]},
+        f"{SPIN}[0]": {"normal": [0, 1]},
+    }
+
+    def columns(a):
+        return {"status": np.where((a["body_mass"] > 5) ^ (a["controller_variant"] == 1), 1, 0)}
+
+    found = members(vary, columns, **DRAWN)
+    variant = found.column("controller_variant")
+    pairs = border_pairs(found)
+    assert len(pairs) == 3
+    assert all(variant[a] == variant[b] for a, b in pairs)
+
+
+def test_the_smallest_cos_of_those_that_stay(members):
+    def columns(a):
+        left = a[X] < -0.5
+        return {
+            # Of those that left member 0 has the smallest, far from the border; of others 19.
+            "smallest_regularity": np.where(left, 1e-3 * (a["run"] + 1), (40 - a["run"]) / 40),
+            "status": np.where(left, code("range left"), 0),
+            "settling_time": 1 + (a["run"] == 17),
+        }
+
+    found = notable(members(GRID, columns))
+    assert [k for why, k in found if why.startswith("smallest cos θ2")] == [19, 18]
+    assert [k for why, k in found if why == "settles last"] == [17]
+
+
+def test_those_that_failed_and_those_near_the_certified_level(members):
+    def columns(a):
+        return {
+            "lyapunov_start": a["run"] * 10.0,
+            "status": np.where(a["run"] >= 18, code("diverged"), 0),
+        }
+
+    found = members(GRID, columns)
+    found.__dict__["levels"] = {"visco-elastic": 94.0}
+    why = {number: text for text, number in notable(found)}
+    assert [k for k, text in why.items() if text == "v(0) nearest c*"] == [9, 10]
+    assert {18, 19} <= set(why)
+
+
+def test_the_list_is_short_and_each_member_is_there_once(made):
+    vary = {f"{SPIN}[0]": {"linspace": [0, 1, 40]}, f"{SPIN}[1]": {"linspace": [0, 1, 40]}}
+    sections = sweep_sections(made(vary, lambda a: {"status": a["run"] % 7}))
+    rows = texts(tables(sections)["sweep-1-notable"])
+    numbers = [row[0] for row in rows]
+    assert len(set(numbers)) == len(numbers) <= 12
+
+
+def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
+    def columns(a):
+        return {
+            "settling_time": np.where(a["run"] == 13, 2.0, 1.0),
+            "run_id": [f"{k + 7:08d}{0:024d}".encode() for k in a["run"]],
+            "lyapunov_start": a["run"],
+        }
+
+    sweep = made(GRID, columns)
+    sections = sweep_sections(sweep)
+    table = tables(sections)["sweep-1-notable"]
+    (row,) = (row for row in table.rows if row[1].text == "settles last")
+    cells = {head.label: cell for head, cell in zip(table.heads, row, strict=True)}
+    assert cells["member"].value == 13
+    assert cells["outcome"].text == "completed, settled"
+    assert cells["settling time"].value == 2.0
+    assert cells["v(0)"].value == 13
+    assert cells["initial angular_velocity[0]"].value == 1
+    assert cells["initial angular_velocity[1]"].value == 10
+    assert cells["run"].text == "00000020"
+    # There is no plan beside this file.
+    assert cells["as a single run"].text == "rbstab run PLAN.yaml --member 13"
+
+
+@pytest.mark.parametrize("folder", ["plain", "with a space"])
+def test_the_command_is_quoted(tmp_path, folder):
+    (tmp_path / folder).mkdir()
+    plan = tmp_path / folder / "plan.yaml"
+    plan.write_text("")
+    command = replay_command(tmp_path / folder / "sweep.h5", 7)
+    assert shlex.split(command) == ["rbstab", "run", str(plan), "--member", "7"]
+
+
+def test_distances_are_those_of_scaled_parameters(members):
+    vary = {"controller.K_t[0]": {"uniform": [2000, 6000]}, f"{SPIN}[0]": {"uniform": [0, 0.01]}}
+    found = members(vary, lambda a: {"status": (a["run"] * 7 % 5 == 0).astype(int)}, **DRAWN)
+    scaled = [(p.values - p.values.min()) / np.ptp(p.values) for p in found.parameters]
+    distance = np.hypot(*(s[:, np.newaxis] - s for s in scaled))
+    distance[found.ends[:, np.newaxis] == found.ends] = np.inf
+    expected = np.unravel_index(distance.argmin(), distance.shape)
+    assert border_pairs(found)[0] == tuple(int(k) for k in expected)

@@ -1,0 +1,55 @@
+"""Histograms and quantiles against numbers that can be counted."""
+
+import numpy as np
+import pytest
+from support.made_sweeps import code
+from support.sections import figures, tables
+
+from rbstab.report.figure import Bars
+from rbstab.report.sweep_sections import sweep_sections
+from rbstab.report.sweeps.distributions import histogram, quantiles_of
+
+VARY = {"body.mass": {"linspace": [1, 101, 101]}}
+
+
+def columns(a):
+    settling = a["run"].astype(float)
+    settling[100] = np.inf
+    status = np.where(a["run"] == 0, code("step limit"), 0)
+    residual = 10.0 ** -(a["run"] % 5)
+    return {"settling_time": settling, "status": status, "energy_residual": residual}
+
+
+def test_quantiles_are_those_of_members_that_have_a_number(made):
+    table = tables(sweep_sections(made(VARY, columns)))["sweep-1-quantiles"]
+    (row,) = (row for row in table.rows if row[0].text == "settling time of v")
+    # Members 1 to 99: the first failed, the last is infinite.
+    assert [cell.value for cell in row[2:]] == pytest.approx([99, 1, 5.9, 50, 94.1, 99])
+
+
+def test_every_number_is_in_one_bar(made):
+    panels = figures(sweep_sections(made(VARY, columns)))["sweep-1-histograms"].panels
+    found = {panel.x.label: panel for panel in panels}
+    assert set(found) == {"settling time of v", "max |r| / v(0)"}
+    for panel, count in zip(found.values(), (99, 100), strict=True):
+        (bars,) = panel.marks
+        assert isinstance(bars, Bars)
+        assert bars.heights.sum() == count
+    (bars,) = found["max |r| / v(0)"].marks
+    assert found["max |r| / v(0)"].x.log
+    # Equal ratios between the edges.
+    assert np.diff(np.log10(bars.edges)) == pytest.approx(np.log10(bars.edges[1] / bars.edges[0]))
+    assert (bars.edges[0], bars.edges[-1]) == pytest.approx((1e-4, 1))
+
+
+def test_a_histogram_by_hand():
+    values = np.array([0.0, 0.1, 1.9, 2.0, np.nan, 9.9, 10.0, np.inf] * 8)
+    bars = histogram(values, log=False)
+    width = bars.edges[1] - bars.edges[0]
+    assert bars.edges[-1] == 10.0
+    assert bars.heights[0] == 8 * sum(v < width for v in (0.0, 0.1, 1.9, 2.0))
+    assert histogram(values, log=True).heights.sum() == 40
+
+
+def test_quantiles_of_nothing():
+    assert all(np.isnan(quantiles_of(np.array([np.nan, np.inf]))))

@@ -1,0 +1,79 @@
+"""Fractions of members, and what they say of those that were not drawn."""
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+from support.made_sweeps import GRID, code
+from support.sections import figures, tables, texts
+
+from rbstab.report.sweep_sections import sweep_sections
+from rbstab.report.sweeps.fractions import OF_A_GRID, OF_EACH, OF_EVEN_DRAWS, fraction
+
+Z = 1.959963984540054
+"""Of the normal distribution, 2.5 % lie above."""
+
+DRAWN = {"body.mass": {"uniform": [1, 2]}}
+
+
+@pytest.mark.parametrize(("count", "of"), [(0, 1), (0, 40), (3, 40), (20, 40), (40, 40), (1, 1000)])
+def test_the_interval_is_that_of_wilson(count, of):
+    """Wilson (1927): the p from which the found share lies Z standard deviations away."""
+    found = fraction("", np.arange(of) < count)
+    share, spread = count / of, Z**2 / of
+    middle = (share + spread / 2) / (1 + spread)
+    half = Z * np.sqrt(share * (1 - share) / of + spread / (4 * of)) / (1 + spread)
+    assert found.value == share
+    assert (found.low, found.high) == pytest.approx((middle - half, middle + half), abs=1e-12)
+
+
+def test_a_table_and_a_figure_of_what_was_drawn(made):
+    def columns(a):
+        status = np.zeros(100)
+        status[:7], status[7:10] = code("range left"), code("diverged")
+        settling = np.full(100, 0.5)
+        settling[:30] = np.nan
+        return {"status": status, "settling_time": settling, "convergence": 1 + (a["run"] > 55)}
+
+    sections = sweep_sections(made(DRAWN, columns, design="random", members=100, seed=1))
+    table = tables(sections)["sweep-1-fractions"]
+    counts = {row[0]: row[1] for row in texts(table)}
+    assert counts == {
+        "completed": "90",
+        "completed, settled": "70",
+        "completed, not settled": "20",
+        "range left": "7",
+        "diverged": "3",
+        "completed, |E| < 1 mm for good": "90",
+        "proved to converge": "44",
+    }
+    left = next(row for row in table.rows if row[0].text == "range left")
+    interval = binomtest(7, 100).proportion_ci(method="wilson")
+    assert [cell.value for cell in left[1:]] == [7, 0.07, interval.low, interval.high]
+    (panel,) = figures(sections)["sweep-1-outcomes"].panels
+    assert panel.x.words == tuple(counts)
+    (mark,) = panel.marks
+    assert mark.y == pytest.approx([int(count) / 100 for count in counts.values()])
+    assert (mark.low < mark.y).all()
+    assert (mark.y < mark.high).all()
+
+
+@pytest.mark.parametrize(
+    ("vary", "design", "note", "columns"),
+    [
+        (GRID, {}, OF_A_GRID, 3),
+        (DRAWN, {"design": "sobol", "members": 16, "seed": 1}, OF_EVEN_DRAWS, 5),
+        (
+            DRAWN | {"controller.variant": {"each": {"values": ["free", "visco-elastic"]}}},
+            {"design": "random", "members": 16, "seed": 1},
+            OF_EACH,
+            3,
+        ),
+    ],
+    ids=["grid", "sobol", "each"],
+)
+def test_what_is_no_random_draw_is_told_apart(made, vary, design, note, columns):
+    sections = sweep_sections(made(vary, **design))
+    table = tables(sections)["sweep-1-fractions"]
+    assert note in table.note
+    assert len(table.heads) == columns
+    assert ("sweep-1-outcomes" in figures(sections)) == (columns == 5)

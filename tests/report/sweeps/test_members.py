@@ -1,0 +1,95 @@
+"""How members ended, and what is read of them."""
+
+import numpy as np
+import pytest
+from support.made_sweeps import GRID, SPIN, code
+from support.paper_runs import paper_config
+from support.sections import check_sections, tables
+
+from rbstab.experiment.kept_proofs import proof_for
+from rbstab.experiment.proof import start_level, starts_inside
+from rbstab.report.sweep_sections import UNREADABLE, sweep_sections
+from rbstab.report.sweeps.members import ENDS, read_members
+from rbstab.store.table_file import read_table
+from rbstab.sweep.certified import CONVERGENCE
+from rbstab.sweep.dump import plan_yaml
+from rbstab.sweep.load import load_plan
+
+
+def test_ends(members):
+    statuses = ["completed", "completed", "range left", "diverged", "solver failure"]
+
+    def columns(arrays):
+        return {
+            "status": [code(status) for status in statuses],
+            # What left the range after v was small has not settled.
+            "settling_time": [0.5, np.nan, 0.5, np.nan, np.nan],
+        }
+
+    found = members({"body.mass": {"linspace": [1, 2, 5]}}, columns)
+    expected = ["settled", "not settled", "range left", "diverged", "solver failure"]
+    assert [ENDS[end] for end in found.ends] == expected
+    assert found.counts.sum() == len(found) == 5
+    assert found.completed.tolist() == [True, True, False, False, False]
+
+
+def test_only_what_is_needed_is_read(members):
+    found = members(GRID)
+    assert "final_position" not in found.table.layout
+    assert found.column("initial_angular_velocity_0").tolist()[:5] == [-2, -2, -2, -2, -1]
+
+
+def test_a_plan_that_cannot_be_read(made, monkeypatch):
+    def of_the_future(plan):
+        return plan_yaml(plan).replace("schema_version: 1", "schema_version: 99", 1)
+
+    monkeypatch.setattr("support.made_sweeps.plan_yaml", of_the_future)
+    sweep = made(GRID)
+    assert read_members(sweep.path).plan is None
+    sections = sweep_sections(sweep)
+    check_sections(sections)
+    assert UNREADABLE in sections[0].blocks
+    assert "sweep-1-fractions" in tables(sections)
+    assert len(sections) == 2
+
+
+def test_the_proved_level_is_that_of_the_kept_proof(made):
+    base = paper_config("free", True, initial={"angular_velocity": [0, 0, 0]})
+    vary = {f"{SPIN}[0]": {"values": [1.0, 8.0, 9.92, 9.94, 12.0]}}
+    plan = load_plan({"base": base, "vary": vary})
+    configs = [plan.config_of(k) for k in range(5)]
+
+    def columns(arrays):
+        return {"lyapunov_start": [start_level(config, proof) for config in configs]}
+
+    results = made(vary, base=base).path.parent.parent
+    proof = proof_for(results, plan.base_of("free"))
+    found = read_members(made(vary, columns, base=base).path)
+    inside = [starts_inside(config, proof) for config in configs]
+    assert found.share_proofs
+    assert (found.column("lyapunov_start") < found.level).tolist() == inside
+    assert [CONVERGENCE[k] == "proved" for k in found.convergence] == inside
+    assert set(inside) == {True, False}
+
+
+@pytest.mark.parametrize("varied", [GRID, {"body.mass": {"values": [1, 2]}}])
+def test_without_a_proof_the_column_speaks(members, varied):
+    found = members(varied, lambda arrays: {"convergence": arrays["run"] % 3})
+    assert found.level is None
+    assert found.convergence.tolist() == [k % 3 for k in range(len(found))]
+    assert found.share_proofs == (varied is GRID)
+
+
+def test_the_file_is_not_changed(made):
+    sweep = made(GRID)
+    before = sweep.path.read_bytes()
+    sweep_sections(sweep)
+    assert sweep.path.read_bytes() == before
+    assert len(read_table(sweep.path)["status"]) == 20
+
+
+def test_each_variant_has_its_own_level(members):
+    vary = {"controller.variant": {"values": ["free", "visco-elastic"]}} | GRID
+    found = members(vary)
+    found.__dict__["levels"] = {"visco-elastic": 7.0}
+    assert found.level.tolist() == pytest.approx([np.nan] * 20 + [7.0] * 20, nan_ok=True)

@@ -1,0 +1,81 @@
+"""What is varied as axes of figures, cut into cells."""
+
+import numpy as np
+import pytest
+from support.made_sweeps import SPIN
+
+from rbstab.report.sweeps.parameters import MOST_CELLS, cut, shortened
+
+
+def test_a_list_has_a_cell_for_each_entry_in_ascending_order(members):
+    found = members({"body.mass": {"values": [3, 1, 2, 1]}})
+    (mass,) = found.parameters
+    made = cut(mass)
+    assert mass.axis.text == "mass [kg]"
+    assert made.middles.tolist() == [1.0, 2.0, 3.0]
+    assert made.places.tolist() == [2, 0, 1, 0]
+    assert not made.axis.log
+
+
+@pytest.mark.parametrize(
+    "values", [{"geomspace": [0.01, 100, 5]}, {"logspace": [-2, 2, 5]}], ids=["geom", "log"]
+)
+def test_equal_ratios_are_drawn_so(members, values):
+    (factor,) = members({"controller.K_r": {"scale": values}}).parameters
+    made = cut(factor)
+    assert made.axis.log
+    assert made.axis.text == "factor on K_r"
+    assert made.middles == pytest.approx([0.01, 0.1, 1, 10, 100])
+    assert factor.unit_values == pytest.approx([0, 0.25, 0.5, 0.75, 1])
+
+
+def test_entries_of_a_long_list_are_taken_together(members):
+    count = 2 * MOST_CELLS - 3
+    (mass,) = members({"body.mass": {"linspace": [1, count, count]}}).parameters
+    made = cut(mass)
+    assert len(made.middles) == MOST_CELLS - 1
+    assert made.middles[:3].tolist() == [1.5, 3.5, 5.5]
+    assert made.places[:5].tolist() == [0, 0, 1, 1, 2]
+    # The last one is alone.
+    assert made.middles[-1] == count
+    assert np.bincount(made.places).tolist() == [2] * (MOST_CELLS - 2) + [1]
+
+
+@pytest.mark.parametrize(("word", "middles"), [("uniform", [2, 4]), ("loguniform", [1.4, 4.4])])
+def test_drawn_values_have_cells_that_are_equally_wide(members, word, middles):
+    design = {"design": "sobol", "members": 256, "seed": 2}
+    (mass,) = members({"body.mass": {word: [0.8, 8.0]}}, **design).parameters
+    made = cut(mass, 2)
+    low, high = mass.values.min(), mass.values.max()
+    edge = (low + high) / 2 if word == "uniform" else np.sqrt(low * high)
+    assert made.drawn
+    assert made.places.tolist() == (mass.values >= edge).astype(int).tolist()
+    if word == "uniform":
+        assert made.middles == pytest.approx([(low + edge) / 2, (edge + high) / 2])
+    else:
+        assert made.middles == pytest.approx([np.sqrt(low * edge), np.sqrt(edge * high)])
+
+
+def test_what_has_one_value_is_no_parameter(members):
+    vary = {"body.mass": {"values": [2]}, f"{SPIN}[0]": {"values": [3, 3]}}
+    assert members(vary).parameters == ()
+
+
+def test_of_several_keys_together_the_one_with_most_values_is_drawn(members):
+    group = {"body.mass": {"values": [1, 1, 2]}, f"{SPIN}[1]": {"values": [5, 7, 6]}}
+    (both,) = members({"group": {"zip": group}}).parameters
+    assert both.name == "group"
+    assert both.axis.text == "initial angular_velocity[1] (with mass) [rad/s]"
+    assert both.values.tolist() == [5, 7, 6]
+
+
+def test_variants_are_words(members):
+    (variant,) = members({"controller.variant": {"values": ["visco-elastic", "free"]}}).parameters
+    assert variant.axis.words == ("visco-elastic", "free")
+    assert variant.values.tolist() == [0, 1]
+
+
+def test_short_names():
+    assert shortened("factor on controller.K_t") == "factor on K_t"
+    assert shortened("initial.position[2]") == "initial position[2]"
+    assert shortened("gravity[2]") == "gravity[2]"

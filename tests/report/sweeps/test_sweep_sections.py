@@ -1,0 +1,141 @@
+"""Whatever has become of the members, there is a report of it."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+from support.configs import VISCO_ELASTIC, plain
+from support.made_sweeps import GRID, SPIN, code
+from support.sections import check_sections, figures, tables, texts
+
+from rbstab.report.matplotlib_renderer import drawn
+from rbstab.report.sources import SweepFile
+from rbstab.report.sweep_sections import sweep_sections
+from rbstab.store.errors import NotAResultError
+from rbstab.sweep.load import load_plan
+from rbstab.sweep.outcome import COLUMNS
+from rbstab.sweep.sweep import Ways, sweep_to_folder
+
+DRAWN = {
+    "body.mass": {"uniform": [1, 2]},
+    f"{SPIN}[0]": {"normal": [0, 6]},
+    "controller.K_r": {"scale": {"loguniform": [0.1, 10]}},
+}
+EACH = {"controller.variant": {"each": {"values": ["free", "sliding"]}}} | DRAWN
+ONE = {"body.mass": {"values": [2]}}
+
+SLIDING = plain(VISCO_ELASTIC)
+SLIDING["controller"] |= {"K_s": [1, 1, 1], "surface": "position"}
+SLIDING["integration"]["engine"] = "heyoka"
+
+PLANS = {
+    "grid": (GRID, {}),
+    "curve": ({"body.mass": {"linspace": [1, 2, 30]}}, {}),
+    "one": (ONE, {}),
+    "drawn": (DRAWN, {"design": "random", "members": 700, "seed": 1}),
+    "few": (DRAWN, {"design": "latin-hypercube", "members": 2, "seed": 1}),
+    "one drawn": (DRAWN, {"design": "sobol", "members": 1, "seed": 1}),
+    "each": (EACH, {"design": "random", "members": 350, "seed": 1, "base": SLIDING}),
+    "each, one": (EACH, {"design": "random", "members": 1, "seed": 1, "base": SLIDING}),
+}
+
+
+def floats(a, value):
+    """All columns of numbers with some value."""
+    return {c.name: np.full_like(a[c.name], value) for c in COLUMNS if c.dtype == "f8"}
+
+
+def mixed(a):
+    rng = np.random.default_rng(len(a["run"]))
+    found = {
+        name: rng.choice([-1e300, 0.0, 1e-300, 2.0, np.inf, -np.inf, np.nan], array.shape)
+        for name, array in floats(a, 0.0).items()
+    }
+    return found | {"status": a["run"] % 7, "convergence": a["run"] % 3}
+
+
+CASES = {
+    "alike": lambda _: {},
+    "failed": lambda a: floats(a, np.nan) | {"status": 0 * a["run"] + code("solver failure")},
+    "diverged": lambda a: floats(a, np.inf) | {"status": 0 * a["run"] + code("diverged")},
+    "left": lambda a: {"status": 0 * a["run"] + code("range left")},
+    "unsettled": lambda a: {"settling_time": np.full(len(a["run"]), np.nan)},
+    "zeros": lambda a: floats(a, 0.0),
+    "mixed": mixed,
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("plan", PLANS)
+def test_nothing_breaks(made, plan, case):
+    vary, keys = PLANS[plan]
+    sections = sweep_sections(made(vary, CASES[case], **keys))
+    check_sections(sections)
+    assert sections[0].name == "sweep-1"
+    counts = texts(tables(sections)["sweep-1-fractions"])
+    assert int(counts[0][1]) == 0 or case not in ("failed", "diverged", "left")
+
+
+@pytest.mark.parametrize("plan", ["grid", "curve", "few", "each"])
+def test_figures_can_be_drawn(made, plan):
+    vary, keys = PLANS[plan]
+    for figure in figures(sweep_sections(made(vary, mixed, **keys))).values():
+        drawn(figure)
+
+
+def test_a_real_sweep_says_what_it_is(tmp_path):
+    data = plain(VISCO_ELASTIC)
+    data["integration"] |= {"duration": 0.2, "engine": "scipy"}
+    vary = {f"{SPIN}[0]": {"linspace": [-4, 4, 3]}, "controller.K_r": {"scale": {"values": [1, 2]}}}
+    plan = load_plan({"title": "Real", "base": data, "vary": vary})
+    folder = tmp_path / "results" / "real"
+    sweep_to_folder(plan, folder, Ways(threads=1))
+    sections = sweep_sections(SweepFile(2, "sweep-3", "real", folder / "sweep.h5"))
+    check_sections(sections)
+    facts = dict(texts(tables(sections)["sweep-3-facts"]))
+    assert sections[0].title == "real: Real"
+    assert facts["members"] == "3 x 2 = 6"
+    assert facts["engine"] == "scipy"
+    assert facts["made again by"] == f"rbstab sweep {folder / 'plan.yaml'}"
+    assert len(facts["digest of the results"]) == 64
+    varied = texts(tables(sections)["sweep-3-varied"])
+    assert varied == [
+        ["initial.angular_velocity[0]", "linspace [-4, 4, 3]", "3", "by itself"],
+        ["controller.K_r", "the base's, times values [1, 2]", "2", "by itself"],
+    ]
+    (outcome, *_) = texts(tables(sections)["sweep-3-fractions"])
+    assert outcome == ["completed", "6", "1"]
+
+
+def test_a_damaged_file_is_refused(made):
+    sweep = made(GRID)
+    content = bytearray(sweep.path.read_bytes())
+    content[len(content) // 2] ^= 1
+    sweep.path.write_bytes(content)
+    with pytest.raises(NotAResultError):
+        sweep_sections(sweep)
+
+
+@pytest.mark.slow
+def test_a_million_members_fit_into_memory(made):
+    def columns(a):
+        size = np.hypot(a["initial_angular_velocity_0"], a["body_mass"])
+        return {
+            "settling_time": np.where(size < 15, size, np.nan),
+            "status": np.where(size > 20, code("range left"), 0),
+            "smallest_regularity": np.exp(-size),
+            "lyapunov_start": size**2,
+        }
+
+    sweep = made(DRAWN, columns, design="random", members=1_000_000, seed=1)
+    tracemalloc.start()
+    sections = sweep_sections(sweep)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    check_sections(sections)
+    assert peak < 700e6
+    # As many points as cells, however many members.
+    for figure in figures(sections).values():
+        for panel in figure.panels:
+            assert sum(np.size(getattr(mark, "values", ())) for mark in panel.marks) <= 256**2
+            assert sum(len(getattr(mark, "x", ())) for mark in panel.marks) <= 5000

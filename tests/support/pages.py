@@ -1,0 +1,188 @@
+"""A report with a block of every kind, and with texts that look like markup everywhere."""
+
+import numpy as np
+
+from rbstab.report.document import (
+    Block,
+    Cell,
+    Head,
+    Motion,
+    Report,
+    Section,
+    Solid,
+    Table,
+    Unread,
+)
+from rbstab.report.figure import (
+    Axis,
+    Bars,
+    Cells,
+    Figure,
+    Intervals,
+    Level,
+    Line,
+    Panel,
+    Points,
+    Stack,
+)
+
+HOSTILE = (
+    "</script><script>alert(1)</script><img src=x onerror=alert(2)><b>bold</b> &lt; "
+    "\u2028 ' \" {{ 7*7 }}"
+)
+
+TIME = Axis("time t", "s")
+END = 2.0
+"""s, of the time in the figures and motions."""
+
+
+def figures() -> tuple[Figure, ...]:
+    """Figures with every kind of mark."""
+    t = np.linspace(0, END, 41)
+    x, y = np.array([1.0, 10.0, 100.0]), np.array([0.0, 1.0])
+    amounts = np.array([[0.1, 1.0, 10.0], [np.nan, 2.0, 3.0]])
+    kinds = np.array([[0.0, 1.0, 0.0], [1.0, np.nan, 1.0]])
+    over_time = Figure(
+        "over-time",
+        "Over time",
+        (
+            Panel(
+                TIME,
+                Axis("E", "m"),
+                (
+                    Line(t, np.sin(t), "first", 0),
+                    Line(t, np.cos(t), "second", 1, dash=1),
+                    Level(0.5, "bound"),
+                ),
+                "A panel",
+            ),
+            Panel(TIME, Axis("v", "J", log=True), (Line(t, np.exp(-t), "first", 0, step=True),)),
+            Panel(
+                TIME,
+                Axis("energy", "J"),
+                (Stack(t, np.stack([np.exp(-t), -np.exp(-2 * t)], axis=1), ("one", "two")),),
+            ),
+        ),
+        columns=2,
+        shares_time=True,
+    )
+    maps = Figure(
+        "maps",
+        "Maps",
+        (
+            Panel(
+                Axis("K", "N/m", log=True),
+                Axis("Ω", "rad/s"),
+                (Cells(x, y, amounts, Axis("time", "s", log=True)),),
+            ),
+            Panel(
+                Axis("K", "N/m", log=True),
+                Axis("Ω", "rad/s"),
+                (Cells(x, y, kinds, Axis("status", words=("ended", "left <b>"))),),
+            ),
+        ),
+        columns=2,
+    )
+    counts = Figure(
+        "counts",
+        "Counts",
+        (
+            Panel(
+                Axis("time", "s"),
+                Axis("members"),
+                (
+                    Bars(np.array([0.0, 1.0, 3.0]), np.array([4.0, 2.0]), "all"),
+                    Level(1.5, "", True),
+                ),
+            ),
+            Panel(
+                Axis("key", words=("m", "K_t")),
+                Axis("index"),
+                (
+                    Intervals(
+                        np.arange(2),
+                        np.array([0.2, 0.4]),
+                        np.array([0.1, 0.3]),
+                        np.array([0.5, 0.6]),
+                        "index",
+                    ),
+                ),
+            ),
+            Panel(
+                Axis("E1", "m"),
+                Axis("E2", "m"),
+                (Points(np.array([0.0, 1.0]), np.array([0.0, 1.0]), "ends", texts=("a", "b")),),
+                equal=True,
+            ),
+        ),
+        columns=2,
+    )
+    return over_time, maps, counts
+
+
+def motion(name: str = "run-1") -> Motion:
+    """A tetrahedron that moves along x and turns about z by half a turn."""
+    times = np.linspace(0, END, 21)
+    half = np.pi * times / END / 2
+    nothing = np.zeros_like(half)
+    corners = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, -0.5], [-0.5, 0.8, -0.5], [-0.5, -0.8, -0.5]])
+    return Motion(
+        name,
+        f"the run {name}",
+        times,
+        np.stack([times, nothing, nothing], axis=1),
+        np.stack([np.cos(half), nothing, nothing, np.sin(half)], axis=1),
+        Solid(corners, np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])),
+        np.array([0.1, 0.0, -0.4]),
+        np.array([0.1, 0.0, -0.4]),
+    )
+
+
+def table(rows: int = 3, columns: int = 12) -> Table:
+    """A table, wide, with numbers that sort otherwise than their texts."""
+    values = [10.0, 9.0, float("nan"), 2e-3, *map(float, range(rows))][:rows]
+    names = ["beta", "alpha", "gamma", *(f"row {n}" for n in range(rows))][:rows]
+    heads = (Head("name"), *(Head(f"number {n}", "m", True) for n in range(columns - 1)))
+    cells = tuple(
+        (Cell(name, target="figures"), *(Cell(f"{value:g}", value, "good"),) * (columns - 1))
+        for name, value in zip(names, values, strict=True)
+    )
+    return Table("numbers", "Numbers", heads, cells, "A note.")
+
+
+def report() -> Report:
+    """A report with everything."""
+    return Report(
+        "A report",
+        "2026-01-02T03:04:05+00:00",
+        "rbstab report results/a.h5",
+        (
+            Section("tables", "Tables", ("A paragraph.", table())),
+            Section("motions", "Motions", (motion("run-1"), motion("run-2"))),
+            Section("figures", "Figures", figures()),
+        ),
+        (Unread("results/broken.h5", "it is damaged"),),
+    )
+
+
+def hostile_report() -> Report:
+    """A report whose every text is hostile."""
+    line = Line(np.arange(3.0), np.arange(3.0), HOSTILE)
+    cells = Cells(np.arange(2.0), np.arange(2.0), np.zeros((2, 2)), Axis(HOSTILE, words=(HOSTILE,)))
+    points = Points(np.arange(2.0), np.arange(2.0), HOSTILE, texts=(HOSTILE, HOSTILE))
+    axis = Axis(HOSTILE, HOSTILE, words=(HOSTILE, HOSTILE))
+    panel = Panel(axis, Axis(HOSTILE, HOSTILE), (line, points, Level(1.0, HOSTILE)), HOSTILE)
+    shown = Figure("figure", HOSTILE, (panel, Panel(axis, axis, (cells,))), 2, HOSTILE, HOSTILE)
+    odd = Table(
+        "odd",
+        HOSTILE,
+        (Head(HOSTILE, HOSTILE),),
+        ((Cell(HOSTILE),), (Cell(HOSTILE, 1.0, "bad", "part"),)),
+        HOSTILE,
+    )
+    view = motion()
+    moving = Motion(**{**vars(view), "title": HOSTILE})
+    blocks: tuple[Block, ...] = (HOSTILE, odd, shown, moving)
+    return Report(
+        HOSTILE, HOSTILE, HOSTILE, (Section("part", HOSTILE, blocks),), (Unread(HOSTILE, HOSTILE),)
+    )

@@ -1,0 +1,60 @@
+"""What holds for every report, whatever it is about."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from rbstab.report.document import Section, Table
+from rbstab.report.figure import Bars, Cells, Figure, Intervals, Line, Points
+
+
+def check_sections(sections: Iterable[Section]) -> None:
+    """Asserts that sections are whole: names are their own, shapes fit, texts have no gaps."""
+    sections = tuple(sections)
+    blocks = [block for section in sections for block in section.blocks]
+    named = [*sections, *(block for block in blocks if not isinstance(block, str))]
+    names = [item.name for item in named]
+    assert len(set(names)) == len(names)
+    assert all(name == name.lower().replace(" ", "") for name in names)
+    assert all(section.blocks for section in sections)
+    for block in blocks:
+        if isinstance(block, Table):
+            assert block.rows
+            assert {len(row) for row in block.rows} == {len(block.heads)}
+            assert all(cell.text for row in block.rows for cell in row[:1])
+        elif isinstance(block, Figure):
+            _check_figure(block)
+
+
+def _check_figure(figure: Figure) -> None:
+    assert figure.panels
+    for panel in figure.panels:
+        for mark in panel.marks:
+            if isinstance(mark, Cells):
+                assert mark.values.shape == (len(mark.y), len(mark.x))
+                assert (np.diff(mark.x) > 0).all()
+                assert (np.diff(mark.y) > 0).all()
+                if mark.scale.words:
+                    seen = mark.values[np.isfinite(mark.values)]
+                    assert set(seen.tolist()) <= set(range(len(mark.scale.words)))
+            elif isinstance(mark, Bars):
+                assert len(mark.edges) == len(mark.heights) + 1
+            elif isinstance(mark, Line | Points | Intervals):
+                assert len(mark.x) == len(mark.y)
+
+
+def figures(sections: Iterable[Section]) -> dict[str, Figure]:
+    """All figures by name."""
+    blocks = [block for section in sections for block in section.blocks]
+    return {block.name: block for block in blocks if isinstance(block, Figure)}
+
+
+def tables(sections: Iterable[Section]) -> dict[str, Table]:
+    """All tables by name."""
+    blocks = [block for section in sections for block in section.blocks]
+    return {block.name: block for block in blocks if isinstance(block, Table)}
+
+
+def texts(table: Table) -> list[list[str]]:
+    """What a table shows."""
+    return [[cell.text for cell in row] for row in table.rows]

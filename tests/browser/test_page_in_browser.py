@@ -80,6 +80,19 @@ def test_the_legend_hides_and_shows_all_curves_of_a_name(opened: Opened) -> None
     expect(box.locator(".shapelayer path")).to_have_count(0)
 
 
+def test_a_figure_offers_a_picture_and_to_send_nothing(opened: Opened) -> None:
+    page = opened(report())
+    box = drawn(page, "over-time")
+    box.hover()
+    titles = box.locator(".modebar-btn").evaluate_all("all => all.map(e => e.dataset.title)")
+    assert "Save as a picture" in titles
+    assert not [title for title in titles if re.search("cloud|share|edit", title, re.IGNORECASE)]
+    with page.expect_download() as waiting:
+        box.locator(".modebar-btn[data-title='Save as a picture']").first.click()
+    assert waiting.value.suggested_filename == "over-time.png"
+    assert Path(waiting.value.path()).read_bytes().startswith(b"\x89PNG")
+
+
 def pose(page: Page, name: str) -> list[float]:
     said = page.locator(f"canvas[data-name='{name}']").get_attribute("data-pose")
     assert said is not None

@@ -122,6 +122,28 @@ def test_each_word_of_a_map_has_its_own_colour() -> None:
     assert [told.split(": ")[1] for told in found["data"][0]["text"][0]] == ["a", "c"]
 
 
+def test_a_scale_spans_what_is_shown_or_what_it_is_told() -> None:
+    values = np.array([[np.nan, 0.1], [10.0, -1.0]])
+    middles = np.arange(2.0)
+    found = of(Cells(middles, middles, values, Axis("z")))["layout"]["coloraxis"]
+    assert (found["cmin"], found["cmax"]) == (-1, 10)
+    log = of(Cells(middles, middles, values, Axis("z", log=True)))["layout"]["coloraxis"]
+    assert (log["cmin"], log["cmax"]) == pytest.approx((-1, 1))
+    told = of(Cells(middles, middles, values, Axis("z"), (0.0, 2.0)))["layout"]["coloraxis"]
+    assert (told["cmin"], told["cmax"]) == (0, 2)
+
+
+@pytest.mark.parametrize("end", [3.0, 1e3, 1e30])
+def test_a_logarithmic_scale_has_its_ticks_at_round_numbers(end: float) -> None:
+    cells = Cells(np.arange(2.0), np.arange(1.0), np.array([[0.5, end]]), Axis("z", log=True))
+    bar = of(cells)["layout"]["coloraxis"]["colorbar"]
+    np.testing.assert_allclose(
+        10.0 ** np.array(bar["tickvals"]), [float(text) for text in bar["ticktext"]], rtol=1e-9
+    )
+    inside = [tick for tick in bar["tickvals"] if np.log10(0.5) <= tick <= np.log10(end)]
+    assert 2 <= len(inside) <= 12
+
+
 def test_a_level_goes_through_the_whole_panel() -> None:
     flat, upright = of(Level(2.0), Level(3.0, upright=True))["layout"]["shapes"]
     assert (flat["xref"], flat["x0"], flat["x1"]) == ("x domain", 0, 1)

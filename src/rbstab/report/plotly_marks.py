@@ -170,8 +170,9 @@ def _ends(mark: Cells) -> tuple[float, float]:
 
 
 def _decades(low: float, high: float) -> JSON:
-    """The ticks of a logarithmic scale, between two powers of ten: at whole ones, 2 and 5."""
-    powers = range(int(np.floor(low)), int(np.ceil(high)) + 1)
+    """The ticks of a logarithmic scale from 10^low to 10^high: at whole powers, 2 and 5 times."""
+    first, last = int(np.floor(low)), int(np.ceil(high))
+    powers = range(first, last + 1, max((last - first) // 8, 1))
     factors = (1, 2, 5) if high - low < 2 else (1,)
     ticks = [(power, factor) for power in powers for factor in factors]
     return {

@@ -63,6 +63,11 @@ const CAMERA = {
 function settings(name, title) {
   return {
     displaylogo: false,
+    // Fingers need no pointer's tools, which would stay over the curves.
+    displayModeBar: matchMedia("(pointer: coarse)").matches ? false : "hover",
+    // Plotly's own default is a button that sends the data to a server.
+    showSendToCloud: false,
+    plotlyServerURL: "",
     modeBarButtonsToRemove: ["toImage", "lasso2d", "select2d", "autoScale2d"],
     modeBarButtonsToAdd: [
       { name: "picture", title: "Save as a picture", icon: CAMERA, click: () => download(name, title) },

@@ -360,8 +360,8 @@ import functools, sys
 from pathlib import Path
 from support.configs import FREE, plain
 from support.sweeps import FakeEngine, plan_of
-from rbstab.sweep.single import SingleRuns
-from rbstab.sweep.sweep import ShardDone, Ways, sweep_to_folder
+from rbstab.sweep.execute import ShardDone
+from rbstab.sweep.sweep import Ways, sweep_to_folder
 def told(event):
     if isinstance(event, ShardDone):
         print(event.number, flush=True)

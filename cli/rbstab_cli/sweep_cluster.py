@@ -1,0 +1,30 @@
+"""The connection of `rbstab sweep --dask` to a cluster."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from rbstab.sweep.execute import Executor
+    from rbstab.sweep.plan import Plan
+
+
+@contextmanager
+def connected(address: str, plan: "Plan") -> "Iterator[Executor]":
+    """The cluster at an address, for members of a plan; ends the command where there is none."""
+    from rbstab.sweep.execute import ExecutorError
+
+    try:
+        from rbstab.sweep.dask_execution import cluster
+    except ModuleNotFoundError as error:
+        raise click.UsageError(
+            f"--dask needs another package ({error.name} is missing): pip install 'rbstab[cluster]'"
+        ) from error
+    with ExitStack() as stack:
+        try:
+            found = stack.enter_context(cluster(address, plan.engine))
+        except ExecutorError as error:
+            raise click.UsageError(f"--dask {address}: {error}") from error
+        yield found

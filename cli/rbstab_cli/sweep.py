@@ -11,8 +11,8 @@ from rbstab_cli import exit_codes
 from rbstab_cli.configs import CHANGES
 
 if TYPE_CHECKING:
-    from rbstab.sweep.plan import Plan
     from rbstab.sweep.part import Part
+    from rbstab.sweep.plan import Plan
     from rbstab.sweep.sweep import Ways
 
 

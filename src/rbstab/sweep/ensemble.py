@@ -23,7 +23,7 @@ from rbstab.sweep.plan import Plan
 from rbstab.sweep.rest_energies import RestEnergies
 from rbstab.sweep.single import SingleRuns
 
-CHUNK = 256
+CHUNK = 64
 """Members whose samples are in memory at once."""
 
 NEAR_THE_END = 1.45
@@ -112,7 +112,7 @@ class _Structure:
         parameters, starts = self.binding.of(values)
         motions = self.ensemble.run(parameters, starts)
         observed = self.ensemble.observe(parameters, motions)
-        energy = observed[:, -1] - self._rest_energies(values, parameters)[:, np.newaxis]
+        energy = observed[-1] - self._rest_energies(values, parameters)[:, np.newaxis]
         residual = energy - energy[:, :1] - motions.lyapunov_change
         traces = self._traces(motions.states, observed, energy, residual)
         with np.errstate(all="ignore"):
@@ -136,19 +136,19 @@ class _Structure:
 
     def _traces(self, states: Array, observed: Array, energy: Array, residual: Array) -> Traces:
         def along(rows: Array) -> Array:
-            return np.swapaxes(rows, 1, 2)
+            return np.moveaxis(rows, 0, 2)
 
         size = self.problem.system.coordinates.size
         return Traces(
             times=self.problem.times,
-            Theta=along(states[:, 0:3]),
-            Theta_rate=along(observed[:, 0:3]),
-            Omega=along(states[:, 3:6]),
-            X=along(observed[:, 3:6]),
-            V=along(observed[:, 6:9]),
-            E=along(observed[:, 9:12]),
-            F=along(observed[:, 12:15]),
-            own=along(states[:, size:]) if states.shape[1] > size else None,
+            Theta=along(states[0:3]),
+            Theta_rate=along(observed[0:3]),
+            Omega=along(states[3:6]),
+            X=along(observed[3:6]),
+            V=along(observed[6:9]),
+            E=along(observed[9:12]),
+            F=along(observed[12:15]),
+            own=along(states[size:]) if len(states) > size else None,
             value=energy,
             residual=residual,
         )

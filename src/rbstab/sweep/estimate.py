@@ -7,6 +7,7 @@ from rbstab.sweep.check import ENGINE, SHARE
 from rbstab.sweep.engine import EngineFactory, MemberEngine
 from rbstab.sweep.layout import OUTCOME, varied_layout
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.processes import WORTH_IT
 from rbstab.sweep.single import SingleRuns
 
 CALIBRATION = 0.5
@@ -43,7 +44,8 @@ def estimate(plan: Plan, remaining: int, factory: EngineFactory, threads: int) -
     check_seconds = 0.0
     if plan.engine != ENGINE:
         single = _timed(SingleRuns(plan, ENGINE), plan.members // 2, 1)
-        check_seconds = single * -(-plan.members // SHARE)
+        checked = -(-plan.members // SHARE)
+        check_seconds = single * checked / (threads if checked >= WORTH_IT else 1)
     return Estimate(seconds, check_seconds, bytes_of(plan))
 
 

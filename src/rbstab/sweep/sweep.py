@@ -130,7 +130,8 @@ def sweep_to_folder(
         survey.filled_from(before)
         if ways.part is not None or survey.missing or stop.is_set():
             return Sweep(folder, survey, None, finished=False, part=ways.part)
-        return _joined(plan, folder, survey, told, stop)
+        course = _Course(told, stop, ways.threads or processors())
+        return _joined(plan, folder, survey, course)
 
 
 def gather_folder(
@@ -164,7 +165,7 @@ def gather_folder(
             return Sweep(folder, survey, None, finished=False)
         if sure:
             remove_old_remains(path)
-        return _joined(plan, folder, survey, told, stop or Event())
+        return _joined(plan, folder, survey, _Course(told, stop or Event(), processors()))
 
 
 def _threads(plan: Plan, ways: Ways) -> Threads:
@@ -189,18 +190,23 @@ def _stored_plan(folder: SweepFolder) -> Plan:
     return plan
 
 
-def _joined(
-    plan: Plan,
-    folder: SweepFolder,
-    survey: Survey,
-    told: Callable[[Happening | None], None],
-    stop: Event,
-) -> Sweep:
+class _Course(NamedTuple):
+    """Who learns what happens, what ends it early, and how many processes may compare members."""
+
+    told: Callable[[Happening | None], None]
+    stop: Event
+    processes: int
+
+
+def _joined(plan: Plan, folder: SweepFolder, survey: Survey, course: _Course) -> Sweep:
     """A sweep whose shards are all there: compared with single runs, and gathered."""
+    told, stop, processes = course
     digest = digest_of_shards(survey)
     check = None
     if plan.engine != ENGINE:
-        check = check_of(plan, folder, digest, stop, lambda *count: told(Checking(*count)))
+        check = check_of(
+            plan, folder, digest, stop, lambda *count: told(Checking(*count)), processes
+        )
         if check is None:
             return Sweep(folder, survey, None, finished=False)
     if not is_gathered(folder, digest):

@@ -107,7 +107,12 @@ def command(
 
     if (plan is None) == (status_of is None):
         raise click.UsageError("expected either PLAN or --status DIR")
-    given = {"--shard": part, "--force": force, "--dask": dask, "--threads": threads}
+    given: dict[str, object] = {
+        "--shard": part,
+        "--force": force,
+        "--dask": dask,
+        "--threads": threads,
+    }
     given["--dry-run"] = dry_run
     _refuse_together(given, "--shard", "--force")
     _refuse_together(given, "--dask", "--threads", "--dry-run")

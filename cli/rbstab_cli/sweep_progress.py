@@ -44,7 +44,7 @@ class Teller:
 
     def __call__(self, event: "Happening | None") -> None:
         """Takes what happened; None where nothing has for a while."""
-        from rbstab.sweep.execute import OtherProcessor, Resent, ShardDone, Trouble
+        from rbstab.sweep.execute import NoWorkers, OtherProcessor, Resent, ShardDone, Trouble
         from rbstab.sweep.sweep import Checking, Gathering, Started
 
         if isinstance(event, Started):
@@ -57,6 +57,8 @@ class Teller:
             self._tell_resent(event)
         elif isinstance(event, OtherProcessor):
             self._say(f"warning: some shards come from another kind of processor: {event.name}")
+        elif isinstance(event, NoWorkers):
+            self._say("warning: the cluster has no workers; they are waited for")
         elif isinstance(event, Checking):
             text = f"comparing with scipy, {event.done} of {event.members} members"
             self._phase(text, first=event.done == 0)

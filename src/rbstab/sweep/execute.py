@@ -53,7 +53,11 @@ class OtherProcessor(NamedTuple):
     name: str
 
 
-Happened = ShardDone | Trouble | Resent | OtherProcessor
+class NoWorkers(NamedTuple):
+    """Nobody is there who computes; they are waited for."""
+
+
+Happened = ShardDone | Trouble | Resent | OtherProcessor | NoWorkers
 
 Told = Callable[[Happened | None], None]
 """Called, in the thread that executes, for everything that happens; None: nothing for a while."""

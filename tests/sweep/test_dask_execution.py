@@ -51,7 +51,7 @@ class Told:
         return [event for event in self.events if isinstance(event, kind)]
 
 
-def swept(address, path, plan, factory=FakeEngine, told=None, stop=None, **ways):
+def swept(address, path, plan, factory=FakeEngine, *, told=None, stop=None, **ways):
     ways = {"shard_size": 10, **ways}
     with cluster(address, plan.engine, factory) as executor:
         return sweep_to_folder(plan, path, Ways(executor=executor, **ways), told or Told(), stop)
@@ -76,7 +76,7 @@ def test_real_members_by_workers_and_by_threads(two_workers, tmp_path):
     base = {**plain(FREE), "integration": {"engine": "heyoka", "duration": 0.2, "samples": 5}}
     plan = plan_of(150, base=base)
     told = Told()
-    done = swept(two_workers.address, tmp_path / "a", plan, None, told, shard_size=20)
+    done = swept(two_workers.address, tmp_path / "a", plan, None, told=told, shard_size=20)
     assert done.finished
     assert not told.of(Trouble)
     assert set(read_table(tmp_path / "a" / "sweep.h5").words("status")) == {"completed"}
@@ -89,7 +89,7 @@ def test_a_worker_is_killed_midway(tmp_path):
     with LocalProcesses(tmp_path) as processes:
         victim, _ = processes.worker(), processes.worker()
         told = Told(ShardDone, 5, lambda: processes.kill(victim))
-        done = swept(processes.address, tmp_path / "a", plan, SLOW, told)
+        done = swept(processes.address, tmp_path / "a", plan, SLOW, told=told)
     assert done.finished
     assert len(told.of(ShardDone)) == 60
     assert same(tmp_path / "a", here(tmp_path / "b", plan))
@@ -108,7 +108,7 @@ def test_members_that_kill_every_worker_are_computed_here(tmp_path):
         replaced()
         replaced()
         told = Told(NoWorkers, 1, replaced)
-        done = swept(processes.address, tmp_path / "a", plan, DeadlyEngine, told)
+        done = swept(processes.address, tmp_path / "a", plan, DeadlyEngine, told=told)
     assert done.finished
     lost = [event for event in told.of(Resent) if event.start == 0]
     assert [event.here for event in lost] == [False, False, True]
@@ -123,7 +123,7 @@ def test_the_scheduler_is_lost_and_the_sweep_goes_on_elsewhere(tmp_path):
         processes.worker()
         told = Told(ShardDone, 5, lambda: processes.kill(processes.scheduler))
         with pytest.raises(ClusterError, match="does not answer any more"):
-            swept(processes.address, tmp_path / "a", plan, SLOW, told)
+            swept(processes.address, tmp_path / "a", plan, SLOW, told=told)
     stored = shard_files(tmp_path / "a")
     assert 5 <= len(stored) < 60
     here(tmp_path / "a", plan)
@@ -134,7 +134,7 @@ def test_the_scheduler_is_lost_and_the_sweep_goes_on_elsewhere(tmp_path):
 def test_stopping_and_going_on(two_workers, tmp_path):
     plan, stop = plan_of(300), threading.Event()
     told = Told(ShardDone, 3, stop.set)
-    assert not swept(two_workers.address, tmp_path / "a", plan, SLOW, told, stop).finished
+    assert not swept(two_workers.address, tmp_path / "a", plan, SLOW, told=told, stop=stop).finished
     first = len(told.of(ShardDone))
     # What was with the cluster when it was stopped is stored too.
     assert len(shard_files(tmp_path / "a")) == first < 30
@@ -162,7 +162,7 @@ def test_an_engine_that_raises_on_a_worker(two_workers, tmp_path):
     base = {**plain(FREE), "integration": {"duration": 0.02, "samples": 3, "rtol": 1e-6}}
     plan, told = plan_of(12, base=base), Told()
     raising = functools.partial(FakeEngine, raising=(4,))
-    done = swept(two_workers.address, tmp_path / "a", plan, raising, told, shard_size=3)
+    done = swept(two_workers.address, tmp_path / "a", plan, raising, told=told, shard_size=3)
     assert done.finished
     (trouble,) = told.of(Trouble)
     assert (trouble.start, trouble.stop) == (3, 6)
@@ -174,7 +174,9 @@ def test_an_engine_that_raises_on_a_worker(two_workers, tmp_path):
 def test_the_first_failure_stops_a_cluster_too(two_workers, tmp_path):
     failing = functools.partial(FakeEngine, failing=(17,), delay=1e-3)
     told = Told()
-    done = swept(two_workers.address, tmp_path / "a", plan_of(600), failing, told, fail_fast=True)
+    done = swept(
+        two_workers.address, tmp_path / "a", plan_of(600), failing, told=told, fail_fast=True
+    )
     assert not done.finished
     assert done.survey.first_failed == 17
     assert len(told.of(ShardDone)) < 60

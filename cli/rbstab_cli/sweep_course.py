@@ -45,7 +45,8 @@ def carry_out(do: Doing, *, fail_fast: bool, as_json: bool, quiet: bool) -> None
         click.echo(f"error: {error}", err=True)
         click.echo("Finished shards are stored. The same command goes on from there.", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
-    raise click.exceptions.Exit(_exit_code(done, interrupted=interrupted.is_set()))
+    code = _exit_code(done, fail_fast=fail_fast, interrupted=interrupted.is_set())
+    raise click.exceptions.Exit(code)
 
 
 def _end_at_once() -> None:
@@ -56,8 +57,14 @@ def _end_at_once() -> None:
     os._exit(exit_codes.INTERRUPTED)
 
 
-def _exit_code(done: "Sweep", *, interrupted: bool) -> int:
-    if done.finished or (done.part is not None and not done.survey.missing):
+def _is_done_part(done: "Sweep", *, fail_fast: bool) -> bool:
+    """Whether it is a part of which nothing is left, and nothing was to stop it."""
+    stopped = fail_fast and done.survey.first_failed is not None
+    return done.part is not None and not done.survey.missing and not stopped
+
+
+def _exit_code(done: "Sweep", *, fail_fast: bool, interrupted: bool) -> int:
+    if done.finished or _is_done_part(done, fail_fast=fail_fast):
         # The first status is that of a member that completed; a part may have no members.
         found = done.survey.counts[0] or not done.survey.members
         return exit_codes.OK if found else exit_codes.NOT_COMPLETED
@@ -70,7 +77,7 @@ def _say_end(done: "Sweep", *, fail_fast: bool, interrupted: bool, quiet: bool) 
     if done.finished:
         if not quiet:
             click.echo(f"-> {done.folder.sweep_file}", err=True)
-    elif done.part is not None and not done.survey.missing:
+    elif _is_done_part(done, fail_fast=fail_fast):
         if not quiet:
             click.echo(_part_done(done), err=True)
     elif interrupted:

@@ -69,7 +69,7 @@ def cluster(
     address: str,
     engine: str,
     factory: EngineFactory | None = None,
-    time_limit: float = TIME_LIMIT,
+    time_limit: float | None = None,
 ) -> Iterator["DaskCluster"]:
     """The connection to a cluster.
 
@@ -77,12 +77,13 @@ def cluster(
         address: Of its scheduler, as tcp://host:8786, or the path of its JSON file.
         engine: What members are to be followed with.
         factory: Makes engines on the workers; default what belongs to the engine.
-        time_limit: In which the scheduler must answer, s.
+        time_limit: In which the scheduler must answer, s; default `TIME_LIMIT`.
 
     Raises:
         ClusterError: The scheduler does not answer, or the address is none.
         WorkerDiffersError: A worker has other versions than this process.
     """
+    time_limit = time_limit or TIME_LIMIT
     client = _client(address, time_limit)
     try:
         _check_workers(client, engine)

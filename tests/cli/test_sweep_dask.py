@@ -37,7 +37,7 @@ def cluster(folder):
 
 
 def done_shards():
-    return len(list(Path("results/plan/shards").glob("0*.h5")))
+    return len(shard_files(Path("results/plan")))
 
 
 def swept_until(cluster, act):

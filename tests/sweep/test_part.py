@@ -80,8 +80,8 @@ def test_a_part_computes_what_is_missing_of_it(tmp_path):
     path = tmp_path / "a"
     events = []
     swept(path, part=Part(2, 3))
-    assert sorted(shard_files(path)) == ["00000001.h5", "00000004.h5"]
-    (path / "shards" / "00000004.h5").write_bytes(b"damaged")
+    assert [Path(name).stem for name in shard_files(path)] == ["00000001", "00000004"]
+    open_folder(path).shard_file(4).write_bytes(b"damaged")
     swept(path, part=Part(2, 3), told=events.append)
     assert [event.number for event in events if isinstance(event, ShardDone)] == [4]
     (started,) = [event for event in events if isinstance(event, Started)]
@@ -97,7 +97,7 @@ def test_gathering_where_shards_are_missing(tmp_path):
     path = tmp_path / "a"
     for number in (1, 3):
         swept(path, part=Part(number, 3))
-    (path / "shards" / "00000000.h5").write_bytes(b"damaged")
+    open_folder(path).shard_file(0).write_bytes(b"damaged")
     done = gather_folder(path)
     assert (done.finished, done.survey.missing) == (False, [0, 1, 4])
     assert done.folder.ranges(done.survey.missing) == [(0, 20), (40, 50)]
@@ -196,7 +196,7 @@ def test_a_manifest_that_appears_in_the_same_instant(tmp_path, monkeypatch):
 
 
 def remains(path, age):
-    file = path / "shards" / f".00000007.h5.{age}.part"
+    file = path / "shards" / f".00000007.{age}.part"
     file.write_bytes(b"half")
     os.utime(file, (time.time() - age, time.time() - age))
     return file

@@ -1,8 +1,9 @@
 """`make bench`: all benchmarks, one after the other."""
 
-from benchmarks import engines, sliding, startup, sweeps
+from benchmarks import engines, sliding, startup, sweep_sizes, sweeps
 
 startup.main()
 engines.main()
 sliding.main()
 sweeps.main()
+sweep_sizes.main()

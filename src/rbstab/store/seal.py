@@ -16,6 +16,8 @@ SEAL_SIZE = len(_MARK) + 64 + 1
 
 _BLOCK = 1 << 20
 
+_DAMAGED = "{} is damaged: it is not what was written (by its digest)"
+
 
 def seal(path: Path) -> None:
     """Puts the seal behind what a file holds.
@@ -32,6 +34,27 @@ def seal(path: Path) -> None:
 def sealed(content: bytes) -> bytes:
     """Some content with its seal."""
     return content + _MARK + hashlib.sha256(content).hexdigest().encode() + b"\n"
+
+
+def digest_in(content: bytes) -> str:
+    """The digest in the seal of some sealed content, in hexadecimal."""
+    return content[-65:-1].decode()
+
+
+def unsealed(path: Path) -> tuple[bytes, str]:
+    """What a file holds before its seal, and the digest in that.
+
+    Raises:
+        NotAResultError: It is not what was written.
+        StoreError: It cannot be read.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+    if len(content) < SEAL_SIZE or sealed(content[:-SEAL_SIZE]) != content:
+        raise NotAResultError(_DAMAGED.format(path))
+    return content[:-SEAL_SIZE], digest_in(content)
 
 
 def has_seal(path: Path) -> bool:
@@ -65,7 +88,7 @@ def check_seal(path: Path) -> None:
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
     if not intact:
-        raise NotAResultError(f"{path} is damaged: it is not what was written (by its digest)")
+        raise NotAResultError(_DAMAGED.format(path))
 
 
 def _seal_of(file: BinaryIO, size: int) -> bytes:

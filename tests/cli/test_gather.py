@@ -11,7 +11,7 @@ import pytest
 from cli.conftest import start
 from support.sweeps import FakeEngine, shard_files
 
-from rbstab.config.load import load_config
+from rbstab.integrate.engines import EngineMissingError
 from rbstab.store.lock import locked
 from rbstab.store.table_file import read_table
 from rbstab.sweep.begin import part_begun
@@ -195,11 +195,24 @@ def test_which_parts_run(rbstab):
 
 @pytest.mark.usefixtures("folder")
 def test_gathering_what_is_none(rbstab):
-    assert load_config("good.yaml")
     refused = rbstab("gather", "results")
     assert refused.exit_code == 4
     assert "results is not the folder of a sweep" in refused.stderr
     assert not Path("results").exists()
+
+
+@pytest.mark.usefixtures("plan")
+def test_gathering_without_the_engine(rbstab, monkeypatch):
+    def missing(name):
+        raise EngineMissingError(f"the engine {name!r} cannot be used here")
+
+    options = ("sweep", "plan.yaml", "--engine", "heyoka", "--set", "integration.duration=0.01")
+    assert rbstab(*options, "--shard", "1/1").exit_code == 0
+    monkeypatch.setattr("rbstab.sweep.engine.engine", missing)
+    refused = rbstab("gather", "results/plan")
+    assert refused.exit_code == 2
+    assert "the engine 'heyoka' cannot be used here" in refused.stderr
+    assert not Path("results/plan/sweep.h5").exists()
 
 
 @pytest.mark.usefixtures("plan")

@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import pytest
+from distributed import Client
 from support.clusters import DeadlyEngine, LocalProcesses
 from support.configs import FREE, plain
 from support.sweeps import FakeEngine, plan_of, shard_files
@@ -202,6 +203,18 @@ def test_workers_of_another_version_are_refused(tmp_path):
         with pytest.raises(WorkerDiffersError, match=r"the worker tcp:.* other bits"):
             swept(processes.address, tmp_path / "b", plan_of())
     assert not (tmp_path / "b").exists()
+
+
+@pytest.mark.slow
+def test_workers_without_the_program_are_refused(tmp_path):
+    (tmp_path / "preload.py").write_text("import sys\nsys.modules['rbstab'] = None\n")
+    with LocalProcesses(tmp_path) as processes:
+        processes.worker("--preload", str(tmp_path / "preload.py"))
+        with Client(processes.address, set_as_default=False) as client:
+            client.wait_for_workers(1)
+        with pytest.raises(ClusterError, match=r"the worker.* cannot .*rbstab"):
+            swept(processes.address, tmp_path / "a", plan_of())
+    assert not (tmp_path / "a").exists()
 
 
 @pytest.mark.slow

@@ -1,12 +1,9 @@
-"""Parts of a sweep: several processes at once in one folder, begun, killed and joined."""
+"""Parts of a sweep: what belongs to each, who may share a folder, and how they are joined."""
 
 import errno
-import fcntl
 import functools
 import os
-import random
 import shutil
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -215,13 +212,18 @@ def test_what_another_part_is_writing_stays(tmp_path):
     assert not old.exists()
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="its locks are not those of files there")
 @pytest.mark.parametrize("number", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])
 def test_a_file_system_without_locks(tmp_path, monkeypatch, number):
     def unknown(*_):
         raise OSError(number, os.strerror(number))
 
     path, plan = tmp_path / "a", plan_of()
-    monkeypatch.setattr(fcntl, "flock", unknown)
+    monkeypatch.setattr("fcntl.flock", unknown)
+    with begun(path, plan, 10):
+        fresh = remains(path, 5)
+        with begun(path, plan, 10):
+            assert fresh.exists()
     with part_begun(path, plan, 10, Part(1, 2)), part_begun(path, plan, 10, Part(1, 2)):
         assert running_parts(path) == []
         fresh = remains(path, 5)
@@ -229,77 +231,6 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch, number):
             assert fresh.exists()
         swept(path, plan)
     assert gather_folder(path).finished
-
-
-PROCESS = """
-import functools, sys, time
-from pathlib import Path
-from support.sweeps import FakeEngine, plan_of
-from rbstab.sweep.part import part_of
-from rbstab.sweep.sweep import Ways, sweep_to_folder
-path, part, delay = sys.argv[1:]
-factory = functools.partial(FakeEngine, delay=float(delay))
-plan = plan_of(1500)
-print("ready", flush=True)
-sys.stdin.readline()
-done = sweep_to_folder(plan, Path(path), Ways(factory, 1, 50, part=part_of(part)))
-print(len(done.survey.done), flush=True)
-"""
-
-
-def processes(path, *parts, delay=0.0):
-    """One process for each part, all begun in the same instant."""
-    command = [sys.executable, "-c", PROCESS, str(path)]
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    tests = Path(__file__).parents[1]
-    started = [subprocess.Popen([*command, p, str(delay)], cwd=tests, **pipes) for p in parts]
-    for process in started:
-        assert process.stdout.readline() == "ready\n"
-    for process in started:
-        process.stdin.write("go\n")
-        process.stdin.flush()
-    return started
-
-
-def ended(started):
-    """The number of shards that each of them had done at its end."""
-    numbers = []
-    for process in started:
-        said, _ = process.communicate(timeout=120)
-        numbers.append((process.returncode, said.strip()))
-    return numbers
-
-
-@pytest.mark.slow
-def test_parts_begun_in_the_same_instant(tmp_path):
-    plan = plan_of(1500)
-    swept(tmp_path / "whole", plan, shard_size=50)
-    for turn in range(4):
-        path = tmp_path / str(turn)
-        found = ended(processes(path, *(f"{number}/4" for number in range(1, 5))))
-        assert found == [(0, "8"), (0, "8"), (0, "7"), (0, "7")]
-        assert not list(path.glob("**/.*.part"))
-        assert gather_folder(path).finished
-        assert shard_files(path) == shard_files(tmp_path / "whole")
-        assert digest_of(path) == digest_of(tmp_path / "whole")
-
-
-@pytest.mark.slow
-def test_parts_that_are_killed_and_go_on(tmp_path):
-    swept(tmp_path / "whole", plan_of(1500), shard_size=50)
-    path, names = tmp_path / "a", ("1/3", "2/3", "3/3")
-    rng = random.Random(7)  # noqa: S311
-    for _ in range(3):
-        started = processes(path, *names, delay=3e-4)
-        for process in started:
-            time.sleep(rng.uniform(0, 0.1))
-            process.kill()
-        ended(started)
-    assert gather_folder(path).survey.missing
-    assert [code for code, _ in ended(processes(path, *names))] == [0, 0, 0]
-    assert gather_folder(path).finished
-    assert shard_files(path) == shard_files(tmp_path / "whole")
-    assert digest_of(path) == digest_of(tmp_path / "whole")
 
 
 def test_a_part_that_fails_fast_stops_itself_alone(tmp_path):

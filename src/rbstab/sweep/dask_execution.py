@@ -111,7 +111,8 @@ def _check_workers(client: Client, engine: str) -> None:
     ours = versions(engine)
     try:
         found = client.run(versions, engine, on_error="return")
-    except (OSError, TimeoutError) as error:
+    except Exception as error:
+        # Of any kind: it may be what a worker says that has no rbstab.
         raise ClusterError(f"the workers cannot be asked: {error}") from error
     for worker, theirs in found.items():
         if isinstance(theirs, OSError):

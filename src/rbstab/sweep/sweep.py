@@ -153,6 +153,7 @@ def gather_folder(
         NotAResultError: It is not the folder of a sweep, or its plan is damaged.
         FolderInUseError: Somebody is computing in it.
         StoreError: Something cannot be written or read.
+        EngineMissingError: The engine is not there, whose versions the file tells.
     """
     # Looked at first: no folder is made here.
     open_folder(path)
@@ -163,6 +164,7 @@ def gather_folder(
         told(Started(folder, survey, None, (), folder.manifest.members))
         if survey.missing:
             return Sweep(folder, survey, None, finished=False)
+        factory_for(plan.engine)
         if sure:
             remove_old_remains(path)
         return _joined(plan, folder, survey, _Course(told, stop or Event(), processors()))

@@ -170,8 +170,6 @@ def _loaded(path: Path, changes: tuple[str, ...]) -> "Plan":
             click.echo(problem, err=True)
         raise click.exceptions.Exit(exit_codes.USAGE) from error
     warnings = [warning for base in plan.bases.values() for warning in warnings_of(base)]
-    if plan.keep.count(plan.members):
-        warnings.append("keep: traces are not stored yet; every member has its summary")
     for warning in dict.fromkeys(warnings):
         click.echo(f"warning: {path}: {warning}", err=True)
     return plan

@@ -10,6 +10,9 @@ if TYPE_CHECKING:
     from rbstab.sweep.plan import Plan
     from rbstab.sweep.sweep import Sweep, Ways
 
+ENOUGH = 16
+"""Members of a variant on which an estimate may rest without a word."""
+
 
 def report_sweep(done: "Sweep", *, as_json: bool) -> None:
     """Prints what has become of the members."""
@@ -78,14 +81,15 @@ def report_status(path: Path, *, as_json: bool) -> None:
     by_status = counts_by_status(survey.counts)
     parts = running_parts(path)
     running = bool(parts) or is_locked(path)
+    manifest = folder.manifest
+    kept = manifest.keep.count(manifest.members)
     if as_json:
         from rbstab_cli.json_output import print_json
 
         more = {"finished": gathered, "running": running, "damaged_shards": damaged}
-        more["running_parts"] = [part._asdict() for part in parts]
-        print_json(_facts(path, folder.manifest, by_status) | more)
+        more |= {"running_parts": [part._asdict() for part in parts], "traces": kept}
+        print_json(_facts(path, manifest, by_status) | more)
         return
-    manifest = folder.manifest
     rows = {
         "title": manifest.title,
         "plan": manifest.plan_id[:8],
@@ -93,6 +97,7 @@ def report_status(path: Path, *, as_json: bool) -> None:
         "members": str(manifest.members),
         "done": f"{survey.members} ({survey.members / manifest.members:.1%})",
         "shards": f"{len(survey.done)} of {folder.shards}, {len(damaged)} damaged",
+        "traces": f"of {kept} members, when all are done" if kept else "none",
         "running": ", ".join(f"part {part}" for part in parts) or ("yes" if running else "no"),
         "gathered": f"{folder.sweep_file}" if gathered else "no",
     }
@@ -131,11 +136,16 @@ def report_estimate(plan: "Plan", path: Path, ways: "Ways", *, as_json: bool) ->
         "members": " x ".join(map(str, plan.dimensions.values())) + f" = {plan.members}",
         **({f"of part {ways.part}": str(members)} if ways.part is not None else {}),
         "done": str(done),
-        "time": f"about {duration(found.seconds)}",
+        "time": f"about {duration(found.seconds)}{_few(found.calibrated)}",
         "comparison with scipy": f"about {duration(found.check_seconds)}",
         "disk": f"{size(found.bytes)} of {size(free)} that are free",
     }
     _print_facts(rows)
+
+
+def _few(calibrated: int) -> str:
+    """A word on an estimate that rests on few members."""
+    return f", from {calibrated} members of a variant" if 0 < calibrated < ENOUGH else ""
 
 
 def _extent(plan: "Plan", path: Path, ways: "Ways") -> tuple[int, int]:
@@ -147,7 +157,9 @@ def _extent(plan: "Plan", path: Path, ways: "Ways") -> tuple[int, int]:
     numbers = range(folder.shards) if ways.part is None else ways.part.of(folder.shards)
     if begun is False:
         click.echo(f"{path} holds a different sweep; --force moves it aside", err=True)
-    return folder.members_of(numbers), survey_of(folder, numbers).members if begun else 0
+    return folder.members_of(numbers), survey_of(
+        folder.keeping(plan.keep), numbers
+    ).members if begun else 0
 
 
 def size(count: int) -> str:

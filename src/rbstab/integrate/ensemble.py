@@ -76,6 +76,7 @@ class Ensemble:
         self.times = times
         self.batch = SIMD
         y = state_symbols(system.size + AUDIT_SIZE)
+        self.symbolic, self.symbols = symbolic, y
         rates = scaled_audit(symbolic.audited_rates(y), hy.par[len(self.open)])
         self.integrator = hy.taylor_adaptive_batch(
             list(zip(y, rates, strict=True)),

@@ -33,7 +33,29 @@ def seal(path: Path) -> None:
 
 def sealed(content: bytes) -> bytes:
     """Some content with its seal."""
-    return content + _MARK + hashlib.sha256(content).hexdigest().encode() + b"\n"
+    return content + seal_line(hashlib.sha256(content).hexdigest())
+
+
+def seal_line(digest: str) -> bytes:
+    """The seal of content with this SHA-256, in hexadecimal, which somebody has taken already."""
+    return _MARK + digest.encode() + b"\n"
+
+
+def stated_seal(path: Path) -> str | None:
+    """The digest that a file says to have, by its end alone; None where no seal is there.
+
+    Raises:
+        StoreError: It cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            file.seek(max(0, file.seek(0, 2) - SEAL_SIZE))
+            end = file.read()
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+    digest = end[len(_MARK) : -1]
+    whole = end == _MARK + digest + b"\n" and len(end) == SEAL_SIZE
+    return digest.decode("ascii", "replace") if whole else None
 
 
 def digest_in(content: bytes) -> str:
@@ -100,4 +122,4 @@ def _seal_of(file: BinaryIO, size: int) -> bytes:
             break
         digest.update(block)
         size -= len(block)
-    return _MARK + digest.hexdigest().encode() + b"\n"
+    return seal_line(digest.hexdigest())

@@ -17,12 +17,15 @@ from rbstab.sweep.folder import (
     MANIFEST,
     PLAN_FILE,
     SHARDS,
+    TRACES,
     Manifest,
     SweepFolder,
     open_folder,
 )
+from rbstab.sweep.keep import SUMMARY
 from rbstab.sweep.part import Part, running_parts
 from rbstab.sweep.plan import Plan, plan_id
+from rbstab.sweep.room import trace_size
 
 _NOT_OVERWRITTEN = "it is not overwritten: choose another folder with -o, or move it aside"
 
@@ -119,21 +122,33 @@ def planned_folder(
     return (found if same else planned), same
 
 
-def good_shard_size(members: int, engine: str) -> int:
+LARGEST_TRACES = 1 << 26
+"""Bytes of the traces of a shard, which are in memory, once for each thread."""
+
+
+def good_shard_size(members: int, engine: str, trace_bytes: float = 0.0) -> int:
     """Members of a shard: few enough that little is lost and all threads have work, yet thousands.
 
     It does not depend on the number of threads. Engines like multiples of 64.
+
+    Args:
+        members: Of the sweep.
+        engine: What follows them.
+        trace_bytes: What is kept of the motion of a member, on average.
     """
+    most = max(1, int(LARGEST_TRACES / trace_bytes)) if trace_bytes else 4096
     if engine == "scipy":
-        return 16
-    return min(4096, max(64, members // 64 // 64 * 64))
+        return min(16, most)
+    size = min(4096, max(64, members // 64 // 64 * 64), most)
+    return size // 64 * 64 or size
 
 
 def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
-    size = shard_size or good_shard_size(plan.members, plan.engine)
+    share = plan.keep.count(plan.members) / plan.members
+    size = shard_size or good_shard_size(plan.members, plan.engine, share * trace_size(plan))
     known = provenance(plan.engine)
     versions = {name: known[name] for name in known if name not in ("created", "commit")}
-    return Manifest(plan_id(plan), plan.title, plan.members, size, plan.engine, versions)
+    return Manifest(plan_id(plan), plan.title, plan.members, size, plan.engine, versions, plan.keep)
 
 
 @contextmanager
@@ -169,7 +184,7 @@ def _by_parts(path: Path) -> str:
 def _difference(path: Path, wanted: Manifest, *, fixed_size: bool) -> str | None:
     """What keeps the sweep from going on in a folder."""
     if not (path / MANIFEST).exists():
-        names = [f.name for f in path.iterdir() if f.name not in (PLAN_FILE, SHARDS)]
+        names = [f.name for f in path.iterdir() if f.name not in (PLAN_FILE, SHARDS, TRACES)]
         strange = [n for n in names if not n.startswith(LOCK) and not n.endswith(PARTIAL)]
         return f"holds other things ({min(strange)})" if strange else None
     try:
@@ -200,7 +215,8 @@ def _ready(path: Path, plan: Plan, manifest: Manifest, *, fixed_size: bool) -> S
     """
     begins = not (path / MANIFEST).exists()
     try:
-        (path / SHARDS).mkdir(exist_ok=True)
+        for name in (SHARDS, TRACES)[: 2 if manifest.keep != SUMMARY else 1]:
+            (path / name).mkdir(exist_ok=True)
         if begins or not (path / PLAN_FILE).exists():
             write_whole(path / PLAN_FILE, plan_yaml(plan).encode(), replace=True)
     except OSError as error:
@@ -212,7 +228,12 @@ def _ready(path: Path, plan: Plan, manifest: Manifest, *, fixed_size: bool) -> S
         different = _difference(path, manifest, fixed_size=fixed_size)
         if different is not None:
             raise ResultExistsError(f"{path} {different}, by another process in this instant")
-    return open_folder(path)
+    folder = open_folder(path)
+    if folder.manifest.keep != manifest.keep:
+        # Begun when no traces were stored: shards without them count as missing from now on.
+        folder = folder.keeping(manifest.keep)
+        write_document(path / MANIFEST, asdict(folder.manifest))
+    return folder
 
 
 def remove_old_remains(path: Path) -> None:
@@ -222,7 +243,7 @@ def remove_old_remains(path: Path) -> None:
     another one is writing must stay.
     """
     shared = any(path.glob(f"{LOCK}.*"))
-    for place in (path, path / SHARDS):
+    for place in (path, path / SHARDS, path / TRACES):
         remove_remains(place, LONGEST_WRITE if shared else 0.0)
 
 

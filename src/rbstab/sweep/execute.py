@@ -20,6 +20,7 @@ from rbstab.sweep.folder import ShardFacts, SweepFolder
 from rbstab.sweep.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan import Plan
 from rbstab.sweep.single import SingleRuns
+from rbstab.sweep.traces import checked_traces
 
 
 class ShardDone(NamedTuple):
@@ -152,7 +153,7 @@ class Work:
         Raises:
             StoreError: It cannot be written.
         """
-        facts = self.folder.write(number, shard.outcome)
+        facts = self.folder.write(number, shard.outcome, shard.traces)
         if self.fail_fast and facts.first_failed is not None:
             self.stop.set()
         start, stop = self.folder.bounds(number)
@@ -237,17 +238,23 @@ def computed(
         EngineMissingError: The engine cannot be used.
     """
     try:
-        return checked(engine.compute(start, stop), stop - start)
+        return _checked(plan, engine, start, stop)
     except EngineMissingError:
         raise
     except Exception as error:
         # No member may end the sweep: they are followed alone, each with a status of its own.
         troubled(error)
-        return checked(SingleRuns(plan).compute(start, stop), stop - start)
+        return _checked(plan, SingleRuns(plan), start, stop)
 
 
-def checked(shard: Shard, members: int) -> Shard:
-    """A shard whose columns have their types.
+def _checked(plan: Plan, engine: MemberEngine, start: int, stop: int) -> Shard:
+    shard = engine.compute(start, stop)
+    traces = checked_traces(shard.traces, plan, start, stop)
+    return Shard(checked(shard, stop - start), traces)
+
+
+def checked(shard: Shard, members: int) -> dict[str, Array]:
+    """The columns of a shard in their types.
 
     Raises:
         ValueError: A column is missing, or has not an entry for each member.
@@ -258,4 +265,4 @@ def checked(shard: Shard, members: int) -> Shard:
         if data.shape != (members, *column.shape):
             raise ValueError(f"{column.name} has the shape {data.shape} for {members} members")
         found[column.name] = data.astype(column.dtype, copy=False)
-    return Shard(found, shard.traces)
+    return found

@@ -19,6 +19,7 @@ from rbstab.sweep.gather import digest_of_shards, gather, is_gathered
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.part import Part, forget_parts
 from rbstab.sweep.plan import Plan, plan_id
+from rbstab.sweep.room import check_room
 from rbstab.sweep.threads import Threads
 
 
@@ -124,6 +125,7 @@ def sweep_to_folder(
         numbers = range(folder.shards) if ways.part is None else ways.part.of(folder.shards)
         before = survey_of(folder, numbers)
         survey = before.without_failed() if ways.retry_failed else before
+        check_room(plan, folder, survey.missing)
         members = folder.members_of(numbers)
         told(Started(folder, survey, place.kept_aside, place.changed, members))
         Execution(plan, folder, executor, told, stop, ways.fail_fast).run(survey)
@@ -160,6 +162,7 @@ def gather_folder(
     with made(path) as sure:
         folder = open_folder(path)
         plan = _stored_plan(folder)
+        folder = folder.keeping(plan.keep)
         survey = survey_of(folder)
         told(Started(folder, survey, None, (), folder.manifest.members))
         if survey.missing:

@@ -75,13 +75,16 @@ def same(one, other):
 @pytest.mark.slow
 def test_real_members_by_workers_and_by_threads(two_workers, tmp_path):
     base = {**plain(FREE), "integration": {"engine": "heyoka", "duration": 0.2, "samples": 5}}
-    plan = plan_of(150, base=base)
+    plan = plan_of(150, base=base, keep={"traces": {"every": 7}})
     told = Told()
     done = swept(two_workers.address, tmp_path / "a", plan, None, told=told, shard_size=20)
     assert done.finished
     assert not told.of(Trouble)
     assert set(read_table(tmp_path / "a" / "sweep.h5").words("status")) == {"completed"}
     assert same(tmp_path / "a", here(tmp_path / "b", plan, None, shard_size=20))
+    traces = shard_files(tmp_path / "a", "traces")
+    assert len(traces) == 8
+    assert traces == shard_files(tmp_path / "b", "traces")
 
 
 @pytest.mark.slow

@@ -2,27 +2,26 @@
 
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.measure import by_turns, line
-from benchmarks.sweeps import CHANGES, PLAN
+from benchmarks.swept import plan_of
 from rbstab.sweep.begin import begun, good_shard_size
 from rbstab.sweep.engine import Shard, factory_for
 from rbstab.sweep.folder import SweepFolder
-from rbstab.sweep.keep import Keep
-from rbstab.sweep.load import load_plan
 from rbstab.sweep.plan import Plan
 from rbstab.sweep.room import trace_size
 
+MEMBERS = 10**6
+
 SHARDS = 2
+"""As many of these are computed and written."""
 
 
 def main() -> None:
     """Measures members of 201 samples on one core, in shards as those of a million members."""
-    summary = load_plan(PLAN, [*CHANGES, "integration.engine=heyoka"])
-    traces = replace(summary, keep=Keep(every=1))
-    size = good_shard_size(10**6, "heyoka", trace_size(traces))
+    summary, traces = plan_of(MEMBERS), plan_of(MEMBERS, keep="traces")
+    size = good_shard_size(MEMBERS, "heyoka", trace_size(traces))
     with (
         tempfile.TemporaryDirectory() as place,
         begun(Path(place) / "summary", summary, size) as of_summary,

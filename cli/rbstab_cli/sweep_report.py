@@ -157,9 +157,7 @@ def _extent(plan: "Plan", path: Path, ways: "Ways") -> tuple[int, int]:
     numbers = range(folder.shards) if ways.part is None else ways.part.of(folder.shards)
     if begun is False:
         click.echo(f"{path} holds a different sweep; --force moves it aside", err=True)
-    return folder.members_of(numbers), survey_of(
-        folder.keeping(plan.keep), numbers
-    ).members if begun else 0
+    return folder.members_of(numbers), survey_of(folder, numbers).members if begun else 0
 
 
 def size(count: int) -> str:

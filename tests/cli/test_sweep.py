@@ -141,7 +141,7 @@ def test_status(rbstab, fake):
     assert ["done", "16", "(80.0%)"] in words
     assert ["not", "done", "4", "20.00%"] in words
     assert ["running", "no"] in words
-    Path("results/plan/shards/00000001.h5").write_bytes(b"")
+    Path("results/plan/shards/00000001.npy").write_bytes(b"")
     with locked(Path("results/plan")):
         said = rbstab("sweep", "--status", "results/plan")
     words = [line.split() for line in said.stdout.splitlines()]
@@ -274,9 +274,9 @@ def test_interrupts(folder):
     options = ("--engine", "scipy", "--shard-size", "4", "--set", "integration.duration=0.2")
     shards = Path("results/plan/shards")
     for presses in (1, 2):
-        known = len(list(shards.glob("0*.h5")))
+        known = len(list(shards.glob("0*.npy")))
         with start(*SWEEP, *options) as process:
-            while len(list(shards.glob("0*.h5"))) == known:
+            while len(list(shards.glob("0*.npy"))) == known:
                 assert process.poll() is None
                 time.sleep(0.01)
             for _ in range(presses):
@@ -285,5 +285,5 @@ def test_interrupts(folder):
             _, said = process.communicate(timeout=20)
         assert process.returncode == 130
         assert "The same command goes on" in said
-        for path in shards.glob("0*.h5"):
+        for path in shards.glob("0*.npy"):
             assert len(read_table(path)["run"]) == 4

@@ -79,4 +79,4 @@ class FakeEngine:
 
 def shard_files(folder: Path, of: str = "shards") -> dict[str, bytes]:
     """The shards of a folder by name, or their traces."""
-    return {path.name: path.read_bytes() for path in sorted((folder / of).glob("*.h5"))}
+    return {path.name: path.read_bytes() for path in sorted((folder / of).glob("[0-9]*"))}

@@ -48,20 +48,20 @@ def test_nothing_done_is_redone(tmp_path):
 def test_a_damaged_shard_is_made_again(tmp_path, harm):
     swept(tmp_path / "a")
     before, digest = shard_files(tmp_path / "a"), digest_of(tmp_path / "a")
-    shard = tmp_path / "a" / "shards" / "00000004.h5"
+    shard = tmp_path / "a" / "shards" / "00000004.npy"
     content = shard.read_bytes()
     if harm == "remove":
         shard.unlink()
     elif harm == "other":
         swept(tmp_path / "b", plan_of(base="configs/paper/case2_visco_elastic.yaml"))
-        shard.write_bytes((tmp_path / "b" / "shards" / "00000004.h5").read_bytes())
+        shard.write_bytes((tmp_path / "b" / "shards" / "00000004.npy").read_bytes())
     else:
         shard.write_bytes(
             {
                 "flip": content[:4000] + bytes([content[4000] ^ 1]) + content[4001:],
                 "cut": content[:-100],
                 "empty": b"",
-                "swap": before["00000003.h5"],
+                "swap": before["00000003.npy"],
             }[harm]
         )
     listener = Listener()

@@ -84,10 +84,10 @@ def test_members_that_have_none(tmp_path):
 def test_an_unfinished_sweep(tmp_path):
     slow = functools.partial(FakeEngine, delay=1e-3)
     swept(tmp_path / "a", traced(100), Listener(1), factory=slow, threads=1)
-    (tmp_path / "a" / "shards" / "00000001.h5").unlink(missing_ok=True)
+    (tmp_path / "a" / "shards" / "00000001.npy").unlink(missing_ok=True)
     traces = rbstab.open_traces(tmp_path / "a")
     assert traces.members.tolist() == list(range(10))
-    (tmp_path / "a" / "shards" / "00000000.h5").unlink()
+    (tmp_path / "a" / "shards" / "00000000.npy").unlink()
     with pytest.raises(StoreError, match="none of them is done yet"):
         rbstab.open_traces(tmp_path / "a")
 

@@ -10,11 +10,9 @@ from support.sweeps import FakeEngine, shard_files, traced
 import rbstab
 from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import StoreError
-from rbstab.store.table import Head
-from rbstab.store.table_file import read_table, write_shard
-from rbstab.sweep.execute import Trouble, survey_of
+from rbstab.store.table_file import read_table
+from rbstab.sweep.execute import Trouble
 from rbstab.sweep.folder import open_folder
-from rbstab.sweep.layout import OUTCOME
 from rbstab.sweep.sweep import Started
 
 EVERY = {"traces": {"every": 7}}
@@ -176,34 +174,6 @@ def test_a_shard_can_be_sent_to_another_process():
     shard = FakeEngine(traced()).compute(0, 5)
     again = pickle.loads(pickle.dumps(shard))  # noqa: S301
     assert all((again.traces[name] == data).all() for name, data in shard.traces.items())
-
-
-@pytest.mark.parametrize("keep", ["summary", "traces"])
-def test_folders_of_the_first_version_go_on(tmp_path, keep):
-    """They had no traces: where a plan wants them, their shards are computed once more."""
-    path = tmp_path / "a"
-    swept(path, traced(60, keep))
-    manifest = read_document(path / "manifest.json") | {"schema_version": 1}
-    del manifest["keep"]
-    write_document(path / "manifest.json", manifest)
-    before = shard_files(path)
-    if keep == "traces":
-        # As the first version wrote them.
-        table = read_table(path / "shards" / "00000002.h5")
-        attributes = {"plan_id": table.attributes["plan_id"]}
-        head = Head(OUTCOME, 20, 10, attributes)
-        write_shard(path / "shards" / "00000002.h5", head, table.arrays)
-        (path / "traces" / "00000002.h5").unlink()
-    folder = open_folder(path)
-    assert survey_of(folder).members == 60
-    wanted = survey_of(folder.keeping(traced(60, keep).keep))
-    listener = Listener()
-    assert swept(path, traced(60, keep), listener).finished
-    assert listener.computed == wanted.missing == ([2] if keep == "traces" else [])
-    assert shard_files(path) == before
-    again = Listener()
-    assert swept(path, traced(60, keep), again).finished
-    assert again.computed == []
 
 
 def test_a_manifest_of_a_newer_version(tmp_path):

@@ -139,7 +139,7 @@ def good_shard_size(members: int, engine: str, trace_bytes: float = 0.0) -> int:
     most = max(1, int(LARGEST_TRACES / trace_bytes)) if trace_bytes else 4096
     if engine == "scipy":
         return min(16, most)
-    size = min(4096, max(64, members // 64 // 64 * 64), most)
+    size = min(4096, max(256, members // 64 // 64 * 64), most)
     return size // 64 * 64 or size
 
 
@@ -190,7 +190,7 @@ def _difference(path: Path, wanted: Manifest, *, fixed_size: bool) -> str | None
     try:
         found = open_folder(path).manifest
     except NotAResultError as error:
-        return f"is damaged ({error})"
+        return f"cannot be gone on with ({error})"
     if found.plan_id != wanted.plan_id:
         return f"holds another sweep (plan {found.plan_id[:8]}, not {wanted.plan_id[:8]})"
     if fixed_size and found.shard_size != wanted.shard_size:
@@ -228,12 +228,7 @@ def _ready(path: Path, plan: Plan, manifest: Manifest, *, fixed_size: bool) -> S
         different = _difference(path, manifest, fixed_size=fixed_size)
         if different is not None:
             raise ResultExistsError(f"{path} {different}, by another process in this instant")
-    folder = open_folder(path)
-    if folder.manifest.keep != manifest.keep:
-        # Begun when no traces were stored: shards without them count as missing from now on.
-        folder = folder.keeping(manifest.keep)
-        write_document(path / MANIFEST, asdict(folder.manifest))
-    return folder
+    return open_folder(path)
 
 
 def remove_old_remains(path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,8 +12,9 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.document import read_document
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions_file import Stamp, stamp_of, write_motions
+from rbstab.store.shard_file import DIGEST, SHARD, read_shard, write_shard
 from rbstab.store.table import RUN, Head, Table
-from rbstab.store.table_file import read_table, write_shard
+from rbstab.store.table_file import read_table
 from rbstab.sweep.engine import FAILED_CODES
 from rbstab.sweep.keep import SUMMARY, Keep
 from rbstab.sweep.layout import OUTCOME
@@ -28,7 +29,7 @@ SWEEP_FILE = "sweep.h5"
 CHECK_FILE = "check.json"
 
 MANIFEST_VERSION = 2
-"""Version 1 did not say of which members traces are kept, and none were stored."""
+"""Version 1 knew no traces, and its shards were HDF5."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class Manifest:
 class ShardFacts(NamedTuple):
     """A whole shard: how many of its members ended how, the first that failed, and its digest.
 
-    The digest is that of its columns, and of its traces where it has some.
+    The digest is that of its file, which names that of its traces where it has some.
     """
 
     counts: Array
@@ -96,7 +97,7 @@ class SweepFolder:
 
     def shard_file(self, number: int) -> Path:
         """The file of a shard."""
-        return self.path / SHARDS / f"{number:08d}.h5"
+        return self.path / SHARDS / f"{number:08d}{SHARD}"
 
     def traces_file(self, number: int) -> Path:
         """The file of the traces of a shard, where any of its members has one."""
@@ -105,11 +106,6 @@ class SweepFolder:
     def has_traces(self, number: int) -> bool:
         """Whether any member of a shard has a trace."""
         return bool(self.manifest.keep.traces(*self.bounds(number)).any())
-
-    def keeping(self, keep: Keep) -> "SweepFolder":
-        """The same where the members of a plan have traces, which the first version did not say."""
-        newer = replace(self.manifest, keep=keep, schema_version=MANIFEST_VERSION)
-        return replace(self, manifest=newer)
 
     def bounds(self, number: int) -> tuple[int, int]:
         """The first member of a shard, and the one behind its last."""
@@ -152,17 +148,16 @@ class SweepFolder:
             stamp = write_motions(self.traces_file(number), motions)
             attributes |= {"traces_digest": stamp.digest, "traces_bytes": stamp.size}
         head = Head(OUTCOME, start, stop - start, attributes)
-        attributes["arrays_digest"] = write_shard(self.shard_file(number), head, outcome)
+        attributes[DIGEST] = write_shard(self.shard_file(number), head, outcome)
         return facts_of(outcome["status"], start, attributes)
 
-    def read(self, number: int, names: tuple[str, ...] | None = None) -> Table | None:
+    def read(self, number: int) -> Table | None:
         """A shard, or None where it is absent, damaged, none of this sweep, or without its traces.
 
         The traces are not read: their file has to have the size and the seal that the shard names.
 
         Args:
             number: From 0.
-            names: The columns that are wanted; default all.
 
         Raises:
             StoreError: It cannot be read, or was written by a newer rbstab.
@@ -171,7 +166,7 @@ class SweepFolder:
         if not path.exists():
             return None
         try:
-            table = read_table(path, names)
+            table = read_shard(path, OUTCOME)
         except NotAResultError:
             return None
         expected = np.arange(*self.bounds(number))
@@ -186,7 +181,7 @@ class SweepFolder:
 
     def facts(self, number: int) -> ShardFacts | None:
         """What is in a shard, or None as `read`."""
-        table = self.read(number, ("status",))
+        table = self.read(number)
         if table is None:
             return None
         return facts_of(table["status"], int(table[RUN][0]), table.attributes)
@@ -204,13 +199,12 @@ def facts_of(status: Array, first: int, attributes: Mapping[str, str | int | flo
     Args:
         status: Its column of statuses.
         first: The number of its first member.
-        attributes: Those of its file, with the digest of its columns.
+        attributes: Those of its file, with its digest.
     """
-    names = [name for name in ("arrays_digest", "traces_digest") if name in attributes]
-    digest = " ".join(str(attributes[name]) for name in names)
     failed = np.flatnonzero(np.isin(status, FAILED_CODES))
     counts = np.bincount(status, minlength=len(STATUSES))
-    return ShardFacts(counts, int(first + failed[0]) if len(failed) else None, digest)
+    first_failed = int(first + failed[0]) if len(failed) else None
+    return ShardFacts(counts, first_failed, str(attributes[DIGEST]))
 
 
 def open_folder(path: Path) -> SweepFolder:
@@ -223,11 +217,13 @@ def open_folder(path: Path) -> SweepFolder:
     if not (path / MANIFEST).is_file():
         raise NotAResultError(f"{path} is not the folder of a sweep")
     data = read_document(path / MANIFEST)
-    if data.get("schema_version") not in range(1, MANIFEST_VERSION + 1):
+    version = data.get("schema_version")
+    if version == 1:
+        raise NotAResultError(f"{path} was begun by an older rbstab")
+    if version != MANIFEST_VERSION:
         raise StoreError(f"{path} was written by a newer rbstab, please update")
     try:
-        keep = data.get("keep", {"every": 0, "members": ()})
-        keep = Keep(**{**keep, "members": tuple(keep["members"])})
+        keep = Keep(**{**data["keep"], "members": tuple(data["keep"]["members"])})
         return SweepFolder(path, Manifest(**{**data, "keep": keep}))
     except (TypeError, KeyError) as error:
         raise NotAResultError(f"{path / MANIFEST} is damaged: {error}") from error

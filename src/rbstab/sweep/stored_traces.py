@@ -12,8 +12,9 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions import Motions, joined
 from rbstab.store.motions_file import check_motions, read_motions
-from rbstab.store.table_file import read_table
+from rbstab.store.shard_file import read_shard
 from rbstab.sweep.folder import SweepFolder, open_folder, traces_stamp
+from rbstab.sweep.layout import OUTCOME
 from rbstab.sweep.traces import TIME
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ class SweepTraces:
         path = self.folder.traces_file(shard)
         if shard not in self._checked:
             try:
-                stamp = traces_stamp(read_table(self.folder.shard_file(shard), ()))
+                stamp = traces_stamp(read_shard(self.folder.shard_file(shard), OUTCOME))
                 if stamp is None:
                     raise NotAResultError(f"{self.folder.shard_file(shard)} has no traces")
                 check_motions(path, stamp)

@@ -162,7 +162,6 @@ def gather_folder(
     with made(path) as sure:
         folder = open_folder(path)
         plan = _stored_plan(folder)
-        folder = folder.keeping(plan.keep)
         survey = survey_of(folder)
         told(Started(folder, survey, None, (), folder.manifest.members))
         if survey.missing:

@@ -11,6 +11,7 @@ from rbstab.sweep.execute import Execution, survey_of
 from rbstab.sweep.gather import digest_of_shards, gather
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.threads import Threads
 
 CASE = "configs/paper/case2_visco_elastic.yaml"
 INTEGRATION = ["integration.engine=heyoka", "integration.rtol=1e-8"]
@@ -52,9 +53,9 @@ class Sweeping:
             begun(Path(folder) / "sweep", self.plan, None) as place,
         ):
             survey = survey_of(place.folder)
-            threads = len(self.engines)
+            threads = Threads(lambda _: free.pop(), len(self.engines))
             begin = time.perf_counter()
-            Execution(self.plan, place.folder, lambda _: free.pop(), threads).run(survey)
+            Execution(self.plan, place.folder, threads).run(survey)
             stored = time.perf_counter()
             gather(self.plan, place.folder, digest_of_shards(survey), None)
             return stored - begin, time.perf_counter() - stored

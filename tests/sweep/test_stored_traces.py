@@ -159,13 +159,13 @@ def test_a_disk_without_room_is_told_before_anything_is_done(tmp_path, monkeypat
 
 
 def test_shards_with_traces_are_small_enough_for_the_memory():
-    assert good_shard_size(10**6, "heyoka") == 4096
-    assert good_shard_size(10**6, "heyoka", 400.0) == 4096
+    assert good_shard_size(10**6, one_by_one=False) == 4096
+    assert good_shard_size(10**6, one_by_one=False, trace_bytes=400.0) == 4096
     for size in (40_000, 500_000, 10**7, 10**9):
-        members = good_shard_size(10**6, "heyoka", size)
+        members = good_shard_size(10**6, one_by_one=False, trace_bytes=size)
         assert members == 1 or LARGEST_TRACES / 2 < members * size <= LARGEST_TRACES
-    assert good_shard_size(10**6, "scipy", 10**7) == 6
-    assert good_shard_size(10**6, "scipy", 10.0) == 16
+    assert good_shard_size(10**6, one_by_one=True, trace_bytes=10**7) == 6
+    assert good_shard_size(10**6, one_by_one=True, trace_bytes=10.0) == 16
 
 
 def test_a_calibration_holds_few_traces_at_once():

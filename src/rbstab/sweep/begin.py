@@ -126,18 +126,18 @@ LARGEST_TRACES = 1 << 26
 """Bytes of the traces of a shard, which are in memory, once for each thread."""
 
 
-def good_shard_size(members: int, engine: str, trace_bytes: float = 0.0) -> int:
+def good_shard_size(members: int, *, one_by_one: bool, trace_bytes: float = 0.0) -> int:
     """Members of a shard: few enough that little is lost and all threads have work, yet thousands.
 
     It does not depend on the number of threads. Engines like multiples of 64.
 
     Args:
         members: Of the sweep.
-        engine: What follows them.
+        one_by_one: Whether any of them are followed by themselves, which takes much longer.
         trace_bytes: What is kept of the motion of a member, on average.
     """
     most = max(1, int(LARGEST_TRACES / trace_bytes)) if trace_bytes else 4096
-    if engine == "scipy":
+    if one_by_one:
         return min(16, most)
     size = min(4096, max(256, members // 64 // 64 * 64), most)
     return size // 64 * 64 or size
@@ -145,7 +145,10 @@ def good_shard_size(members: int, engine: str, trace_bytes: float = 0.0) -> int:
 
 def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
     share = plan.keep.count(plan.members) / plan.members
-    size = shard_size or good_shard_size(plan.members, plan.engine, share * trace_size(plan))
+    one_by_one = plan.engine == "scipy" or "sliding" in plan.variants
+    size = shard_size or good_shard_size(
+        plan.members, one_by_one=one_by_one, trace_bytes=share * trace_size(plan)
+    )
     known = provenance(plan.engine)
     versions = {name: known[name] for name in known if name not in ("created", "commit")}
     return Manifest(plan_id(plan), plan.title, plan.members, size, plan.engine, versions, plan.keep)

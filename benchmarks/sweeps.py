@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from benchmarks.measure import by_turns, line
-from benchmarks.swept import Compiled, plan_of
+from benchmarks.swept import Sweeping, plan_of
 from rbstab.config.build import problem_of
 from rbstab.integrate.engines import engine
 from rbstab.integrate.ensemble import Ensemble
@@ -19,7 +19,7 @@ LOOPED = 8192
 def main() -> None:
     """Measures visco-elastic members with 201 samples at a tolerance of 1e-8, to the disk."""
     plan = plan_of(MEMBERS)
-    one, two = Compiled(1), Compiled(2)
+    one, two = Sweeping(plan, 1), Sweeping(plan, 2)
     members = one.engines[0]
     assert isinstance(members, EnsembleEngine)
     structure = members.structures["visco-elastic"]
@@ -34,8 +34,8 @@ def main() -> None:
 
     by_one, by_two, by_loop, by_scipy = by_turns(
         3,
-        lambda: one.seconds(plan) / MEMBERS,
-        lambda: two.seconds(plan) / MEMBERS,
+        lambda: sum(one.seconds()) / MEMBERS,
+        lambda: sum(two.seconds()) / MEMBERS,
         lambda: _bare(structure.ensemble, parameters, starts),
         single,
     )

@@ -6,11 +6,12 @@ from pathlib import Path
 
 from rbstab.config.load import load_config, resolved
 from rbstab.sweep.begin import begun
-from rbstab.sweep.engine import MemberEngine, factory_for
+from rbstab.sweep.engine import factory_for
 from rbstab.sweep.execute import Execution, survey_of
 from rbstab.sweep.gather import digest_of_shards, gather
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.threads import Threads
 
 CASE = "configs/paper/case2_visco_elastic.yaml"
 INTEGRATION = ["integration.engine=heyoka", "integration.rtol=1e-8"]
@@ -26,36 +27,35 @@ def plan_of(members: int, samples: int = 201, keep: str = "summary") -> Plan:
     return load_plan({"base": base, "vary": vary, **drawn, "keep": keep})
 
 
-class Compiled:
-    """Engines for some threads, handed out again and again.
+class Sweeping:
+    """A plan and engines for some threads that have compiled what they need.
 
     Args:
+        plan: The plan.
         threads: How many.
     """
 
-    def __init__(self, threads: int) -> None:
+    def __init__(self, plan: Plan, threads: int) -> None:
+        self.plan = plan
         make = factory_for("heyoka")
-        plan = plan_of(1000)
         self.engines = [make(plan) for _ in range(threads)]
         for engine in self.engines:
             engine.compute(0, 64)
-        self.free = list(self.engines)
 
-    def __call__(self, plan: Plan) -> MemberEngine:
-        """An engine for a plan of the same structure."""
-        engine = self.free.pop()
-        engine.plan = plan  # type: ignore[attr-defined]
-        return engine
+    def seconds(self) -> tuple[float, float]:
+        """How long all shards take to the disk, and how long they take to be gathered.
 
-    def seconds(self, plan: Plan) -> float:
-        """How long all shards take to the disk, and to be gathered; without the comparison."""
-        self.free = list(self.engines)
+        The comparison with scipy is left out.
+        """
+        free = list(self.engines)
         with (
             tempfile.TemporaryDirectory(dir="results") as folder,
-            begun(Path(folder) / "sweep", plan, None) as place,
+            begun(Path(folder) / "sweep", self.plan, None) as place,
         ):
             survey = survey_of(place.folder)
+            threads = Threads(lambda _: free.pop(), len(self.engines))
             begin = time.perf_counter()
-            Execution(plan, place.folder, self, len(self.engines)).run(survey)
-            gather(plan, place.folder, digest_of_shards(survey), None)
-            return time.perf_counter() - begin
+            Execution(self.plan, place.folder, threads).run(survey)
+            stored = time.perf_counter()
+            gather(self.plan, place.folder, digest_of_shards(survey), None)
+            return stored - begin, time.perf_counter() - stored

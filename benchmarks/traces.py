@@ -21,7 +21,7 @@ SHARDS = 2
 def main() -> None:
     """Measures members of 201 samples on one core, in shards as those of a million members."""
     summary, traces = plan_of(MEMBERS), plan_of(MEMBERS, keep="traces")
-    size = good_shard_size(MEMBERS, "heyoka", trace_size(traces))
+    size = good_shard_size(MEMBERS, one_by_one=False, trace_bytes=trace_size(traces))
     with (
         tempfile.TemporaryDirectory() as place,
         begun(Path(place) / "summary", summary, size) as of_summary,

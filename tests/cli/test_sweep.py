@@ -16,8 +16,9 @@ from support.sweeps import FakeEngine, shard_files
 from rbstab import load_plan, open_traces, simulate
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.store.lock import locked
-from rbstab.store.table_file import read_table
+from rbstab.store.shard_file import read_shard
 from rbstab.sweep.estimate import Estimate
+from rbstab.sweep.layout import OUTCOME
 from rbstab_cli import sweep_progress
 from rbstab_cli.sweep_progress import duration
 from rbstab_cli.sweep_report import size
@@ -286,4 +287,4 @@ def test_interrupts(folder):
         assert process.returncode == 130
         assert "The same command goes on" in said
         for path in shards.glob("0*.npy"):
-            assert len(read_table(path)["run"]) == 4
+            assert len(read_shard(path, OUTCOME)["run"]) == 4

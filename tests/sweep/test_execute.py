@@ -58,7 +58,7 @@ def test_a_damaged_shard_is_made_again(tmp_path, harm):
     else:
         shard.write_bytes(
             {
-                "flip": content[:4000] + bytes([content[4000] ^ 1]) + content[4001:],
+                "flip": content[:1000] + bytes([content[1000] ^ 1]) + content[1001:],
                 "cut": content[:-100],
                 "empty": b"",
                 "swap": before["00000003.npy"],

@@ -15,7 +15,8 @@ SWEEPER = """
 import functools, sys
 from pathlib import Path
 from support.sweeps import FakeEngine, traced
-from rbstab.sweep.sweep import ShardDone, Ways, sweep_to_folder
+from rbstab.sweep.execute import ShardDone
+from rbstab.sweep.sweep import Ways, sweep_to_folder
 def told(event):
     if isinstance(event, ShardDone):
         print(event.number, flush=True)

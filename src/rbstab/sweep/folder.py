@@ -1,6 +1,6 @@
 """The folder of a sweep: its plan, its manifest, its shards, and the file that gathers them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -111,6 +111,18 @@ class SweepFolder:
         """The first member of a shard, and the one behind its last."""
         start = number * self.manifest.shard_size
         return start, min(start + self.manifest.shard_size, self.manifest.members)
+
+    def members_of(self, numbers: Iterable[int]) -> int:
+        """How many members these shards have."""
+        return sum(stop - start for start, stop in map(self.bounds, numbers))
+
+    def ranges(self, numbers: Iterable[int]) -> list[tuple[int, int]]:
+        """The members of these shards, ascending, as bounds of ranges that do not touch."""
+        found: list[tuple[int, int]] = []
+        for start, stop in map(self.bounds, numbers):
+            begins = found.pop()[0] if found and found[-1][1] == start else start
+            found.append((begins, stop))
+        return found
 
     def write(
         self, number: int, outcome: dict[str, Array], traces: dict[str, Array] | None = None

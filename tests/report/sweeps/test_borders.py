@@ -109,6 +109,7 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
             "settling_time": np.where(a["run"] == 13, 2.0, 1.0),
             "run_id": [f"{k + 7:08d}{0:024d}".encode() for k in a["run"]],
             "lyapunov_start": a["run"],
+            "peak_contact_displacement": np.tile([1.0, -9.0, 3.0], (20, 1)),
         }
 
     sweep = made(GRID, columns)
@@ -123,8 +124,10 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
     assert cells["initial angular_velocity[0]"].value == 1
     assert cells["initial angular_velocity[1]"].value == 10
     assert cells["run"].text == "00000020"
+    assert cells["max |E| by axis"].value == 9.0
     # There is no plan beside this file.
-    assert cells["as a single run"].text == "rbstab run PLAN.yaml --member 13"
+    (section,) = (section for section in sections if section.name == "sweep-1-members")
+    assert f"`rbstab run PLAN.yaml --member {texts(table)[0][0]}`" in section.blocks[0]
 
 
 @pytest.mark.parametrize("folder", ["plain", "with a space"])

@@ -110,7 +110,7 @@ def _drawn(figure: Figure) -> Drawing:
 
 def _panel_height(rows: int, columns: int) -> float:
     # Of figures with many rows two fit on a page.
-    natural = 2.0 if rows < 3 else 1.4
+    natural = 2.0 if rows < 3 else 1.3
     if rows == columns == 1:
         natural = 2.8
     return min(natural, TALLEST / rows)

@@ -125,8 +125,7 @@ def _filled(axes: Axes, panel: Panel, height: float) -> dict[str, Artist]:
         if label
     }
     axes.set_xlabel(_wrapped(panel.x.text, 2.6))
-    # Beside the data, not beside the gap between panels.
-    axes.set_ylabel(_wrapped(panel.y.text, 0.92 * height))
+    axes.set_ylabel(_wrapped(panel.y.text, height))
     if panel.title:
         axes.set_title(literal(panel.title))
     if panel.equal:

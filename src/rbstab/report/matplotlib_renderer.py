@@ -125,7 +125,8 @@ def _filled(axes: Axes, panel: Panel, height: float) -> dict[str, Artist]:
         if label
     }
     axes.set_xlabel(_wrapped(panel.x.text, 2.6))
-    axes.set_ylabel(_wrapped(panel.y.text, height))
+    # Beside the data, not beside the gap between panels.
+    axes.set_ylabel(_wrapped(panel.y.text, 0.92 * height))
     if panel.title:
         axes.set_title(literal(panel.title))
     if panel.equal:

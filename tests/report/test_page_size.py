@@ -2,12 +2,12 @@ import dataclasses
 from pathlib import Path
 
 import pytest
+from support.paper_runs import paper_config, paper_run
 
 from rbstab.config.load import load_config
 from rbstab.report.build import report_of
 from rbstab.report.html import page
 from rbstab.report.sources import Run, Sources
-from support.paper_runs import paper_config, paper_run
 
 MOST = 8_000_000
 """Bytes of the page of twenty runs: what a mail takes."""

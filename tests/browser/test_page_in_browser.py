@@ -126,6 +126,41 @@ def test_the_slider_moves_all_bodies_and_the_cursors(opened: Opened) -> None:
     assert 0.99 * END < pose(page, "run-1")[0] < END
 
 
+def test_a_click_on_a_curve_sets_the_time(opened: Opened) -> None:
+    page = opened(report())
+    panel = drawn(page, "over-time").locator(".nsewdrag").first
+    place = panel.bounding_box()
+    assert place is not None
+    page.mouse.move(place["x"] + place["width"] / 4, place["y"] + place["height"] / 2)
+    page.mouse.click(place["x"] + place["width"] / 4, place["y"] + place["height"] / 2)
+    slider = page.get_by_label("Time", exact=True)
+    expect(slider).not_to_have_value("0")
+    assert float(slider.input_value()) == pytest.approx(END / 4, abs=0.06)
+
+
+def test_a_zoom_holds_in_all_panels_and_in_other_colours(opened: Opened) -> None:
+    page = opened(report())
+    box = drawn(page, "over-time")
+    place = box.locator(".nsewdrag").first.bounding_box()
+    assert place is not None
+    y = place["y"] + place["height"] / 2
+    page.mouse.move(place["x"] + place["width"] / 4, y)
+    page.mouse.down()
+    page.mouse.move(place["x"] + place["width"] / 2, y, steps=5)
+    page.mouse.up()
+
+    def ends() -> list[float]:
+        axes = "['xaxis', 'xaxis2', 'xaxis3']"
+        ranges = f"e => {axes}.flatMap(axis => e._fullLayout[axis].range)"
+        found: list[float] = box.locator(".js-plotly-plot").evaluate(ranges)
+        return found
+
+    expected = [END / 4, END / 2] * 3
+    assert ends() == pytest.approx(expected, abs=0.03)
+    page.locator(".theme").click()
+    assert ends() == pytest.approx(expected, abs=0.03)
+
+
 def test_play_and_pause(opened: Opened) -> None:
     page = opened(report(), reduced_motion="reduce")
     slider = page.get_by_label("Time", exact=True)

@@ -11,6 +11,7 @@ from rbstab_cli import exit_codes
 COMMANDS = {
     "run": "Integrate configs and store their results.",
     "sweep": "Run all members of a plan and store what becomes of them.",
+    "gather": "Join the shards of a sweep that were computed in parts.",
     "check": "Say whether configs are right, and what is wrong with them.",
     "show": "Show what a result holds.",
     "report": "Make a report of runs and sweeps.",

@@ -1,9 +1,8 @@
 """`rbstab sweep`."""
 
-import os
-import sys
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
-from threading import Event
 from typing import TYPE_CHECKING
 
 import click
@@ -12,8 +11,21 @@ from rbstab_cli import exit_codes
 from rbstab_cli.configs import CHANGES
 
 if TYPE_CHECKING:
+    from rbstab.sweep.part import Part
     from rbstab.sweep.plan import Plan
-    from rbstab.sweep.sweep import Sweep, Ways
+    from rbstab.sweep.sweep import Ways
+
+
+def _part(_context: click.Context, _parameter: click.Parameter, text: str | None) -> "Part | None":
+    """The part that --shard names."""
+    if text is None:
+        return None
+    from rbstab.sweep.part import part_of
+
+    try:
+        return part_of(text)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from error
 
 
 @click.command("sweep")
@@ -43,6 +55,18 @@ if TYPE_CHECKING:
 @click.option("--threads", type=click.IntRange(1), help="Default: as many as processors.")
 @click.option("--shard-size", type=click.IntRange(1), help="Members that are stored together.")
 @click.option(
+    "--shard",
+    "part",
+    metavar="I/N",
+    callback=_part,
+    help="Compute part I of N only, beside others; `rbstab gather` joins them.",
+)
+@click.option(
+    "--dask",
+    metavar="ADDRESS",
+    help="Compute on the Dask cluster whose scheduler is at ADDRESS (or described in a JSON file).",
+)
+@click.option(
     "--dry-run", is_flag=True, help="Say how much there is to do, and how long it will take."
 )
 @click.option(
@@ -64,6 +88,8 @@ def command(
     engine: str | None,
     threads: int | None,
     shard_size: int | None,
+    part: "Part | None",
+    dask: str | None,
     dry_run: bool,
     retry_failed: bool,
     fail_fast: bool,
@@ -81,6 +107,15 @@ def command(
 
     if (plan is None) == (status_of is None):
         raise click.UsageError("expected either PLAN or --status DIR")
+    given: dict[str, object] = {
+        "--shard": part,
+        "--force": force,
+        "--dask": dask,
+        "--threads": threads,
+    }
+    given["--dry-run"] = dry_run
+    _refuse_together(given, "--shard", "--force")
+    _refuse_together(given, "--dask", "--threads", "--dry-run")
     try:
         if status_of is not None:
             from rbstab_cli.sweep_report import report_status
@@ -92,13 +127,13 @@ def command(
             folder = output / plan.stem
             name = _engine(engine, folder)
             loaded = _loaded(plan, (*changes, f"integration.engine={name}"))
-            ways = Ways(None, threads, shard_size, retry_failed, fail_fast, force)
+            ways = Ways(None, threads, shard_size, retry_failed, fail_fast, force, part)
             if dry_run:
                 from rbstab_cli.sweep_report import report_estimate
 
                 report_estimate(loaded, folder, ways, as_json=as_json)
             else:
-                _sweep(loaded, folder, ways, as_json=as_json, quiet=quiet)
+                _sweep(loaded, folder, ways, dask, as_json=as_json, quiet=quiet)
     except StoreError as error:
         click.echo(f"{plan or status_of}: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
@@ -135,54 +170,32 @@ def _loaded(path: Path, changes: tuple[str, ...]) -> "Plan":
             click.echo(problem, err=True)
         raise click.exceptions.Exit(exit_codes.USAGE) from error
     warnings = [warning for base in plan.bases.values() for warning in warnings_of(base)]
-    if plan.keep.count(plan.members):
-        warnings.append("keep: traces are not stored yet; every member has its summary")
     for warning in dict.fromkeys(warnings):
         click.echo(f"warning: {path}: {warning}", err=True)
     return plan
 
 
-def _sweep(plan: "Plan", folder: Path, ways: "Ways", *, as_json: bool, quiet: bool) -> None:
+def _sweep(
+    plan: "Plan", folder: Path, ways: "Ways", cluster: str | None, *, as_json: bool, quiet: bool
+) -> None:
     from rbstab.sweep.sweep import sweep_to_folder
-    from rbstab_cli.interrupts import ending_in_order
-    from rbstab_cli.sweep_progress import teller
-    from rbstab_cli.sweep_report import report_sweep
+    from rbstab_cli.sweep_course import carry_out
 
-    stop, interrupted = Event(), Event()
-    try:
-        with ending_in_order(stop, interrupted):
-            with teller(interrupted, quiet=quiet) as told:
-                done = sweep_to_folder(plan, folder, ways, told, stop)
-            report_sweep(done, as_json=as_json)
-            if not done.finished:
-                _say_unfinished(done, ways, interrupted=interrupted.is_set())
-            elif not quiet:
-                click.echo(f"-> {done.folder.sweep_file}", err=True)
-    except KeyboardInterrupt:
-        _end_at_once()
-    raise click.exceptions.Exit(_exit_code(done, interrupted=interrupted.is_set()))
+    with ExitStack() as stack:
+        if cluster is not None:
+            from rbstab_cli.sweep_cluster import connected
+
+            ways = replace(ways, executor=stack.enter_context(connected(cluster, plan)))
+        carry_out(
+            lambda told, stop: sweep_to_folder(plan, folder, ways, told, stop),
+            fail_fast=ways.fail_fast,
+            as_json=as_json,
+            quiet=quiet,
+        )
 
 
-def _end_at_once() -> None:
-    click.echo("Interrupted; finished shards are stored. The same command goes on.", err=True)
-    sys.stdout.flush()
-    sys.stderr.flush()
-    # Threads are still computing, and are not waited for.
-    os._exit(exit_codes.INTERRUPTED)
-
-
-def _exit_code(done: "Sweep", *, interrupted: bool) -> int:
-    if done.finished:
-        # The first status is that of a member that completed.
-        return exit_codes.OK if done.survey.counts[0] else exit_codes.NOT_COMPLETED
-    return exit_codes.INTERRUPTED if interrupted else exit_codes.NOT_COMPLETED
-
-
-def _say_unfinished(done: "Sweep", ways: "Ways", *, interrupted: bool) -> None:
-    stored = f"{done.survey.members} of {done.folder.manifest.members} members are stored."
-    if interrupted:
-        click.echo(f"Interrupted: {stored}", err=True)
-        click.echo("The same command goes on from there.", err=True)
-    elif ways.fail_fast:
-        click.echo(f"Stopped: member {done.survey.first_failed} failed; {stored}", err=True)
-        click.echo("Without --fail-fast the same command goes on from there.", err=True)
+def _refuse_together(given: dict[str, object], first: str, *others: str) -> None:
+    """Ends the command with exit code 2 where options were given of which one rules out others."""
+    for other in others:
+        if given[first] and given[other]:
+            raise click.UsageError(f"{first} cannot be combined with {other}")

@@ -44,7 +44,7 @@ class Teller:
 
     def __call__(self, event: "Happening | None") -> None:
         """Takes what happened; None where nothing has for a while."""
-        from rbstab.sweep.execute import ShardDone, Trouble
+        from rbstab.sweep.execute import NoWorkers, OtherProcessor, Resent, ShardDone, Trouble
         from rbstab.sweep.sweep import Checking, Gathering, Started
 
         if isinstance(event, Started):
@@ -53,6 +53,12 @@ class Teller:
             self._show()
         elif isinstance(event, Trouble):
             self._tell_trouble(event)
+        elif isinstance(event, Resent):
+            self._tell_resent(event)
+        elif isinstance(event, OtherProcessor):
+            self._say(f"warning: some shards come from another kind of processor: {event.name}")
+        elif isinstance(event, NoWorkers):
+            self._say("warning: the cluster has no workers; they are waited for")
         elif isinstance(event, Checking):
             text = f"comparing with scipy, {event.done} of {event.members} members"
             self._phase(text, first=event.done == 0)
@@ -64,7 +70,7 @@ class Teller:
 
     def _start(self, event: Any) -> None:
         self._begin = self._last = time.monotonic()
-        self._total = event.folder.manifest.members
+        self._total = event.members
         self._survey = event.survey  # which keeps being filled
         self._done_before = self._done
         if event.kept_aside is not None:
@@ -119,6 +125,12 @@ class Teller:
                 f"warning: the engine failed at {members} ({what}); "
                 "such members are followed one by one"
             )
+
+    def _tell_resent(self, resent: Any) -> None:
+        what = str(resent.error) or type(resent.error).__name__
+        again = "here" if resent.here else "once more"
+        members = f"members {resent.start} to {resent.stop - 1}"
+        self._say(f"warning: {members} were lost ({what}); they are computed {again}")
 
     def _say(self, text: str) -> None:
         if self._bar is not None:

@@ -10,6 +10,9 @@ if TYPE_CHECKING:
     from rbstab.sweep.plan import Plan
     from rbstab.sweep.sweep import Sweep, Ways
 
+ENOUGH = 16
+"""Members of a variant on which an estimate may rest without a word."""
+
 
 def report_sweep(done: "Sweep", *, as_json: bool) -> None:
     """Prints what has become of the members."""
@@ -23,9 +26,12 @@ def report_sweep(done: "Sweep", *, as_json: bool) -> None:
         check = asdict(done.check) if done.check is not None else None
         facts = _facts(done.folder.path, done.folder.manifest, by_status)
         found = summary._asdict() if summary is not None else {}
-        print_json({**found, **facts, "finished": done.finished, "check": check})
+        facts |= _facts_of_part(done) | {"finished": done.finished, "check": check}
+        if done.survey.missing:
+            facts["missing"] = done.folder.ranges(done.survey.missing)
+        print_json(found | facts)
         return
-    _print_statuses(by_status, done.folder.manifest.members)
+    _print_statuses(by_status, members_in(done))
     if summary is None:
         return
     from rbstab_cli.tables import number
@@ -41,6 +47,21 @@ def report_sweep(done: "Sweep", *, as_json: bool) -> None:
     _print_facts(rows)
 
 
+def members_in(done: "Sweep") -> int:
+    """How many members a sweep has, or a part of one."""
+    if done.part is None:
+        return done.folder.manifest.members
+    return done.folder.members_of(done.part.of(done.folder.shards))
+
+
+def _facts_of_part(done: "Sweep") -> dict[str, Any]:
+    if done.part is None:
+        return {}
+    shards = len(done.part.of(done.folder.shards))
+    numbers = {"shards": shards, "done_shards": shards - len(done.survey.missing)}
+    return {"part": done.part._asdict() | numbers | {"members": members_in(done)}}
+
+
 def report_status(path: Path, *, as_json: bool) -> None:
     """Prints how far the sweep in a folder is.
 
@@ -51,19 +72,24 @@ def report_status(path: Path, *, as_json: bool) -> None:
     from rbstab.sweep.execute import survey_of
     from rbstab.sweep.folder import open_folder
     from rbstab.sweep.gather import counts_by_status, digest_of_shards, is_gathered
+    from rbstab.sweep.part import running_parts
 
     folder = open_folder(path)
     survey = survey_of(folder)
     damaged = [number for number in survey.missing if folder.shard_file(number).exists()]
     gathered = not survey.missing and is_gathered(folder, digest_of_shards(survey))
     by_status = counts_by_status(survey.counts)
+    parts = running_parts(path)
+    running = bool(parts) or is_locked(path)
+    manifest = folder.manifest
+    kept = manifest.keep.count(manifest.members)
     if as_json:
         from rbstab_cli.json_output import print_json
 
-        more = {"finished": gathered, "running": is_locked(path), "damaged_shards": damaged}
-        print_json(_facts(path, folder.manifest, by_status) | more)
+        more = {"finished": gathered, "running": running, "damaged_shards": damaged}
+        more |= {"running_parts": [part._asdict() for part in parts], "traces": kept}
+        print_json(_facts(path, manifest, by_status) | more)
         return
-    manifest = folder.manifest
     rows = {
         "title": manifest.title,
         "plan": manifest.plan_id[:8],
@@ -71,7 +97,8 @@ def report_status(path: Path, *, as_json: bool) -> None:
         "members": str(manifest.members),
         "done": f"{survey.members} ({survey.members / manifest.members:.1%})",
         "shards": f"{len(survey.done)} of {folder.shards}, {len(damaged)} damaged",
-        "running": "yes" if is_locked(path) else "no",
+        "traces": f"of {kept} members, when all are done" if kept else "none",
+        "running": ", ".join(f"part {part}" for part in parts) or ("yes" if running else "no"),
         "gathered": f"{folder.sweep_file}" if gathered else "no",
     }
     _print_facts(rows)
@@ -84,27 +111,22 @@ def report_estimate(plan: "Plan", path: Path, ways: "Ways", *, as_json: bool) ->
 
     from rbstab.sweep.engine import factory_for
     from rbstab.sweep.estimate import estimate
-    from rbstab.sweep.execute import survey_of
-    from rbstab.sweep.folder import MANIFEST, open_folder
-    from rbstab.sweep.plan import plan_id
     from rbstab.sweep.sweep import processors
     from rbstab_cli.sweep_progress import duration
 
-    done = 0
-    if (path / MANIFEST).exists():
-        folder = open_folder(path)
-        same = folder.manifest.plan_id == plan_id(plan)
-        done = survey_of(folder).members if same else 0
-        if not same:
-            click.echo(f"{path} holds a different sweep; --force moves it aside", err=True)
+    members, done = _extent(plan, path, ways)
     threads = ways.threads or processors()
     factory = ways.factory or factory_for(plan.engine)
-    found = estimate(plan, plan.members - done, factory, threads)
+    found = estimate(plan, members - done, factory, threads)
+    if ways.part is not None:
+        # A part compares and gathers nothing.
+        share = members / plan.members
+        found = found._replace(check_seconds=0.0, bytes=round(found.bytes * share))
     if as_json:
         from rbstab_cli.json_output import print_json
 
         facts = {"folder": str(path), "engine": plan.engine, "threads": threads}
-        print_json(facts | {"members": plan.members, "done": done} | found._asdict())
+        print_json(facts | {"members": members, "done": done} | found._asdict())
         return
     parent = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
     free = shutil.disk_usage(parent).free
@@ -112,12 +134,30 @@ def report_estimate(plan: "Plan", path: Path, ways: "Ways", *, as_json: bool) ->
         "folder": str(path),
         "engine": f"{plan.engine}, {threads} threads",
         "members": " x ".join(map(str, plan.dimensions.values())) + f" = {plan.members}",
+        **({f"of part {ways.part}": str(members)} if ways.part is not None else {}),
         "done": str(done),
-        "time": f"about {duration(found.seconds)}",
+        "time": f"about {duration(found.seconds)}{_few(found.calibrated)}",
         "comparison with scipy": f"about {duration(found.check_seconds)}",
         "disk": f"{size(found.bytes)} of {size(free)} that are free",
     }
     _print_facts(rows)
+
+
+def _few(calibrated: int) -> str:
+    """A word on an estimate that rests on few members."""
+    return f", from {calibrated} members of a variant" if 0 < calibrated < ENOUGH else ""
+
+
+def _extent(plan: "Plan", path: Path, ways: "Ways") -> tuple[int, int]:
+    """How many members there are, of the part if it is one, and how many of them are done."""
+    from rbstab.sweep.begin import planned_folder
+    from rbstab.sweep.execute import survey_of
+
+    folder, begun = planned_folder(path, plan, ways.shard_size)
+    numbers = range(folder.shards) if ways.part is None else ways.part.of(folder.shards)
+    if begun is False:
+        click.echo(f"{path} holds a different sweep; --force moves it aside", err=True)
+    return folder.members_of(numbers), survey_of(folder, numbers).members if begun else 0
 
 
 def size(count: int) -> str:

@@ -21,25 +21,30 @@ if TYPE_CHECKING:
     from rbstab.experiment.tune import Tuned, tune
     from rbstab.integrate.status import RunStatus
     from rbstab.store.errors import StoreError
+    from rbstab.store.motions import Motions
     from rbstab.store.result import Result
     from rbstab.store.run_file import open_result, write_result
     from rbstab.store.table import Table
     from rbstab.sweep.folder import open_sweep
     from rbstab.sweep.load import load_plan
+    from rbstab.sweep.stored_traces import SweepTraces, open_traces
 
 __all__ = [
     "ConfigError",
+    "Motions",
     "Proof",
     "Result",
     "RunStatus",
     "Sensitivities",
     "StoreError",
+    "SweepTraces",
     "Table",
     "Tuned",
     "load_config",
     "load_plan",
     "open_result",
     "open_sweep",
+    "open_traces",
     "prove",
     "sensitivities",
     "simulate",
@@ -49,17 +54,20 @@ __all__ = [
 
 _HOMES = {
     "ConfigError": "rbstab.config.errors",
+    "Motions": "rbstab.store.motions",
     "Proof": "rbstab.experiment.proof",
     "Result": "rbstab.store.result",
     "RunStatus": "rbstab.integrate.status",
     "Sensitivities": "rbstab.experiment.sensitivities",
     "StoreError": "rbstab.store.errors",
+    "SweepTraces": "rbstab.sweep.stored_traces",
     "Table": "rbstab.store.table",
     "Tuned": "rbstab.experiment.tune",
     "load_config": "rbstab.config.load",
     "load_plan": "rbstab.sweep.load",
     "open_result": "rbstab.store.run_file",
     "open_sweep": "rbstab.sweep.folder",
+    "open_traces": "rbstab.sweep.stored_traces",
     "prove": "rbstab.experiment.proof",
     "sensitivities": "rbstab.experiment.sensitivities",
     "simulate": "rbstab.experiment.simulate",

@@ -2,6 +2,7 @@
 
 import functools
 import json
+import shutil
 import signal
 import sys
 import time
@@ -12,9 +13,12 @@ import xarray
 from cli.conftest import start
 from support.sweeps import FakeEngine, shard_files
 
+from rbstab import load_plan, open_traces, simulate
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.store.lock import locked
-from rbstab.store.table_file import read_table
+from rbstab.store.shard_file import read_shard
+from rbstab.sweep.estimate import Estimate
+from rbstab.sweep.layout import OUTCOME
 from rbstab_cli import sweep_progress
 from rbstab_cli.sweep_progress import duration
 from rbstab_cli.sweep_report import size
@@ -67,6 +71,40 @@ def test_a_sweep(rbstab, name):
     assert "20 of 20 members are done already" in again.stderr
 
 
+@pytest.mark.usefixtures("plan")
+def test_traces(rbstab):
+    Path("plan.yaml").write_text(f"{PLAN}keep: {{traces: {{every: 3}}}}\n")
+    told = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--engine", "heyoka").stdout)
+    Path("plan.yaml").write_text(PLAN)
+    without = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--engine", "heyoka").stdout)
+    assert told["bytes"] > without["bytes"]
+    Path("plan.yaml").write_text(f"{PLAN}keep: {{traces: {{every: 3}}}}\n")
+    done = rbstab(*SWEEP, "--engine", "heyoka")
+    assert done.exit_code == 0, done.output
+    assert "traces" not in done.stderr
+    traces = open_traces("results/plan")
+    assert traces.members.tolist() == list(range(0, 20, 3))
+    single = simulate(load_plan(Path("plan.yaml")).config_of(9))
+    assert traces.of(9)["contact_force"] == pytest.approx(single["contact_force"], abs=1e-8)
+    status = json.loads(rbstab("sweep", "--status", "results/plan", "--json").stdout)
+    assert status["traces"] == 7
+    Path("results/plan/traces/00000000.h5").write_bytes(b"")
+    status = json.loads(rbstab("sweep", "--status", "results/plan", "--json").stdout)
+    assert (status["damaged_shards"], status["done"]) == ([0], 0)
+    assert "of 7 members" in rbstab("sweep", "--status", "results/plan").stdout
+    assert rbstab(*SWEEP).exit_code == 0
+    assert len(open_traces("results/plan")) == 7
+
+
+@pytest.mark.usefixtures("plan")
+def test_a_disk_without_room(rbstab, monkeypatch):
+    usage = shutil.disk_usage(".")._replace(free=1000)
+    monkeypatch.setattr("rbstab.sweep.room.shutil.disk_usage", lambda _: usage)
+    refused = rbstab(*SWEEP, "--engine", "scipy")
+    assert refused.exit_code == 4
+    assert "GB are free: nothing was begun" in refused.stderr
+
+
 @pytest.mark.usefixtures("fake")
 def test_for_machines(rbstab):
     done = rbstab(*SWEEP, "--json", "-q", "--engine", "scipy")
@@ -104,7 +142,7 @@ def test_status(rbstab, fake):
     assert ["done", "16", "(80.0%)"] in words
     assert ["not", "done", "4", "20.00%"] in words
     assert ["running", "no"] in words
-    Path("results/plan/shards/00000001.h5").write_bytes(b"")
+    Path("results/plan/shards/00000001.npy").write_bytes(b"")
     with locked(Path("results/plan")):
         said = rbstab("sweep", "--status", "results/plan")
     words = [line.split() for line in said.stdout.splitlines()]
@@ -130,6 +168,18 @@ def test_a_dry_run(rbstab, monkeypatch, as_json):
         assert found["check_seconds"] > 0
     else:
         assert "10 x 2 = 20" in said.stdout
+
+
+@pytest.mark.usefixtures("plan")
+@pytest.mark.parametrize(("members", "said"), [(3, True), (16, False)])
+def test_an_estimate_from_few_members_says_so(rbstab, monkeypatch, members, said):
+    found = Estimate(7200.0, 1.0, members, 1000)
+    monkeypatch.setattr("rbstab.sweep.estimate.estimate", lambda *_: found)
+    printed = rbstab(*SWEEP, "--dry-run").stdout
+    assert "about 2 h" in printed
+    assert (f"from {members} members of a variant" in printed) == said
+    machine = json.loads(rbstab(*SWEEP, "--dry-run", "--json").stdout)
+    assert machine["calibrated"] == members
 
 
 @pytest.mark.usefixtures("fake")
@@ -225,9 +275,9 @@ def test_interrupts(folder):
     options = ("--engine", "scipy", "--shard-size", "4", "--set", "integration.duration=0.2")
     shards = Path("results/plan/shards")
     for presses in (1, 2):
-        known = len(list(shards.glob("0*.h5")))
+        known = len(list(shards.glob("0*.npy")))
         with start(*SWEEP, *options) as process:
-            while len(list(shards.glob("0*.h5"))) == known:
+            while len(list(shards.glob("0*.npy"))) == known:
                 assert process.poll() is None
                 time.sleep(0.01)
             for _ in range(presses):
@@ -236,5 +286,5 @@ def test_interrupts(folder):
             _, said = process.communicate(timeout=20)
         assert process.returncode == 130
         assert "The same command goes on" in said
-        for path in shards.glob("0*.h5"):
-            assert len(read_table(path)["run"]) == 4
+        for path in shards.glob("0*.npy"):
+            assert len(read_shard(path, OUTCOME)["run"]) == 4

@@ -1,6 +1,7 @@
 import re
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -44,6 +45,23 @@ def test_each_key_of_a_config_is_in_the_readme() -> None:
 def test_each_command_is_in_the_readme() -> None:
     for name in COMMANDS:
         assert f"rbstab {name}" in read("README.md")
+
+
+def test_each_option_of_a_report_is_described() -> None:
+    command = cli.get_command(None, "report")
+    assert command is not None
+    for parameter in command.params:
+        if isinstance(parameter, click.Option):
+            assert f"`{parameter.opts[0]}" in read("docs/reports.md")
+
+
+def test_each_file_of_reports_is_in_the_architecture() -> None:
+    page = read("docs/architecture.md")
+    patterns = re.findall(r"`([a-z_*]+\.py)`", page)
+    for path in (ROOT / "src/rbstab/report").rglob("*.py"):
+        known = any(path.match(pattern) for pattern in patterns)
+        # Figures of runs have a row for their folder.
+        assert known or path.name == "__init__.py" or path.parent.name == "run_figures", path.name
 
 
 def test_each_floor_is_in_the_architecture() -> None:

@@ -107,3 +107,12 @@ def test_of_many_runs_the_first_have_loci():
     assert len(figures) == 1 + MOST_LOCI
     assert len(points_of(figures["runs-eigenvalues"].panels[0])) == MOST_LOCI + 1
     assert f"the first {MOST_LOCI} runs" in text
+
+
+def test_both_of_a_pair_are_slow_or_neither_is():
+    figures, _ = blocks_of(run_of("permanent"))
+    lines = lines_of(figures["run-1-locus"].panels[1])
+    x, y = (np.concatenate([getattr(line, side) for line in lines]) for side in "xy")
+    assert (y > 0).sum() == (y < 0).sum() > 0
+    slowest = -points_of(figures["runs-eigenvalues"].panels[0])["permanent"].x.max()
+    assert 5 * slowest < -np.nanmin(x) <= 10 * slowest * (1 + 1e-6)

@@ -87,8 +87,8 @@ def test_hostile_texts_are_text_everywhere(text):
     assert set(page.tags) <= TAGS
     assert set(page.attributes) <= {"style"}
     assert page.tags.count("h1") == page.tags.count("li") == page.tags.count("table") == 1
-    # Title, time, section, paragraph; title, two heads, unit, two cells, note; two of unread.
-    assert page.text.count(shown(text)) == 13
+    # Title, time, command, section, paragraph; title, two heads, unit, two cells, note; two unread.
+    assert page.text.count(shown(text)) == 14
     assert page.text.isprintable() or set(filter(lambda c: not c.isprintable(), page.text)) == {
         "\n"
     }

@@ -283,7 +283,7 @@ def test_a_figure_without_panels_or_marks():
 def test_settings_neither_leave_nor_enter():
     figure = figure_of(Line(X, Y, "a"), Stack(X, X[:, None], ("b",)), y=Axis("y", log=True))
     expected, before = png(figure, dpi=50), dict(mpl.rcParams)
-    foreign = {"font.size": 30, "lines.linewidth": 9, "axes.grid": False, "xtick.labelsize": 30}
+    foreign = {"font.size": 30, "axes.grid": False, "axes.facecolor": "red", "lines.marker": "x"}
     with mpl.rc_context(foreign):
         changed = dict(mpl.rcParams)
         assert png(figure, dpi=50) == expected

@@ -203,3 +203,15 @@ def test_an_older_report_stays_where_a_new_one_fails(tmp_path, monkeypatch):
         write_pdf(report(FIGURE), path)
     assert path.read_text() == "an older report"
     assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_heading_stands_on_the_page_of_its_first_figure():
+    for lines in range(12, 24, 3):
+        sections = (
+            Section("a", "Before", ("Line.",) * lines),
+            Section("b", "The heading", (FIGURE,)),
+        )
+        pages = read(replace(report(), sections=sections)).pages
+        (page,) = [page for page in pages if "The heading" in page.extract_text()]
+        assert "Figure 1." in page.extract_text()
+        assert len(page.images) == 1

@@ -283,8 +283,7 @@ def test_warnings_once_for_all_runs_that_have_them(tmp_path):
 def test_where_runs_come_from(tmp_path):
     a = made_file(tmp_path / "a.h5", numpy_version="2.0")
     b = made_file(tmp_path / "b.h5", numpy_version="2.1", commit="d" * 40)
-    section = provenance_section(facts(a, b), "rbstab report a b")
-    assert section.blocks[0] == "This report is made by: rbstab report a b"
+    section = provenance_section(facts(a, b))
     shared = {row[0].text: row[1].text for row in table_of(section, "versions").rows}
     assert shared["rbstab version"] == "0.1.0"
     assert shared["rtol"] == "1e-12"
@@ -299,6 +298,6 @@ def test_where_runs_come_from(tmp_path):
 
 def test_of_many_runs_the_command_is_said_once(tmp_path):
     paths = [made_file(tmp_path / f"{k}.h5") for k in range(MOST_COMMANDS + 1)]
-    section = provenance_section(facts(*paths), "")
+    section = provenance_section(facts(*paths))
     assert [b.name for b in section.blocks if isinstance(b, Table)] == ["versions", "origins"]
     assert "rbstab show RESULT --config" in str(section.blocks[-1])

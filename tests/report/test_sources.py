@@ -152,6 +152,25 @@ def test_arrays_of_other_shapes_and_kinds(name, data, good, tmp_path):
     assert reason(path, good) == f"is damaged: its array {name} is not a run's"
 
 
+@pytest.mark.parametrize("name", ["verdict", "value", "quantity"])
+@pytest.mark.parametrize("how", ["shorter", "other kind"])
+def test_a_certificate_whose_columns_do_not_belong_together(name, how, good, tmp_path):
+    made = made_result()
+    variables = dict(made.variables)
+    column = variables[f"certificate/{name}"]
+    if how == "shorter":
+        variables["certificate/few"] = column._replace(dimensions=("few",), data=np.arange(3))
+        changed = column._replace(dimensions=("few",), data=column.data[:3])
+    else:
+        is_number = column.data.dtype.kind == "f"
+        data = column.data.astype(str).astype(object) if is_number else np.zeros(len(column.data))
+        changed = column._replace(data=data)
+    variables[f"certificate/{name}"] = changed
+    path = tmp_path / "a.h5"
+    write_result(path, type(made)(variables, made.attributes, made.config))
+    assert reason(path, good) == "is damaged: its certificate is not a run's"
+
+
 def test_another_folder(good, tmp_path):
     other = tmp_path / "other"
     other.mkdir()
@@ -162,7 +181,7 @@ def test_a_sweep_that_is_not_finished(good, tmp_path, sweep):
     copy = tmp_path / "copy"
     shutil.copytree(sweep, copy)
     (copy / "sweep.h5").unlink()
-    (copy / "shards" / "00000001.h5").unlink()
+    max((copy / "shards").iterdir()).unlink()
     assert reason(copy, good).startswith("is a sweep that is not finished: 1 of 2 shards")
 
 
@@ -175,8 +194,8 @@ def test_a_damaged_manifest(good, tmp_path, sweep):
 
 
 def test_a_shard(good, sweep):
-    path = sweep / "shards" / "00000000.h5"
-    assert reason(path, good) == "is one shard of a sweep; name the folder of the sweep"
+    path = min((sweep / "shards").iterdir())
+    assert reason(path, good) == f"is a part of a sweep; name its folder, {sweep}"
 
 
 def test_a_damaged_sweep(good, tmp_path, sweep):

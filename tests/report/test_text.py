@@ -27,7 +27,9 @@ def printed(report, width=80):
 
 
 def report(*blocks, title="A title", unread=()):
-    return Report(title, "2026-01-01", "rbstab", (Section("s", "A section", blocks),), unread)
+    return Report(
+        title, "2026-01-01", "rbstab report a.h5", (Section("s", "A section", blocks),), unread
+    )
 
 
 @pytest.mark.parametrize("width", [60, 80, 120, 300])
@@ -71,6 +73,7 @@ def test_a_table_without_rows_or_of_one_column():
 def test_what_is_not_read():
     text = printed(report(unread=(Unread("a.h5", "is damaged"),)))
     assert "a.h5: is damaged" in text
+    assert "rbstab report a.h5" in text
 
 
 def test_markup_and_what_steers_a_terminal_are_text():

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sliding import ball_in_a_V, follow, pushed_ball
+from support.hang_guard import within
+from support.sliding import ball_in_a_V, follow, paper_problem, pushed_ball
 
 from rbstab.integrate.filippov import FilippovDriver
 from rbstab.integrate.heyoka_flow import HeyokaFlow, _Run
@@ -146,3 +147,18 @@ def test_a_step_that_missed_is_cut(disturb):
     assert lengths == [pytest.approx(0.2)]
     # The step that missed, the 16th part of it, the way to the crossing, and the rest.
     assert flow.steps == 4
+
+
+def test_a_crossing_that_is_missed_after_a_start_on_the_surface():
+    """The second axis leaves s = E = 0 and is back within heyoka's first step, unnoticed."""
+    problem = paper_problem(2000, duration=0.004, samples=3, switch_limit=50)
+    *others, sliding = problem.system.elements
+    strong = replace(sliding, K_s=np.array([2000.0, 200_000.0, 2000.0]))
+    system = replace(problem.system, elements=(*others, strong))
+    problem = replace(problem, system=system, diagnosed=False)
+    found, expected = (within(60.0, follow, name, problem) for name in ("heyoka", "scipy"))
+    assert found.status is expected.status
+    assert found.switches.counts.tolist() == expected.switches.counts.tolist()
+    assert found.switches.counts[-1, 1] > 5
+    times = expected.switches.switch_times
+    assert found.switches.switch_times == pytest.approx(times, abs=1e-9)

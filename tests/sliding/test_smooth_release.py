@@ -126,7 +126,6 @@ def test_every_release_is_the_last_event(slope):
         M, [K, 20.0, 20.0], [0.0, 30.0, 30.0], coupling, [x, 0.2, 1.0], [v, 0.4, 0.0], TIMES[::4],
         slope, stick_energy=1e3, switch_limit=100,
     )  # fmt: skip
-    flow = HeyokaFlow(problem, problem.switching)
     for _ in range(100):
         bound, load = rng.uniform(22, 40), rng.uniform(-5, 5)
         coupling = np.zeros((3, 3))
@@ -138,8 +137,9 @@ def test_every_release_is_the_last_event(slope):
             *rest,
             replace(sliding, K_s=np.array([bound, 20.0, 20.0])),
         )
-        flow.problem = replace(problem, system=replace(problem.system, elements=elements))
-        driver = FilippovDriver(flow.problem, problem.switching, flow)
+        given = replace(problem, system=replace(problem.system, elements=elements))
+        flow = HeyokaFlow(given, problem.switching)
+        driver = FilippovDriver(given, problem.switching, flow)
         *_, last = driver.samples()
         assert last.reached.status is None
         assert [str(kind) for _, _, kind in driver.log.transitions] == ["stick", "release"]

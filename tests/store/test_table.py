@@ -1,4 +1,4 @@
-"""Shards and sweeps on disk: what was written comes back, in every reader, or is refused."""
+"""Sweeps on disk: what was written comes back, in every reader, or is refused."""
 
 import errno
 import os
@@ -19,7 +19,7 @@ from rbstab.store.result import Variable
 from rbstab.store.run_file import open_result
 from rbstab.store.seal import SEAL_SIZE, sealed
 from rbstab.store.table import Column, Head
-from rbstab.store.table_file import read_table, write_shard, write_table
+from rbstab.store.table_file import read_table, write_table
 
 LAYOUT = {
     "run_id": Column((), "S32", "1", "identity"),
@@ -52,9 +52,9 @@ def same(found, expected):
 
 
 @pytest.fixture
-def shard(tmp_path):
+def part(tmp_path):
     path = tmp_path / "a.h5"
-    write_shard(path, Head(LAYOUT, 5, 7, {"plan_id": "x", "size": 7}), arrays_of(5, 12))
+    write_table(path, Head(LAYOUT, 5, 7, {"plan_id": "x", "size": 7}), [arrays_of(5, 12)])
     return path
 
 
@@ -66,8 +66,8 @@ def sweep(tmp_path):
     return path
 
 
-def test_a_shard_comes_back(shard):
-    table = read_table(shard)
+def test_a_part_comes_back(part):
+    table = read_table(part)
     same(table.arrays, arrays_of(5, 12))
     assert table["run"].tolist() == list(range(5, 12))
     assert dict(table.layout) == LAYOUT
@@ -95,8 +95,8 @@ def test_the_digest_of_arrays_does_not_depend_on_how_they_are_cut(sweep, tmp_pat
     assert read_table(tmp_path / "t.h5").attributes["arrays_digest"] != digests[0]
 
 
-def test_xarray_and_others_open_it(sweep, shard):
-    for path, length in ((sweep, 12), (shard, 7)):
+def test_xarray_and_others_open_it(sweep, part):
+    for path, length in ((sweep, 12), (part, 7)):
         with xarray.open_dataset(path, engine="h5netcdf") as data:
             assert data.sizes["run"] == length
             assert data["final_position"].dims == ("run", "axis")
@@ -114,23 +114,23 @@ def test_xarray_and_others_open_it(sweep, shard):
     assert ours["steps"].sel(run=7).item() == 7
 
 
-def test_any_damage_is_noticed(shard):
-    content = shard.read_bytes()
+def test_any_damage_is_noticed(part):
+    content = part.read_bytes()
     rng = np.random.default_rng(1)
     for at in [0, len(content) - 1, *rng.integers(0, len(content), 60).tolist()]:
-        shard.write_bytes(content[:at] + bytes([content[at] ^ 4]) + content[at + 1 :])
+        part.write_bytes(content[:at] + bytes([content[at] ^ 4]) + content[at + 1 :])
         with pytest.raises(NotAResultError):
-            read_table(shard)
+            read_table(part)
     for size in (0, 10, SEAL_SIZE, len(content) // 2, len(content) - 1):
-        shard.write_bytes(content[:size])
+        part.write_bytes(content[:size])
         with pytest.raises(NotAResultError):
-            read_table(shard)
-    shard.write_bytes(content + b"\n")
+            read_table(part)
+    part.write_bytes(content + b"\n")
     with pytest.raises(NotAResultError):
-        read_table(shard)
+        read_table(part)
 
 
-def test_other_files(tmp_path, shard):
+def test_other_files(tmp_path, part):
     path = tmp_path / "b.h5"
     with pytest.raises(StoreError, match="No such file"):
         read_table(path)
@@ -138,14 +138,14 @@ def test_other_files(tmp_path, shard):
     with pytest.raises(NotAResultError):
         read_table(path)
     for version, error in ((2, NewerSchemaError), ("1", NotAResultError)):
-        path.write_bytes(shard.read_bytes()[:-SEAL_SIZE])
+        path.write_bytes(part.read_bytes()[:-SEAL_SIZE])
         with h5py.File(path, "r+") as file:
             file.attrs["schema_version"] = version
         path.write_bytes(sealed(path.read_bytes()))
         with pytest.raises(error):
             read_table(path)
     with pytest.raises(NotAResultError):
-        open_result(shard)
+        open_result(part)
 
 
 def test_a_full_disk(tmp_path, monkeypatch, sweep):
@@ -156,12 +156,8 @@ def test_a_full_disk(tmp_path, monkeypatch, sweep):
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "fsync", full)
-        for write in (
-            lambda: write_shard(tmp_path / "c.h5", Head(LAYOUT, 0, 2, {}), arrays_of(0, 2)),
-            lambda: write_table(sweep, Head(LAYOUT, 0, 2, {}), [arrays_of(0, 2)]),
-        ):
-            with pytest.raises(StoreError, match="No space left"):
-                write()
+        with pytest.raises(StoreError, match="No space left"):
+            write_table(sweep, Head(LAYOUT, 0, 2, {}), [arrays_of(0, 2)])
     usage = shutil.disk_usage(tmp_path)._replace(free=1000)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
     with pytest.raises(StoreError, match="No space left"):
@@ -174,7 +170,7 @@ def test_threads_may_write_at_once(tmp_path):
     def write(index):
         for k in range(5):
             path = tmp_path / f"{index}-{k}.h5"
-            write_shard(path, Head(LAYOUT, index, 50, {}), arrays_of(index, index + 50))
+            write_table(path, Head(LAYOUT, index, 50, {}), [arrays_of(index, index + 50)])
 
     threads = [threading.Thread(target=write, args=(i,)) for i in range(4)]
     for thread in threads:

@@ -12,7 +12,10 @@ from rbstab.sweep.identity import run_ids
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.traces import layout_of
 from support.configs import VISCO_ELASTIC, plain
+
+SHORT = {"duration": 0.02, "samples": 5, "rtol": 1e-6}
 
 
 def plan_of(members: int = 60, **changes: Any) -> Plan:
@@ -20,6 +23,12 @@ def plan_of(members: int = 60, **changes: Any) -> Plan:
     spin = {"linspace": [-40, 40, members]}
     data = {"title": "Fake", "base": plain(VISCO_ELASTIC)}
     return load_plan({**data, "vary": {"initial.angular_velocity[0]": spin}, **changes})
+
+
+def traced(members: int = 60, keep: Any = "traces") -> Plan:
+    """The same with five samples, which a sweep may keep."""
+    base = plain(VISCO_ELASTIC)
+    return plan_of(members, keep=keep, base={**base, "integration": SHORT})
 
 
 class FakeEngine:
@@ -54,9 +63,20 @@ class FakeEngine:
         for member in self.failing:
             if start <= member < stop:
                 found["status"][member - start] = STATUSES.index(RunStatus.DIVERGED)
-        return Shard(found)
+        return Shard(found, self._traces(start, stop, spin))
+
+    def _traces(self, start: int, stop: int, spin: Any) -> Any:
+        chosen = self.plan.keep.traces(start, stop)
+        if not chosen.any():
+            return None
+        layout = layout_of(self.plan)
+        traces = layout.blank(int(chosen.sum()))
+        for k, name in enumerate(layout.names):
+            along = np.sin((k + 1) * spin[chosen, np.newaxis] + layout.times)
+            traces[name][:] = along if traces[name].ndim == 2 else along[..., np.newaxis]
+        return traces
 
 
-def shard_files(folder: Path) -> dict[str, bytes]:
-    """The shards of a folder by name."""
-    return {path.name: path.read_bytes() for path in sorted((folder / "shards").glob("*.h5"))}
+def shard_files(folder: Path, of: str = "shards") -> dict[str, bytes]:
+    """The shards of a folder by name, or their traces."""
+    return {path.name: path.read_bytes() for path in sorted((folder / of).glob("[0-9]*"))}

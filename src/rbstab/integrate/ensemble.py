@@ -29,15 +29,23 @@ DONE = hy.taylor_outcome.time_limit
 class Motions(NamedTuple):
     """Motions of m members at n samples.
 
-    states has shape (m, states, n), in the system's coordinates; lyapunov_change (m, n), J, is
-    ∫v' dt; steps (m,) are accepted steps. done (m,) tells which members were followed to the end
-    (what stands in the rows of others means nothing).
+    lanes has shape (states, whole batches, n): the states, and behind those of the last member
+    what fills its batch. lyapunov_change (m, n), J, is ∫v' dt; steps (m,) are accepted steps. done
+    (m,) tells which members were followed to the end (the numbers of others mean nothing).
+
+    The states stand until the ensemble runs again. Their memory is used anew, for asking the
+    system for more costs as much as evaluating them.
     """
 
-    states: Array
+    lanes: Array
     lyapunov_change: Array
     steps: Array
     done: Array
+
+    @property
+    def states(self) -> Array:
+        """The states in the system's coordinates, shape (states, m, n)."""
+        return self.lanes[:, : len(self.steps)]
 
 
 class Ensemble:
@@ -68,6 +76,7 @@ class Ensemble:
         self.times = times
         self.batch = SIMD
         y = state_symbols(system.size + AUDIT_SIZE)
+        self.symbolic, self.symbols = symbolic, y
         rates = scaled_audit(symbolic.audited_rates(y), hy.par[len(self.open)])
         self.integrator = hy.taylor_adaptive_batch(
             list(zip(y, rates, strict=True)),
@@ -82,6 +91,7 @@ class Ensemble:
         entries = [hy.expression(0.0) + entry for vector in vectors for entry in vector.tolist()]
         self.observed = hy.cfunc([*entries, sum(energies)], vars=list(y[: system.size]))
         self.energies = hy.cfunc(energies, vars=list(y[: system.size]))
+        self._memory: dict[str, Array] = {}
 
     def scales(self, parameters: Array, starts: Array) -> Array:
         """The size of the energies at the start of each member, shape (m,), J; 1 J for none.
@@ -104,61 +114,77 @@ class Ensemble:
         """
         members = starts.shape[1]
         scales = self.scales(parameters, starts)
-        rows = _Rows(
-            np.vstack([parameters[self.open], scales]),
-            np.vstack([starts, np.zeros((AUDIT_SIZE, members))]),
-            np.empty((members, self.size + AUDIT_SIZE, len(self.times))),
-            np.zeros(members, dtype=int),
-            np.zeros(members, dtype=bool),
+        # Whole batches: the last lanes repeat the last member.
+        full = np.minimum(np.arange(-(-members // self.batch) * self.batch), members - 1)
+        shape = (self.size + AUDIT_SIZE, len(full), len(self.times))
+        lanes = _Lanes(
+            np.vstack([parameters[self.open], scales])[:, full],
+            np.vstack([starts, np.zeros((AUDIT_SIZE, members))])[:, full],
+            self._room("states", shape),
+            np.zeros(len(full), dtype=int),
+            np.zeros(len(full), dtype=bool),
         )
-        for first in range(0, members, self.batch):
-            lanes = np.arange(first, min(first + self.batch, members))
-            self._follow(lanes, rows)
+        for first in range(0, len(full), self.batch):
+            batch = slice(first, first + self.batch)
+            self._follow(batch, lanes)
             # What ends one lane can end the others, which are sound: alone, a lane is only itself.
-            if len(lanes) > 1:
-                for lane in lanes[~rows.done[lanes]].tolist():
-                    self._follow(np.array([lane]), rows)
-        change = rows.states[:, -AUDIT_SIZE] * scales[:, np.newaxis]
-        return Motions(rows.states[:, : self.size], change, rows.steps, rows.done)
+            for lane in range(first, min(first + self.batch, members)):
+                if not lanes.done[lane]:
+                    self._follow(slice(lane, lane + 1), lanes)
+        change = lanes.states[-AUDIT_SIZE, :members] * scales[:, np.newaxis]
+        steps, done = lanes.steps[:members], lanes.done[:members]
+        return Motions(lanes.states[: self.size], change, steps, done)
 
-    def _follow(self, lanes: Array, rows: "_Rows") -> None:
-        """One batch, of at most `batch` members."""
+    def _follow(self, chosen: slice, lanes: "_Lanes") -> None:
+        """One batch, of all its lanes or of one member in all of them."""
         integrator = self.integrator
-        # A batch is always full: its last lanes repeat one.
-        filled = np.concatenate([lanes, np.repeat(lanes[-1:], self.batch - len(lanes))])
         integrator.set_time(float(self.times[0]))
-        integrator.pars[:] = rows.given[: len(integrator.pars), filled]
-        integrator.state[:] = rows.begun[:, filled]
+        integrator.pars[:] = lanes.given[: len(integrator.pars), chosen]
+        integrator.state[:] = lanes.begun[:, chosen]
         _, found = integrator.propagate_grid(self.grid, max_steps=MOST_STEPS)
-        rows.states[lanes] = found.transpose(2, 1, 0)[: len(lanes)]
-        outcomes = integrator.propagate_res[: len(lanes)]
-        rows.steps[lanes] = [taken for _, _, _, taken in outcomes]
+        used = chosen.stop - chosen.start
+        lanes.states[:, chosen] = found.transpose(1, 2, 0)[:, :used]
+        outcomes = integrator.propagate_res[:used]
+        lanes.steps[chosen] = [taken for _, _, _, taken in outcomes]
         # What is not finite once stays so.
-        finite = np.isfinite(found[-1, :, : len(lanes)]).all(axis=0)
-        rows.done[lanes] = finite & [outcome == DONE for outcome, _, _, _ in outcomes]
+        finite = np.isfinite(found[-1, :, :used]).all(axis=0)
+        lanes.done[chosen] = finite & [outcome == DONE for outcome, _, _, _ in outcomes]
 
     def observe(self, parameters: Array, motions: Motions) -> Array:
-        """Θ̇, X, V, E, F and the sum of all energies, shape (m, 16, n).
+        """Θ̇, X, V, E, F and the sum of all energies, shape (16, m, n); it stands until the next.
 
         Args:
             parameters: Shape (parameters, m).
             motions: What `run` returned.
         """
-        members, _, samples = motions.states.shape
-        found = np.empty((members, 16, samples))
-        count = self.observed.nparams
-        given = np.empty((count, samples))
-        chosen = parameters[self.open][:count]
-        for member in range(members):
-            given[:] = chosen[:, member, np.newaxis]
-            self.observed(
-                np.ascontiguousarray(motions.states[member]), pars=given, outputs=found[member]
-            )
-        return found
+        # Whole batches are whole vectors of the processor; see `evaluated`.
+        size, full, samples = motions.lanes.shape
+        found = self._room("observed", (16, full * samples))
+        chosen = parameters[self.open][: self.observed.nparams]
+        self.observed(
+            motions.lanes.reshape(size, full * samples),
+            pars=self._along(chosen, full, samples),
+            outputs=found,
+        )
+        return found.reshape(16, full, samples)[:, : len(motions.steps)]
+
+    def _room(self, name: str, shape: tuple[int, ...]) -> Array:
+        """Memory of a shape, the same at each call."""
+        size = int(np.prod(shape))
+        if name not in self._memory or self._memory[name].size < size:
+            self._memory[name] = np.empty(size)
+        return self._memory[name][:size].reshape(shape)
+
+    def _along(self, chosen: Array, full: int, samples: int) -> Array:
+        """Parameters, one for each member, for each of its samples."""
+        found = self._room("given", (len(chosen), full, samples))
+        found[:, : chosen.shape[1]] = chosen[:, :, np.newaxis]
+        found[:, chosen.shape[1] :] = chosen[:, -1:, np.newaxis]
+        return found.reshape(len(chosen), full * samples)
 
 
-class _Rows(NamedTuple):
-    """What a run reads, by columns (parameters and start), and fills, by rows."""
+class _Lanes(NamedTuple):
+    """What a run reads and fills; members stand along the last axis, in `states` the middle one."""
 
     given: Array
     begun: Array

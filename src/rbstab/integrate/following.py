@@ -106,7 +106,8 @@ def follow(
 
     Args:
         problem: The problem.
-        make: Makes the follower of a problem; it is asked twice (see `_trusted_until`).
+        make: Makes the follower of a problem; it is asked twice of one that is to be diagnosed (see
+            `_trusted_until`).
         progress: Called with the time of every sample.
     """
     driver = make(problem)
@@ -127,8 +128,13 @@ def follow(
     rows = [(s.reached.time, s.reached.state) for s in samples]
     systems = tuple(system_under(problem.system, s.reached.modes) for s in samples)
     plain = trajectory(rows, status, detail, driver.steps, driver.evaluations)
-    trusted = _trusted_until(make, problem, plain)
-    return replace(plain, switches=_trace(samples, systems, driver.log, trusted), systems=systems)
+    switches = _trace(samples, driver.log)
+    if problem.diagnosed:
+        switches = switches._replace(
+            chatter_energy=_chatter_energies(samples, systems),
+            trusted_until=_trusted_until(make, problem, plain),
+        )
+    return replace(plain, switches=switches, systems=systems)
 
 
 def _trusted_until(make: Callable[[Problem], Follower], problem: Problem, run: Trajectory) -> float:
@@ -155,23 +161,23 @@ def _trusted_until(make: Callable[[Problem], Follower], problem: Problem, run: T
     return trusted
 
 
-def _trace(
-    samples: list[Sample], systems: tuple[System, ...], log: SwitchLog, trusted: float
-) -> SwitchTrace:
-    energies = [
-        chatter_energy(system, sample.reached.state[:12])
-        for system, sample in zip(systems, samples, strict=True)
-    ]
+def _chatter_energies(samples: list[Sample], systems: tuple[System, ...]) -> Array:
+    pairs = zip(systems, samples, strict=True)
+    return np.array([chatter_energy(system, one.reached.state[:12]) for system, one in pairs])
+
+
+def _trace(samples: list[Sample], log: SwitchLog) -> SwitchTrace:
+    """The switching of a run that is not diagnosed."""
     return SwitchTrace(
         # An axis whose force is inside its bounds is on neither side.
-        np.trunc([sample.reached.modes.mode for sample in samples]),
-        np.array([sample.counts for sample in samples]),
-        np.array(energies),
-        np.array([sample.discarded for sample in samples]),
-        np.array(log.times),
-        np.array(log.axes, dtype=int),
-        log.transitions,
-        trusted,
+        modes=np.trunc([sample.reached.modes.mode for sample in samples]),
+        counts=np.array([sample.counts for sample in samples]),
+        chatter_energy=np.full(len(samples), np.nan),
+        discarded_energy=np.array([sample.discarded for sample in samples]),
+        switch_times=np.array(log.times),
+        switch_axes=np.array(log.axes, dtype=int),
+        transitions=log.transitions,
+        trusted_until=np.nan,
     )
 
 

@@ -4,14 +4,14 @@ Every parameter of a system becomes a `par[]` of the compiled integrator, so one
 all systems of a structure. Its dense output is as accurate as its steps.
 """
 
-import threading
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from typing import Any
 
 import heyoka as hy
 import numpy as np
 
+from rbstab.integrate.compiled_once import compiled_once
 from rbstab.integrate.laws import follow_sliding
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
@@ -73,7 +73,7 @@ def _integrate_switching(
         return follow_sliding(
             problem,
             switching,
-            lambda: HeyokaFlow(problem, switching),
+            lambda given: HeyokaFlow(given, switching),
             lambda: compiled_stepper(problem.system),
             progress,
         )
@@ -185,19 +185,10 @@ def energy_scale(problem: Problem) -> float:
     return size if 0.0 < size < np.inf else 1.0
 
 
-_compiled = threading.local()
-
-
 def compiled_system(system: System, tolerance: float) -> CompiledSystem:
-    """The compiled equations of a system's structure, made once in each thread.
-
-    One for each thread, because an integrator holds the state of its run.
-    """
-    cache: dict[Hashable, CompiledSystem] = _compiled.__dict__.setdefault("systems", {})
-    key = structure(system), tolerance
-    if key not in cache:
-        cache[key] = CompiledSystem(system, tolerance)
-    return cache[key]
+    """The compiled equations of a system's structure, made once in each thread."""
+    key = CompiledSystem, structure(system), tolerance
+    return compiled_once(key, lambda: CompiledSystem(system, tolerance))
 
 
 class Watch:

@@ -1,38 +1,29 @@
 """The smooth flow between switches by the compiled engine."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import heyoka as hy
 import numpy as np
 
-from rbstab.integrate.chatter import bouncing_energy
+from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.filippov import COINCIDENT
 from rbstab.integrate.following import Hit, Reached
-from rbstab.integrate.heyoka_engine import (
-    energy_scale,
-    parameter_values,
-    scaled_audit,
-    state_symbols,
-    symbols_of,
-)
+from rbstab.integrate.heyoka_engine import energy_scale, parameter_values
+from rbstab.integrate.heyoka_switched import Switched, WeakChatter, switched_system
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_log import SwitchLog
 from rbstab.integrate.switching import (
     FAR,
     ROUND_OFF,
+    Modes,
     Switching,
     connector_of,
     system_under,
     thresholds,
 )
-from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.system import AUDIT_SIZE, System
-
-COOLDOWN = 1e-10
-"""s: a crossing that is found again this soon after itself is the same. heyoka's own choice is
-longer than the bounces that a chatter comes to."""
+from rbstab.systems.system import AUDIT_SIZE
 
 CLEARANCE = 1e-12
 """By which part of its last flight (of the layer's width) an axis is set off its threshold after a
@@ -65,10 +56,10 @@ class HeyokaFlow:
         self.steps = 0
         self.on_position = connector_of(problem.system).rate_weight == 0.0
         self.scale = energy_scale(problem)
-        self.compiled: dict[bool, _Switched] = {}
-        self.weak: _WeakChatter | None = None
+        self.legs: dict[Modes, _Leg] = {}
+        self.weak: WeakChatter | None = None
         if self.on_position and switching.sticks:
-            self.weak = _WeakChatter(problem.system, switching.stick_energy)
+            self.weak = WeakChatter(problem.system, switching.stick_energy)
 
     @property
     def evaluations(self) -> int:
@@ -77,165 +68,90 @@ class HeyokaFlow:
 
     def advance(self, start: Reached, end: float, log: SwitchLog) -> Reached:
         """From a state to the next hit that has to be decided, or to a time (see `Flow`)."""
-        held = start.modes.any_held
-        if held not in self.compiled:
-            system = system_under(self.problem.system, start.modes)
-            self.compiled[held] = _Switched(system, self.problem.rtol, held=held)
-        # With an axis held, a crossing makes its equivalent force jump, which has to be judged.
-        flips = self.on_position and not self.switching.layered and not held
-        run = _Run(
-            self.compiled[held],
-            self.problem,
-            self.switching,
-            start,
-            log,
-            flips=flips,
-            weak=self.weak,
-            scale=self.scale,
-        )
+        if start.modes not in self.legs:
+            self.legs[start.modes] = self._leg(start.modes)
+        run = _Run(self.legs[start.modes], start, log)
         reached = run.to(end)
         self.steps += run.steps
         return reached
 
-
-class _Switched:
-    """The audited equations in W, compiled, with events at the thresholds of every axis."""
-
-    def __init__(self, system: System, tolerance: float, *, held: bool) -> None:
-        symbolic, self.offsets, first = symbols_of(system)
-        y = state_symbols(12 + AUDIT_SIZE)
-        up, down, uses_up, uses_down = (
-            [hy.par[first + 3 * kind + axis] for axis in range(3)] for kind in range(4)
-        )
-        bound, scale = hy.par[first + 12], hy.par[first + 13]
-        connector = connector_of(symbolic)
-        motion = symbolic.motion(y)
-        s = connector.surface(motion.E, motion.F)
-        self.sink = _Sink()
-        events = [self._event(regularity(y[0:3]) - bound, None)]
-        # heyoka counts event functions among the states when it chooses its steps, so they must not
-        # be large: one that is not used is 1, and forces are in units of their bounds.
-        for axis in range(3):
-            above = uses_up[axis] * (s[axis] - up[axis]) + (1.0 - uses_up[axis])
-            below = uses_down[axis] * (s[axis] - down[axis]) + (1.0 - uses_down[axis])
-            events.append(self._event(above, Hit(axis, 1.0, release=False)))
-            events.append(self._event(below, Hit(axis, -1.0, release=False)))
-        if held:
-            force = symbolic.observe(y).contact_force * symbolic.coordinates.held  # type: ignore[attr-defined]
-            load = force / connector.K_s
-            for axis in range(3):
-                events.append(self._event(load[axis] - 1.0, Hit(axis, 1.0, release=True)))
-                events.append(self._event(load[axis] + 1.0, Hit(axis, -1.0, release=True)))
-        self.integrator = hy.taylor_adaptive(
-            list(zip(y, scaled_audit(symbolic.audited_rates(y), scale), strict=True)),
-            state=[0.0] * len(y),
-            tol=tolerance,
-            t_events=events,
-            # With the equivalent force the code is so large that LLVM would need 20 s for it; there
-            # are few events to be fast for.
-            compact_mode=held,
-        )
-
-    def _event(self, quantity: Any, hit: Hit | None) -> Any:
-        directions = hy.event_direction
-        rising = (
-            directions.positive if hit is not None and hit.direction > 0 else directions.negative
-        )
-        return hy.t_event(
-            quantity, callback=_Callback(self.sink, hit), direction=rising, cooldown=COOLDOWN
+    def _leg(self, modes: Modes) -> "_Leg":
+        problem, switching = self.problem, self.switching
+        system = system_under(problem.system, modes)
+        connector = connector_of(system)
+        # With an axis held, a crossing makes its equivalent force jump, which has to be judged.
+        flips = self.on_position and not switching.layered and not modes.any_held
+        up, down = thresholds(system, modes, switching)
+        ends = np.concatenate([up, down])
+        if flips:
+            # Both directions of a crossing count, for the sides change inside the run.
+            ends[:] = 0.0
+        used = np.abs(ends) < FAR
+        extra = [np.where(used, ends, 0.0), used, [problem.range_bound, self.scale]]
+        return _Leg(
+            switched_system(system, problem.rtol),
+            np.concatenate([parameter_values(system), *extra]),
+            connector,
+            CLEARANCE * float(connector.layer_width) if switching.layered else 0.0,
+            flips,
+            self.weak,
+            up,
+            down,
+            self.scale,
         )
 
 
-class _WeakChatter:
-    """Whether the chatter energy e is below a bound, compiled.
+class _Leg(NamedTuple):
+    """What a run under given modes is made of, whatever its start.
 
-    It is asked at every switch inside a run, so that neither how often it is asked nor the bound
-    change the motion that is followed: pausing there would, by its last digits.
+    values are those of the open parameters; up and down are the thresholds; see `_Run` for the
+    rest.
     """
 
-    def __init__(self, system: System, bound: float) -> None:
-        self.bound, self.K_s = bound, connector_of(system).K_s
-        symbolic, _, _ = symbols_of(system)
-        y = state_symbols(12)
-        self.bouncing = hy.cfunc([bouncing_energy(symbolic, y)], vars=list(y))
-        self.values = parameter_values(system)[: self.bouncing.nparams]
-
-    def __call__(self, state: Array) -> bool:
-        resting = self.K_s @ np.abs(state[6:9])
-        if resting >= self.bound:
-            return False
-        return bool(self.bouncing(state[:12], pars=self.values)[0] + resting < self.bound)
-
-
-class _Sink:
-    """Where the events of an integrator report to: the run that uses it at the moment."""
-
-    run: "_Run"
-
-
-class _Callback:
-    """What heyoka calls at an event. heyoka copies its callbacks; copies share the sink."""
-
-    def __init__(self, sink: _Sink, hit: Hit | None) -> None:
-        self.sink = sink
-        self.hit = hit
-
-    def __deepcopy__(self, _memo: Any) -> "_Callback":
-        return self
-
-    def __call__(self, integrator: Any, _direction: int) -> bool:
-        return self.sink.run.at_event(integrator, self.hit)
+    switched: Switched
+    values: Array
+    connector: SlidingConnector
+    nudge: float
+    flips: bool
+    weak: WeakChatter | None
+    up: Array
+    down: Array
+    scale: float
 
 
 class _Run:
     """One use of a compiled integrator, from one state to a hit or a time.
 
-    With `flips`, crossings of s = E do not end it: the axis changes sides and the motion goes on
-    without leaving compiled code for long.
+    Everything that the integrator remembers of another use is set anew. With `flips`, crossings of
+    s = E do not end the run: the axis changes sides and the motion goes on without leaving compiled
+    code for long.
     """
 
-    def __init__(  # noqa: PLR0913 (what one run is made of)
-        self,
-        switched: _Switched,
-        problem: Problem,
-        switching: Switching,
-        start: Reached,
-        log: SwitchLog,
-        *,
-        flips: bool,
-        weak: "_WeakChatter | None",
-        scale: float,
-    ) -> None:
-        self.integrator = switched.integrator
-        self.mode = slice(
-            switched.offsets["connector.mode"], switched.offsets["connector.mode"] + 3
-        )
-        self.log, self.flips, self.weak = log, flips, weak
-        system = system_under(problem.system, start.modes)
-        connector = connector_of(system)
-        self.connector = connector
-        self.nudge = CLEARANCE * float(connector.layer_width) if switching.layered else 0.0
+    def __init__(self, leg: _Leg, start: Reached, log: SwitchLog) -> None:
+        self.integrator, self.sink = leg.switched.integrator, leg.switched.sink
+        self.mode, self.log = leg.switched.mode, log
+        self.connector, self.nudge, self.scale = leg.connector, leg.nudge, leg.scale
+        self.flips, self.weak = leg.flips, leg.weak
+        self.up, self.down = leg.up, leg.down
         self.modes = start.modes
-        self.up, self.down = thresholds(system, start.modes, switching)
-        ends = np.concatenate([self.up, self.down])
-        if flips:
-            # Both directions of a crossing count, for the sides change inside the run.
-            ends[np.tile(np.array(start.modes.held) == 0.0, 2)] = 0.0
-        used = np.abs(ends) < FAR
-        self.scale = scale
-        extra = [np.where(used, ends, 0.0), used, [problem.range_bound, scale]]
-        values = np.concatenate([parameter_values(system), *extra])
-        self.integrator.pars[:] = values[: len(self.integrator.pars)]
+        self.integrator.pars[:] = leg.values[: len(self.integrator.pars)]
         self.integrator.time = start.time
-        self.integrator.state[:] = self._scaled(start.state, 1.0 / scale)
+        self.integrator.state[:] = self._scaled(start.state, 1.0 / self.scale)
         self.integrator.reset_cooldowns()
         self.hits: list[Hit] = []
         self.left_range = self.missed = False
         self.steps = 0
-        switched.sink.run = self
 
     def to(self, end: float) -> Reached:
         """Integrates to a hit, to a time, or for `STEPS_AT_ONCE` steps."""
+        self.sink.listener = self
+        try:
+            return self._to(end)
+        finally:
+            # What is compiled outlives its runs, which hold their logs.
+            del self.sink.listener
+
+    def _to(self, end: float) -> Reached:
         self._save()
         largest, whole = np.inf, np.inf
         while True:
@@ -251,8 +167,9 @@ class _Run:
                     return self._saved_with(RunStatus.SOLVER_FAILURE)
             elif largest == np.inf or self.hits or outcome != hy.taylor_outcome.step_limit:
                 return self._reached(outcome)
-            else:
-                # Past what was missed the steps grow again.
+            elif self.integrator.last_h != 0.0:
+                # Past what was missed the steps grow again. (An axis that starts on the surface
+                # crosses it in a step of no length, which is past nothing.)
                 largest = FINER * largest if FINER * largest < whole else np.inf
 
     def at_event(self, integrator: Any, hit: Hit | None) -> bool:

@@ -1,21 +1,22 @@
 """The steps of the implicit law, compiled."""
 
+from typing import Any
+
 import heyoka as hy
 import numpy as np
 
+from rbstab.integrate.compiled_once import compiled_once
 from rbstab.integrate.heyoka_engine import parameter_values, state_symbols, symbols_of
 from rbstab.integrate.implicit import Stepped, Stepper, step, system_for_step
 from rbstab.integrate.switching import Modes
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.parameters import structure
 from rbstab.systems.system import AUDIT_SIZE, System
 
 
 def compiled_stepper(system: System) -> Stepper:
     """Steps of a system by one compiled function; what they depend on besides the state is open."""
-    symbolic, _, count = symbols_of(system_for_step(system, Modes((0.0, 0.0, 0.0)), 1.0))
-    y = state_symbols(12 + AUDIT_SIZE)
-    state, surface, force = step(symbolic, y, hy.par[count])
-    compiled = hy.cfunc([*state, *surface, *force], vars=list(y))
+    compiled = compiled_once((step, structure(system)), lambda: _compiled_step(system))
     known: dict[Modes, Array] = {}
     length = 0.0
 
@@ -30,3 +31,11 @@ def compiled_stepper(system: System) -> Stepper:
         return Stepped(out[:14], out[14:17], out[17:20])
 
     return stepper
+
+
+def _compiled_step(system: System) -> Any:
+    """The function that makes the step of any system of a structure, under any modes."""
+    symbolic, _, count = symbols_of(system_for_step(system, Modes((0.0, 0.0, 0.0)), 1.0))
+    y = state_symbols(12 + AUDIT_SIZE)
+    state, surface, force = step(symbolic, y, hy.par[count])
+    return hy.cfunc([*state, *surface, *force], vars=list(y))

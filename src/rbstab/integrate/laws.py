@@ -12,7 +12,7 @@ from rbstab.integrate.switching import Switching
 def follow_sliding(
     problem: Problem,
     switching: Switching,
-    flow: Callable[[], Flow],
+    flow: Callable[[Problem], Flow],
     stepper: Callable[[], Stepper],
     progress: Progress | None,
 ) -> Trajectory:
@@ -21,12 +21,13 @@ def follow_sliding(
     Args:
         problem: The problem.
         switching: Its law.
-        flow: Makes an engine's smooth flow, for the laws that are followed switch by switch.
+        flow: Makes an engine's smooth flow of a problem, for the laws that are followed switch by
+            switch.
         stepper: Makes an engine's steps of the implicit law.
         progress: Called with the time of every sample.
     """
     if switching.step:
         steps = stepper()
         return follow(problem, lambda p: ImplicitDriver(p, switching, steps), progress)
-    smooth = flow()
-    return follow(problem, lambda p: FilippovDriver(p, switching, smooth), progress)
+    # Each run has a flow of its own: a flow counts its steps, which are limited.
+    return follow(problem, lambda p: FilippovDriver(p, switching, flow(p)), progress)

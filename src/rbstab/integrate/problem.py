@@ -32,6 +32,8 @@ class Problem:
         step_limit: The largest number of steps.
         time_limit: The longest wall time, s.
         switching: How the modes of a sliding connector change, where the system has one.
+        diagnosed: Whether a run that slides tells its chatter energy, and how far it can be
+            trusted, which takes a second run.
     """
 
     system: System
@@ -45,6 +47,7 @@ class Problem:
     step_limit: int
     time_limit: float
     switching: Switching | None = None
+    diagnosed: bool = True
 
     def audited_start(self) -> Array:
         """The state vector at the first sample with the audit states, which start at zero."""

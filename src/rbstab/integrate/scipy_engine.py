@@ -46,7 +46,7 @@ def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
             return follow_sliding(
                 problem,
                 switching,
-                lambda: ScipyFlow(problem, switching),
+                lambda given: ScipyFlow(given, switching),
                 lambda: plain_stepper(problem.system),
                 progress,
             )

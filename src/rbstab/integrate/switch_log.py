@@ -71,7 +71,8 @@ class SwitchTrace(NamedTuple):
     modes (n, 3) is -1, 0 or 1 for each axis; counts (n, 3) are the switches so far; chatter_energy
     (n,) and discarded_energy (n,), J; switch_times and switch_axes are those of the first switches;
     transitions are all sticks and releases; trusted_until, s, is how far the motion is reproducible
-    in double precision (the slow quantities, Θ and e, are meaningful beyond it).
+    in double precision (the slow quantities, Θ and e, are meaningful beyond it). chatter_energy
+    and trusted_until are NaN where the problem is not diagnosed.
     """
 
     modes: Array

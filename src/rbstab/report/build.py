@@ -36,12 +36,12 @@ def report_of(sources: Sources, command: str, title: str | None = None) -> Repor
         title=foreign(title) if title else _title(sources),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         command=foreign(command),
-        sections=tuple(_sections(sources, facts, foreign(command))),
+        sections=tuple(_sections(sources, facts)),
         unread=sources.unread,
     )
 
 
-def _sections(sources: Sources, facts: Sequence[RunFacts], command: str) -> Iterable[Section]:
+def _sections(sources: Sources, facts: Sequence[RunFacts]) -> Iterable[Section]:
     if facts:
         yield Section("summary", "Summary", (overview(facts), summary_table(facts)))
         yield from _present(config_section(facts), reference_section(facts))
@@ -50,8 +50,9 @@ def _sections(sources: Sources, facts: Sequence[RunFacts], command: str) -> Iter
         yield certificate_section(facts)
     for sweep in sources.sweeps:
         yield from sweep_sections(sweep)
-    yield from _present(warnings_section(facts))
-    yield provenance_section(facts, command)
+    if facts:
+        yield from _present(warnings_section(facts))
+        yield provenance_section(facts)
 
 
 def _present(*sections: Section | None) -> Iterable[Section]:

@@ -110,7 +110,7 @@ def _drawn(figure: Figure) -> Drawing:
 
 def _panel_height(rows: int, columns: int) -> float:
     # Of figures with many rows two fit on a page.
-    natural = 2.15 if rows < 3 else 1.4
+    natural = 2.0 if rows < 3 else 1.3
     if rows == columns == 1:
         natural = 2.8
     return min(natural, TALLEST / rows)
@@ -125,7 +125,8 @@ def _filled(axes: Axes, panel: Panel, height: float) -> dict[str, Artist]:
         if label
     }
     axes.set_xlabel(_wrapped(panel.x.text, 2.6))
-    axes.set_ylabel(_wrapped(panel.y.text, height))
+    # Beside the data, not beside the gap between panels.
+    axes.set_ylabel(_wrapped(panel.y.text, 0.92 * height))
     if panel.title:
         axes.set_title(literal(panel.title))
     if panel.equal:
@@ -166,7 +167,7 @@ def _legend(drawing: Drawing, entries: list[tuple[str, Artist]]) -> float:
         columnspacing=1.5,
         borderaxespad=0.2,
     )
-    # Afterwards: matplotlib takes a label that begins with _ for one that is to be hidden.
+    # Afterwards: some versions of matplotlib hide a label that begins with _.
     for text, (label, _) in zip(legend.get_texts(), entries, strict=True):
         text.set_text(literal(label))
     return math.ceil(len(entries) / columns) * 1.5 * size / 72 + 0.1

@@ -75,11 +75,11 @@ def content_of(file: Path) -> Result | Literal["sweep"]:
     except NotAResultError as error:
         # A sweep lacks what every run has.
         with suppress(NotAResultError):
-            if read_table(file, ()).attributes.get("design") is None:
-                raise StoreError(
-                    f"{file} is one shard of a sweep; name the folder of the sweep"
-                ) from error
+            read_table(file, ())
             return SWEEP
+        folder = file.absolute().parent.parent
+        if (folder / MANIFEST).is_file():
+            raise StoreError(f"{file} is a part of a sweep; name its folder, {folder}") from error
         raise
     _check_arrays(file, result)
     return _told(result)

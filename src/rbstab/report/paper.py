@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import matplotlib as mpl
 from fpdf import FPDF
@@ -27,6 +28,15 @@ LEADING = 0.5
 
 MISSING = "\N{REPLACEMENT CHARACTER}"
 """In place of a letter that the type does not have."""
+
+
+class Picture(NamedTuple):
+    """A picture: its width, mm, what stands below it, what is read out where it is not seen."""
+
+    image: Image.Image
+    width: float
+    caption: str
+    said: str
 
 
 class Paper(FPDF):
@@ -86,45 +96,59 @@ class Paper(FPDF):
         )
         self.ln(0.25 * size)
 
-    def heading(self, text: str, *, anchor: str = "") -> None:
-        """Writes a heading; it stands in the outline too, and never alone at the foot of a page."""
+    def heading(self, text: str, *, anchor: str = "", room: float = 30.0) -> None:
+        """Writes a heading that stands in the outline too.
+
+        Args:
+            text: The heading.
+            anchor: The name of this place.
+            room: The height of what it has to share its page with, mm.
+        """
         self.turn()
         self.ln(3)
-        if self.will_page_break(45):
+        if self.will_page_break(room + HEADING):
             self.add_page()
         if anchor in self.anchors:
             self.add_link(y=self.get_y(), name=anchor)
         self.start_section(self.plain(text))
         self.paragraph(text, style="B", size=HEADING)
 
-    def picture(
-        self, image: Image.Image, width: float, height: float, caption: str, said: str
-    ) -> None:
-        """Places a picture with its caption below, both on one page.
+    def height_of(self, picture: Picture) -> float:
+        """The height of a picture with its caption on a page of its own at most, mm."""
+        image, width, *_ = picture
+        return min(width * image.height / image.width + self._below(picture), self.eph - HEADING)
 
-        Args:
-            image: The picture.
-            width: mm.
-            height: mm; what does not fit on a page is made smaller.
-            caption: What stands below.
-            said: What is read to those who do not see it.
-        """
+    def place(self, picture: Picture) -> None:
+        """Places a picture with its caption; what is too tall for a page is made smaller."""
         self.turn()
-        self.set_font(FAMILY, size=SMALL)
-        told = self.multi_cell(
-            0, LEADING * SMALL, self.plain(caption), dry_run=True, output=MethodReturnValue.HEIGHT
-        )
-        assert isinstance(told, float)
-        below = told + 5
-        share = min(1.0, (self.eph - below) / height)
-        if self.will_page_break(share * height + below):
+        image, width, caption, said = picture
+        room = self.height_of(picture)
+        height = room - self._below(picture)
+        width = min(width, height * image.width / image.height)
+        if self.will_page_break(room):
             self.add_page()
-        x = self.l_margin + (self.epw - share * width) / 2
-        self.image(image, x=x, w=share * width, h=share * height, alt_text=self.plain(said))
+        x = self.l_margin + (self.epw - width) / 2
+        self.image(image, x=x, w=width, h=height, alt_text=self.plain(said))
         self.ln(1)
         self.paragraph(caption, size=SMALL)
         self.ln(2)
 
+    def _below(self, picture: Picture) -> float:
+        """What a caption takes, with the space around it, mm."""
+        self.set_font(FAMILY, size=SMALL)
+        text = self.plain(picture.caption)
+        told = self.multi_cell(
+            0, LEADING * SMALL, text, dry_run=True, output=MethodReturnValue.HEIGHT
+        )
+        assert isinstance(told, float)
+        return told + 5
+
     def whole(self) -> bytes:
         """The finished file."""
         return bytes(self.output())
+
+    def close_fonts(self) -> None:
+        """Closes the files of the type, which otherwise stay open until memory is tidied up."""
+        for font in self.fonts.values():
+            if isinstance(font, TTFFont):
+                font.ttfont.close()

@@ -21,7 +21,7 @@ SIZES = (8.0, 7.0, 6.0)
 PADDING = 1.2
 """mm on each side of a text."""
 
-WIDEST = 70.0
+WIDEST = 50.0
 """mm: texts of more than that are broken."""
 
 LONGEST = 400
@@ -50,10 +50,10 @@ def write_table(paper: Paper, table: Table) -> None:
     if paper.will_page_break(TOGETHER):
         paper.add_page(same=True)
     paper.paragraph(table.title, style="B", size=SMALL + 1)
-    for columns in _parts(fit.widths, LYING if fit.lying else UPRIGHT):
-        _write_part(paper, table, columns, fit)
     if table.note:
         paper.paragraph(table.note, size=SMALL, colour=GREY)
+    for columns in _parts(fit.widths, LYING if fit.lying else UPRIGHT):
+        _write_part(paper, table, columns, fit)
     paper.ln(2)
 
 
@@ -81,7 +81,6 @@ def _write_part(paper: Paper, table: Table, columns: Sequence[int], fit: Fit) ->
         borders_layout=TableBordersLayout.HORIZONTAL_LINES,
         headings_style=FontFace(emphasis="BOLD"),
         repeat_headings=TableHeadingsDisplay.ON_TOP_OF_EVERY_PAGE,
-        wrapmode="CHAR",
     ) as made:
         made.row([paper.plain(table.heads[c].text) for c in columns])
         for cells in table.rows:
@@ -107,7 +106,9 @@ def _widths(paper: Paper, table: Table, size: float) -> list[float]:
     widths = []
     for number, head in enumerate(table.heads):
         paper.set_font(FAMILY, "B", size)
-        widest = paper.get_string_width(paper.plain(head.text))
+        # A head may go over several lines, a word may not.
+        words = paper.plain(head.text).split() or [""]
+        widest = max(paper.get_string_width(word) for word in words)
         paper.set_font(FAMILY, size=size)
         for row in table.rows:
             widest = max(widest, paper.get_string_width(_text(paper, row[number])))

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from PIL import Image
 
-from rbstab.report.document import Block, Motion, Report, Table
+from rbstab.report.document import Block, Motion, Report, Section, Table
 from rbstab.report.figure import Figure
 from rbstab.report.matplotlib_renderer import WIDTH, png
-from rbstab.report.paper import GREY, SMALL, Paper
+from rbstab.report.paper import GREY, SMALL, Paper, Picture
 from rbstab.report.paper_tables import write_table
 from rbstab.store.atomic import write_whole
 
@@ -33,20 +33,39 @@ def write_pdf(report: Report, path: Path) -> None:
 def pdf_of(report: Report) -> bytes:
     """A report as the bytes of a PDF."""
     paper = Paper(report.title, [section.name for section in report.sections])
+    try:
+        return _written(paper, report)
+    finally:
+        paper.close_fonts()
+
+
+def _written(paper: Paper, report: Report) -> bytes:
     paper.add_page()
     paper.paragraph(report.title, style="B", size=18)
     paper.paragraph(f"Made {report.created} by", size=SMALL, colour=GREY)
     paper.paragraph(report.command, size=SMALL, colour=GREY)
     numbers = count(1)
     for section in report.sections:
-        paper.heading(section.title, anchor=section.name)
-        for block in section.blocks:
-            _write(paper, block, numbers)
+        _write_section(paper, section, numbers)
     if report.unread:
         paper.heading("What could not be read")
         for path, reason in report.unread:
             paper.paragraph(f"{path}: {reason}")
     return paper.whole()
+
+
+def _write_section(paper: Paper, section: Section, numbers: "count[int]") -> None:
+    """Writes a section; its heading stands on the page of what comes first."""
+    first, *others = section.blocks or ("",)
+    if isinstance(first, Figure):
+        picture = _picture_of(first, next(numbers))
+        paper.heading(section.title, anchor=section.name, room=paper.height_of(picture))
+        paper.place(picture)
+    else:
+        paper.heading(section.title, anchor=section.name)
+        _write(paper, first, numbers)
+    for block in others:
+        _write(paper, block, numbers)
 
 
 def _write(paper: Paper, block: Block, numbers: "count[int]") -> None:
@@ -57,7 +76,7 @@ def _write(paper: Paper, block: Block, numbers: "count[int]") -> None:
         case Table():
             write_table(paper, block)
         case Figure():
-            _write_figure(paper, block, next(numbers))
+            paper.place(_picture_of(block, next(numbers)))
         case Motion():
             paper.turn()
             paper.paragraph(
@@ -66,10 +85,8 @@ def _write(paper: Paper, block: Block, numbers: "count[int]") -> None:
             )
 
 
-def _write_figure(paper: Paper, figure: Figure, number: int) -> None:
+def _picture_of(figure: Figure, number: int) -> Picture:
     image = Image.open(BytesIO(png(figure))).convert("RGB")
     source = f" ({figure.source})" if figure.source else ""
-    caption = f"{figure.title}{source}. {figure.caption}".strip()
-    width = min(WIDTH * MILLIMETRES, paper.epw)
-    height = width * image.height / image.width
-    paper.picture(image, width, height, f"Figure {number}. {caption}", figure.title)
+    caption = f"Figure {number}. {figure.title}{source}. {figure.caption}".strip()
+    return Picture(image, WIDTH * MILLIMETRES, caption, figure.title)

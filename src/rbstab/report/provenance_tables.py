@@ -13,7 +13,7 @@ from rbstab.report.words import NOTHING, foreign, listed, number
 MOST_COMMANDS = 24
 """Runs whose commands are written out."""
 
-OF_ONE_RUN = ("steps", "wall_time")
+OF_ONE_RUN = ("steps", "evaluations", "wall_time")
 """Attributes that belong to each run by itself."""
 
 SHOWN_ELSEWHERE = ("title", "variant", "status", "status_detail", "verdict", "warnings", "run_id")
@@ -33,14 +33,13 @@ def warnings_section(facts: Sequence[RunFacts]) -> Section | None:
     return Section("warnings", "Warnings", (table,))
 
 
-def provenance_section(facts: Sequence[RunFacts], command: str) -> Section:
-    """Versions, identities, tolerances, and the commands that make report and runs again."""
-    blocks: list[Block] = [f"This report is made by: {command}"]
-    if facts:
-        shared = _shared(facts)
-        if shared is not None:
-            blocks.append(shared)
-        blocks += [_by_run(facts), *_commands(facts)]
+def provenance_section(facts: Sequence[RunFacts]) -> Section:
+    """Versions, identities, tolerances, and the commands that make the runs again."""
+    blocks: list[Block] = []
+    shared = _shared(facts)
+    if shared is not None:
+        blocks.append(shared)
+    blocks += [_by_run(facts), *_commands(facts)]
     return Section("provenance", "Provenance", tuple(blocks))
 
 
@@ -84,6 +83,7 @@ def _by_run(facts: Sequence[RunFacts]) -> Table:
         Head("run id"),
         *(Head(name) for name in own),
         Head("steps", numbers=True),
+        Head("evaluations", numbers=True),
         Head("wall time", "s", numbers=True),
     )
     rows = tuple(
@@ -93,6 +93,7 @@ def _by_run(facts: Sequence[RunFacts]) -> Table:
             Cell(one.run.result.run_id),
             *(Cell(origin.get(name, NOTHING)) for name in own),
             _attribute(one, "steps", 12),
+            _attribute(one, "evaluations", 12),
             _attribute(one, "wall_time", 3),
         )
         for one, origin in zip(facts, origins, strict=True)

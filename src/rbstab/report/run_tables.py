@@ -36,7 +36,7 @@ NOTE = (
     "the displacement of the contact point farthest from zero, by axis; settled is v below "
     f"{SETTLED:g} v(0) for good. Rest states are those in the range of the Euler angles, and the "
     "certified region is where convergence is proved, both where a proof is kept beside the result "
-    "(`rbstab stability`)."
+    "(rbstab stability makes it)."
 )
 
 TONES: dict[str, str] = {Verdict.CERTIFIED: "good", Verdict.VIOLATED: "bad", Verdict.UNKNOWN: "odd"}

@@ -9,6 +9,7 @@ from rbstab.report.sweeps.maps import map_blocks
 from rbstab.report.sweeps.members import Members, read_members
 from rbstab.report.sweeps.notable import notable_blocks
 from rbstab.report.sweeps.overview import overview_table, varied_table
+from rbstab.report.words import foreign
 
 UNREADABLE = (
     "Its plan cannot be read by this version of the program; so there are no maps of it, and no "
@@ -28,7 +29,7 @@ def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
     members = read_members(sweep.path)
     name = sweep.name
     parts: list[tuple[str, str, list[Block]]] = [
-        ("", str(members.table.attributes.get("title", "")), _facts(sweep, members)),
+        ("", foreign(members.table.attributes.get("title", "")), _facts(sweep, members)),
         ("maps", "maps", map_blocks(name, members)),
         ("distributions", "distributions", distribution_blocks(name, members)),
         ("comparison", "side by side", comparison_blocks(name, members)),

@@ -32,7 +32,8 @@ def print_report(report: Report, console: Console) -> None:
     A table that is too wide is cut into pieces, each with the first column.
     """
     console.print(_text(report.title, "bold"))
-    console.print(_text(f"{report.created}"))
+    console.print(_text(f"{report.created}, made by"))
+    console.print(_text(report.command))
     for section in report.sections:
         console.print()
         console.print(_text(section.title, "bold underline"))

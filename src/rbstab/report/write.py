@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rbstab.report.document import Report
 from rbstab.report.mark import MARKS, is_report
-from rbstab.store.atomic import appearing, write_whole
+from rbstab.store.atomic import write_whole
 from rbstab.store.errors import ResultExistsError, StoreError
 
 SUFFIXES = {
@@ -76,12 +76,9 @@ def _write_markdown(report: Report, path: Path) -> None:
 
 
 def _write_pdf(report: Report, path: Path) -> None:
-    from rbstab.report.pdf import write_pdf
+    from rbstab.report.pdf import pdf_of
 
-    with appearing(path, replace=True) as partial:
-        write_pdf(report, partial)
-        with partial.open("ab") as file:
-            file.write(MARKS["pdf"])
+    write_whole(path, pdf_of(report) + MARKS["pdf"], replace=True)
 
 
 def _write_text(report: Report, path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import os
 import secrets
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -61,10 +62,17 @@ def appearing(path: Path, *, replace: bool = False) -> Iterator[Path]:
         partial.unlink(missing_ok=True)
 
 
-def remove_remains(folder: Path) -> None:
-    """Removes what killed writers left in a folder; nobody else may be writing there."""
+def remove_remains(folder: Path, older_than: float = 0.0) -> None:
+    """Removes what killed writers left in a folder.
+
+    Args:
+        folder: The folder.
+        older_than: Where others may be writing, how long ago they must have written last, s.
+    """
     for remains in folder.glob(f".*{PARTIAL}"):
-        remains.unlink(missing_ok=True)
+        with suppress(FileNotFoundError):
+            if not older_than or time.time() - remains.stat().st_mtime > older_than:
+                remains.unlink()
 
 
 def set_aside(path: Path, new: Path) -> None:

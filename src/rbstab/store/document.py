@@ -9,21 +9,23 @@ from rbstab.store.atomic import write_whole
 from rbstab.store.errors import NotAResultError, StoreError
 
 
-def write_document(path: Path, data: dict[str, Any]) -> None:
+def write_document(path: Path, data: dict[str, Any], *, replace: bool = True) -> None:
     """Writes data, in place of what stood there.
 
     Args:
         path: The file. Missing folders are made.
         data: What JSON can hold; numbers come back to the last digit.
+        replace: Whether a file of that name gives way.
 
     Raises:
+        ResultExistsError: The file exists and `replace` is not set.
         StoreError: The operating system refused.
     """
     whole = {**data, "digest": _digest(data)}
     text = json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, text.encode(), replace=True)
+        write_whole(path, text.encode(), replace=replace)
     except OSError as error:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
 

@@ -1,5 +1,6 @@
 """A result in memory: named arrays with dimensions, and attributes."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -69,20 +70,33 @@ class Result:
         Raises:
             ImportError: xarray is not installed.
         """
-        import xarray
-
         members = {
             name.removeprefix(f"{group}/"): variable
             for name, variable in self.variables.items()
             if name.rpartition("/")[0] == group
         }
-        data = {
-            name: (v.dimensions, v.data, {"units": v.unit, "long_name": v.long_name})
-            for name, v in members.items()
-        }
-        dimensions = {dimension for v in members.values() for dimension in v.dimensions}
-        coordinates = {name: data.pop(name) for name in list(data) if name in dimensions}
         if group:
-            return xarray.Dataset(data, coords=coordinates)
-        data["config"] = ((), np.array(self.config, dtype=object), {})
-        return xarray.Dataset(data, coords=coordinates, attrs=dict(self.attributes))
+            return dataset_of(members, {})
+        found = dataset_of(members, self.attributes)
+        found["config"] = ((), np.array(self.config, dtype=object), {})
+        return found
+
+
+def dataset_of(
+    variables: Mapping[str, Variable], attributes: Mapping[str, str | int | float]
+) -> "xarray.Dataset":
+    """Arrays as an `xarray.Dataset`; those named like a dimension are its coordinates.
+
+    Raises:
+        ImportError: xarray is not installed.
+    """
+    # Imported late: it takes a second, and is optional.
+    import xarray
+
+    data = {
+        name: (v.dimensions, v.data, {"units": v.unit, "long_name": v.long_name})
+        for name, v in variables.items()
+    }
+    dimensions = {dimension for v in variables.values() for dimension in v.dimensions}
+    coordinates = {name: data.pop(name) for name in list(data) if name in dimensions}
+    return xarray.Dataset(data, coords=coordinates, attrs=dict(attributes))

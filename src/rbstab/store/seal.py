@@ -16,6 +16,8 @@ SEAL_SIZE = len(_MARK) + 64 + 1
 
 _BLOCK = 1 << 20
 
+_DAMAGED = "{} is damaged: it is not what was written (by its digest)"
+
 
 def seal(path: Path) -> None:
     """Puts the seal behind what a file holds.
@@ -31,7 +33,50 @@ def seal(path: Path) -> None:
 
 def sealed(content: bytes) -> bytes:
     """Some content with its seal."""
-    return content + _MARK + hashlib.sha256(content).hexdigest().encode() + b"\n"
+    return content + seal_line(hashlib.sha256(content).hexdigest())
+
+
+def seal_line(digest: str) -> bytes:
+    """The seal of content with this SHA-256, in hexadecimal, which somebody has taken already."""
+    return _MARK + digest.encode() + b"\n"
+
+
+def stated_seal(path: Path) -> str | None:
+    """The digest that a file says to have, by its end alone; None where no seal is there.
+
+    Raises:
+        StoreError: It cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            file.seek(max(0, file.seek(0, 2) - SEAL_SIZE))
+            end = file.read()
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+    digest = end[len(_MARK) : -1]
+    whole = end == _MARK + digest + b"\n" and len(end) == SEAL_SIZE
+    return digest.decode("ascii", "replace") if whole else None
+
+
+def digest_in(content: bytes) -> str:
+    """The digest in the seal of some sealed content, in hexadecimal."""
+    return content[-65:-1].decode()
+
+
+def unsealed(path: Path) -> tuple[bytes, str]:
+    """What a file holds before its seal, and the digest in that.
+
+    Raises:
+        NotAResultError: It is not what was written.
+        StoreError: It cannot be read.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+    if len(content) < SEAL_SIZE or sealed(content[:-SEAL_SIZE]) != content:
+        raise NotAResultError(_DAMAGED.format(path))
+    return content[:-SEAL_SIZE], digest_in(content)
 
 
 def has_seal(path: Path) -> bool:
@@ -65,7 +110,7 @@ def check_seal(path: Path) -> None:
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
     if not intact:
-        raise NotAResultError(f"{path} is damaged: it is not what was written (by its digest)")
+        raise NotAResultError(_DAMAGED.format(path))
 
 
 def _seal_of(file: BinaryIO, size: int) -> bytes:
@@ -77,4 +122,4 @@ def _seal_of(file: BinaryIO, size: int) -> bytes:
             break
         digest.update(block)
         size -= len(block)
-    return _MARK + digest.hexdigest().encode() + b"\n"
+    return seal_line(digest.hexdigest())

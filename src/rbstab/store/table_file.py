@@ -10,11 +10,11 @@ from typing import Any
 import h5py
 import numpy as np
 
-from rbstab.store.atomic import appearing, write_whole
+from rbstab.store.atomic import appearing
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.opening import array_of, check_version, opened, plain
 from rbstab.store.result import Variable
-from rbstab.store.seal import check_seal, seal, sealed
+from rbstab.store.seal import check_seal, seal
 from rbstab.store.table import AXES, RUN, Arrays, Column, Head, Table, TableDigest, attributes_of
 
 TABLE_VERSION = 1
@@ -25,35 +25,10 @@ TEXT = h5py.string_dtype("utf-8")
 ROOM = 1 << 20
 """Bytes that a file needs beside its columns; far more than it does."""
 
+KIND = "sweep"
+"""What such a file says that it is."""
+
 _OWN = ("schema_version", "kind")
-
-
-def write_shard(path: Path, head: Head, arrays: Arrays) -> str:
-    """Writes some runs in place of what stood there; the file appears whole or not at all.
-
-    Args:
-        path: The file; its folder must exist.
-        head: All but the data of the columns.
-        arrays: These.
-
-    Returns:
-        The digest of the columns, which is the attribute `arrays_digest` of the file.
-
-    Raises:
-        StoreError: The operating system refused.
-    """
-    try:
-        # Made in memory: HDF5 on a full disk can take the process with it.
-        with h5py.File(
-            path.name, "w", driver="core", backing_store=False, track_order=True
-        ) as file:
-            digest = _write(file, "shard", head, [arrays])
-            file.flush()
-            image = file.id.get_file_image()
-        write_whole(path, sealed(image), replace=True)
-        return digest
-    except OSError as error:
-        raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def write_table(path: Path, head: Head, parts: Iterable[Arrays]) -> None:
@@ -74,14 +49,14 @@ def write_table(path: Path, head: Head, parts: Iterable[Arrays]) -> None:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         with appearing(path, replace=True) as partial:
             with h5py.File(partial, "w-", track_order=True, locking=False) as file:
-                _write(file, "sweep", head, parts)
+                _write(file, head, parts)
             seal(partial)
     except OSError as error:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
-    """Reads a shard or a sweep.
+    """Reads a sweep.
 
     Args:
         path: The file.
@@ -96,7 +71,7 @@ def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
     with opened(path) as file:
         check_version(path, file, TABLE_VERSION)
         attributes = {name: plain(value) for name, value in file.attrs.items()}
-        if attributes.get("kind") not in ("shard", "sweep"):
+        if attributes.get("kind") != KIND:
             raise NotAResultError(f"{path} is a result, but of no sweep")
         layout: dict[str, Column] = {}
         arrays: dict[str, Any] = {RUN: array_of(path, file, RUN)[()]}
@@ -115,7 +90,7 @@ def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
         return Table(layout, arrays, kept, extras)
 
 
-def _write(file: h5py.File, kind: str, head: Head, parts: Iterable[Arrays]) -> str:
+def _write(file: h5py.File, head: Head, parts: Iterable[Arrays]) -> None:
     length = head.length
     _scale(file, RUN, np.arange(head.first, head.first + length), "number of the run")
     _scale(file, "axis", np.arange(1, AXES + 1), "component of a vector")
@@ -130,11 +105,9 @@ def _write(file: h5py.File, kind: str, head: Head, parts: Iterable[Arrays]) -> s
     assert at == length, f"{at} runs where {length} were promised"
     for name, extra in head.extras.items():
         _put_extra(file, name, extra)
-    found = digest.result()
-    own = {"schema_version": TABLE_VERSION, "kind": kind, "arrays_digest": found}
+    own = {"schema_version": TABLE_VERSION, "kind": KIND, "arrays_digest": digest.result()}
     for name, value in (dict(head.attributes) | own).items():
         file.attrs[name] = value
-    return found
 
 
 def _scale(file: h5py.File, name: str, data: Any, long_name: str) -> None:

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import asdict, dataclass
 from itertools import groupby
 from pathlib import Path
@@ -17,7 +18,7 @@ from rbstab.sweep.axes import VARIANT
 from rbstab.sweep.folder import SweepFolder
 from rbstab.sweep.outcome import COLUMNS
 from rbstab.sweep.plan import Plan
-from rbstab.sweep.single import SingleRuns
+from rbstab.sweep.processes import single_outcomes
 
 ENGINE = "scipy"
 
@@ -48,7 +49,7 @@ class Check:
 
 
 def members_to_check(plan: Plan, seed: str) -> list[int]:
-    """A random member of every thousand; none that slides, whose motion may be chaotic.
+    """A random member of every thousand, of the variants that are comparable.
 
     Args:
         plan: The plan.
@@ -60,18 +61,23 @@ def members_to_check(plan: Plan, seed: str) -> list[int]:
         digest = hashlib.sha256(f"{seed} {start}".encode()).digest()
         member = start + int.from_bytes(digest[:8], "big") % (stop - start)
         values = plan.values(member, member + 1, [key_of(VARIANT)])
-        variant = plan.variant_of({key: column[0] for key, column in values.items()})
-        if variant != "sliding":
+        if is_comparable(plan.variant_of({key: column[0] for key, column in values.items()})):
             found.append(member)
     return found
 
 
-def check_of(
+def is_comparable(variant: str) -> bool:
+    """Whether two engines find the same motions of a variant: not where it may be chaotic."""
+    return variant != "sliding"
+
+
+def check_of(  # noqa: PLR0913, PLR0917 (what is compared, and how that is told and stopped)
     plan: Plan,
     folder: SweepFolder,
     shards_digest: str,
     stop: Event,
     told: Callable[[int, int], None],
+    processes: int = 1,
 ) -> Check | None:
     """The check of a sweep whose shards are all there: that of its folder, or a new one.
 
@@ -81,6 +87,7 @@ def check_of(
         shards_digest: Of all its shards.
         stop: Set when it is to end early.
         told: Called with how many members were compared, and how many are to be.
+        processes: How many may follow them.
 
     Returns:
         The check, which is kept in the folder; None where it was stopped.
@@ -92,19 +99,33 @@ def check_of(
     if kept is not None and kept.shards_digest == shards_digest:
         return kept
     members = members_to_check(plan, folder.manifest.plan_id)
-    singles = SingleRuns(plan, ENGINE)
-    theirs: list[dict[str, Array]] = []
-    for count, member in enumerate(members):
-        told(count, len(members))
-        if stop.is_set():
-            return None
-        theirs.append(singles.compute(member, member + 1).outcome)
+    theirs = _followed(plan, members, stop, told, processes)
+    if theirs is None:
+        return None
     unlike, differences = (
         compared(_stored(folder, members), _joined(theirs)) if members else (0, {})
     )
     check = Check(shards_digest, tuple(members), unlike, differences)
     write_document(folder.check_file, asdict(check))
     return check
+
+
+def _followed(
+    plan: Plan, members: list[int], stop: Event, told: Callable[[int, int], None], processes: int
+) -> list[dict[str, Array]] | None:
+    """The outcomes of some members as single runs, in their order; None where it was stopped."""
+    told(0, len(members))
+    outcomes: dict[int, dict[str, Array]] = {}
+    with closing(single_outcomes(plan, ENGINE, members, processes)) as coming:
+        while not stop.is_set():
+            try:
+                found = next(coming)
+            except StopIteration:
+                return [outcomes[member] for member in members]
+            if found is not None:
+                outcomes[found[0]] = found[1]
+                told(len(outcomes), len(members))
+    return None
 
 
 def kept_check(path: Path) -> Check | None:

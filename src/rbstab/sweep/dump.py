@@ -13,19 +13,22 @@ from rbstab.sweep.plan import PLAN_VERSION, Plan
 
 def plan_yaml(plan: Plan) -> str:
     """A plan as YAML, which loads again as the same plan, wherever it stands."""
+    return as_yaml(plan_data(plan))
+
+
+def plan_data(plan: Plan) -> dict[str, Any]:
+    """The same as plain data."""
     design = plan.design
     drawn = {} if design is None else {"members": design.points, "seed": design.seed}
-    return as_yaml(
-        {
-            "schema_version": PLAN_VERSION,
-            "title": plan.title,
-            "base": _base(list(plan.templates.values())),
-            "vary": {axis.name: _axis(axis) for axis in plan.axes},
-            "design": GRID if design is None else design.word,
-            **drawn,
-            "keep": _keep(plan.keep),
-        }
-    )
+    return {
+        "schema_version": PLAN_VERSION,
+        "title": plan.title,
+        "base": _base(list(plan.templates.values())),
+        "vary": {axis.name: _axis(axis) for axis in plan.axes},
+        "design": GRID if design is None else design.word,
+        **drawn,
+        "keep": _keep(plan.keep),
+    }
 
 
 def _base(bases: list[dict[str, Any]]) -> dict[str, Any]:

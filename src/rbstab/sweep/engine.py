@@ -26,7 +26,11 @@ FAILED_CODES = tuple(STATUSES.index(status) for status in FAILED)
 
 
 class Shard(NamedTuple):
-    """Consecutive members: each of `outcome.COLUMNS`, the first axis along members; motions."""
+    """Consecutive members: each of `outcome.COLUMNS`, the first axis along members; their traces.
+
+    traces has the samples (`time`) and each quantity of a trace by its name, the first axis along
+    those members of which the plan keeps one; None where it keeps none of these.
+    """
 
     outcome: dict[str, Array]
     traces: dict[str, Array] | None = None

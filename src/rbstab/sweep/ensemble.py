@@ -6,11 +6,14 @@ so close to the end of the range that its samples cannot tell whether it left is
 more alone, for its status.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
-from rbstab.integrate.ensemble import Ensemble
+from rbstab.integrate.ensemble import Ensemble, Motions
+from rbstab.integrate.ensemble_forces import EnsembleForces
 from rbstab.integrate.heyoka_engine import integrate
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
@@ -22,8 +25,9 @@ from rbstab.sweep.outcome import STATUSES, Traces, outcome_of
 from rbstab.sweep.plan import Plan
 from rbstab.sweep.rest_energies import RestEnergies
 from rbstab.sweep.single import SingleRuns
+from rbstab.sweep.traces import layout_of, put
 
-CHUNK = 256
+CHUNK = 64
 """Members whose samples are in memory at once."""
 
 NEAR_THE_END = 1.45
@@ -46,6 +50,7 @@ class EnsembleEngine:
     def __init__(self, plan: Plan, alone: MemberEngine) -> None:
         self.plan = plan
         self.alone = alone
+        self.layout = layout_of(plan)
         self.structures = {
             variant: _Structure(plan, variant)
             for variant in plan.variants
@@ -58,6 +63,9 @@ class EnsembleEngine:
         members = stop - start
         found = without_result(members)
         found["run_id"] = run_ids(self.plan, start, stop)
+        chosen = self.plan.keep.traces(start, stop)
+        places = np.cumsum(chosen) - 1
+        traces = self.layout.blank(int(chosen.sum())) if chosen.any() else None
         alone = np.ones(members, dtype=bool)
         variants = values.get("controller.variant")
         for variant, structure in self.structures.items():
@@ -65,7 +73,12 @@ class EnsembleEngine:
             rows = np.flatnonzero(of_variant)
             for first in range(0, len(rows), CHUNK):
                 chunk = rows[first : first + CHUNK]
-                outcome, done, near = structure.outcome({k: v[chunk] for k, v in values.items()})
+                given = {k: v[chunk] for k, v in values.items()}
+                kept = np.flatnonzero(chosen[chunk])
+                outcome, done, near, motions = structure.outcome(given, kept)
+                if traces is not None:
+                    put(traces, places[chunk[kept]], motions.alike, kept)
+                    put(traces, places[chunk[kept]], motions.apart, np.arange(len(kept)))
                 left = [not self._completes(start + row) for row in chunk[done & near].tolist()]
                 alone[chunk] = ~done
                 alone[chunk[done & near]] = left
@@ -73,9 +86,13 @@ class EnsembleEngine:
                     found[name][chunk] = column
         for row in np.flatnonzero(alone).tolist():
             member = start + row
-            for name, column in self.alone.compute(member, member + 1).outcome.items():
+            single = self.alone.compute(member, member + 1)
+            for name, column in single.outcome.items():
                 found[name][row] = column[0]
-        return Shard(found)
+            if traces is not None and single.traces is not None:
+                for name in self.layout.names:
+                    traces[name][places[row]] = single.traces[name][0]
+        return Shard(found, traces)
 
     def _completes(self, member: int) -> bool:
         problem = problem_of(self.plan.config_of(member))
@@ -85,6 +102,13 @@ class EnsembleEngine:
 def _in_batches(problem: Problem) -> bool:
     """Whether nothing has to be done between the steps: no switching, no projection."""
     return problem.switching is None and not problem.project
+
+
+class _Kept(NamedTuple):
+    """Motions as traces name them: of all members, and what is evaluated of chosen ones alone."""
+
+    alike: dict[str, Array | None]
+    apart: dict[str, Array]
 
 
 class _Structure:
@@ -97,6 +121,8 @@ class _Structure:
         self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies)
         self.rest_energy = self._common_rest_energy()
         self.stored = RestEnergies(problem.system) if self.rest_energy is None else None
+        keeps = plan.keep.count(plan.members)
+        self.forces = EnsembleForces(self.ensemble) if keeps else None
 
     def _common_rest_energy(self) -> float | None:
         """The stored energy at rest, J, where all members share it."""
@@ -107,12 +133,17 @@ class _Structure:
         # Without a load every unloaded position is at rest, and stores nothing.
         return 0.0 if light else None
 
-    def outcome(self, values: dict[str, Array]) -> tuple[dict[str, Array], Array, Array]:
-        """The columns of some members, which were followed, and which came near the range's end."""
+    def outcome(
+        self, values: dict[str, Array], kept: Array
+    ) -> tuple[dict[str, Array], Array, Array, "_Kept"]:
+        """The columns of some members, which were followed, and which came near the range's end.
+
+        Last come the motions; they stand until the next call.
+        """
         parameters, starts = self.binding.of(values)
         motions = self.ensemble.run(parameters, starts)
         observed = self.ensemble.observe(parameters, motions)
-        energy = observed[:, -1] - self._rest_energies(values, parameters)[:, np.newaxis]
+        energy = observed[-1] - self._rest_energies(values, parameters)[:, np.newaxis]
         residual = energy - energy[:, :1] - motions.lyapunov_change
         traces = self._traces(motions.states, observed, energy, residual)
         with np.errstate(all="ignore"):
@@ -121,7 +152,26 @@ class _Structure:
         outcome["status"] = np.full(len(near), STATUSES.index(RunStatus.COMPLETED))
         outcome["steps"] = motions.steps
         done = motions.done & (motions.steps <= self.problem.step_limit)
-        return outcome, done, near
+        return outcome, done, near, self._kept(traces, parameters, motions, kept)
+
+    def _kept(self, traces: Traces, parameters: Array, motions: Motions, rows: Array) -> "_Kept":
+        if self.forces is None or not len(rows):
+            return _Kept({}, {})
+        forces = self.forces.along(parameters, motions, rows)
+        alike = {
+            "orientation": traces.Theta,
+            "angular_velocity": traces.Omega,
+            "position": traces.X,
+            "velocity": traces.V,
+            "connector_state": traces.own,
+            "contact_displacement": traces.E,
+            "contact_velocity": traces.F,
+            "lyapunov": traces.value,
+            "lyapunov_change": motions.lyapunov_change,
+            "energy_residual": traces.residual,
+        }
+        apart = {"contact_force": np.moveaxis(forces[:3], 0, 2), "lyapunov_rate": forces[3]}
+        return _Kept(alike, apart)
 
     def _rest_energies(self, values: dict[str, Array], parameters: Array) -> Array:
         if self.rest_energy is not None:
@@ -136,19 +186,19 @@ class _Structure:
 
     def _traces(self, states: Array, observed: Array, energy: Array, residual: Array) -> Traces:
         def along(rows: Array) -> Array:
-            return np.swapaxes(rows, 1, 2)
+            return np.moveaxis(rows, 0, 2)
 
         size = self.problem.system.coordinates.size
         return Traces(
             times=self.problem.times,
-            Theta=along(states[:, 0:3]),
-            Theta_rate=along(observed[:, 0:3]),
-            Omega=along(states[:, 3:6]),
-            X=along(observed[:, 3:6]),
-            V=along(observed[:, 6:9]),
-            E=along(observed[:, 9:12]),
-            F=along(observed[:, 12:15]),
-            own=along(states[:, size:]) if states.shape[1] > size else None,
+            Theta=along(states[0:3]),
+            Theta_rate=along(observed[0:3]),
+            Omega=along(states[3:6]),
+            X=along(observed[3:6]),
+            V=along(observed[6:9]),
+            E=along(observed[9:12]),
+            F=along(observed[12:15]),
+            own=along(states[size:]) if len(states) > size else None,
             value=energy,
             residual=residual,
         )

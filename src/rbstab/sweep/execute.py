@@ -1,29 +1,26 @@
-"""Following the members of a sweep: shard by shard, by several threads, as far as it is not done.
+"""Following the members of a sweep: shard by shard, as far as it is not done.
 
-A shard is computed and written by one thread, which has an engine of its own. What a shard holds
-depends on the plan and on nothing else, so neither the number of threads nor an interruption shows
-in the results.
+What a shard holds depends on the plan and on nothing else, so neither who computes it nor an
+interruption shows in the results.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterable
+from contextlib import closing
 from dataclasses import dataclass, field
-from queue import Empty, SimpleQueue
-from threading import Event, Thread
-from typing import NamedTuple
+from threading import Event
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.engine import EngineFactory, MemberEngine, Shard
+from rbstab.sweep.engine import MemberEngine, Shard
 from rbstab.sweep.folder import ShardFacts, SweepFolder
 from rbstab.sweep.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan import Plan
 from rbstab.sweep.single import SingleRuns
-
-TICK = 0.2
-"""s between two looks at silent threads: not every system lets a wait be interrupted."""
+from rbstab.sweep.traces import checked_traces
 
 
 class ShardDone(NamedTuple):
@@ -42,7 +39,28 @@ class Trouble(NamedTuple):
     error: Exception
 
 
-Told = Callable[[ShardDone | Trouble | None], None]
+class Resent(NamedTuple):
+    """Who computed members start to stop was lost; they are computed again (here: by us)."""
+
+    start: int
+    stop: int
+    error: BaseException
+    here: bool
+
+
+class OtherProcessor(NamedTuple):
+    """Shards come from a processor that is not of the kind of this process's own."""
+
+    name: str
+
+
+class NoWorkers(NamedTuple):
+    """Nobody is there who computes; they are waited for."""
+
+
+Happened = ShardDone | Trouble | Resent | OtherProcessor | NoWorkers
+
+Told = Callable[[Happened | None], None]
 """Called, in the thread that executes, for everything that happens; None: nothing for a while."""
 
 
@@ -82,14 +100,18 @@ class Survey:
         self.missing = [k for k in self.missing if k not in self.done]
 
 
-def survey_of(folder: SweepFolder) -> Survey:
+def survey_of(folder: SweepFolder, numbers: Iterable[int] | None = None) -> Survey:
     """What is there of a sweep; every shard is read and verified.
+
+    Args:
+        folder: Its folder.
+        numbers: Those of the shards that are wanted; default all.
 
     Raises:
         StoreError: A shard cannot be read.
     """
     survey = Survey()
-    for number in range(folder.shards):
+    for number in range(folder.shards) if numbers is None else numbers:
         facts = folder.facts(number)
         if facts is None:
             survey.missing.append(number)
@@ -98,14 +120,59 @@ def survey_of(folder: SweepFolder) -> Survey:
     return survey
 
 
-class _Ended(NamedTuple):
-    """A thread has ended, and by what error, if by one."""
+@dataclass(frozen=True)
+class Work:
+    """What an executor has to do, and where to leave it.
 
-    error: BaseException | None
+    Args:
+        plan: The plan.
+        folder: Where its shards are stored.
+        wanted: The numbers of those that are missing, ascending.
+        stop: Set (by anybody) when no further shard is to be begun.
+        fail_fast: Stop at the first member that failed.
+    """
+
+    plan: Plan
+    folder: SweepFolder
+    wanted: deque[int]
+    stop: Event
+    fail_fast: bool = False
+
+    def next(self) -> int | None:
+        """The number of a shard that nobody else takes; None where no more is to be begun."""
+        if self.stop.is_set():
+            return None
+        try:
+            return self.wanted.popleft()
+        except IndexError:
+            return None
+
+    def keep(self, number: int, shard: Shard) -> ShardDone:
+        """Writes a shard.
+
+        Raises:
+            StoreError: It cannot be written.
+        """
+        facts = self.folder.write(number, shard.outcome, shard.traces)
+        if self.fail_fast and facts.first_failed is not None:
+            self.stop.set()
+        start, stop = self.folder.bounds(number)
+        return ShardDone(number, stop - start, facts)
 
 
-Report = ShardDone | Trouble | _Ended
-"""What a thread says."""
+class Executor(Protocol):
+    """Who computes shards: the threads of this process, or a cluster."""
+
+    def happenings(self, work: Work) -> Generator[Happened | None]:
+        """Computes and keeps the wanted shards, and tells what happens; None now and then.
+
+        It ends when all are kept, or none is wanted any more and those that were begun are kept.
+        """
+        ...
+
+
+class ExecutorError(Exception):
+    """Those who compute cannot go on; what is stored stays."""
 
 
 @dataclass
@@ -115,8 +182,7 @@ class Execution:
     Args:
         plan: The plan.
         folder: Where it is stored; its lock is held.
-        factory: Makes the engine of each thread.
-        threads: How many there are.
+        executor: Computes the shards.
         told: Learns what happens.
         stop: Set (by anybody) when no further shard is to be begun.
         fail_fast: Stop at the first member that failed.
@@ -124,8 +190,7 @@ class Execution:
 
     plan: Plan
     folder: SweepFolder
-    factory: EngineFactory
-    threads: int
+    executor: Executor
     told: Told = lambda _: None
     stop: Event = field(default_factory=Event)
     fail_fast: bool = False
@@ -138,79 +203,54 @@ class Execution:
 
         Raises:
             StoreError: A shard cannot be written.
-            EngineMissingError: As the factory.
+            EngineMissingError: An engine cannot be used.
+            ExecutorError: The executor cannot go on.
         """
         if self.fail_fast and survey.first_failed is not None:
             return
         wanted = deque(sorted(survey.missing))
-        for happened in self._reports(wanted):
-            if isinstance(happened, ShardDone):
-                survey.done[happened.number] = happened.facts
-            self.told(happened)
+        work = Work(self.plan, self.folder, wanted, self.stop, self.fail_fast)
+        with closing(self.executor.happenings(work)) as happenings:
+            for happened in happenings:
+                if isinstance(happened, ShardDone):
+                    survey.done[happened.number] = happened.facts
+                self.told(happened)
         survey.missing = [k for k in survey.missing if k not in survey.done]
 
-    def _reports(self, wanted: "deque[int]") -> Iterator[ShardDone | Trouble | None]:
-        """What the threads report, until all of them have ended; None for each idle tick."""
-        reports: SimpleQueue[Report] = SimpleQueue()
-        left, errors = min(self.threads, len(wanted)), []
-        for _ in range(left):
-            # Daemons: a second interrupt must not wait for them. A file is whole at any instant.
-            Thread(target=self._work, args=(wanted, reports.put), daemon=True).start()
-        try:
-            while left:
-                try:
-                    report = reports.get(timeout=TICK)
-                except Empty:
-                    yield None
-                    continue
-                if isinstance(report, _Ended):
-                    left -= 1
-                    errors += [report.error] if report.error is not None else []
-                else:
-                    yield report
-        finally:
-            # Whoever listens may have ended early, by an error of its own.
-            if left:
-                self.stop.set()
-        if errors:
-            raise errors[0]
 
-    def _work(self, wanted: "deque[int]", report: "Callable[[Report], None]") -> None:
-        """What one thread does: one shard after the other."""
-        error = None
-        try:
-            engine = None
-            while wanted and not self.stop.is_set():
-                try:
-                    number = wanted.popleft()
-                except IndexError:
-                    break  # another thread was faster
-                engine = engine or self.factory(self.plan)
-                report(self._shard(engine, number, report))
-        except BaseException as caught:
-            # Told to the thread that executes, which raises it.
-            self.stop.set()
-            error = caught
-        finally:
-            report(_Ended(error))
+def computed(
+    plan: Plan,
+    engine: MemberEngine,
+    start: int,
+    stop: int,
+    troubled: Callable[[Exception], None],
+) -> Shard:
+    """A shard, by an engine or, where that raises an error, member by member.
 
-    def _shard(
-        self, engine: MemberEngine, number: int, report: "Callable[[Report], None]"
-    ) -> ShardDone:
-        """Computes and writes one shard."""
-        start, stop = self.folder.bounds(number)
-        try:
-            outcome = checked(engine.compute(start, stop), stop - start)
-        except EngineMissingError:
-            raise
-        except Exception as error:
-            # No member may end the sweep: they are followed alone, each with a status of its own.
-            report(Trouble(start, stop, error))
-            outcome = checked(SingleRuns(self.plan).compute(start, stop), stop - start)
-        facts = self.folder.write(number, outcome)
-        if self.fail_fast and facts.first_failed is not None:
-            self.stop.set()
-        return ShardDone(number, stop - start, facts)
+    Args:
+        plan: The plan.
+        engine: Follows the members.
+        start: The first one.
+        stop: Behind the last one.
+        troubled: Called with the engine's error.
+
+    Raises:
+        EngineMissingError: The engine cannot be used.
+    """
+    try:
+        return _checked(plan, engine, start, stop)
+    except EngineMissingError:
+        raise
+    except Exception as error:
+        # No member may end the sweep: they are followed alone, each with a status of its own.
+        troubled(error)
+        return _checked(plan, SingleRuns(plan), start, stop)
+
+
+def _checked(plan: Plan, engine: MemberEngine, start: int, stop: int) -> Shard:
+    shard = engine.compute(start, stop)
+    traces = checked_traces(shard.traces, plan, start, stop)
+    return Shard(checked(shard, stop - start), traces)
 
 
 def checked(shard: Shard, members: int) -> dict[str, Array]:

@@ -1,5 +1,6 @@
 """The folder of a sweep: its plan, its manifest, its shards, and the file that gathers them."""
 
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,19 +11,25 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.store.document import read_document
 from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.store.motions_file import Stamp, stamp_of, write_motions
+from rbstab.store.shard_file import DIGEST, SHARD, read_shard, write_shard
 from rbstab.store.table import RUN, Head, Table
-from rbstab.store.table_file import read_table, write_shard
+from rbstab.store.table_file import read_table
 from rbstab.sweep.engine import FAILED_CODES
+from rbstab.sweep.keep import SUMMARY, Keep
 from rbstab.sweep.layout import OUTCOME
 from rbstab.sweep.outcome import STATUSES
+from rbstab.sweep.traces import motions_of
 
 MANIFEST = "manifest.json"
 PLAN_FILE = "plan.yaml"
 SHARDS = "shards"
+TRACES = "traces"
 SWEEP_FILE = "sweep.h5"
 CHECK_FILE = "check.json"
 
-MANIFEST_VERSION = 1
+MANIFEST_VERSION = 2
+"""Version 1 knew no traces, and its shards were HDF5."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +43,7 @@ class Manifest:
         shard_size: Members of a shard; the last one may have fewer.
         engine: What follows them.
         versions: Of the program and of what computed it, at the beginning.
+        keep: Which members have traces.
         schema_version: Of the folder.
     """
 
@@ -45,11 +53,15 @@ class Manifest:
     shard_size: int
     engine: str
     versions: dict[str, str]
+    keep: Keep = SUMMARY
     schema_version: int = MANIFEST_VERSION
 
 
 class ShardFacts(NamedTuple):
-    """A whole shard: how many of its members ended how, the first that failed, and its digest."""
+    """A whole shard: how many of its members ended how, the first that failed, and its digest.
+
+    The digest is that of its file, which names that of its traces where it has some.
+    """
 
     counts: Array
     first_failed: int | None
@@ -85,15 +97,42 @@ class SweepFolder:
 
     def shard_file(self, number: int) -> Path:
         """The file of a shard."""
-        return self.path / SHARDS / f"{number:08d}.h5"
+        return self.path / SHARDS / f"{number:08d}{SHARD}"
+
+    def traces_file(self, number: int) -> Path:
+        """The file of the traces of a shard, where any of its members has one."""
+        return self.path / TRACES / f"{number:08d}.h5"
+
+    def has_traces(self, number: int) -> bool:
+        """Whether any member of a shard has a trace."""
+        return bool(self.manifest.keep.traces(*self.bounds(number)).any())
 
     def bounds(self, number: int) -> tuple[int, int]:
         """The first member of a shard, and the one behind its last."""
         start = number * self.manifest.shard_size
         return start, min(start + self.manifest.shard_size, self.manifest.members)
 
-    def write(self, number: int, outcome: dict[str, Array]) -> ShardFacts:
-        """Writes a shard.
+    def members_of(self, numbers: Iterable[int]) -> int:
+        """How many members these shards have."""
+        return sum(stop - start for start, stop in map(self.bounds, numbers))
+
+    def ranges(self, numbers: Iterable[int]) -> list[tuple[int, int]]:
+        """The members of these shards, ascending, as bounds of ranges that do not touch."""
+        found: list[tuple[int, int]] = []
+        for start, stop in map(self.bounds, numbers):
+            begins = found.pop()[0] if found and found[-1][1] == start else start
+            found.append((begins, stop))
+        return found
+
+    def write(
+        self, number: int, outcome: dict[str, Array], traces: dict[str, Array] | None = None
+    ) -> ShardFacts:
+        """Writes a shard, its traces first: a shard that is there has them, and names their digest.
+
+        Args:
+            number: From 0.
+            outcome: Its columns.
+            traces: Its traces, where any of its members has one.
 
         Returns:
             What is in it now.
@@ -102,16 +141,23 @@ class SweepFolder:
             StoreError: The operating system refused.
         """
         start, stop = self.bounds(number)
-        head = Head(OUTCOME, start, stop - start, {"plan_id": self.manifest.plan_id})
-        digest = write_shard(self.shard_file(number), head, outcome)
-        return facts_of(outcome["status"], start, digest)
+        plan_id = self.manifest.plan_id
+        attributes: dict[str, str | int | float] = {"plan_id": plan_id}
+        if traces is not None:
+            motions = motions_of(traces, self.manifest.keep, start, stop, plan_id)
+            stamp = write_motions(self.traces_file(number), motions)
+            attributes |= {"traces_digest": stamp.digest, "traces_bytes": stamp.size}
+        head = Head(OUTCOME, start, stop - start, attributes)
+        attributes[DIGEST] = write_shard(self.shard_file(number), head, outcome)
+        return facts_of(outcome["status"], start, attributes)
 
-    def read(self, number: int, names: tuple[str, ...] | None = None) -> Table | None:
-        """A shard, or None where it is absent, damaged, or none of this sweep.
+    def read(self, number: int) -> Table | None:
+        """A shard, or None where it is absent, damaged, none of this sweep, or without its traces.
+
+        The traces are not read: their file has to have the size and the seal that the shard names.
 
         Args:
             number: From 0.
-            names: The columns that are wanted; default all.
 
         Raises:
             StoreError: It cannot be read, or was written by a newer rbstab.
@@ -120,32 +166,45 @@ class SweepFolder:
         if not path.exists():
             return None
         try:
-            table = read_table(path, names)
+            table = read_shard(path, OUTCOME)
         except NotAResultError:
             return None
         expected = np.arange(*self.bounds(number))
         ours = table.attributes.get("plan_id") == self.manifest.plan_id
-        return table if ours and np.array_equal(table[RUN], expected) else None
+        if not ours or not np.array_equal(table[RUN], expected):
+            return None
+        if self.has_traces(number):
+            stamp = traces_stamp(table)
+            if stamp is None or stamp != stamp_of(self.traces_file(number)):
+                return None
+        return table
 
     def facts(self, number: int) -> ShardFacts | None:
         """What is in a shard, or None as `read`."""
-        table = self.read(number, ("status",))
+        table = self.read(number)
         if table is None:
             return None
-        return facts_of(table["status"], int(table[RUN][0]), str(table.attributes["arrays_digest"]))
+        return facts_of(table["status"], int(table[RUN][0]), table.attributes)
 
 
-def facts_of(status: Array, first: int, digest: str) -> ShardFacts:
+def traces_stamp(shard: Table) -> Stamp | None:
+    """What the traces of a shard are known by, if it has any."""
+    found = [shard.attributes.get(f"traces_{what}") for what in ("digest", "bytes")]
+    return Stamp(str(found[0]), int(found[1])) if found[1] is not None else None
+
+
+def facts_of(status: Array, first: int, attributes: Mapping[str, str | int | float]) -> ShardFacts:
     """The facts of a shard.
 
     Args:
         status: Its column of statuses.
         first: The number of its first member.
-        digest: That of its columns.
+        attributes: Those of its file, with its digest.
     """
     failed = np.flatnonzero(np.isin(status, FAILED_CODES))
     counts = np.bincount(status, minlength=len(STATUSES))
-    return ShardFacts(counts, int(first + failed[0]) if len(failed) else None, digest)
+    first_failed = int(first + failed[0]) if len(failed) else None
+    return ShardFacts(counts, first_failed, str(attributes[DIGEST]))
 
 
 def open_folder(path: Path) -> SweepFolder:
@@ -158,11 +217,15 @@ def open_folder(path: Path) -> SweepFolder:
     if not (path / MANIFEST).is_file():
         raise NotAResultError(f"{path} is not the folder of a sweep")
     data = read_document(path / MANIFEST)
-    if data.get("schema_version") != MANIFEST_VERSION:
+    version = data.get("schema_version")
+    if version == 1:
+        raise NotAResultError(f"{path} was begun by an older rbstab")
+    if version != MANIFEST_VERSION:
         raise StoreError(f"{path} was written by a newer rbstab, please update")
     try:
-        return SweepFolder(path, Manifest(**data))
-    except TypeError as error:
+        keep = Keep(**{**data["keep"], "members": tuple(data["keep"]["members"])})
+        return SweepFolder(path, Manifest(**{**data, "keep": keep}))
+    except (TypeError, KeyError) as error:
         raise NotAResultError(f"{path / MANIFEST} is damaged: {error}") from error
 
 

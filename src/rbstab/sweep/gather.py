@@ -12,7 +12,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.errors import NotAResultError
 from rbstab.store.result import Variable
-from rbstab.store.table import Head
+from rbstab.store.table import Column, Head
 from rbstab.store.table_file import read_table, write_table
 from rbstab.sweep.certified import COLUMN, Certified
 from rbstab.sweep.check import Check
@@ -22,6 +22,9 @@ from rbstab.sweep.folder import SweepFolder
 from rbstab.sweep.layout import OUTCOME, grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.outcome import STATUSES
 from rbstab.sweep.plan import Plan
+
+HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no", "yes"))
+"""The column of a plan that keeps traces."""
 
 
 def digest_of_shards(survey: Survey) -> str:
@@ -71,6 +74,8 @@ def gather(plan: Plan, folder: SweepFolder, shards_digest: str, check: Check | N
     text = np.array(plan_yaml(plan), dtype=object)
     extras["plan"] = Variable((), text, "", "resolved plan, YAML")
     layout = varied_layout(plan) | OUTCOME | {"convergence": COLUMN}
+    if plan.keep.count(plan.members):
+        layout["traces"] = HAS_TRACE
     head = Head(layout, 0, manifest.members, attributes, extras)
     write_table(folder.sweep_file, head, _parts(plan, folder))
 
@@ -83,7 +88,8 @@ def _parts(plan: Plan, folder: SweepFolder) -> Iterator[dict[str, Array]]:
             raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
         bounds, arrays = folder.bounds(number), dict(table.arrays)
         convergence = certified.of(*bounds, arrays["lyapunov_start"])
-        yield varied_arrays(plan, *bounds) | arrays | {"convergence": convergence}
+        arrays |= {"convergence": convergence, "traces": plan.keep.traces(*bounds).astype("i1")}
+        yield varied_arrays(plan, *bounds) | arrays
 
 
 def _check_extras(check: Check) -> dict[str, Variable]:

@@ -29,8 +29,12 @@ class _Leaf(NamedTuple):
 
 
 class _Form(NamedTuple):
-    """The canonical text of a variant's members, with a `%` where something varies; see `_fill`."""
+    """The canonical text of a variant's members, with a `%` where something varies; see `_fill`.
 
+    head is what stands before the first of these.
+    """
+
+    head: str
     text: str
     leaves: tuple[_Leaf, ...]
 
@@ -86,10 +90,10 @@ def _form(plan: Plan, variant: str) -> _Form | None:
     pieces = re.split(r'"\\u0000(\w+)"', _canonical(data))
     constants, names = [piece.replace("%", "%%") for piece in pieces[::2]], pieces[1::2]
     marks = ["%s" if name == "title" else "%r" for name in names]
-    text = "".join(c + mark for c, mark in zip(constants, [*marks, ""], strict=True))
+    text = "".join(mark + c for mark, c in zip(marks, constants[1:], strict=True))
     if names[-1] != "title":
         return None
-    return _Form(text, tuple(leaves[int(name)] for name in names[:-1]))
+    return _Form(pieces[0], text, tuple(leaves[int(name)] for name in names[:-1]))
 
 
 def _numbers_at(path: Path, value: Any) -> list[Path]:
@@ -107,12 +111,13 @@ def _fill(
         value = values[key] if factor is None else values[key] * factor
         # As a config does with -0.0.
         filled.append((value + 0.0).tolist())
-    titles = [_canonical(plan.title_of(variant, number)) for number in numbers.tolist()]
-    sha256, text = hashlib.sha256, form.text
-    return [
-        sha256((text % row).encode()).hexdigest()[:DIGITS].encode()
-        for row in zip(*filled, titles, strict=True)
-    ]
+    titles = [json.dumps(plan.title_of(variant, number)) for number in numbers.tolist()]
+    begun, text, found = hashlib.sha256(form.head.encode()), form.text, []
+    for row in zip(*filled, titles, strict=True):
+        digest = begun.copy()
+        digest.update((text % row).encode())
+        found.append(digest.hexdigest()[:DIGITS].encode())
+    return found
 
 
 def _canonical(data: Any) -> str:

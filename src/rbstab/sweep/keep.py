@@ -1,5 +1,6 @@
 """Of which members the whole motion is kept, and not only the summary."""
 
+from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,11 +22,17 @@ class Keep:
 
     def traces(self, start: int, stop: int) -> Array:
         """Whether each member from number `start` up to `stop` has a trace."""
-        numbers = np.arange(start, stop)
         if self.every:
-            return numbers % self.every == 0
-        return np.isin(numbers, np.array(self.members, dtype=np.int64))
+            return np.arange(start, stop) % self.every == 0
+        first, behind = (bisect_left(self.members, number) for number in (start, stop))
+        found = np.zeros(stop - start, dtype=bool)
+        found[np.array(self.members[first:behind], dtype=np.int64) - start] = True
+        return found
 
     def count(self, members: int) -> int:
         """How many of so many members have traces."""
         return -(-members // self.every) if self.every else len(self.members)
+
+
+SUMMARY = Keep()
+"""No traces."""

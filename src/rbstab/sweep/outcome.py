@@ -135,7 +135,8 @@ def last_above(times: Array, size: Array, bound: Array) -> Array:
     0 where it never is, NaN where it still is at the end.
     """
     above = size >= bound[:, np.newaxis]
-    last = len(times) - 1 - np.argmax(above[:, ::-1], axis=1)
+    backwards = np.ascontiguousarray(above[:, ::-1])  # numpy searches these several times as fast
+    last = len(times) - 1 - backwards.argmax(axis=1)
     rows, after = np.arange(len(size)), np.minimum(last + 1, len(times) - 1)
     before_size, after_size = size[rows, last], size[rows, after]
     with np.errstate(all="ignore"):

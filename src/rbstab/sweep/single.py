@@ -4,18 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 
+from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.config.schema import SMALLEST_SCIPY_RTOL, Config
-from rbstab.experiment.record import record_of
+from rbstab.experiment.record import quantities_of
+from rbstab.experiment.switching_record import resting_system
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Trajectory
 from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
-from rbstab.store.result import Variable
 from rbstab.sweep.engine import Shard, without_result
 from rbstab.sweep.identity import run_ids
 from rbstab.sweep.outcome import STATUSES, Traces, outcome_of
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.traces import TIME, layout_of, put_single
 
 
 class SingleRuns:
@@ -32,6 +34,7 @@ class SingleRuns:
     def __init__(self, plan: Plan, name: str | None = None) -> None:
         self._plan = plan
         self._name = name
+        self._layout = layout_of(plan)
         for base in plan.bases.values():
             engine(name or base.integration.engine)
 
@@ -39,43 +42,58 @@ class SingleRuns:
         """The members from number `start` up to `stop`."""
         found = without_result(stop - start)
         found["run_id"] = run_ids(self._plan, start, stop)
+        chosen = self._plan.keep.traces(start, stop)
+        places = np.cumsum(chosen) - 1
+        traces = self._layout.blank(int(chosen.sum())) if chosen.any() else None
         for index in range(stop - start):
             # Whatever goes wrong with one member says nothing of the others; it keeps its status.
             try:
-                trajectory, problem_outcome = self._follow(self._plan.config_of(start + index))
+                trajectory, quantities = self._follow(self._plan.config_of(start + index))
             except Exception:  # noqa: S112
                 continue
             found["status"][index] = STATUSES.index(trajectory.status)
             found["steps"][index] = min(trajectory.steps, np.iinfo(np.int32).max)
-            for name, values in problem_outcome.items():
+            for name, values in _outcome(quantities).items():
                 found[name][index] = values[0]
-        return Shard(found)
+            if traces is not None and chosen[index] and TIME in quantities:
+                put_single(traces, int(places[index]), quantities)
+        return Shard(found, traces)
 
     def _follow(self, config: Config) -> tuple[Trajectory, dict[str, Array]]:
         name = self._name or config.integration.engine
-        problem = problem_of(config)
+        # What no column shows is not asked for: how far a motion that slides can be trusted.
+        problem = replace(problem_of(config), diagnosed=False)
         if name == "scipy":
             problem = replace(problem, rtol=max(problem.rtol, SMALLEST_SCIPY_RTOL))
         with np.errstate(all="ignore"):
             trajectory = engine(name)(problem)
             try:
-                outcome = outcome_of(traces_of(record_of(problem, trajectory).variables))
+                rest = nearest_rest_state(resting_system(problem))
+                return trajectory, quantities_of(problem, trajectory, rest.energy)
             except Exception:
-                # The status is known; what a motion of a single sample has not is left out.
-                outcome = {}
-            return trajectory, outcome
+                # The status is known.
+                return trajectory, {}
 
 
-def traces_of(variables: dict[str, Variable]) -> Traces:
+def _outcome(quantities: dict[str, Array]) -> dict[str, Array]:
+    try:
+        with np.errstate(all="ignore"):
+            return outcome_of(traces_of(quantities))
+    except Exception:
+        # What a motion of a single sample has not is left out.
+        return {}
+
+
+def traces_of(quantities: dict[str, Array]) -> Traces:
     """The motion of a single run as that of one member."""
 
     def one(name: str) -> Array:
-        return variables[name].data[np.newaxis]
+        return quantities[name][np.newaxis]
 
-    Theta, Omega = (variables[name].data for name in ("orientation", "angular_velocity"))
+    Theta, Omega = quantities["orientation"], quantities["angular_velocity"]
     rates = np.array([rate_matrix(a) @ w for a, w in zip(Theta, Omega, strict=True)])
     return Traces(
-        times=variables["time"].data,
+        times=quantities["time"],
         Theta=one("orientation"),
         Theta_rate=rates[np.newaxis],
         Omega=one("angular_velocity"),
@@ -83,7 +101,7 @@ def traces_of(variables: dict[str, Variable]) -> Traces:
         V=one("velocity"),
         E=one("contact_displacement"),
         F=one("contact_velocity"),
-        own=one("connector_state") if "connector_state" in variables else None,
+        own=one("connector_state") if "connector_state" in quantities else None,
         value=one("lyapunov"),
         residual=one("energy_residual"),
     )

@@ -1,28 +1,39 @@
-"""A whole sweep, from its plan to its one file."""
+"""A whole sweep, from its plan to its one file; or a part of it, and the joining of the parts."""
 
 import os
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
 from typing import NamedTuple
 
-from rbstab.sweep.begin import begun
+from rbstab.config.errors import ConfigError
+from rbstab.store.errors import NotAResultError
+from rbstab.sweep.begin import Begun, begun, made, part_begun, remove_old_remains
 from rbstab.sweep.check import ENGINE, Check, check_of
 from rbstab.sweep.engine import EngineFactory, factory_for
-from rbstab.sweep.execute import Execution, ShardDone, Survey, Trouble, survey_of
-from rbstab.sweep.folder import SweepFolder
+from rbstab.sweep.execute import Execution, Executor, Happened, Survey, survey_of
+from rbstab.sweep.folder import PLAN_FILE, SweepFolder, open_folder
 from rbstab.sweep.gather import digest_of_shards, gather, is_gathered
-from rbstab.sweep.plan import Plan
+from rbstab.sweep.load import load_plan
+from rbstab.sweep.part import Part, forget_parts
+from rbstab.sweep.plan import Plan, plan_id
+from rbstab.sweep.room import check_room
+from rbstab.sweep.threads import Threads
 
 
 class Started(NamedTuple):
-    """The folder is there, and what is done already; for the rest see `Begun`."""
+    """The folder is there, and what is done already; for the rest see `Begun`.
+
+    members is how many there are to be done in all, by this process.
+    """
 
     folder: SweepFolder
     survey: Survey
     kept_aside: Path | None
     changed: tuple[str, ...]
+    members: int
 
 
 class Checking(NamedTuple):
@@ -36,7 +47,7 @@ class Gathering(NamedTuple):
     """The shards are being gathered."""
 
 
-Happening = Started | ShardDone | Trouble | Checking | Gathering
+Happening = Started | Happened | Checking | Gathering
 
 
 @dataclass(frozen=True)
@@ -45,15 +56,17 @@ class Sweep:
 
     Attributes:
         folder: Where it is.
-        survey: Which shards are done.
+        survey: Which shards are done; of a part, its own.
         check: The comparison with single runs, where it was made.
         finished: Whether everything is done and gathered.
+        part: Which part it is, where it is one.
     """
 
     folder: SweepFolder
     survey: Survey
     check: Check | None
     finished: bool
+    part: Part | None = None
 
 
 @dataclass(frozen=True)
@@ -66,7 +79,9 @@ class Ways:
         shard_size: Members of a shard; default that of the folder, or a good one.
         retry_failed: Compute shards with members that failed once more.
         fail_fast: Stop at the first member that failed.
-        force: Move a different sweep of the same name aside.
+        force: Move a different sweep of the same name aside; not for a part.
+        part: Compute this part only, and gather nothing; default all.
+        executor: Computes the shards, in place of threads.
     """
 
     factory: EngineFactory | None = None
@@ -75,6 +90,8 @@ class Ways:
     retry_failed: bool = False
     fail_fast: bool = False
     force: bool = False
+    part: Part | None = None
+    executor: Executor | None = None
 
 
 def sweep_to_folder(
@@ -96,31 +113,111 @@ def sweep_to_folder(
     Raises:
         ResultExistsError: A different sweep has that name.
         FolderInUseError: Another process is at it.
-        StoreError: Something cannot be written or read; EngineMissingError.
+        StoreError: Something cannot be written or read.
+        EngineMissingError: The engine cannot be used.
+        ExecutorError: The executor cannot go on.
     """
     stop = stop or Event()
     ways = ways or Ways()
-    factory = ways.factory or factory_for(plan.engine)
-    with begun(path, plan, ways.shard_size, force=ways.force) as place:
-        folder, before = place.folder, survey_of(place.folder)
+    executor = ways.executor or _threads(plan, ways)
+    with _place(path, plan, ways) as place:
+        folder = place.folder
+        numbers = range(folder.shards) if ways.part is None else ways.part.of(folder.shards)
+        before = survey_of(folder, numbers)
         survey = before.without_failed() if ways.retry_failed else before
-        told(Started(folder, survey, place.kept_aside, place.changed))
-        threads = ways.threads or processors()
-        execution = Execution(plan, folder, factory, threads, told, stop, ways.fail_fast)
-        execution.run(survey)
+        check_room(plan, folder, survey.missing)
+        members = folder.members_of(numbers)
+        told(Started(folder, survey, place.kept_aside, place.changed, members))
+        Execution(plan, folder, executor, told, stop, ways.fail_fast).run(survey)
         survey.filled_from(before)
-        if survey.missing or stop.is_set():
+        if ways.part is not None or survey.missing or stop.is_set():
+            return Sweep(folder, survey, None, finished=False, part=ways.part)
+        course = _Course(told, stop, ways.threads or processors())
+        return _joined(plan, folder, survey, course)
+
+
+def gather_folder(
+    path: Path,
+    told: Callable[[Happening | None], None] = lambda _: None,
+    stop: Event | None = None,
+) -> Sweep:
+    """Joins the shards of a folder, if all are there, whoever has computed them.
+
+    Args:
+        path: The folder of a sweep.
+        told: Called in this thread for everything that happens.
+        stop: May be set, by any thread, to end before all is done.
+
+    Returns:
+        The sweep; where shards are missing it is not finished.
+
+    Raises:
+        NotAResultError: It is not the folder of a sweep, or its plan is damaged.
+        FolderInUseError: Somebody is computing in it.
+        StoreError: Something cannot be written or read.
+        EngineMissingError: The engine is not there, whose versions the file tells.
+    """
+    # Looked at first: no folder is made here.
+    open_folder(path)
+    with made(path) as sure:
+        folder = open_folder(path)
+        plan = _stored_plan(folder)
+        survey = survey_of(folder)
+        told(Started(folder, survey, None, (), folder.manifest.members))
+        if survey.missing:
             return Sweep(folder, survey, None, finished=False)
-        digest = digest_of_shards(survey)
-        check = None
-        if plan.engine != ENGINE:
-            check = check_of(plan, folder, digest, stop, lambda *count: told(Checking(*count)))
-            if check is None:
-                return Sweep(folder, survey, None, finished=False)
-        if not is_gathered(folder, digest):
-            told(Gathering())
-            gather(plan, folder, digest, check)
-        return Sweep(folder, survey, check, finished=True)
+        factory_for(plan.engine)
+        if sure:
+            remove_old_remains(path)
+        return _joined(plan, folder, survey, _Course(told, stop or Event(), processors()))
+
+
+def _threads(plan: Plan, ways: Ways) -> Threads:
+    return Threads(ways.factory or factory_for(plan.engine), ways.threads or processors())
+
+
+def _place(path: Path, plan: Plan, ways: Ways) -> AbstractContextManager[Begun]:
+    if ways.part is not None:
+        return part_begun(path, plan, ways.shard_size, ways.part)
+    return begun(path, plan, ways.shard_size, force=ways.force)
+
+
+def _stored_plan(folder: SweepFolder) -> Plan:
+    """The plan that stands in a folder; it needs no other file."""
+    path = folder.path / PLAN_FILE
+    try:
+        plan = load_plan(path)
+    except ConfigError as error:
+        raise NotAResultError(f"{path} is damaged: {error.problems[0]}") from error
+    if plan_id(plan) != folder.manifest.plan_id:
+        raise NotAResultError(f"{path} is not the plan of this folder's shards")
+    return plan
+
+
+class _Course(NamedTuple):
+    """Who learns what happens, what ends it early, and how many processes may compare members."""
+
+    told: Callable[[Happening | None], None]
+    stop: Event
+    processes: int
+
+
+def _joined(plan: Plan, folder: SweepFolder, survey: Survey, course: _Course) -> Sweep:
+    """A sweep whose shards are all there: compared with single runs, and gathered."""
+    told, stop, processes = course
+    digest = digest_of_shards(survey)
+    check = None
+    if plan.engine != ENGINE:
+        check = check_of(
+            plan, folder, digest, stop, lambda *count: told(Checking(*count)), processes
+        )
+        if check is None:
+            return Sweep(folder, survey, None, finished=False)
+    if not is_gathered(folder, digest):
+        told(Gathering())
+        gather(plan, folder, digest, check)
+    forget_parts(folder.path)
+    return Sweep(folder, survey, check, finished=True)
 
 
 def processors() -> int:

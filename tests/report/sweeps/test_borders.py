@@ -5,7 +5,7 @@ import shlex
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN, code
-from support.reports import tables, texts
+from support.sections import tables, texts
 
 from rbstab.report.sweep_sections import sweep_sections
 from rbstab.report.sweeps.borders import border_pairs, notable
@@ -68,18 +68,17 @@ def test_drawn_members_of_one_variant_stay_together(members):
 
 def test_the_smallest_cos_of_those_that_stay(members):
     def columns(a):
+        left = a[X] < -0.5
         return {
-            "smallest_regularity": 0.01 + ((a["run"] - 6) / 20.0) ** 2,
-            "status": np.where(a["run"] == 6, code("range left"), 0),
+            # Of those that left member 0 has the smallest, far from the border; of others 19.
+            "smallest_regularity": np.where(left, 1e-3 * (a["run"] + 1), (40 - a["run"]) / 40),
+            "status": np.where(left, code("range left"), 0),
             "settling_time": 1 + (a["run"] == 17),
         }
 
-    why = {number: text for text, number in notable(members(GRID, columns))}
-    chosen = [k for k, text in why.items() if text.startswith("smallest cos θ2")]
-    # Those on both sides of the one that left; one of them stands beside a border already.
-    assert {5, 7} <= set(why)
-    assert set(chosen) <= {5, 7}
-    assert why[17] == "settles last"
+    found = notable(members(GRID, columns))
+    assert [k for why, k in found if why.startswith("smallest cos θ2")] == [19, 18]
+    assert [k for why, k in found if why == "settles last"] == [17]
 
 
 def test_those_that_failed_and_those_near_the_certified_level(members):
@@ -108,8 +107,9 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
     def columns(a):
         return {
             "settling_time": np.where(a["run"] == 13, 2.0, 1.0),
-            "run_id": [f"{k:032x}".encode() for k in a["run"]],
+            "run_id": [f"{k + 7:08d}{0:024d}".encode() for k in a["run"]],
             "lyapunov_start": a["run"],
+            "peak_contact_displacement": np.tile([1.0, -9.0, 3.0], (20, 1)),
         }
 
     sweep = made(GRID, columns)
@@ -123,9 +123,11 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
     assert cells["v(0)"].value == 13
     assert cells["initial angular_velocity[0]"].value == 1
     assert cells["initial angular_velocity[1]"].value == 10
-    assert cells["run"].text == "00000000"
+    assert cells["run"].text == "00000020"
+    assert cells["max |E| by axis"].value == 9.0
     # There is no plan beside this file.
-    assert cells["as a single run"].text == "rbstab run PLAN.yaml --member 13"
+    (section,) = (section for section in sections if section.name == "sweep-1-members")
+    assert f"`rbstab run PLAN.yaml --member {texts(table)[0][0]}`" in section.blocks[0]
 
 
 @pytest.mark.parametrize("folder", ["plain", "with a space"])
@@ -135,3 +137,13 @@ def test_the_command_is_quoted(tmp_path, folder):
     plan.write_text("")
     command = replay_command(tmp_path / folder / "sweep.h5", 7)
     assert shlex.split(command) == ["rbstab", "run", str(plan), "--member", "7"]
+
+
+def test_distances_are_those_of_scaled_parameters(members):
+    vary = {"controller.K_t[0]": {"uniform": [2000, 6000]}, f"{SPIN}[0]": {"uniform": [0, 0.01]}}
+    found = members(vary, lambda a: {"status": (a["run"] * 7 % 5 == 0).astype(int)}, **DRAWN)
+    scaled = [(p.values - p.values.min()) / np.ptp(p.values) for p in found.parameters]
+    distance = np.hypot(*(s[:, np.newaxis] - s for s in scaled))
+    distance[found.ends[:, np.newaxis] == found.ends] = np.inf
+    expected = np.unravel_index(distance.argmin(), distance.shape)
+    assert border_pairs(found)[0] == tuple(int(k) for k in expected)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN
-from support.reports import figures, tables, texts
+from support.sections import figures, tables, texts
 
 from rbstab.report.sweep_sections import sweep_sections
 from rbstab.report.sweeps.circumstances import circumstances_of

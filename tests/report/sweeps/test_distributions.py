@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.made_sweeps import code
-from support.reports import figures, tables
+from support.sections import figures, tables
 
 from rbstab.report.figure import Bars
 from rbstab.report.sweep_sections import sweep_sections

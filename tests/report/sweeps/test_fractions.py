@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 from support.made_sweeps import GRID, code
-from support.reports import figures, tables, texts
+from support.sections import figures, tables, texts
 
 from rbstab.report.sweep_sections import sweep_sections
 from rbstab.report.sweeps.fractions import OF_A_GRID, OF_EACH, OF_EVEN_DRAWS, fraction

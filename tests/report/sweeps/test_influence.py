@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.made_sweeps import SPIN
-from support.reports import figures, tables, texts
+from support.sections import figures, tables, texts
 
 from rbstab.report.sweep_sections import sweep_sections
 from rbstab.report.sweeps.influence import correlation_ratio
@@ -34,10 +34,10 @@ def test_a_sum_of_independent_parts_is_divided_by_their_variances(made):
 
 
 def test_groups_by_hand():
-    groups = np.array([0, 0, 1, 1, 1, 0])
-    values = np.array([1.0, 3.0, 5.0, 7.0, np.nan, np.nan])
-    # Means 2 and 6 around 4: 16 of 20.
-    assert correlation_ratio(groups, values) == pytest.approx(16 / 20)
+    groups = np.array([0, 0, 1, 3, 1, 0])
+    values = np.array([1.0, 3.0, 8.0, np.nan, np.inf, 2.0])
+    # Means 2, thrice, and 8, once, around 3.5: 3 * 1.5² + 4.5² = 27 of 29.
+    assert correlation_ratio(groups, values) == pytest.approx(27 / 29)
     assert correlation_ratio(groups, groups.astype(float)) == pytest.approx(1)
     assert np.isnan(correlation_ratio(groups, np.ones(6)))
     assert np.isnan(correlation_ratio(groups, np.full(6, np.nan)))

@@ -2,17 +2,20 @@
 
 import numpy as np
 import pytest
+from support.configs import VISCO_ELASTIC, plain
 from support.made_sweeps import GRID, SPIN, code
 from support.paper_runs import paper_config
-from support.reports import check_sections, tables
+from support.sections import check_sections, tables, texts
 
 from rbstab.experiment.kept_proofs import proof_for
 from rbstab.experiment.proof import start_level, starts_inside
 from rbstab.report.sweep_sections import UNREADABLE, sweep_sections
 from rbstab.report.sweeps.members import ENDS, read_members
+from rbstab.store.errors import NotAResultError
 from rbstab.store.table_file import read_table
 from rbstab.sweep.certified import CONVERGENCE
 from rbstab.sweep.dump import plan_yaml
+from rbstab.sweep.layout import OUTCOME
 from rbstab.sweep.load import load_plan
 
 
@@ -86,3 +89,34 @@ def test_the_file_is_not_changed(made):
     sweep_sections(sweep)
     assert sweep.path.read_bytes() == before
     assert len(read_table(sweep.path)["status"]) == 20
+
+
+def test_each_variant_has_its_own_level(members):
+    vary = {"controller.variant": {"values": ["free", "visco-elastic"]}} | GRID
+    found = members(vary)
+    found.__dict__["levels"] = {"visco-elastic": 7.0}
+    assert found.level.tolist() == pytest.approx([np.nan] * 20 + [7.0] * 20, nan_ok=True)
+
+
+@pytest.mark.parametrize("missing", ["settling_time", "steps"])
+def test_a_file_without_a_column_is_no_sweep(made, monkeypatch, missing):
+    layout = {name: column for name, column in OUTCOME.items() if name != missing}
+    monkeypatch.setattr("support.made_sweeps.OUTCOME", layout)
+    with pytest.raises(NotAResultError, match=f"has no column {missing}"):
+        read_members(made(GRID).path)
+
+
+@pytest.mark.parametrize("changes", [{"linspace": [-2, 2, 6]}, {"values": [1]}])
+def test_a_plan_of_other_members_is_not_taken(made, monkeypatch, changes):
+    other = load_plan({"base": plain(VISCO_ELASTIC), "vary": GRID | {f"{SPIN}[0]": changes}})
+    monkeypatch.setattr("support.made_sweeps.plan_yaml", lambda _: plan_yaml(other))
+    assert read_members(made(GRID).path).plan is None
+
+
+def test_texts_of_others_are_told_in_one_line(made):
+    title = "evil\u202e\n<script>"
+    sections = sweep_sections(made(GRID, title=title))
+    check_sections(sections)
+    assert "\u202e" not in sections[0].title
+    assert "\n" not in sections[0].title
+    assert "<script>" in dict(texts(tables(sections)["sweep-1-facts"]))["title"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.configs import VISCO_ELASTIC, plain
 from support.made_sweeps import GRID, SPIN, code
-from support.reports import check_sections, figures, tables, texts
+from support.sections import check_sections, figures, tables, texts
 
 from rbstab.report.matplotlib_renderer import drawn
 from rbstab.report.sources import SweepFile

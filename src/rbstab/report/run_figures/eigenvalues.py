@@ -98,7 +98,7 @@ def _crosses(each: list[Roots], *, slow: bool) -> list[Mark]:
     for run, _, values in each:
         eigenvalues = values[0]
         if slow:
-            eigenvalues = eigenvalues[_slow(values, eigenvalues)]
+            eigenvalues = eigenvalues[_slow(eigenvalues, eigenvalues)]
         marks.append(
             Points(
                 eigenvalues.real,
@@ -113,11 +113,11 @@ def _crosses(each: list[Roots], *, slow: bool) -> list[Mark]:
 
 
 def _slow(values: Array, nominal: Array) -> NDArray[np.bool_]:
-    """Which branches nowhere decay much faster than the slowest one does nominally, shape (k,)."""
+    """Which eigenvalues decay at most `SLOW` times as fast as the slowest nominal one."""
     slowest = -float(nominal.real.max())
     # Where one grows or stays there is no slowest decay to be compared with.
     bound = SLOW * slowest if slowest > 0 else np.inf
-    return np.asarray((-values.real <= bound).all(axis=0))
+    return np.asarray(-values.real <= bound)
 
 
 def _described(value: complex) -> str:
@@ -145,7 +145,7 @@ def _branches(roots: Roots, *, slow: bool) -> list[Mark]:
     _, factors, values = roots
     as_it_is = int(np.abs(np.log(factors)).argmin())
     if slow:
-        values = values[:, _slow(values, values[as_it_is])]
+        values = np.where(_slow(values, values[as_it_is]), values, complex(np.nan, np.nan))
     lowest, highest = f"K_r times {factors[0]:g}", f"K_r times {factors[-1]:g}"
     marks: list[Mark] = [
         Line(x, y, "in between") for x, y in (_with_gaps(branch) for branch in values.T)

@@ -40,7 +40,9 @@ def energy_figure(run: Run) -> Figure:
 def force_figure(run: Run) -> Figure:
     """The contact force, and what the stabilizers exert, by axis."""
     names = ("contact_force", "stabilizing_force", "stabilizing_couple")
-    panels = tuple(components(run, name) for name in names if name in run.result)
+    # A free body has no contact force.
+    acting = [name for name in names if name in run.result and run.result[name].any()]
+    panels = tuple(components(run, name) for name in acting or names[:1])
     return Figure(
         f"{run.name}-forces",
         f"Forces: {run.label}",

@@ -1,15 +1,12 @@
 """Entries of tables from numbers and words."""
 
-import math
-
+from rbstab.report import words
 from rbstab.report.document import Cell, Head, Table
 
 
 def number(value: float, digits: int = 4) -> Cell:
-    """A number with so many significant digits; what is not a number is a dash."""
-    if math.isnan(value):
-        return Cell("-", math.nan)
-    return Cell(f"{value:.{digits}g}", float(value))
+    """A number with so many significant digits; what is not a number is told as nothing."""
+    return Cell(words.number(value, digits), float(value))
 
 
 def whole(value: int) -> Cell:

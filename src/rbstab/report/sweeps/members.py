@@ -10,7 +10,8 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
 from rbstab.mechanics.numbers import Array
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
-from rbstab.store.table import Table
+from rbstab.store.errors import NotAResultError
+from rbstab.store.table import RUN, Table
 from rbstab.store.table_file import read_table
 from rbstab.sweep.certified import NO_PROOF, Certified
 from rbstab.sweep.layout import safe_name
@@ -127,11 +128,18 @@ def read_members(path: Path) -> Members:
     """Reads what a report needs of the file of a sweep.
 
     Raises:
-        StoreError: It cannot be read, or is damaged.
+        NotAResultError: It is damaged, or no sweep.
+        StoreError: It cannot be read.
     """
     plan = _plan_of(read_table(path, ()))
     varied = [safe_name(column.key) for column in plan.columns] if plan is not None else []
-    return Members(read_table(path, (*varied, *COLUMNS)), plan, path.absolute().parent.parent)
+    table = read_table(path, (*varied, *COLUMNS))
+    missing = [name for name in COLUMNS if name not in table.layout and name != "convergence"]
+    if missing:
+        raise NotAResultError(f"{path} has no column {missing[0]}")
+    if plan is not None and (plan.members != len(table[RUN]) or not {*varied} <= {*table.layout}):
+        plan = None
+    return Members(table, plan, path.absolute().parent.parent)
 
 
 def _plan_of(table: Table) -> Plan | None:

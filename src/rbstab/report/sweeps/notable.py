@@ -3,6 +3,8 @@
 import shlex
 from pathlib import Path
 
+import numpy as np
+
 from rbstab.report.document import Block, Cell, Head, Table
 from rbstab.report.sweeps.borders import notable
 from rbstab.report.sweeps.cells import number, whole
@@ -44,32 +46,30 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
         Head("why"),
         Head("outcome"),
         *(Head(label, unit, numbers=True) for label, unit in OUTCOMES.values()),
-        Head("peak of E by axis", "m"),
+        Head("max |E| by axis", "m", numbers=True),
         *_parameter_heads(members),
         Head("run"),
-        Head("as a single run"),
     )
-    rows = tuple(_row(members, path, why, k) for why, k in found)
+    rows = tuple(_row(members, why, k) for why, k in found)
     table = Table(f"{name}-notable", "Members worth a look", heads, rows)
     said = (
-        "Any member runs again as a single run, with its whole motion, by the command beside it; "
-        "its run is the one that is named."
+        "Any member runs again by itself, with its whole motion, as the run that is named; the "
+        f"first one of these by `{replay_command(path, found[0][1])}`."
     )
     return [said, table]
 
 
-def _row(members: Members, path: Path, why: str, k: int) -> tuple[Cell, ...]:
-    peak = ", ".join(f"{p:.4g}" for p in members.column("peak_contact_displacement")[k].tolist())
+def _row(members: Members, why: str, k: int) -> tuple[Cell, ...]:
+    peak = float(np.abs(members.column("peak_contact_displacement")[k]).max())
     tone = {0: "good", 1: "odd"}.get(int(members.ends[k]), "bad")
     return (
         whole(k),
         Cell(why),
         Cell(_end(members, k), tone=tone),
         *(number(float(members.column(name)[k])) for name in OUTCOMES),
-        Cell(f"({peak})"),
+        number(peak),
         *_parameters(members, k),
-        Cell(members.column("run_id")[k].decode()[:8]),
-        Cell(replay_command(path, k)),
+        Cell(members.column("run_id")[k].decode(errors="replace")[:8]),
     )
 
 

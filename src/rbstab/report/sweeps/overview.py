@@ -6,6 +6,7 @@ from pathlib import Path
 from rbstab.report.document import Cell, Head, Table
 from rbstab.report.sweeps.cells import facts, number
 from rbstab.report.sweeps.members import Members
+from rbstab.report.words import counted, foreign
 from rbstab.store.table import Table as Columns
 from rbstab.sweep.axes import Axis
 from rbstab.sweep.folder import PLAN_FILE
@@ -17,14 +18,14 @@ def overview_table(name: str, members: Members, path: Path) -> Table:
     table = members.table
     told = table.attributes
     rows = {
-        "title": str(told.get("title", "")),
-        "file": str(path),
-        "plan": str(told.get("plan_id", "")),
+        "title": foreign(told.get("title", "")),
+        "file": foreign(path),
+        "plan": foreign(told.get("plan_id", "")),
         "members": _members(members),
-        "engine": str(told.get("engine", "")),
+        "engine": foreign(told.get("engine", "")),
         "design": _design(members.plan, str(told.get("design", ""))),
         "repeated with scipy": _check(table),
-        "digest of the results": str(told.get("arrays_digest", "")),
+        "digest of the results": foreign(told.get("arrays_digest", "")),
         "computed": _versions(table),
     }
     if (path.parent / PLAN_FILE).is_file():
@@ -53,7 +54,9 @@ def varied_table(name: str, plan: Plan) -> Table:
 
 
 def _moves(axis: Axis) -> str:
-    together = f"together with others, as {axis.name}" if len(axis.columns) > 1 else "by itself"
+    together = (
+        f"together with others, as {foreign(axis.name)}" if len(axis.columns) > 1 else "by itself"
+    )
     return f"{together}, each with every point" if axis.each else together
 
 
@@ -80,12 +83,14 @@ def _check(table: Columns) -> str:
     if not checked:
         return "no member"
     unlike = int(table.attributes.get("checked_unlike", 0))
-    said = f"{checked} members, {unlike} unlike"
+    said = f"{counted(checked, 'member')}, {unlike} unlike"
     if "check_difference" not in table.extras:
         return said
     differences, columns = table["check_difference"], table["check_column"]
     worst = int(differences.argmax())
-    return f"{said}; largest relative difference {differences[worst]:.2g} ({columns[worst]})"
+    return (
+        f"{said}; largest relative difference {differences[worst]:.2g} ({foreign(columns[worst])})"
+    )
 
 
 def _versions(table: Columns) -> str:
@@ -96,4 +101,4 @@ def _versions(table: Columns) -> str:
         if name.endswith("_version")
     )
     commit = f" (commit {told['commit']})" if told.get("commit") else ""
-    return f"{told.get('created', '')} by {packages}{commit}".strip()
+    return foreign(f"{told.get('created', '')} by {packages}{commit}").strip()

@@ -8,6 +8,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.figure import Axis
+from rbstab.report.words import foreign
 from rbstab.store.table import Table
 from rbstab.sweep.axes import VARIANT, Column
 from rbstab.sweep.axes import Axis as Varied
@@ -108,7 +109,7 @@ def _parameter(axis: Varied, table: Table) -> Parameter:
     listed = isinstance(column.distribution, FiniteList)
     log = isinstance(column.distribution, _LOGARITHMIC) and bool((values > 0).all())
     others = [c.key for c in axis.columns if c is not column]
-    label = shortened(stored.long_name)
+    label = shortened(foreign(stored.long_name))
     if others:
         label += f" (with {', '.join(map(shortened, others))})"
     drawn = Axis(label, stored.unit, log=log, words=stored.flags)

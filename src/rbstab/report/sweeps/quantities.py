@@ -9,7 +9,7 @@ from rbstab.report.figure import Axis
 from rbstab.report.sweeps.members import Members
 
 WIDE = 30.0
-"""The ratio of the largest to the smallest number from which on an axis is logarithmic."""
+"""The ratio of large to small numbers from which on their axis is logarithmic."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,5 +85,9 @@ def _finite(values: Array) -> Array:
 
 
 def _is_wide(values: Array) -> bool:
+    """Whether all are above 0, and most of them far apart; a few of them alone do not matter."""
     finite = values[np.isfinite(values)]
-    return len(finite) > 0 and bool(0 < finite.min() * WIDE < finite.max())
+    if not len(finite) or finite.min() <= 0:
+        return False
+    low, high = np.quantile(finite, [0.02, 0.98])
+    return bool(low * WIDE < high)

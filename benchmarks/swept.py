@@ -1,0 +1,61 @@
+"""A sweep of visco-elastic members into a folder, by engines that are compiled beforehand."""
+
+import tempfile
+import time
+from pathlib import Path
+
+from rbstab.config.load import load_config, resolved
+from rbstab.sweep.begin import begun
+from rbstab.sweep.engine import factory_for
+from rbstab.sweep.execute import Execution, survey_of
+from rbstab.sweep.gather import digest_of_shards, gather
+from rbstab.sweep.load import load_plan
+from rbstab.sweep.plan import Plan
+from rbstab.sweep.threads import Threads
+
+CASE = "configs/paper/case2_visco_elastic.yaml"
+INTEGRATION = ["integration.engine=heyoka", "integration.rtol=1e-8"]
+
+
+def plan_of(members: int, samples: int = 201, keep: str = "summary") -> Plan:
+    """Members with random initial spins."""
+    spin = {"uniform": [-40, 40]}
+    base = resolved(load_config(CASE, [*INTEGRATION, f"integration.samples={samples}"]))
+    keys = [f"initial.angular_velocity[{axis}]" for axis in (0, 1)]
+    vary = dict.fromkeys(keys, spin)
+    drawn = {"design": "random", "members": members, "seed": 1}
+    return load_plan({"base": base, "vary": vary, **drawn, "keep": keep})
+
+
+class Sweeping:
+    """A plan and engines for some threads that have compiled what they need.
+
+    Args:
+        plan: The plan.
+        threads: How many.
+    """
+
+    def __init__(self, plan: Plan, threads: int) -> None:
+        self.plan = plan
+        make = factory_for("heyoka")
+        self.engines = [make(plan) for _ in range(threads)]
+        for engine in self.engines:
+            engine.compute(0, 64)
+
+    def seconds(self) -> tuple[float, float]:
+        """How long all shards take to the disk, and how long they take to be gathered.
+
+        The comparison with scipy is left out.
+        """
+        free = list(self.engines)
+        with (
+            tempfile.TemporaryDirectory(dir="results") as folder,
+            begun(Path(folder) / "sweep", self.plan, None) as place,
+        ):
+            survey = survey_of(place.folder)
+            threads = Threads(lambda _: free.pop(), len(self.engines))
+            begin = time.perf_counter()
+            Execution(self.plan, place.folder, threads).run(survey)
+            stored = time.perf_counter()
+            gather(self.plan, place.folder, digest_of_shards(survey), None)
+            return stored - begin, time.perf_counter() - stored

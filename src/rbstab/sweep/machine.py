@@ -1,0 +1,39 @@
+"""What of a machine shows in the bits of results: its versions, and its kind of processor."""
+
+import platform
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+
+from rbstab.experiment.provenance import PACKAGES, commit
+
+CPU_INFO = Path("/proc/cpuinfo")
+
+
+def versions(engine: str) -> dict[str, str]:
+    """The versions here of the program and of all packages behind the numbers of an engine."""
+    names = sorted({*PACKAGES[engine], *PACKAGES["scipy"]})
+    found = {"rbstab": version("rbstab"), "its commit": commit()}
+    return found | {name: import_module(name).__version__ for name in names}
+
+
+def difference(ours: dict[str, str], theirs: dict[str, str]) -> str:
+    """Which versions are not the same, in words; nothing where all are.
+
+    A program that was installed from a package knows no commit.
+    """
+    return ", ".join(
+        f"{name} {theirs.get(name, '?')}, not {ours[name]}"
+        for name in ours
+        if ours[name] != theirs.get(name) and ours[name] and theirs.get(name, "?")
+    )
+
+
+def processor() -> str:
+    """The kind of this machine's processor, in words."""
+    try:
+        lines = CPU_INFO.read_text().splitlines()
+    except OSError:
+        lines = []
+    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(names, "") or platform.processor() or platform.machine()

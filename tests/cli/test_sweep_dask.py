@@ -1,0 +1,86 @@
+"""`rbstab sweep --dask`: interrupted, left alone by its scheduler, and done."""
+
+import json
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from cli.conftest import start
+from support.clusters import LocalProcesses
+from support.sweeps import shard_files
+
+PLAN = """\
+title: Spins
+base: good.yaml
+vary:
+  initial.angular_velocity[0]: {linspace: [-4, 4, 400]}
+"""
+
+SWEEP = ("sweep", "plan.yaml", "--engine", "scipy", "--shard-size", "8")
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform == "win32", reason="nothing is killed like that there"),
+]
+
+
+@pytest.fixture
+def cluster(folder):
+    (folder / "plan.yaml").write_text(PLAN)
+    (folder / "cluster").mkdir()
+    with LocalProcesses(folder / "cluster") as processes:
+        processes.worker()
+        processes.worker()
+        yield processes
+
+
+def done_shards():
+    return len(shard_files(Path("results/plan")))
+
+
+def swept_until(cluster, act):
+    """Sweeps on the cluster, does something after some shards, and says how that ended."""
+    known = done_shards()
+    with start(*SWEEP, "--dask", cluster.address) as process:
+        while done_shards() < known + 3:
+            assert process.poll() is None
+            time.sleep(0.01)
+        act(process)
+        _, said = process.communicate(timeout=60)
+    return process.returncode, said
+
+
+def test_interrupted_once_twice_and_for_good(cluster, rbstab):
+    def interrupt(process):
+        process.send_signal(signal.SIGINT)
+
+    def interrupt_twice(process):
+        interrupt(process)
+        time.sleep(0.02)
+        interrupt(process)
+
+    for act in (interrupt, interrupt_twice):
+        code, said = swept_until(cluster, act)
+        assert code == 130
+        assert "Traceback" not in said
+        assert "The same command goes on" in said
+    code, said = swept_until(cluster, lambda _: cluster.kill(cluster.scheduler))
+    assert code == 4
+    assert "Traceback" not in said
+    assert f"the scheduler at {cluster.address} does not answer any more" in said
+    before = shard_files(Path("results/plan"))
+    assert 9 <= len(before) < 50
+    done = rbstab(*SWEEP)
+    assert done.exit_code == 0
+    assert before.items() <= shard_files(Path("results/plan")).items()
+
+
+def test_a_sweep_from_the_file_of_a_scheduler(cluster, rbstab):
+    options = (*SWEEP, "--set", "integration.duration=0.01")
+    done = rbstab(*options, "--dask", str(cluster.file), "--json", "-q")
+    assert (done.exit_code, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["by_status"] == {"completed": 400}
+    assert rbstab(*options, "-o", "here").exit_code == 0
+    assert shard_files(Path("results/plan")) == shard_files(Path("here/plan"))

@@ -1,0 +1,80 @@
+"""What a thread has compiled: once for each key, and no more than is of use."""
+
+import threading
+
+import pytest
+from support.hang_guard import within
+
+from rbstab.integrate import compiled_once as module
+from rbstab.integrate.compiled_once import compiled_once
+
+
+class Maker:
+    """Makes a new object each time, and counts."""
+
+    def __init__(self):
+        self.made = 0
+
+    def __call__(self):
+        self.made += 1
+        return object()
+
+
+def in_a_new_thread(function):
+    return within(60.0, function)
+
+
+def test_once_for_each_key():
+    def keys():
+        make = Maker()
+        first = compiled_once(("a", 1), make)
+        other = compiled_once(("a", 2), make)
+        assert other is not first
+        assert compiled_once(("a", 1), make) is first
+        assert make.made == 2
+
+    in_a_new_thread(keys)
+
+
+def test_each_thread_has_its_own():
+    make, found = Maker(), []
+    threads = [
+        threading.Thread(target=lambda: found.append(compiled_once("b", make))) for _ in range(3)
+    ]
+    for thread in threads:
+        thread.start()
+        thread.join()
+    assert make.made == len(set(map(id, found))) == 3
+
+
+def test_what_was_not_used_for_long_is_dropped(monkeypatch):
+    monkeypatch.setattr(module, "MOST_KEPT", 3)
+
+    def uses():
+        make = Maker()
+        kept = compiled_once(0, make)
+        for key in range(1, 10):
+            compiled_once(key, make)
+            assert compiled_once(0, make) is kept
+        assert make.made == 10
+        compiled_once(9, make)
+        compiled_once(8, make)
+        assert make.made == 10
+        compiled_once(7, make)
+        assert make.made == 11
+
+    in_a_new_thread(uses)
+
+
+def test_what_could_not_be_compiled_is_tried_again():
+    def fails():
+        raise ArithmeticError
+
+    def tries():
+        with pytest.raises(ArithmeticError):
+            compiled_once("c", fails)
+        make = Maker()
+        compiled_once("c", make)
+        assert make.made == 1
+
+    in_a_new_thread(tries)

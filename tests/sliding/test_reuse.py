@@ -1,0 +1,195 @@
+"""What is compiled for one problem serves others, and remembers none of them.
+
+A new thread has compiled nothing yet: what it finds is what a program finds that does nothing else.
+"""
+
+import gc
+import threading
+import weakref
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.hang_guard import within
+from support.sliding import ball_in_a_V, follow, paper_problem, pushed_ball
+
+from rbstab.integrate import heyoka_stepper, heyoka_switched
+from rbstab.integrate.filippov import FilippovDriver
+from rbstab.integrate.heyoka_flow import HeyokaFlow, _Run
+from rbstab.integrate.status import RunStatus
+
+
+def turning(rate, angle=0.0):
+    problem = ball_in_a_V(
+        2.0, 30.0, np.array([0.0, 5.0, -10.0]), np.zeros(3), np.array([0.3, 0.2, 0.5]),
+        np.zeros(3), np.linspace(0, 1, 5),
+    )  # fmt: skip
+    problem.start[1], problem.start[4] = angle, rate
+    return problem
+
+
+def diverging():
+    X, still, times = np.array([1.0, 2.0, -3.0]), np.zeros(3), np.linspace(0, 2, 11)
+    problem = pushed_ball(2.0, np.full(3, 30.0), still, -1e6 * np.eye(3), X, still, times)
+    return replace(problem, step_limit=20_000)
+
+
+def beyond_numbers():
+    problem = paper_problem(2000, slope=20.0, duration=0.1, samples=3)
+    problem.start[3] = 1e200
+    return problem
+
+
+PROBLEMS = {
+    "s = E": lambda: paper_problem(2000, duration=0.3, samples=4),
+    "other bounds": lambda: paper_problem(1500, duration=0.2, samples=3),
+    "sticking": lambda: paper_problem(20000, duration=0.5, samples=3, stick_energy=100.0),
+    "s = F + 20 E": lambda: paper_problem(20000, slope=20.0, duration=0.3, samples=7),
+    "s = F + 4 E": lambda: paper_problem(9000, slope=4.0, duration=0.3, samples=4),
+    "layer on E": lambda: paper_problem(2000, layer=1e-3, duration=0.2, samples=3),
+    "layer on F": lambda: paper_problem(20000, slope=20.0, layer=0.01, duration=0.1, samples=3),
+    "implicit": lambda: paper_problem(20000, slope=20.0, duration=0.05, samples=3, step=1e-3),
+    "implicit on E": lambda: paper_problem(2000, duration=0.05, samples=3, step=5e-4),
+    "switch limit": lambda: paper_problem(20000, duration=1.0, samples=3, switch_limit=50),
+    "step limit": lambda: replace(paper_problem(2000, duration=0.3, samples=4), step_limit=20),
+    "leaving": lambda: turning(5.0),
+    "tolerance": lambda: replace(turning(0.3), rtol=1e-9),
+    "diverging": diverging,
+    "beyond numbers": beyond_numbers,
+}
+
+ENDS = {
+    "switch limit": RunStatus.SWITCH_LIMIT,
+    "step limit": RunStatus.STEP_LIMIT,
+    "leaving": RunStatus.RANGE_LEFT,
+    "diverging": RunStatus.DIVERGED,
+    "beyond numbers": RunStatus.DIVERGED,
+}
+
+
+def bits(run):
+    """Everything that a run tells, but for what the problem says itself."""
+    arrays = (run.times, run.states, run.lyapunov_change, run.contact_work, *run.switches[:6])
+    counts = run.status, run.detail, run.steps, run.evaluations, run.switches.transitions
+    return [a.tobytes() for a in arrays], counts, run.switches.trusted_until
+
+
+def bits_of(name):
+    return bits(follow("heyoka", PROBLEMS[name]()))
+
+
+@pytest.fixture(scope="module")
+def alone():
+    """Each problem by a thread that does nothing else."""
+    return {name: within(120.0, bits_of, name) for name in PROBLEMS}
+
+
+def test_the_problems_end_as_they_are_meant_to(alone):
+    for name, (_, counts, _) in alone.items():
+        assert counts[0] is ENDS.get(name, RunStatus.COMPLETED), name
+    kinds = {str(kind) for _, _, kind in alone["sticking"][1][4]}
+    assert "stick" in kinds
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_order_of_problems_changes_a_bit(alone, seed):
+    for name in np.random.default_rng(seed).permutation(list(PROBLEMS)).tolist():
+        assert bits_of(name) == alone[name], name
+
+
+def test_two_threads_at_once_change_no_bit(alone):
+    found = {}
+
+    def all_of(names):
+        for name in names:
+            found[name] = bits_of(name)
+
+    names = [name for name in PROBLEMS if name != "diverging"]
+    halves = [names[::2], names[1::2]]
+    threads = [threading.Thread(target=all_of, args=(half,)) for half in halves]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(120.0)
+    assert found == {name: alone[name] for name in names}
+
+
+def test_two_runs_that_take_turns_change_no_bit():
+    def samples_of(problem):
+        flow = HeyokaFlow(problem, problem.switching)
+        return FilippovDriver(problem, problem.switching, flow).samples()
+
+    def plain(sample):
+        return sample.reached.time, sample.reached.state.tobytes(), sample.counts
+
+    one, other = PROBLEMS["s = E"](), paper_problem(1500, duration=0.2, samples=4)
+    expected = [[plain(s) for s in samples_of(problem)] for problem in (one, other)]
+    turns = list(zip(samples_of(one), samples_of(other), strict=True))
+    assert [[plain(s) for s in samples] for samples in zip(*turns, strict=True)] == expected
+
+
+@pytest.mark.parametrize("after", [1, 7])
+def test_a_run_that_was_broken_off_leaves_nothing_behind(alone, monkeypatch, after):
+    at_event, events = _Run.at_event, []
+
+    def interrupted(run, integrator, hit):
+        events.append(hit)
+        if len(events) == after:
+            raise KeyboardInterrupt
+        return at_event(run, integrator, hit)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(_Run, "at_event", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            bits_of("s = E")
+    assert bits_of("s = E") == alone["s = E"]
+
+
+def test_an_event_is_not_deaf_after_another_run():
+    """heyoka's events are for some 1e-10 s after they fired; this start leaves within 4e-11 s."""
+    assert follow("heyoka", turning(5.0)).status is RunStatus.RANGE_LEFT
+    run = follow("heyoka", turning(5.0, angle=np.arccos(1e-3) - 2e-10))
+    assert run.status is RunStatus.RANGE_LEFT
+    assert run.times[-1] == pytest.approx(4e-11, rel=1e-4)
+
+
+@pytest.fixture
+def compilations(monkeypatch):
+    """Counts what is compiled."""
+    made = []
+    for module, name in ((heyoka_switched, "taylor_adaptive"), (heyoka_stepper, "cfunc")):
+        compiler = getattr(module.hy, name)
+
+        def counting(*args, compiler=compiler, name=name, **options):
+            made.append(name)
+            return compiler(*args, **options)
+
+        monkeypatch.setattr(module.hy, name, counting)
+    return made
+
+
+def test_a_structure_is_compiled_once(compilations):
+    def many():
+        for K_s in (2000, 3000, 20000):
+            for slope in (None, 4.0, 20.0):
+                follow("heyoka", paper_problem(K_s, slope, duration=0.01, samples=2))
+        # One without held axes; on s = F + κE axes are held, which makes another.
+        assert compilations == ["taylor_adaptive"] * 2
+        for step in (1e-3, 5e-4):
+            follow("heyoka", paper_problem(2000, duration=0.01, samples=2, step=step))
+        assert compilations == ["taylor_adaptive"] * 2 + ["cfunc"]
+        follow("heyoka", replace(paper_problem(2000, duration=0.01, samples=2), rtol=1e-9))
+        assert compilations[3:] == ["taylor_adaptive"]
+
+    within(120.0, many)
+
+
+def test_what_is_compiled_does_not_keep_its_runs():
+    problem = PROBLEMS["s = E"]()
+    flow = HeyokaFlow(problem, problem.switching)
+    driver = FilippovDriver(problem, problem.switching, flow)
+    list(driver.samples())
+    log = weakref.ref(driver.log)
+    del driver, flow
+    gc.collect()
+    assert log() is None

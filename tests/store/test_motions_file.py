@@ -1,0 +1,219 @@
+"""Files of motions: every reader finds what was written, and damage is noticed."""
+
+import errno
+import hashlib
+
+import h5py
+import netCDF4
+import numpy as np
+import pytest
+import xarray
+
+from rbstab.store import motions_file
+from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
+from rbstab.store.motions import Motions, joined
+from rbstab.store.motions_file import check_motions, read_motions, stamp_of, write_motions
+from rbstab.store.result import Variable
+from rbstab.store.seal import SEAL_SIZE, stated_seal
+
+SAMPLES = 7
+
+
+def motions(numbers=(3, 5, 8, 9)):
+    rng = np.random.default_rng(1)
+
+    def random(*dimensions):
+        sizes = {"run": len(numbers), "time": SAMPLES, "axis": 3}
+        data = rng.normal(size=[sizes[name] for name in dimensions])
+        return Variable(dimensions, data, "m", "something")
+
+    return Motions(
+        {
+            "run": Variable(("run",), np.array(numbers), "1", "number"),
+            "time": Variable(("time",), np.linspace(0, 1, SAMPLES), "s", "time"),
+            "axis": Variable(("axis",), np.array([1, 2, 3]), "1", "component"),
+            "position": random("run", "time", "axis"),
+            "energy": random("run", "time"),
+        },
+        {"plan_id": "abc"},
+    )
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "0.h5"
+    return path, write_motions(path, motions())
+
+
+def assert_same(found, expected):
+    assert set(found.variables) == set(expected.variables)
+    assert found.attributes == expected.attributes
+    for name, variable in expected.variables.items():
+        assert found.variables[name].dimensions == variable.dimensions
+        assert found.variables[name][2:] == variable[2:]
+        assert np.array_equal(found[name], variable.data, equal_nan=True), name
+
+
+def test_what_is_written_is_read(file):
+    path, stamp = file
+    check_motions(path, stamp)
+    assert_same(read_motions(path), motions())
+    assert "energy" in read_motions(path)
+    assert "mass" not in read_motions(path)
+
+
+def test_one_run(file):
+    whole, one = motions(), read_motions(file[0], 2)
+    assert one["run"] == 8
+    assert (one["position"] == whole["position"][2]).all()
+    assert one.variables["position"].dimensions == ("time", "axis")
+    assert one.variables["energy"].dimensions == ("time",)
+    assert (one["time"] == whole["time"]).all()
+    assert one.to_xarray()["energy"].dims == ("time",)
+
+
+def test_runs_side_by_side(file):
+    found = joined([read_motions(file[0], row) for row in (3, 0)])
+    whole = motions()
+    assert found["run"].tolist() == [9, 3]
+    assert (found["position"] == whole["position"][[3, 0]]).all()
+    assert found.to_xarray()["position"].dims == ("run", "time", "axis")
+
+
+def test_other_readers(file):
+    path, expected = file[0], motions()
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        assert data["position"].dims == ("run", "time", "axis")
+        assert data["position"].attrs == {"units": "m", "long_name": "something"}
+        for name in expected.variables:
+            assert (data[name].values == expected[name]).all(), name
+    with netCDF4.Dataset(path) as data:
+        assert {name: len(d) for name, d in data.dimensions.items()} == {
+            "run": 4,
+            "time": SAMPLES,
+            "axis": 3,
+        }
+        for name in expected.variables:
+            assert (np.asarray(data[name][:]) == expected[name]).all(), name
+        assert data.plan_id == "abc"
+
+
+def test_the_seal_is_the_digest_of_all_before_it(file):
+    path, stamp = file
+    content = path.read_bytes()
+    assert hashlib.sha256(content[:-SEAL_SIZE]).hexdigest() == stamp.digest == stated_seal(path)
+    assert stamp == stamp_of(path)
+    assert stamp.size == len(content)
+
+
+def test_the_same_motions_make_the_same_bytes(file, tmp_path):
+    again = tmp_path / "another.h5"
+    assert write_motions(again, motions()) == file[1]
+    assert again.read_bytes() == file[0].read_bytes()
+
+
+def test_what_stands_behind_the_arrays_is_sealed_too(tmp_path):
+    """HDF5 puts a text that is too long for its place behind everything else."""
+    path = tmp_path / "long.h5"
+    long = motions()
+    long = Motions(long.variables, {f"note_{k}": f"{k}" * 3000 for k in range(9)})
+    stamp = write_motions(path, long)
+    check_motions(path, stamp)
+    assert_same(read_motions(path), long)
+    last = path.read_bytes().rindex(long["energy"].tobytes())
+    assert stamp.size - last > 2 * long["energy"].nbytes + SEAL_SIZE
+
+
+def test_numbers_of_many_blocks(tmp_path, monkeypatch):
+    whole = tmp_path / "whole.h5"
+    write_motions(whole, motions())
+    monkeypatch.setattr(motions_file, "_BLOCK", 24)
+    parts = tmp_path / "parts.h5"
+    write_motions(parts, motions())
+    assert parts.read_bytes() == whole.read_bytes()
+
+
+def test_every_damage_is_noticed(file):
+    path, stamp = file
+    content = path.read_bytes()
+    rng = np.random.default_rng(2)
+    for place in (*rng.integers(0, len(content), 40).tolist(), len(content) - 5):
+        path.write_bytes(content[:place] + bytes([content[place] ^ 4]) + content[place + 1 :])
+        with pytest.raises(NotAResultError, match="damaged"):
+            check_motions(path, stamp)
+    for length in (0, 10, 2000, len(content) - 1):
+        path.write_bytes(content[:length])
+        assert stamp_of(path) is None
+        with pytest.raises(NotAResultError, match="damaged"):
+            check_motions(path, stamp)
+
+
+def test_another_whole_file_is_not_this_one(file, tmp_path):
+    other = tmp_path / "other.h5"
+    write_motions(other, motions((3, 5, 8, 10)))
+    with pytest.raises(NotAResultError, match="damaged"):
+        check_motions(other, file[1])
+
+
+def test_an_absent_file(tmp_path):
+    assert stamp_of(tmp_path / "none.h5") is None
+    with pytest.raises(StoreError, match="cannot be read"):
+        read_motions(tmp_path / "none.h5")
+
+
+def test_files_of_others(tmp_path):
+    path = tmp_path / "other.h5"
+    for kind, version, error in (
+        ("sweep", 1, NotAResultError),
+        ("traces", 2, NewerSchemaError),
+        ("traces", 0, NotAResultError),
+    ):
+        with h5py.File(path, "w") as file:
+            file.attrs.update({"kind": kind, "schema_version": version})
+        with pytest.raises(error):
+            read_motions(path)
+
+
+class Full:
+    """A disk that takes some bytes, then a part of a block, then nothing."""
+
+    def __init__(self, room):
+        self.room = room
+
+    def __call__(self, file, block):
+        if len(block) > self.room:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        self.room -= len(block)
+        file.write(block)
+
+
+@pytest.mark.parametrize("room", [0, 100, 900])
+def test_a_disk_that_gets_full(file, monkeypatch, room):
+    path, stamp = file
+    monkeypatch.setattr(motions_file, "_write", Full(room))
+    with pytest.raises(StoreError, match="No space left"):
+        write_motions(path, motions((0, 1, 2, 3)))
+    check_motions(path, stamp)
+    assert [entry.name for entry in path.parent.iterdir()] == [path.name]
+
+
+def test_a_disk_that_is_full(tmp_path, monkeypatch):
+    usage = motions_file.shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(motions_file.shutil, "disk_usage", lambda _: usage._replace(free=500))
+    with pytest.raises(StoreError, match="No space left"):
+        write_motions(tmp_path / "a.h5", motions())
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_write_that_takes_a_part_is_repeated(tmp_path, monkeypatch):
+    class Slow:
+        def __init__(self):
+            self.taken = b""
+
+        def write(self, block):
+            self.taken += bytes(block[:5])
+            return min(len(block), 5)
+
+    slow = Slow()
+    motions_file._write(slow, memoryview(b"twelve bytes"))
+    assert slow.taken == b"twelve bytes"

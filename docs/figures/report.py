@@ -60,7 +60,9 @@ def shown(page: Page) -> list[bytes]:
 
 def main() -> None:
     """Makes the report, opens it, and puts together what is seen of it."""
-    chromium = shutil.which("chromium") or shutil.which("google-chrome")
+    chromium = next(filter(None, map(shutil.which, ("chromium", "google-chrome"))), None)
+    if chromium is None:
+        sys.exit("the picture of the report needs Chromium")
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         report = made(Path(folder))
         browser = playwright.chromium.launch(

@@ -75,6 +75,8 @@ def test_the_legend_hides_and_shows_all_curves_of_a_name(opened: Opened) -> None
     expect(box.locator(".scatterlayer .trace")).to_have_count(3)
     first.click()
     expect(box.locator(".scatterlayer .trace")).to_have_count(5)
+    first.click()
+    expect(box.locator(".scatterlayer .trace")).to_have_count(3)
     expect(box.locator(".shapelayer path")).to_have_count(1)
     legend.get_by_role("button", name="bound").click()
     expect(box.locator(".shapelayer path")).to_have_count(0)
@@ -94,6 +96,7 @@ def test_a_figure_offers_a_picture_and_to_send_nothing(opened: Opened) -> None:
 
 
 def pose(page: Page, name: str) -> list[float]:
+    """Where a view shows the centre of gravity and the contact point."""
     said = page.locator(f"canvas[data-name='{name}']").get_attribute("data-pose")
     assert said is not None
     return [float(number) for number in said.split()]
@@ -107,13 +110,12 @@ def test_the_slider_moves_all_bodies_and_the_cursors(opened: Opened) -> None:
     begin = cursor.evaluate("e => parseFloat(e.style.left)")
     page.locator("canvas").first.scroll_into_view_if_needed()
     slider.evaluate("e => { e.value = e.max / 2; e.dispatchEvent(new Event('input')); }")
-    # Half of the way along x, and half of half a turn about z.
+    # Half of the way along x, and half of half a turn about z, which takes R from x to y.
     for name in ("run-1", "run-2"):
         expect(page.locator(f"canvas[data-name='{name}']")).to_have_attribute(
             "data-pose", re.compile("^1.0000 ")
         )
-        half = 0.5**0.5
-        assert pose(page, name) == pytest.approx([END / 2, 0, 0, half, 0, 0, half], abs=1e-3)
+        assert pose(page, name) == pytest.approx([END / 2, 0, 0, END / 2, 0.1, -0.4], abs=1e-3)
     middle = cursor.evaluate("e => parseFloat(e.style.left)")
     slider.focus()
     page.keyboard.press("End")
@@ -122,6 +124,41 @@ def test_the_slider_moves_all_bodies_and_the_cursors(opened: Opened) -> None:
     assert end - begin > 200
     page.keyboard.press("ArrowLeft")
     assert 0.99 * END < pose(page, "run-1")[0] < END
+
+
+def test_a_click_on_a_curve_sets_the_time(opened: Opened) -> None:
+    page = opened(report())
+    panel = drawn(page, "over-time").locator(".nsewdrag").first
+    place = panel.bounding_box()
+    assert place is not None
+    page.mouse.move(place["x"] + place["width"] / 4, place["y"] + place["height"] / 2)
+    page.mouse.click(place["x"] + place["width"] / 4, place["y"] + place["height"] / 2)
+    slider = page.get_by_label("Time", exact=True)
+    expect(slider).not_to_have_value("0")
+    assert float(slider.input_value()) == pytest.approx(END / 4, abs=0.06)
+
+
+def test_a_zoom_holds_in_all_panels_and_in_other_colours(opened: Opened) -> None:
+    page = opened(report())
+    box = drawn(page, "over-time")
+    place = box.locator(".nsewdrag").first.bounding_box()
+    assert place is not None
+    y = place["y"] + place["height"] / 2
+    page.mouse.move(place["x"] + place["width"] / 4, y)
+    page.mouse.down()
+    page.mouse.move(place["x"] + place["width"] / 2, y, steps=5)
+    page.mouse.up()
+
+    def ends() -> list[float]:
+        axes = "['xaxis', 'xaxis2', 'xaxis3']"
+        ranges = f"e => {axes}.flatMap(axis => e._fullLayout[axis].range)"
+        found: list[float] = box.locator(".js-plotly-plot").evaluate(ranges)
+        return found
+
+    expected = [END / 4, END / 2] * 3
+    assert ends() == pytest.approx(expected, abs=0.03)
+    page.locator(".theme").click()
+    assert ends() == pytest.approx(expected, abs=0.03)
 
 
 def test_play_and_pause(opened: Opened) -> None:
@@ -179,6 +216,8 @@ def test_dark_pages_have_light_texts_also_in_figures(opened: Opened) -> None:
         assert low <= luminance(page, "body", "backgroundColor") <= high, theme
         ticks = luminance(page, ".drawing .xtick text", "fill")
         assert (ticks > 180) if theme == "dark" else (ticks < 80)
+        grid = luminance(page, ".drawing .xgrid", "stroke")
+        assert (grid < 80) if theme == "dark" else (grid > 180)
         page.locator(".theme").click()
 
 

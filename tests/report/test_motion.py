@@ -1,4 +1,5 @@
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,14 +12,19 @@ from rbstab.report.motion import MOST_FRAMES, motion_of
 from rbstab.report.sources import Run
 
 
-def run(variant: str, **changes: object) -> Run:
-    config = load_config(paper_config(variant, **changes))
+def run(variant: str, weighed: bool = False, **changes: Any) -> Run:
+    config = load_config(paper_config(variant, weighed, **changes))
     return Run(0, "run-1", "a", Path("a.h5"), rbstab.simulate(config), config)
 
 
-@pytest.mark.parametrize("variant", ["permanent", "visco-elastic"])
-def test_the_contact_point_is_off_its_anchor_by_the_stored_displacement(variant: str) -> None:
-    source = run(variant)
+@pytest.mark.parametrize(
+    ("variant", "anchor"),
+    [("permanent", "origin"), ("visco-elastic", "origin"), ("visco-elastic", "equilibrium")],
+)
+def test_the_contact_point_is_off_its_anchor_by_the_stored_displacement(
+    variant: str, anchor: str
+) -> None:
+    source = run(variant, weighed=True, controller={"anchor": anchor})
     motion = motion_of(source)
     at = np.searchsorted(source.result["time"], motion.times)
     turned = Rotation.from_quat(motion.rotations, scalar_first=True).apply(motion.contact_point)

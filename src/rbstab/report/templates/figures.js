@@ -26,6 +26,8 @@ function themed(layout, width) {
   const whole = {
     ...layout,
     width,
+    // What the reader has zoomed stays so in other colours and widths.
+    uirevision: "kept",
     font: { ...layout.font, color: text, family: getComputedStyle(document.body).fontFamily },
     paper_bgcolor: "rgba(0,0,0,0)",
     plot_bgcolor: "rgba(0,0,0,0)",

@@ -71,7 +71,8 @@ class MotionView {
     this.addTrace(painter, pose);
     this.addTies(painter, pose);
     painter.paint();
-    canvas.dataset.pose = [...pose.X, ...pose.Q].map((value) => value.toFixed(4)).join(" ");
+    const numbers = [...pose.X, ...plus(pose.X, turned(pose.Q, this.contact))];
+    canvas.dataset.pose = numbers.map((value) => value.toFixed(4)).join(" ");
   }
 
   paintGround(pen, project) {

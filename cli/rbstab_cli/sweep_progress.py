@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Event
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 EVERY = 10.0
 """s between two lines where there is no terminal."""
 
+
+OF_LATE = 30.0
+"""s over which the rate is taken."""
 
 SMOOTH = 0.1
 """s between two changes of a bar."""
@@ -39,7 +43,8 @@ class Teller:
         self._said_stopping = False
         self._said_trouble = False
         self._begin = self._last = time.monotonic()
-        self._total = self._done_before = 0
+        self._total = 0
+        self._rate = Rate()
         self._survey: Any = None
 
     def __call__(self, event: "Happening | None") -> None:
@@ -72,7 +77,7 @@ class Teller:
         self._begin = self._last = time.monotonic()
         self._total = event.members
         self._survey = event.survey  # which keeps being filled
-        self._done_before = self._done
+        self._rate(self._begin, self._done)
         if event.kept_aside is not None:
             self._say(f"the sweep that was there is now {event.kept_aside}")
         if event.changed:
@@ -88,21 +93,20 @@ class Teller:
 
     def _show(self) -> None:
         now = time.monotonic()
+        rate = self._rate(now, self._done)
         if self.quiet or now - self._last < (EVERY if self._bar is None else SMOOTH):
             return
         self._last = now
         if self._bar is not None:
-            self._bar.update(self._task, completed=self._done, description=self._facts())
+            self._bar.update(self._task, completed=self._done, description=self._facts(rate))
         else:
             counted = f"{self._done} of {self._total} members"
-            click.echo(f"{now - self._begin:.0f} s: {counted}, {self._facts()}", err=True)
+            click.echo(f"{now - self._begin:.0f} s: {counted}, {self._facts(rate)}", err=True)
 
-    def _facts(self) -> str:
+    def _facts(self, rate: float) -> str:
         """The rate, what did not complete, and the time left."""
         from rbstab.sweep.gather import counts_by_status
 
-        seconds = time.monotonic() - self._begin
-        rate = (self._done - self._done_before) / max(seconds, 1e-9)
         ends = counts_by_status(self._survey.counts)
         others = [f"{count} {status}" for status, count in ends.items() if status != "completed"]
         left = (self._total - self._done) / rate if rate else 0.0
@@ -137,6 +141,21 @@ class Teller:
             self._bar.console.print(text, markup=False, highlight=False, soft_wrap=True)
         else:
             click.echo(text, err=True)
+
+
+class Rate:
+    """How many members a second there have been of late: slow ones may follow fast ones."""
+
+    def __init__(self) -> None:
+        self._seen: deque[tuple[float, int]] = deque()
+
+    def __call__(self, now: float, done: int) -> float:
+        """The rate at an instant (s) at which so many are done; 0 at the first one."""
+        self._seen.append((now, done))
+        while len(self._seen) > 2 and self._seen[1][0] <= now - OF_LATE:
+            self._seen.popleft()
+        before, done_before = self._seen[0]
+        return (done - done_before) / (now - before) if now > before else 0.0
 
 
 @contextmanager

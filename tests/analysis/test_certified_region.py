@@ -2,13 +2,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.rest import DAMPING, HEAVY, inverted_pendulum, paper_system, random_rest_system
+from support.rest import DAMPING, HEAVY, K_R, inverted_pendulum, paper_system, random_rest_system
 
 from rbstab.analysis.boxes import RANGE_END
 from rbstab.analysis.certified_region import Face, certified_region
 from rbstab.analysis.proof import Outcome
 from rbstab.analysis.reduced_energy import reduced_energy
 from rbstab.analysis.rest_states import rest_states
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 
 
@@ -43,6 +44,23 @@ def test_free_body_needs_a_quarter_turn():
     assert found.level == pytest.approx(0.5 * 400 * (np.pi / 2) ** 2, rel=1e-14)
     assert abs(found.attained_at[1]) == pytest.approx(np.pi / 2, rel=1e-15)
     np.testing.assert_allclose(found.attained_at[[0, 2]], 0, atol=1e-7)
+
+
+def test_of_faces_that_are_alike_the_first_counts():
+    # θ3 = π and -π are one attitude, and store the same but for what couples θ3 with θ1.
+    soft = paper_system("permanent", 0.1)
+    lower = []
+    for coupling in (4e-11, -4e-11):
+        K_r = 0.1 * K_R
+        K_r[0, 2] = K_r[2, 0] = coupling
+        coupled = RotationalStabilizer(K_r, DAMPING)
+        elements = [coupled if type(e) is type(coupled) else e for e in soft.elements]
+        found = region(replace(soft, elements=tuple(elements)))
+        low, high = found.faces[Face.THETA3_LOW].value, found.faces[Face.THETA3_HIGH].value
+        lower.append(low < high)
+        assert found.energy == min(low, high)
+        assert found.face is Face.THETA3_LOW
+    assert lower == [True, False]
 
 
 def test_level_is_counted_from_the_rest_state():

@@ -20,7 +20,7 @@ from rbstab.store.shard_file import read_shard
 from rbstab.sweep.estimate import Estimate
 from rbstab.sweep.layout import OUTCOME
 from rbstab_cli import sweep_progress
-from rbstab_cli.sweep_progress import duration
+from rbstab_cli.sweep_progress import OF_LATE, Rate, duration
 from rbstab_cli.sweep_report import size
 
 PLAN = """\
@@ -288,3 +288,14 @@ def test_interrupts(folder):
         assert "The same command goes on" in said
         for path in shards.glob("0*.npy"):
             assert len(read_shard(path, OUTCOME)["run"]) == 4
+
+
+def test_the_rate_is_that_of_late():
+    rate = Rate()
+    assert rate(100.0, 50) == 0.0
+    assert rate(101.0, 1050) == 1000.0
+    assert rate(105.0, 4050) == 800.0
+    # Half a window later the fast ones still count, a whole one later they do not.
+    assert rate(105.0 + OF_LATE / 2, 4065) == pytest.approx(4015 / (5 + OF_LATE / 2))
+    assert rate(105.0 + OF_LATE, 4080) == pytest.approx(1.0)
+    assert rate(105.0 + 9 * OF_LATE, 4080) == 0.0

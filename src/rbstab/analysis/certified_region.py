@@ -20,6 +20,10 @@ from rbstab.mechanics.numbers import Array
 
 FACE_BOX_LIMIT = 100_000
 
+ALIKE = 1e-10
+"""Relative: of energies that differ by no more, as those of opposite faces under symmetry, the
+first counts, on every processor."""
+
 
 class Face(Enum):
     """One end of the range of eq. 5: the axis and the sign of its angle."""
@@ -52,8 +56,8 @@ class CertifiedRegion:
     lower_bound, J, is the level up to which this is proved: near `level` where `proved`, less where
     what is undecided might hold a rest state of less energy, and 0 where nothing is proved.
 
-    attained_at, shape (3,), rad, is where c* is: on `face`, or at a rest state if that is None.
-    faces has the least energy on each face.
+    attained_at, shape (3,), rad, is where c* is, or the first such place: on `face`, or at a rest
+    state if that is None. faces has the least energy on each face.
     """
 
     energy: float
@@ -83,7 +87,9 @@ def certified_region(rest: RestStates, box_limit: int = FACE_BOX_LIMIT) -> Certi
         (least.value, least.Theta, face) for face, least in faces.items()
     ]
     ends += [(point.state.energy, point.Theta, None) for point in others]
-    energy, attained_at, face = min(ends, key=lambda end: end[0])
+    energy = min(end[0] for end in ends)
+    alike = ALIKE * max(abs(energy), abs(lowest.state.energy))
+    _, attained_at, face = next(end for end in ends if end[0] - energy <= alike)
     return CertifiedRegion(
         energy,
         energy - lowest.state.energy,

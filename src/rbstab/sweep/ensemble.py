@@ -6,6 +6,7 @@ so close to the end of the range that its samples cannot tell whether it left is
 more alone, for its status.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -67,23 +68,16 @@ class EnsembleEngine:
         places = np.cumsum(chosen) - 1
         traces = self.layout.blank(int(chosen.sum())) if chosen.any() else None
         alone = np.ones(members, dtype=bool)
-        variants = values.get("controller.variant")
-        for variant, structure in self.structures.items():
-            of_variant = np.ones(members, bool) if variants is None else variants == variant
-            rows = np.flatnonzero(of_variant)
-            for first in range(0, len(rows), CHUNK):
-                chunk = rows[first : first + CHUNK]
-                given = {k: v[chunk] for k, v in values.items()}
-                kept = np.flatnonzero(chosen[chunk])
-                outcome, done, near, motions = structure.outcome(given, kept)
-                if traces is not None:
-                    put(traces, places[chunk[kept]], motions.alike, kept)
-                    put(traces, places[chunk[kept]], motions.apart, np.arange(len(kept)))
-                left = [not self._completes(start + row) for row in chunk[done & near].tolist()]
-                alone[chunk] = ~done
-                alone[chunk[done & near]] = left
-                for name, column in outcome.items():
-                    found[name][chunk] = column
+        for structure, chunk in self._chunks(values, members):
+            given = {key: column[chunk] for key, column in values.items()}
+            kept = np.flatnonzero(chosen[chunk])
+            outcome, undecided, motions = structure.outcome(given, kept)
+            if traces is not None:
+                put(traces, places[chunk[kept]], motions.alike, kept)
+                put(traces, places[chunk[kept]], motions.apart, np.arange(len(kept)))
+            alone[chunk] = undecided
+            for name, column in outcome.items():
+                found[name][chunk] = column
         for row in np.flatnonzero(alone).tolist():
             member = start + row
             single = self.alone.compute(member, member + 1)
@@ -94,9 +88,16 @@ class EnsembleEngine:
                     traces[name][places[row]] = single.traces[name][0]
         return Shard(found, traces)
 
-    def _completes(self, member: int) -> bool:
-        problem = problem_of(self.plan.config_of(member))
-        return integrate(problem).status is RunStatus.COMPLETED
+    def _chunks(
+        self, values: dict[str, Array], members: int
+    ) -> Iterator[tuple["_Structure", Array]]:
+        """Rows of members of one structure, as many as are followed at once."""
+        variants = values.get("controller.variant")
+        for variant, structure in self.structures.items():
+            of_variant = np.ones(members, bool) if variants is None else variants == variant
+            rows = np.flatnonzero(of_variant)
+            for first in range(0, len(rows), CHUNK):
+                yield structure, rows[first : first + CHUNK]
 
 
 def _in_batches(problem: Problem) -> bool:
@@ -135,8 +136,8 @@ class _Structure:
 
     def outcome(
         self, values: dict[str, Array], kept: Array
-    ) -> tuple[dict[str, Array], Array, Array, "_Kept"]:
-        """The columns of some members, which were followed, and which came near the range's end.
+    ) -> tuple[dict[str, Array], Array, "_Kept"]:
+        """The columns of some members, and which of them have to be followed alone.
 
         Last come the motions; they stand until the next call.
         """
@@ -151,8 +152,10 @@ class _Structure:
             near = ~(self._largest_pitch(traces) < NEAR_THE_END)
         outcome["status"] = np.full(len(near), STATUSES.index(RunStatus.COMPLETED))
         outcome["steps"] = motions.steps
-        done = motions.done & (motions.steps <= self.problem.step_limit)
-        return outcome, done, near, self._kept(traces, parameters, motions, kept)
+        undecided = ~motions.done | (motions.steps > self.problem.step_limit)
+        for k in np.flatnonzero(near & ~undecided).tolist():
+            undecided[k] = integrate(self._problem(values, k)).status is not RunStatus.COMPLETED
+        return outcome, undecided, self._kept(traces, parameters, motions, kept)
 
     def _kept(self, traces: Traces, parameters: Array, motions: Motions, rows: Array) -> "_Kept":
         if self.forces is None or not len(rows):
@@ -179,10 +182,13 @@ class _Structure:
         assert self.stored is not None
         energies, found = self.stored.of(parameters)
         for k in np.flatnonzero(~found).tolist():
-            row = {key: column[k] for key, column in values.items() if key != "controller.variant"}
-            system = problem_of(self.binding.config_of(row)).system
-            energies[k] = nearest_rest_state(system).energy
+            energies[k] = nearest_rest_state(self._problem(values, k).system).energy
         return energies
+
+    def _problem(self, values: dict[str, Array], k: int) -> Problem:
+        """One of some members as a single run."""
+        row = {key: column[k] for key, column in values.items() if key != "controller.variant"}
+        return problem_of(self.binding.config_of(row))
 
     def _traces(self, states: Array, observed: Array, energy: Array, residual: Array) -> Traces:
         def along(rows: Array) -> Array:

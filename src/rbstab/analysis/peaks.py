@@ -34,20 +34,18 @@ def peaks_at_samples(times: Array, values: Array, rates: Array) -> tuple[Array, 
     Returns:
         The values with their signs, and when they are there, s, each of shape (...).
     """
-    largest = np.abs(values).argmax(axis=-1)
-    peak = np.take_along_axis(values, largest[..., np.newaxis], -1)[..., 0]
-    when = times[largest]
-    for left in (np.maximum(largest - 1, 0), np.minimum(largest, len(times) - 2)):
-        ends = [
-            np.take_along_axis(of, side[..., np.newaxis], -1)[..., 0]
-            for of in (values, rates)
-            for side in (left, left + 1)
-        ]
-        h = times[left + 1] - times[left]
-        for s, turning in _turning_points(h, *ends):
-            farther = np.abs(turning) > np.abs(peak)
-            peak = np.where(farther, turning, peak)
-            when = np.where(farther, times[left] + s * h, when)
+    largest = np.abs(values).argmax(axis=-1)[..., np.newaxis]
+    around = np.clip(largest + np.array([-1, 0, 1]), 0, len(times) - 1)
+    value, rate = (np.take_along_axis(of, around, -1) for of in (values, rates))
+    start, h = times[around[..., :-1]], np.diff(times[around])
+    # Beyond an end there is an interval of no length, on which nothing turns.
+    turning = _turning_points(h, value[..., :-1], value[..., 1:], rate[..., :-1], rate[..., 1:])
+    candidates = np.concatenate([value[..., 1:2], *(height for _, height in turning)], axis=-1)
+    instants = np.concatenate([times[largest], *(start + s * h for s, _ in turning)], axis=-1)
+    # The sample comes first: it is taken where it is not a number, and all others are none.
+    farthest = np.where(np.isnan(candidates), -1.0, np.abs(candidates)).argmax(axis=-1)
+    chosen = farthest[..., np.newaxis]
+    peak, when = (np.take_along_axis(of, chosen, -1)[..., 0] for of in (candidates, instants))
     return peak, when
 
 

@@ -22,6 +22,9 @@ from rbstab.systems.system import AUDIT_SIZE, System
 MOST_STEPS = 20_000
 """Steps of a batch, after which a lane that is not done is taken out of it."""
 
+# Sweeps have threads of their own; heyoka's would only wait beside them, and not idly.
+hy.set_nthreads(1)
+
 DONE = hy.taylor_outcome.time_limit
 """heyoka's word for the end of the grid."""
 

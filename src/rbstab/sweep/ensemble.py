@@ -6,6 +6,7 @@ so close to the end of the range that its samples cannot tell whether it left is
 more alone, for its status.
 """
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
+from rbstab.integrate.compiled_map import SIMD
 from rbstab.integrate.ensemble import Ensemble, Motions
 from rbstab.integrate.ensemble_forces import EnsembleForces
 from rbstab.integrate.heyoka_engine import integrate
@@ -28,11 +30,8 @@ from rbstab.sweep.rest_energies import RestEnergies
 from rbstab.sweep.single import SingleRuns
 from rbstab.sweep.traces import layout_of, put
 
-CHUNK = 64
-"""Members whose samples are in memory at once."""
-
-NEAR_THE_END = 1.45
-"""rad: where |θ2| may have been beyond this, a single run decides whether it left the range."""
+SAMPLES = 512 * 201
+"""Samples that are in memory at once (25 MB). Of fewer, threads wait for each other more often."""
 
 
 def ensemble_engine(plan: Plan) -> MemberEngine:
@@ -96,8 +95,9 @@ class EnsembleEngine:
         for variant, structure in self.structures.items():
             of_variant = np.ones(members, bool) if variants is None else variants == variant
             rows = np.flatnonzero(of_variant)
-            for first in range(0, len(rows), CHUNK):
-                yield structure, rows[first : first + CHUNK]
+            size = max(SIMD, SAMPLES // len(structure.problem.times) // SIMD * SIMD)
+            for first in range(0, len(rows), size):
+                yield structure, rows[first : first + size]
 
 
 def _in_batches(problem: Problem) -> bool:
@@ -149,7 +149,7 @@ class _Structure:
         traces = self._traces(motions.states, observed, energy, residual)
         with np.errstate(all="ignore"):
             outcome = outcome_of(traces)
-            near = ~(self._largest_pitch(traces) < NEAR_THE_END)
+            near = self._may_have_left(traces)
         outcome["status"] = np.full(len(near), STATUSES.index(RunStatus.COMPLETED))
         outcome["steps"] = motions.steps
         undecided = ~motions.done | (motions.steps > self.problem.step_limit)
@@ -209,13 +209,26 @@ class _Structure:
             residual=residual,
         )
 
-    def _largest_pitch(self, traces: Traces) -> Array:
-        """How large |θ2| may have been, shape (m,): where it turns, the tangents' intersection."""
+    def _may_have_left(self, traces: Traces) -> Array:
+        """Whether |θ2| may have come to the end of the range between samples, shape (m,)."""
         angle, rate = traces.Theta[..., 1], traces.Theta_rate[..., 1]
-        h = np.diff(traces.times)
-        a, b, up, down = angle[:, :-1], angle[:, 1:], rate[:, :-1], rate[:, 1:]
-        turns = up * down < 0
-        with np.errstate(all="ignore"):
-            s = (b - a - down * h) / (up - down)
-        top = np.where(turns, np.abs(a + up * np.clip(s, 0.0, h)), 0.0)
-        return np.maximum(np.abs(angle).max(axis=1), np.nan_to_num(top, nan=np.inf).max(axis=1))
+        h, end = np.diff(traces.times), math.acos(self.problem.range_bound)
+        farthest = np.abs(angle).max(axis=1) + h.max() * np.abs(rate).max(axis=1)
+        found = ~(farthest < end)
+        # Few come that far; only they are looked at more closely.
+        rows = np.flatnonzero(found)
+        found[rows] = ~(_highest(angle[rows], rate[rows], h) < end)
+        return found
+
+
+def _highest(values: Array, rates: Array, h: Array) -> Array:
+    """How far from zero samples of shape (m, n) and their rates let something come, shape (m,).
+
+    The cubic between two samples stays inside the hull of its Bézier points. To that comes an
+    eighth of what the rate changes by, times the interval, as much as a parabola bends: the motion
+    is no cubic.
+    """
+    a, b, up, down = values[:, :-1], values[:, 1:], rates[:, :-1], rates[:, 1:]
+    points = np.array([a, b, a + up * h / 3, b - down * h / 3])
+    bent = np.abs(down - up) * h / 8
+    return (np.abs(points).max(axis=0) + bent).max(axis=1)

@@ -111,12 +111,23 @@ def _fill(
         value = values[key] if factor is None else values[key] * factor
         # As a config does with -0.0.
         filled.append((value + 0.0).tolist())
-    titles = [json.dumps(plan.title_of(variant, number)) for number in numbers.tolist()]
+    titles = _titles(plan, variant, numbers)
     begun, text, found = hashlib.sha256(form.head.encode()), form.text, []
     for row in zip(*filled, titles, strict=True):
         digest = begun.copy()
         digest.update((text % row).encode())
         found.append(digest.hexdigest()[:DIGITS].encode())
+    return found
+
+
+def _titles(plan: Plan, variant: str, numbers: Array) -> list[str]:
+    """The titles of some members as JSON, which ends with the number of the member."""
+    found, leads = [], {}
+    for text in map(str, numbers.tolist()):
+        # What stands before the number depends on its length, for a title is not too long.
+        if len(text) not in leads:
+            leads[len(text)] = json.dumps(plan.title_of(variant, int(text)))[: -len(text) - 1]
+        found.append(f'{leads[len(text)]}{text}"')
     return found
 
 

@@ -3,7 +3,6 @@
 import json
 import os
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -12,6 +11,12 @@ from benchmarks.measure import line, python, seconds_of
 from benchmarks.swept import Sweeping, plan_of
 
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
+BEGIN = """
+import rbstab.sweep.sweep
+from rbstab.sweep.engine import factory_for
+from rbstab.sweep.load import load_plan
+factory_for("heyoka")(load_plan({plan!r}, ["integration.engine=heyoka"])).compute(0, 8)
+"""
 FEW = "base: {base}\nvary:\n  initial.angular_velocity[0]: {{linspace: [-40, 40, 64]}}\n"
 
 
@@ -34,40 +39,21 @@ def main() -> None:
 
 def peak(samples: int, keep: str) -> None:
     """Prints the peak memory of this process after a sweep of the largest size, MB."""
-    # Only where processes have such a number.
-    import resource
-
     Sweeping(plan_of(SIZES[-1], samples, keep), 2).seconds()
-    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6)
+    # Linux's own word: what `resource` says counts the process that started this one.
+    status = Path("/proc/self/status").read_text()
+    print(int(status.partition("VmHWM:")[2].split()[0]) * 1024 / 1e6)
 
 
 def _beginning() -> None:
-    """A sweep that has to import and compile everything, the same from heyoka's cache."""
+    """A process that imports and compiles what a sweep needs; the same from heyoka's cache."""
     with tempfile.TemporaryDirectory() as home:
+        case = Path("configs/paper/case2_visco_elastic.yaml").resolve()
         plan = Path(home) / "few.yaml"
-        plan.write_text(FEW.format(base=Path("configs/paper/case2_visco_elastic.yaml").resolve()))
+        plan.write_text(FEW.format(base=case))
+        code = BEGIN.format(plan=str(plan))
         for what, limit in (("first", "at most 3"), ("from the cache", "at most 1")):
-            code = f"from benchmarks.sweep_sizes import begin; begin({str(plan)!r})"
-            done = subprocess.run(
-                python(code),
-                check=True,
-                capture_output=True,
-                text=True,
-                env={**os.environ, "HOME": home},
-            )
-            line(f"sweep: import and compile, {what}", float(done.stdout), "s", limit)
+            begin = time.perf_counter()
+            subprocess.run(python(code), check=True, env={**os.environ, "HOME": home})
+            line(f"sweep: import and compile, {what}", time.perf_counter() - begin, "s", limit)
         line("  of which the interpreter's own start", seconds_of(python("pass")), "s", "")
-
-
-def begin(plan: str) -> None:
-    """Prints what a sweep takes until its engine is ready, s."""
-    before = time.perf_counter()
-    # Imports are what is measured.
-    from rbstab.sweep.engine import factory_for
-    from rbstab.sweep.load import load_plan
-    from rbstab.sweep.sweep import sweep_to_folder
-
-    assert sweep_to_folder
-    made = factory_for("heyoka")(load_plan(plan, ["integration.engine=heyoka"]))
-    made.compute(0, 8)
-    print(time.perf_counter() - before, file=sys.stdout)

@@ -8,6 +8,7 @@ import hashlib
 import json
 import re
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from rbstab.sweep.plan import Plan
 
 DIGITS = 32
 """Of an identity."""
+
+_FORMS: "WeakKeyDictionary[Plan, dict[str, _Form | None]]" = WeakKeyDictionary()
+"""The forms of plans by variant: to make one takes as long as to follow a hundred members."""
 
 
 class _Leaf(NamedTuple):
@@ -57,17 +61,27 @@ def run_ids(plan: Plan, start: int, stop: int) -> Array:
         inside = np.arange(stop - start) if names is None else np.flatnonzero(names == variant)
         if not len(inside):
             continue
-        form = _form(plan, variant)
+        chosen = {key: column[inside] for key, column in values.items()}
+        form = _known_form(plan, variant, start + int(inside[0]))
         if form is None:
-            ids = [_slow(plan, start + index) for index in inside.tolist()]
+            found[inside] = [_slow(plan, start + index) for index in inside.tolist()]
         else:
-            chosen = {key: column[inside] for key, column in values.items()}
-            ids = _fill(plan, variant, form, start + inside, chosen)
-            if ids[0] != _slow(plan, start + int(inside[0])):
-                # No plan is known to come here; a wrong identity would be worse than a slow one.
-                ids = [_slow(plan, start + index) for index in inside.tolist()]
-        found[inside] = ids
+            found[inside] = _fill(plan, variant, form, start + inside, chosen)
     return found
+
+
+def _known_form(plan: Plan, variant: str, member: int) -> _Form | None:
+    """The form of a variant's members, made once and tried on one of them; None: there is none."""
+    forms = _FORMS.setdefault(plan, {})
+    if variant not in forms:
+        form = _form(plan, variant)
+        if form is not None:
+            numbers, values = np.array([member]), plan.values(member, member + 1)
+            if _fill(plan, variant, form, numbers, values) != [_slow(plan, member)]:
+                # No plan is known to come here; a wrong identity would be worse than a slow one.
+                form = None
+        forms[variant] = form
+    return forms[variant]
 
 
 def _slow(plan: Plan, index: int) -> bytes:

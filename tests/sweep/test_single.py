@@ -119,3 +119,25 @@ def test_which_engine_is_taken(monkeypatch):
     assert fastest() == "scipy"
     with pytest.raises(EngineMissingError):
         factory_for("heyoka")
+
+
+@pytest.mark.parametrize("surface", ["{slope: 20}", "position"])
+def test_a_motion_that_slides_settles_when_its_own_energy_does(surface):
+    example = "configs/examples/sliding/slope_exact_20000.yaml"
+    plan = load_plan(
+        {
+            "base": example,
+            "vary": {"initial.angular_velocity[2]": {"values": [-16, -15]}},
+        },
+        ["integration.engine=heyoka", f"controller.surface={surface}", "integration.samples=201"],
+    )
+    run = simulate(plan.config_of(0))
+    # The work ε of the contact force stands where the connector's energy does on s = F + κE.
+    held = np.array([part != "connector" or surface == "position" for part in run["part"]])
+    v = run["energy"][:, held].sum(axis=1) - run["energy_at_rest"]
+    assert (run["lyapunov"][-1] < 1e-3 * v[0]) == (surface == "position")
+    settled = SingleRuns(plan).compute(0, 1).outcome["settling_time"][0]
+    after = run["time"] > settled
+    assert (v[after] < 1e-3 * v[0]).all()
+    assert v[~after][-1] >= 1e-3 * v[0]
+    assert np.diff(run["time"])[0] > settled - run["time"][~after][-1] >= 0

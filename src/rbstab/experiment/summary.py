@@ -7,6 +7,7 @@ import numpy as np
 from rbstab.analysis.lyapunov import relative_residual
 from rbstab.analysis.peaks import signed_peak
 from rbstab.mechanics.attitude import rate_matrix
+from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
 
 
@@ -46,6 +47,18 @@ def summary_of(result: Result) -> Summary:
             abs(signed_peak(t, Theta[:, 1], pitch_rate)),
             float(t[-1]),
         )
+
+
+def without_work(result: Result) -> Array:
+    """v, shape (n,), J, also where the result has v - ε in its place (on s = F + κE).
+
+    v - ε does not end at zero, so that v alone tells when a motion has settled.
+    """
+    v, parts = result["lyapunov"], result["part"].tolist()
+    if result.attributes.get("variant") != "sliding" or "connector" not in parts:
+        return v
+    connector, work = result["energy"][:, parts.index("connector")], result["contact_work"]
+    return v + work if np.array_equal(connector, -work) else v
 
 
 class Comparison(NamedTuple):

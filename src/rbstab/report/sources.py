@@ -12,7 +12,7 @@ import numpy as np
 
 from rbstab.config.schema import Config
 from rbstab.experiment.stored_config import stored_config
-from rbstab.experiment.summary import Summary, summary_of
+from rbstab.experiment.summary import Summary, summary_of, without_work
 from rbstab.report.document import Unread
 from rbstab.report.opening import SWEEP, content_of, file_of
 from rbstab.report.words import foreign
@@ -54,9 +54,9 @@ class Run:
     @cached_property
     def settling_time(self) -> float:
         """From when v stays below v(0)/1000, s; NaN where it does not by the end."""
-        t, v = self.result["time"], self.result["lyapunov"]
         with np.errstate(all="ignore"):
-            return float(settling_times(t, v[np.newaxis])[0])
+            v = without_work(self.result)
+            return float(settling_times(self.result["time"], v[np.newaxis])[0])
 
 
 @dataclass(frozen=True)

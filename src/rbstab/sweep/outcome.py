@@ -67,6 +67,8 @@ class Traces:
         own: The elements' own states, shape (m, n, 3), or None.
         value: v, shape (m, n), J.
         residual: r, shape (m, n), J.
+        work: ε, shape (m, n), J, where `value` is v - ε (on s = F + κE): that does not end at zero,
+            and v alone tells when a motion has settled.
     """
 
     times: Array
@@ -80,6 +82,7 @@ class Traces:
     own: Array | None
     value: Array
     residual: Array
+    work: Array | None = None
 
 
 def outcome_of(traces: Traces) -> dict[str, Array]:
@@ -97,6 +100,7 @@ def outcome_of(traces: Traces) -> dict[str, Array]:
     peak, peak_time = _peaks(times, traces.E, traces.F)
     angles, _ = _peaks(times, traces.Theta, traces.Theta_rate)
     distance = np.linalg.norm(traces.E, axis=2)
+    value = traces.value if traces.work is None else traces.value + traces.work
     return last | {
         "end_time": np.full(members, times[-1]),
         "lyapunov_start": traces.value[:, 0],
@@ -106,7 +110,7 @@ def outcome_of(traces: Traces) -> dict[str, Array]:
         "peak_time": peak_time,
         "peak_orientation": np.abs(angles),
         "smallest_regularity": np.cos(np.minimum(np.abs(angles[:, 1]), np.pi / 2)),
-        "settling_time": settling_times(times, traces.value),
+        "settling_time": settling_times(times, value),
         "displacement_settling_time": last_above(times, distance, np.full(members, CLOSE)),
     }
 

@@ -8,9 +8,9 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.config.schema import SMALLEST_SCIPY_RTOL, Config
 from rbstab.experiment.record import quantities_of
-from rbstab.experiment.switching_record import resting_system
+from rbstab.experiment.switching_record import resting_system, works_without_potential
 from rbstab.integrate.engines import engine
-from rbstab.integrate.problem import Trajectory
+from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.engine import Shard, without_result
@@ -33,10 +33,9 @@ class SingleRuns:
 
     def __init__(self, plan: Plan, name: str | None = None) -> None:
         self._plan = plan
-        self._name = name
+        self._engine = name or plan.engine
         self._layout = layout_of(plan)
-        for base in plan.bases.values():
-            engine(name or base.integration.engine)
+        engine(self._engine)
 
     def compute(self, start: int, stop: int) -> Shard:
         """The members from number `start` up to `stop`."""
@@ -48,25 +47,28 @@ class SingleRuns:
         for index in range(stop - start):
             # Whatever goes wrong with one member says nothing of the others; it keeps its status.
             try:
-                trajectory, quantities = self._follow(self._plan.config_of(start + index))
+                problem = self._problem(self._plan.config_of(start + index))
+                trajectory, quantities = self._follow(problem)
             except Exception:  # noqa: S112
                 continue
             found["status"][index] = STATUSES.index(trajectory.status)
             found["steps"][index] = min(trajectory.steps, np.iinfo(np.int32).max)
-            for name, values in _outcome(quantities).items():
+            for name, values in _outcome(problem, quantities).items():
                 found[name][index] = values[0]
             if traces is not None and chosen[index] and TIME in quantities:
                 put_single(traces, int(places[index]), quantities)
         return Shard(found, traces)
 
-    def _follow(self, config: Config) -> tuple[Trajectory, dict[str, Array]]:
-        name = self._name or config.integration.engine
+    def _problem(self, config: Config) -> Problem:
         # What no column shows is not asked for: how far a motion that slides can be trusted.
         problem = replace(problem_of(config), diagnosed=False)
-        if name == "scipy":
+        if self._engine == "scipy":
             problem = replace(problem, rtol=max(problem.rtol, SMALLEST_SCIPY_RTOL))
+        return problem
+
+    def _follow(self, problem: Problem) -> tuple[Trajectory, dict[str, Array]]:
         with np.errstate(all="ignore"):
-            trajectory = engine(name)(problem)
+            trajectory = engine(self._engine)(problem)
             try:
                 rest = nearest_rest_state(resting_system(problem))
                 return trajectory, quantities_of(problem, trajectory, rest.energy)
@@ -75,16 +77,16 @@ class SingleRuns:
                 return trajectory, {}
 
 
-def _outcome(quantities: dict[str, Array]) -> dict[str, Array]:
+def _outcome(problem: Problem, quantities: dict[str, Array]) -> dict[str, Array]:
     try:
         with np.errstate(all="ignore"):
-            return outcome_of(traces_of(quantities))
+            return outcome_of(traces_of(problem, quantities))
     except Exception:
         # What a motion of a single sample has not is left out.
         return {}
 
 
-def traces_of(quantities: dict[str, Array]) -> Traces:
+def traces_of(problem: Problem, quantities: dict[str, Array]) -> Traces:
     """The motion of a single run as that of one member."""
 
     def one(name: str) -> Array:
@@ -104,4 +106,5 @@ def traces_of(quantities: dict[str, Array]) -> Traces:
         own=one("connector_state") if "connector_state" in quantities else None,
         value=one("lyapunov"),
         residual=one("energy_residual"),
+        work=one("contact_work") if works_without_potential(problem.system) else None,
     )

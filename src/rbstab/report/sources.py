@@ -14,7 +14,8 @@ from rbstab.config.schema import Config
 from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.summary import Summary, summary_of, without_work
 from rbstab.report.document import Unread
-from rbstab.report.opening import SWEEP, content_of, file_of
+from rbstab.report.opening import SWEEP, file_of
+from rbstab.report.reading import read_all
 from rbstab.report.words import foreign
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
@@ -98,26 +99,28 @@ def read_sources(paths: Iterable[str | Path]) -> Sources:
         paths: Files of runs, folders of sweeps, or the files that gather these. One that is named
             twice is taken once.
     """
+    wanted: dict[str, Path] = {}
+    for path in map(Path, paths):
+        wanted.setdefault(_identity(path), path)
     runs: list[tuple[Path, Result]] = []
     sweeps: list[Path] = []
     unread: list[Unread] = []
-    seen: set[str] = set()
-    for path in map(Path, paths):
-        try:
-            file = file_of(path)
-            identity = os.path.realpath(file)
-            if identity in seen:
-                continue
-            seen.add(identity)
-            content = content_of(file)
-        except (StoreError, OSError, ValueError) as error:
-            unread.append(Unread(foreign(path), _reason(path, error)))
-        else:
-            if content == SWEEP:
-                sweeps.append(file)
-            elif isinstance(content, Result):
-                runs.append((file, content))
+    for found in read_all(list(wanted.values())):
+        if isinstance(found, Unread):
+            unread.append(found)
+        elif found.content == SWEEP:
+            sweeps.append(found.file)
+        elif isinstance(found.content, Result):
+            runs.append((found.file, found.content))
     return Sources(_runs(runs), _sweeps(sweeps), tuple(unread))
+
+
+def _identity(path: Path) -> str:
+    """The same for every name of a result."""
+    try:
+        return os.path.realpath(file_of(path))
+    except (StoreError, OSError, ValueError):
+        return os.path.abspath(path)  # noqa: PTH100 (`Path.absolute` keeps "..")
 
 
 def _runs(found: list[tuple[Path, Result]]) -> tuple[Run, ...]:
@@ -162,11 +165,3 @@ def unique_labels(paths: list[Path]) -> list[str]:
             used[label] += 1
             short[k] = f"{label} ({used[label]})"
     return short
-
-
-def _reason(path: Path, error: Exception) -> str:
-    """What an error says, without the path, which stands beside it."""
-    text = str(error)
-    for lead in (f"{path} ", f"{path}: "):
-        text = text.removeprefix(lead)
-    return foreign(text)

@@ -42,10 +42,13 @@ class Sweeping:
         for engine in self.engines:
             engine.compute(0, 64)
 
-    def seconds(self) -> tuple[float, float]:
+    def seconds(self, *, gathered: bool = True) -> tuple[float, float]:
         """How long all shards take to the disk, and how long they take to be gathered.
 
         The comparison with scipy is left out.
+
+        Args:
+            gathered: Whether they are gathered at all.
         """
         free = list(self.engines)
         with (
@@ -57,5 +60,6 @@ class Sweeping:
             begin = time.perf_counter()
             Execution(self.plan, place.folder, threads).run(survey)
             stored = time.perf_counter()
-            gather(self.plan, place.folder, digest_of_shards(survey), None)
+            if gathered:
+                gather(self.plan, place.folder, digest_of_shards(survey), None)
             return stored - begin, time.perf_counter() - stored

@@ -45,7 +45,7 @@ def swept_until(cluster, act):
     known = done_shards()
     with start(*SWEEP, "--dask", cluster.address) as process:
         while done_shards() < known + 3:
-            assert process.poll() is None
+            assert process.poll() is None, process.communicate()[1]
             time.sleep(0.01)
         act(process)
         _, said = process.communicate(timeout=60)
@@ -80,7 +80,9 @@ def test_interrupted_once_twice_and_for_good(cluster, rbstab):
 def test_a_sweep_from_the_file_of_a_scheduler(cluster, rbstab):
     options = (*SWEEP, "--set", "integration.duration=0.01")
     done = rbstab(*options, "--dask", str(cluster.file), "--json", "-q")
-    assert (done.exit_code, done.stderr) == (0, "")
+    # On a busy machine the workers may come later than the sweep.
+    said = done.stderr.replace("warning: the cluster has no workers; they are waited for\n", "")
+    assert (done.exit_code, said) == (0, "")
     assert json.loads(done.stdout)["by_status"] == {"completed": 400}
     assert rbstab(*options, "-o", "here").exit_code == 0
     assert shard_files(Path("results/plan")) == shard_files(Path("here/plan"))

@@ -11,7 +11,7 @@ from playwright.sync_api import Locator, Page, expect
 from support.browser import Opened
 from support.pages import END, hostile_report, report
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 

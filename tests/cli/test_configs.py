@@ -10,7 +10,15 @@ ROOT = Path(__file__).parents[2] / "configs"
 CONFIGS = sorted(path for path in ROOT.rglob("*.yaml") if path.parent.name != "sweeps")
 
 
-@pytest.mark.parametrize("path", CONFIGS, ids=lambda path: str(path.relative_to(ROOT)))
+# Switches, thin layers and small steps take seconds.
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, marks=[pytest.mark.slow] if path.parent.name == "sliding" else [])
+        for path in CONFIGS
+    ],
+    ids=[str(path.relative_to(ROOT)) for path in CONFIGS],
+)
 def test_every_config_runs_and_closes_its_audit(path: Path) -> None:
     result = rbstab.simulate(path)
     assert result.status == "completed", result.attributes["status_detail"]

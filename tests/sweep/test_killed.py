@@ -46,6 +46,7 @@ def kill_until_done(path, keep, instants):
         assert process.wait() == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here")
 @pytest.mark.parametrize("keep", ["summary", "traces"])
 def test_killed_at_random_instants(tmp_path, keep):

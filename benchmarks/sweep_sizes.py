@@ -24,11 +24,11 @@ def main() -> None:
     """Measures sweeps from a thousand members to a million, and the beginning of a small one."""
     _beginning()
     for members in SIZES:
-        sweeping = Sweeping(plan_of(members), 2)
-        rounds = 7 if members < SIZES[-1] else 1
+        sweeping = Sweeping(plan_of(members), 1)
+        rounds = 9 if members < 100_000 else 1
         taken = sorted(sweeping.seconds() for _ in range(rounds))[rounds // 2]
         stored, gathered = (1e6 * seconds / members for seconds in taken)
-        line(f"sweep: {members} members, two threads", stored, "µs", "each, within 15 %")
+        line(f"sweep: {members} members, one thread", stored, "µs", "each, within 15 %")
         line("  gathering them in one file", gathered, "µs", "each")
     for keep, samples in (("summary", 201), ("traces", 11)):
         code = f"from benchmarks.sweep_sizes import peak; peak({samples}, {keep!r})"

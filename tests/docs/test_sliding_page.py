@@ -13,6 +13,8 @@ from support.sliding import paper_problem
 
 import rbstab
 
+pytestmark = pytest.mark.slow
+
 FIGURES = Path(__file__).parents[2] / "docs" / "figures"
 PAGE = (FIGURES.parent / "sliding.md").read_text()
 

@@ -8,6 +8,8 @@ from rbstab.experiment.simulate import simulate
 from rbstab.experiment.summary import without_work
 from rbstab.report.sources import Run
 
+pytestmark = pytest.mark.slow
+
 SLOPE = "configs/examples/sliding/slope_exact_20000.yaml"
 CASE = "configs/paper/case2_visco_elastic.yaml"
 

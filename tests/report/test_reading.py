@@ -10,6 +10,8 @@ from rbstab.report import reading
 from rbstab.report.document import Unread
 from rbstab.report.reading import Read, read_all, read_one
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def paths(tmp_path_factory):

@@ -1,11 +1,14 @@
 """Single runs in several processes: the same as in one, whatever happens to a process."""
 
 import psutil
+import pytest
 from support.paper_runs import paper_config
 
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.processes import WORTH_IT, single_outcomes
 from rbstab.sweep.single import SingleRuns
+
+pytestmark = pytest.mark.slow
 
 MEMBERS = list(range(3, 3 + 2 * WORTH_IT, 2))
 

@@ -30,7 +30,7 @@ def main() -> None:
         stored, gathered = (1e6 * seconds / members for seconds in taken)
         line(f"sweep: {members} members, one thread", stored, "µs", "each, within 15 %")
         line("  gathering them in one file", gathered, "µs", "each")
-    for keep, samples in (("summary", 201), ("traces", 11)):
+    for keep, samples in (("summary", 201), ("traces", 51)):
         code = f"from benchmarks.sweep_sizes import peak; peak({samples}, {keep!r})"
         done = subprocess.run(python(code), check=True, capture_output=True, text=True)
         what = f"sweep: peak memory, {SIZES[-1]} members, keep: {keep}"

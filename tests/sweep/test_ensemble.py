@@ -243,3 +243,15 @@ def test_the_step_limit_of_a_member_is_that_of_a_single_run():
     found = engine_of(plan).compute(0, 3).outcome
     assert (found["status"] == STATUSES.index("step limit")).all()
     assert (found["steps"] == 5).all()
+
+
+@pytest.mark.parametrize("samples", [2, 3, 11, 41])
+def test_however_few_the_samples_those_that_leave_the_range_are_known(samples):
+    # A free body that turns about its second axis alone leaves the range above some speed.
+    spins = {f"initial.angular_velocity[{axis}]": {"uniform": [-1, 1]} for axis in (0, 2)}
+    spins["initial.angular_velocity[1]"] = {"uniform": [0, 40]}
+    plan = plan_of("free", members=48, vary=spins, samples=samples, rtol=1e-8)
+    found = EnsembleEngine(plan, SingleRuns(plan, "heyoka")).compute(0, 48).outcome["status"]
+    expected = SingleRuns(plan, "heyoka").compute(0, 48).outcome["status"]
+    assert found.tolist() == expected.tolist()
+    assert {STATUSES[code] for code in expected} == {"completed", "range left"}

@@ -225,8 +225,8 @@ def _highest(values: Array, rates: Array, h: Array) -> Array:
     """How far from zero samples of shape (m, n) and their rates let something come, shape (m,).
 
     The cubic between two samples stays inside the hull of its Bézier points. To that comes an
-    eighth of what the rate changes by, times the interval, as much as a parabola bends: the motion
-    is no cubic.
+    eighth of what the rate changes by, times the interval: near the end of the range the motion is
+    no cubic, but turns at a corner, which is at most where the tangents meet.
     """
     a, b, up, down = values[:, :-1], values[:, 1:], rates[:, :-1], rates[:, 1:]
     points = np.array([a, b, a + up * h / 3, b - down * h / 3])

@@ -38,11 +38,14 @@ def main() -> None:
 
 
 def peak(samples: int, keep: str) -> None:
-    """Prints the peak memory of this process after a sweep of the largest size, MB."""
-    Sweeping(plan_of(SIZES[-1], samples, keep), 2).seconds()
+    """Prints the peak memory of this process and of the one beside it, after a large sweep, MB."""
+    sweeping = Sweeping(plan_of(SIZES[-1], samples, keep), 2)
+    sweeping.seconds()
     # Linux's own word: what `resource` says counts the process that started this one.
-    status = Path("/proc/self/status").read_text()
-    print(int(status.partition("VmHWM:")[2].split()[0]) * 1024 / 1e6)
+    pids = [os.getpid(), *(other.pid for other in sweeping.others)]
+    statuses = [Path(f"/proc/{pid}/status").read_text() for pid in pids]
+    peaks = [int(status.partition("VmHWM:")[2].split()[0]) for status in statuses]
+    print(sum(peaks) * 1024 / 1e6)
 
 
 def _beginning() -> None:

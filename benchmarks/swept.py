@@ -6,11 +6,12 @@ from pathlib import Path
 
 from rbstab.config.load import load_config, resolved
 from rbstab.sweep.begin import begun
-from rbstab.sweep.engine import factory_for
+from rbstab.sweep.engine import MemberEngine, factory_for
 from rbstab.sweep.execute import Execution, survey_of
 from rbstab.sweep.gather import digest_of_shards, gather
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.process_engine import ProcessEngine
 from rbstab.sweep.threads import Threads
 
 CASE = "configs/paper/case2_visco_elastic.yaml"
@@ -27,18 +28,35 @@ def plan_of(members: int, samples: int = 201, keep: str = "summary") -> Plan:
     return load_plan({"base": base, "vary": vary, **drawn, "keep": keep})
 
 
+class _LastingEngine(ProcessEngine):
+    """An engine that stays for the next sweep."""
+
+    @property
+    def pid(self) -> int:
+        """The number of its process."""
+        assert self._process.pid is not None
+        return self._process.pid
+
+    def close(self) -> None:
+        """Leaves the process as it is; it ends with this one."""
+
+
 class Sweeping:
     """A plan and engines for some threads that have compiled what they need.
 
     Args:
         plan: The plan.
-        threads: How many.
+        threads: How many; each but the first has its engine in another process.
     """
 
     def __init__(self, plan: Plan, threads: int) -> None:
         self.plan = plan
         make = factory_for("heyoka")
-        self.engines = [make(plan) for _ in range(threads)]
+        self.others = [_LastingEngine(plan, make) for _ in range(threads - 1)]
+        self.engines: list[MemberEngine] = [make(plan), *self.others]
+        for other in self.others:
+            while not other.ready(1.0):
+                pass
         for engine in self.engines:
             engine.compute(0, 64)
 
@@ -50,13 +68,13 @@ class Sweeping:
         Args:
             gathered: Whether they are gathered at all.
         """
-        free = list(self.engines)
+        free = list(self.others)
         with (
             tempfile.TemporaryDirectory(dir="results") as folder,
             begun(Path(folder) / "sweep", self.plan, None) as place,
         ):
             survey = survey_of(place.folder)
-            threads = Threads(lambda _: free.pop(), len(self.engines))
+            threads = Threads(lambda _: self.engines[0], len(self.engines), lambda _: free.pop())
             begin = time.perf_counter()
             Execution(self.plan, place.folder, threads).run(survey)
             stored = time.perf_counter()

@@ -52,7 +52,11 @@ def _part(_context: click.Context, _parameter: click.Parameter, text: str | None
     type=click.Choice(["heyoka", "scipy"]),
     help="The integrator, whatever the base says; default heyoka where it is installed.",
 )
-@click.option("--threads", type=click.IntRange(1), help="Default: as many as processors.")
+@click.option(
+    "--threads",
+    type=click.IntRange(1),
+    help="Members followed side by side; default: as many as processors.",
+)
 @click.option("--shard-size", type=click.IntRange(1), help="Members that are stored together.")
 @click.option(
     "--shard",

@@ -164,7 +164,7 @@ def test_shards_with_traces_are_small_enough_for_the_memory():
     for size in (40_000, 500_000, 10**7, 10**9):
         members = good_shard_size(10**6, one_by_one=False, trace_bytes=size)
         assert members == 1 or LARGEST_TRACES / 2 < members * size <= LARGEST_TRACES
-    assert good_shard_size(10**6, one_by_one=True, trace_bytes=10**7) == 6
+    assert good_shard_size(10**6, one_by_one=True, trace_bytes=10**7) == 3
     assert good_shard_size(10**6, one_by_one=True, trace_bytes=10.0) == 16
 
 

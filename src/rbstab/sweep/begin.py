@@ -122,7 +122,7 @@ def planned_folder(
     return (found if same else planned), same
 
 
-LARGEST_TRACES = 1 << 26
+LARGEST_TRACES = 32e6
 """Bytes of the traces of a shard, which are in memory, once for each thread."""
 
 

@@ -11,15 +11,11 @@ from typing import Any, NamedTuple
 from distributed import get_worker
 from distributed.diagnostics.plugin import WorkerPlugin
 
-from rbstab.sweep.engine import EngineFactory, MemberEngine, Shard, factory_for
+from rbstab.sweep.engine import EngineError, EngineFactory, MemberEngine, Shard, factory_for
 from rbstab.sweep.execute import ExecutorError, computed
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.machine import difference, processor, versions
 from rbstab.sweep.plan import Plan, plan_id
-
-
-class WorkerError(Exception):
-    """An engine raised an error on a worker; what it was stands in words."""
 
 
 class WorkerDiffersError(ExecutorError):
@@ -30,7 +26,7 @@ class Computed(NamedTuple):
     """A shard, what the engine raised on it (or nothing), and on which processor it was made."""
 
     shard: Shard
-    trouble: WorkerError | None
+    trouble: EngineError | None
     processor: str
 
 
@@ -69,11 +65,10 @@ class OrderedPlan(WorkerPlugin):
 
     def compute(self, start: int, stop: int) -> Computed:
         """Some members, by the engine of this thread."""
-        troubles: list[WorkerError] = []
+        troubles: list[EngineError] = []
 
         def troubled(error: Exception) -> None:
-            # In words: not every error can be sent.
-            troubles.append(WorkerError(f"{type(error).__name__}: {error}"))
+            troubles.append(EngineError.of(error))
 
         with self._lock:
             plan = self.plan

@@ -36,6 +36,15 @@ class Shard(NamedTuple):
     traces: dict[str, Array] | None = None
 
 
+class EngineError(Exception):
+    """An engine raised an error in another process; in words, for not every error can be sent."""
+
+    @classmethod
+    def of(cls, error: BaseException) -> "EngineError":
+        """What it was."""
+        return cls(f"{type(error).__name__}: {error}")
+
+
 class MemberEngine(Protocol):
     """Follows members; used by one thread."""
 

@@ -19,6 +19,7 @@ from rbstab.sweep.engine import MemberEngine, Shard
 from rbstab.sweep.folder import ShardFacts, SweepFolder
 from rbstab.sweep.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan import Plan
+from rbstab.sweep.process_engine import EngineLostError
 from rbstab.sweep.single import SingleRuns
 from rbstab.sweep.traces import checked_traces
 
@@ -138,6 +139,11 @@ class Work:
     stop: Event
     fail_fast: bool = False
 
+    @property
+    def over(self) -> bool:
+        """Whether no further shard is to be begun."""
+        return self.stop.is_set() or not self.wanted
+
     def next(self) -> int | None:
         """The number of a shard that nobody else takes; None where no more is to be begun."""
         if self.stop.is_set():
@@ -161,7 +167,7 @@ class Work:
 
 
 class Executor(Protocol):
-    """Who computes shards: the threads of this process, or a cluster."""
+    """Who computes shards: this machine, or a cluster."""
 
     def happenings(self, work: Work) -> Generator[Happened | None]:
         """Computes and keeps the wanted shards, and tells what happens; None now and then.
@@ -236,10 +242,11 @@ def computed(
 
     Raises:
         EngineMissingError: The engine cannot be used.
+        EngineLostError: The process of the engine has ended.
     """
     try:
         return _checked(plan, engine, start, stop)
-    except EngineMissingError:
+    except (EngineMissingError, EngineLostError):
         raise
     except Exception as error:
         # No member may end the sweep: they are followed alone, each with a status of its own.

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from threading import Event
 from typing import NamedTuple
@@ -19,6 +20,7 @@ from rbstab.sweep.gather import digest_of_shards, gather, is_gathered
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.part import Part, forget_parts
 from rbstab.sweep.plan import Plan, plan_id
+from rbstab.sweep.process_engine import ProcessEngine
 from rbstab.sweep.room import check_room
 from rbstab.sweep.threads import Threads
 
@@ -74,8 +76,9 @@ class Ways:
     """How a sweep is done; nothing of it shows in the results.
 
     Args:
-        factory: Follows the members; default what belongs to the engine of the plan.
-        threads: How many; default as many as there are processors.
+        factory: Follows the members, in this process; default what belongs to the engine of the
+            plan, of which the first is in this process and each other in one of its own.
+        threads: How many follow members side by side; default as many as there are processors.
         shard_size: Members of a shard; default that of the folder, or a good one.
         retry_failed: Compute shards with members that failed once more.
         fail_fast: Stop at the first member that failed.
@@ -173,7 +176,12 @@ def gather_folder(
 
 
 def _threads(plan: Plan, ways: Ways) -> Threads:
-    return Threads(ways.factory or factory_for(plan.engine), ways.threads or processors())
+    count = ways.threads or processors()
+    if ways.factory is not None:
+        # Whoever brings an engine may not be able to send it.
+        return Threads(ways.factory, count)
+    factory = factory_for(plan.engine)
+    return Threads(factory, count, partial(ProcessEngine, factory=factory))
 
 
 def _place(path: Path, plan: Plan, ways: Ways) -> AbstractContextManager[Begun]:

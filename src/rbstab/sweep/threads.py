@@ -1,12 +1,15 @@
-"""Shards by the threads of this process."""
+"""Shards by this machine: a thread each for engines in this process, or in processes beside it."""
 
 from collections.abc import Callable, Generator
+from contextlib import closing, suppress
 from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import NamedTuple
 
-from rbstab.sweep.engine import EngineFactory
-from rbstab.sweep.execute import Happened, Trouble, Work, computed
+from rbstab.sweep.engine import EngineError, EngineFactory, MemberEngine
+from rbstab.sweep.execute import Happened, Resent, Trouble, Work, computed
+from rbstab.sweep.plan import Plan
+from rbstab.sweep.process_engine import EngineLostError, ProcessEngine
 
 TICK = 0.2
 """s between two looks at silent threads: not every system lets a wait be interrupted."""
@@ -21,26 +24,38 @@ class _Ended(NamedTuple):
 Report = Happened | _Ended
 """What a thread says."""
 
+Say = Callable[[Happened], None]
+"""Says it."""
+
 
 class Threads:
     """An executor: each shard is computed and written by one thread, which has its own engine.
 
     Args:
-        factory: Makes the engine of each thread.
+        factory: Makes the engine of a thread.
         count: How many there are.
+        elsewhere: Makes the engines of all threads but the first, in processes of their own; by
+            default all are in this one.
     """
 
-    def __init__(self, factory: EngineFactory, count: int) -> None:
+    def __init__(
+        self,
+        factory: EngineFactory,
+        count: int,
+        elsewhere: Callable[[Plan], ProcessEngine] | None = None,
+    ) -> None:
         self.factory = factory
         self.count = count
+        self.elsewhere = elsewhere
 
     def happenings(self, work: Work) -> Generator[Happened | None]:
         """What the threads report, until all of them have ended; None for each idle tick."""
         reports: SimpleQueue[Report] = SimpleQueue()
         left, errors = min(self.count, len(work.wanted)), []
-        for _ in range(left):
+        for place in range(left):
+            does = self._work if place == 0 or self.elsewhere is None else self._work_elsewhere
             # Daemons: a second interrupt must not wait for them. A file is whole at any instant.
-            Thread(target=self._work, args=(work, reports.put), daemon=True).start()
+            Thread(target=_reporting, args=(does, work, reports.put), daemon=True).start()
         try:
             while left:
                 try:
@@ -60,22 +75,50 @@ class Threads:
         if errors:
             raise errors[0]
 
-    def _work(self, work: Work, report: Callable[[Report], None]) -> None:
-        """What one thread does: one shard after the other."""
-        error = None
-        try:
-            engine = None
+    def _work(self, work: Work, report: Say) -> None:
+        """One shard after the other, by an engine of this process."""
+        engine = None
+        while (number := work.next()) is not None:
+            engine = engine or self.factory(work.plan)
+            _shard(work, number, engine, report)
+
+    def _work_elsewhere(self, work: Work, report: Say) -> None:
+        """The same by the engine of another process, and here once that is lost."""
+        assert self.elsewhere is not None
+        # A system that has no room for another process, or lets none begin, still has this one.
+        with suppress(EngineLostError, EngineError), closing(self.elsewhere(work.plan)) as engine:
+            # No shard waits for a process to begin: others are faster with it.
+            while not engine.ready(TICK):
+                if work.over:
+                    return
             while (number := work.next()) is not None:
-                start, stop = work.folder.bounds(number)
+                try:
+                    _shard(work, number, engine, report)
+                except EngineLostError as lost:
+                    report(Resent(*work.folder.bounds(number), lost, here=True))
+                    work.wanted.appendleft(number)
+                    break
+        self._work(work, report)
 
-                def troubled(raised: Exception, start: int = start, stop: int = stop) -> None:
-                    report(Trouble(start, stop, raised))
 
-                engine = engine or self.factory(work.plan)
-                report(work.keep(number, computed(work.plan, engine, start, stop, troubled)))
-        except BaseException as caught:
-            # Told to the thread that executes, which raises it.
-            work.stop.set()
-            error = caught
-        finally:
-            report(_Ended(error))
+def _reporting(does: Callable[[Work, Say], None], work: Work, report: Callable[..., None]) -> None:
+    """What one thread does, to its end."""
+    error = None
+    try:
+        does(work, report)
+    except BaseException as caught:
+        # Told to the thread that executes, which raises it.
+        work.stop.set()
+        error = caught
+    finally:
+        report(_Ended(error))
+
+
+def _shard(work: Work, number: int, engine: MemberEngine, report: Say) -> None:
+    """Computes and keeps one shard."""
+    start, stop = work.folder.bounds(number)
+
+    def troubled(raised: Exception) -> None:
+        report(Trouble(start, stop, raised))
+
+    report(work.keep(number, computed(work.plan, engine, start, stop, troubled)))

@@ -1,0 +1,203 @@
+"""Engines in processes of their own: the same shards, whatever happens to a process."""
+
+import errno
+import functools
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+from support.sweeping import Listener, digest_of, swept
+from support.sweeps import FakeEngine, plan_of, shard_files, traced
+
+from rbstab.sweep.engine import EngineError
+from rbstab.sweep.execute import Resent, ShardDone, Trouble
+from rbstab.sweep.process_engine import EngineLostError, ProcessEngine
+from rbstab.sweep.threads import Threads
+
+pytestmark = pytest.mark.slow
+
+SLOW = functools.partial(FakeEngine, delay=5e-3)
+
+
+class LostEngine(FakeEngine):
+    """Ends its process, as a system does that is short of memory."""
+
+    def compute(self, start, stop):
+        if start >= 30:
+            os._exit(9)
+        return super().compute(start, stop)
+
+
+def no_engine(plan):
+    raise ZeroDivisionError("cannot be made")
+
+
+class Beside:
+    """An executor with an engine here that does nothing until the one beside it is ready.
+
+    So that both do something, however long a process takes to begin.
+    """
+
+    def __init__(self, factory, here=FakeEngine, count=2):
+        self.factory = factory
+        self.engines = []
+        self.threads = Threads(lambda plan: self._here(here, plan), count, self._elsewhere)
+        self.happenings = self.threads.happenings
+
+    def _elsewhere(self, plan):
+        self.engines.append(ProcessEngine(plan, self.factory))
+        return self.engines[-1]
+
+    def _here(self, here, plan):
+        wait_for(lambda: self.engines and self.engines[0]._ready, 30)
+        return here(plan)
+
+
+def wait_for(condition, most):
+    end = time.monotonic() + most
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.01)
+
+
+def beside(path, plan, factory, **options):
+    listener = Listener()
+    executor = Beside(factory, **options)
+    done = swept(path, plan, listener, executor=executor, shard_size=10)
+    assert done.finished
+    assert not any(engine._process.is_alive() for engine in executor.engines)
+    return listener
+
+
+@pytest.mark.parametrize("keep", ["summary", "traces"])
+def test_a_process_stores_what_a_thread_stores(tmp_path, keep):
+    plan = traced(200, keep)
+    swept(tmp_path / "a", plan, threads=1)
+    elsewhere = []
+
+    class Counted(ProcessEngine):
+        def compute(self, start, stop):
+            elsewhere.append(start)
+            return super().compute(start, stop)
+
+    executor = Beside(SLOW, SLOW)
+    executor.threads.elsewhere = lambda plan: (
+        executor.engines.append(Counted(plan, SLOW)) or (executor.engines[-1])
+    )
+    assert swept(tmp_path / "b", plan, executor=executor, shard_size=10).finished
+    assert 3 < len(elsewhere) < 17
+    for kind in ("shards", "traces"):
+        assert shard_files(tmp_path / "a", kind) == shard_files(tmp_path / "b", kind)
+    assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
+
+
+def test_the_shard_of_a_process_that_dies_is_computed_here(tmp_path):
+    plan = plan_of(60)
+    swept(tmp_path / "a", plan)
+    listener = beside(tmp_path / "b", plan, LostEngine, here=SLOW)
+    (lost,) = listener.of(Resent)
+    assert lost.start >= 30
+    assert lost.here
+    assert "exit code 9" in str(lost.error)
+    assert listener.computed == list(range(6))
+    assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
+
+
+def test_an_error_over_there_is_told_and_ends_nothing(tmp_path):
+    raising = functools.partial(FakeEngine, raising=range(60))
+    listener = beside(tmp_path / "a", traced(20), raising, here=SLOW)
+    troubles = listener.of(Trouble)
+    assert troubles
+    assert {str(trouble.error) for trouble in troubles} == {"ZeroDivisionError: made up"}
+    assert sum(event.members for event in listener.of(ShardDone)) == 20
+
+
+@pytest.mark.parametrize("where", ["there", "start"])
+def test_without_a_process_all_is_done_here(tmp_path, monkeypatch, where):
+    plan = plan_of(60)
+    if where == "start":
+
+        def refuse(*_):
+            raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
+
+        monkeypatch.setattr("loky.backend.process.LokyProcess.start", refuse)
+        with pytest.raises(EngineLostError, match="unavailable"):
+            ProcessEngine(plan, FakeEngine)
+    else:
+        engine = ProcessEngine(plan, no_engine)
+        with pytest.raises(EngineError, match="ZeroDivisionError: cannot be made"):
+            engine.ready(30)
+    threads = Threads(SLOW, 3, lambda plan: ProcessEngine(plan, no_engine))
+    swept(tmp_path / "a", plan)
+    assert swept(tmp_path / "b", plan, executor=threads).finished
+    assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
+
+
+def test_no_shard_waits_for_a_process_to_begin(tmp_path):
+    listener, sleepy = Listener(), functools.partial(time.sleep, 60)
+    threads = Threads(FakeEngine, 2, lambda plan: ProcessEngine(plan, sleepy))
+    assert swept(tmp_path / "a", plan_of(60), listener, executor=threads).finished
+    assert listener.computed == list(range(6))
+    wait_for(lambda: not running(), 5)
+    assert not running()
+
+
+def running(parent=None):
+    """Processes of engines that a process has begun."""
+    children = psutil.Process(parent).children(recursive=True)
+    return [child for child in children if "popen_loky" in " ".join(command(child))]
+
+
+def command(process):
+    try:
+        return process.cmdline()
+    except psutil.Error:
+        return []
+
+
+SWEEPER = """
+import sys
+from pathlib import Path
+from support.sweeps import plan_of
+from test_process_engine import SLOW, Beside
+from rbstab.sweep.sweep import Ways, sweep_to_folder
+ways = Ways(executor=Beside(SLOW, SLOW), shard_size=10)
+sweep_to_folder(plan_of(3000), Path(sys.argv[1]), ways, lambda event: print(event, flush=True))
+"""
+
+
+@pytest.fixture
+def sweeper(tmp_path):
+    here = Path(__file__).parent
+    with subprocess.Popen(
+        [sys.executable, "-c", SWEEPER, str(tmp_path / "a")],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": f"{here}{os.pathsep}{here.parent}"},
+        start_new_session=True,
+    ) as process:
+        while "ShardDone" not in process.stdout.readline():
+            pass
+        yield process
+        process.kill()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here")
+def test_a_process_does_not_outlive_its_parent(sweeper):
+    (other,) = running(sweeper.pid)
+    sweeper.kill()
+    other.wait(5)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no terminal interrupts like that here")
+def test_an_interrupt_of_the_terminal_is_not_for_it(sweeper):
+    (other,) = running(sweeper.pid)
+    other.send_signal(signal.SIGINT)
+    for _ in range(10):
+        assert "ShardDone" in sweeper.stdout.readline()
+    assert other.is_running()
+    assert other.status() != psutil.STATUS_ZOMBIE

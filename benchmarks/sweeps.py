@@ -20,7 +20,7 @@ def main() -> None:
     """Measures visco-elastic members with 201 samples at a tolerance of 1e-8, to the disk."""
     plan = plan_of(MEMBERS)
     one, two = Sweeping(plan, 1), Sweeping(plan, 2)
-    members = one.engines[0]
+    members = one.engine
     assert isinstance(members, EnsembleEngine)
     structure = members.structures["visco-elastic"]
     parameters, starts = structure.binding.of(plan.values(0, LOOPED))

@@ -11,7 +11,7 @@ from rbstab.sweep.execute import Execution, survey_of
 from rbstab.sweep.gather import digest_of_shards, gather
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.plan import Plan
-from rbstab.sweep.process_engine import ProcessEngine
+from rbstab.sweep.shard_process import ShardProcess
 from rbstab.sweep.threads import Threads
 
 CASE = "configs/paper/case2_visco_elastic.yaml"
@@ -28,8 +28,8 @@ def plan_of(members: int, samples: int = 201, keep: str = "summary") -> Plan:
     return load_plan({"base": base, "vary": vary, **drawn, "keep": keep})
 
 
-class _LastingEngine(ProcessEngine):
-    """An engine that stays for the next sweep."""
+class _LastingProcess(ShardProcess):
+    """A process that stays for the next sweep."""
 
     @property
     def pid(self) -> int:
@@ -41,24 +41,28 @@ class _LastingEngine(ProcessEngine):
         """Leaves the process as it is; it ends with this one."""
 
 
+def warm_engine(plan: Plan) -> MemberEngine:
+    """An engine that has compiled what it needs."""
+    engine = factory_for("heyoka")(plan)
+    engine.compute(0, 64)
+    return engine
+
+
 class Sweeping:
-    """A plan and engines for some threads that have compiled what they need.
+    """A plan, and who follows its members.
 
     Args:
         plan: The plan.
-        threads: How many; each but the first has its engine in another process.
+        threads: How many; each but the first has a process beside this one.
     """
 
     def __init__(self, plan: Plan, threads: int) -> None:
         self.plan = plan
-        make = factory_for("heyoka")
-        self.others = [_LastingEngine(plan, make) for _ in range(threads - 1)]
-        self.engines: list[MemberEngine] = [make(plan), *self.others]
+        self.others = [_LastingProcess(plan, warm_engine) for _ in range(threads - 1)]
+        self.engine = warm_engine(plan)
         for other in self.others:
             while not other.ready(1.0):
                 pass
-        for engine in self.engines:
-            engine.compute(0, 64)
 
     def seconds(self, *, gathered: bool = True) -> tuple[float, float]:
         """How long all shards take to the disk, and how long they take to be gathered.
@@ -74,7 +78,7 @@ class Sweeping:
             begun(Path(folder) / "sweep", self.plan, None) as place,
         ):
             survey = survey_of(place.folder)
-            threads = Threads(lambda _: self.engines[0], len(self.engines), lambda _: free.pop())
+            threads = Threads(lambda _: self.engine, 1 + len(free), lambda _: free.pop())
             begin = time.perf_counter()
             Execution(self.plan, place.folder, threads).run(survey)
             stored = time.perf_counter()

@@ -15,13 +15,8 @@ MEMBERS = 16_384
 
 def main() -> None:
     """Measures members of 201 samples, to the disk."""
-    for threads in (1, 2):
-        _measure(threads)
-
-
-def _measure(threads: int) -> None:
-    kept = Sweeping(plan_of(MEMBERS, keep="traces"), threads)
-    alone = Sweeping(plan_of(MEMBERS), threads)
+    kept, alone = Sweeping(plan_of(MEMBERS, keep="traces"), 1), Sweeping(plan_of(MEMBERS), 1)
+    both = Sweeping(plan_of(MEMBERS, keep="traces"), 2)
 
     def seconds(sweeping: Sweeping) -> float:
         return sweeping.seconds(gathered=False)[0] / MEMBERS
@@ -30,17 +25,18 @@ def _measure(threads: int) -> None:
         with _without_writing():
             return seconds(kept)
 
-    by_kept, by_unwritten, by_alone = by_turns(
-        5, lambda: seconds(kept), unwritten, lambda: seconds(alone)
+    by_kept, by_unwritten, by_alone, by_both = by_turns(
+        5, lambda: seconds(kept), unwritten, lambda: seconds(alone), lambda: seconds(both)
     )
-    line(f"traces: all motions kept, threads: {threads}", 1 / by_kept, "1/s", "")
+    line("traces: all motions kept, one thread", 1 / by_kept, "1/s", "")
     line("  share of writing them", 1 - by_unwritten / by_kept, "", "at most 0.33")
     line("  ratio to summaries alone", by_kept / by_alone, "", "at most 3")
+    line("  two threads: ratio to one", by_kept / by_both, "", "")
 
 
 @contextmanager
 def _without_writing() -> Iterator[None]:
-    """Motions are computed, and not written."""
+    """Motions are computed, and not written (by this process)."""
 
     def nothing(_path: object, _motions: Motions) -> Stamp:
         return Stamp("", 0)

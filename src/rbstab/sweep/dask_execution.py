@@ -34,9 +34,10 @@ from rbstab.sweep.execute import (
     NoWorkers,
     OtherProcessor,
     Resent,
+    ShardDone,
     Trouble,
     Work,
-    computed,
+    follow_shard,
 )
 from rbstab.sweep.machine import processor, versions
 from rbstab.sweep.plan import plan_id
@@ -260,8 +261,7 @@ class _Flight:
         """Computes a shard of which the cluster has made nothing."""
         plan = self.work.plan
         self.engine = self.engine or self.factory(plan)
-        start, stop = self.work.folder.bounds(number)
-        troubles: list[Exception] = []
-        shard = computed(plan, self.engine, start, stop, troubles.append)
-        yield from (Trouble(start, stop, error) for error in troubles)
-        yield self.work.keep(number, shard)
+        for event in follow_shard(plan, self.work.folder, number, self.engine):
+            if isinstance(event, ShardDone):
+                self.work.heed(event)
+            yield event

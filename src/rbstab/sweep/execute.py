@@ -5,7 +5,7 @@ interruption shows in the results.
 """
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field
 from threading import Event
@@ -19,7 +19,6 @@ from rbstab.sweep.engine import MemberEngine, Shard
 from rbstab.sweep.folder import ShardFacts, SweepFolder
 from rbstab.sweep.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan import Plan
-from rbstab.sweep.process_engine import EngineLostError
 from rbstab.sweep.single import SingleRuns
 from rbstab.sweep.traces import checked_traces
 
@@ -153,17 +152,20 @@ class Work:
         except IndexError:
             return None
 
+    def heed(self, done: ShardDone) -> None:
+        """Stops, if that is wanted, at the first shard with a member that failed."""
+        if self.fail_fast and done.facts.first_failed is not None:
+            self.stop.set()
+
     def keep(self, number: int, shard: Shard) -> ShardDone:
-        """Writes a shard.
+        """Writes a shard, and heeds what is in it.
 
         Raises:
             StoreError: It cannot be written.
         """
-        facts = self.folder.write(number, shard.outcome, shard.traces)
-        if self.fail_fast and facts.first_failed is not None:
-            self.stop.set()
-        start, stop = self.folder.bounds(number)
-        return ShardDone(number, stop - start, facts)
+        done = written(self.folder, number, shard)
+        self.heed(done)
+        return done
 
 
 class Executor(Protocol):
@@ -224,6 +226,32 @@ class Execution:
         survey.missing = [k for k in survey.missing if k not in survey.done]
 
 
+def follow_shard(
+    plan: Plan, folder: SweepFolder, number: int, engine: MemberEngine
+) -> Iterator[Trouble | ShardDone]:
+    """Follows the members of a shard, writes it, and tells what happens.
+
+    Raises:
+        EngineMissingError: The engine cannot be used.
+        StoreError: The shard cannot be written.
+    """
+    start, stop = folder.bounds(number)
+    troubles: list[Exception] = []
+    shard = computed(plan, engine, start, stop, troubles.append)
+    yield from (Trouble(start, stop, error) for error in troubles)
+    yield written(folder, number, shard)
+
+
+def written(folder: SweepFolder, number: int, shard: Shard) -> ShardDone:
+    """Writes a shard.
+
+    Raises:
+        StoreError: It cannot be written.
+    """
+    start, stop = folder.bounds(number)
+    return ShardDone(number, stop - start, folder.write(number, shard.outcome, shard.traces))
+
+
 def computed(
     plan: Plan,
     engine: MemberEngine,
@@ -242,11 +270,10 @@ def computed(
 
     Raises:
         EngineMissingError: The engine cannot be used.
-        EngineLostError: The process of the engine has ended.
     """
     try:
         return _checked(plan, engine, start, stop)
-    except (EngineMissingError, EngineLostError):
+    except EngineMissingError:
         raise
     except Exception as error:
         # No member may end the sweep: they are followed alone, each with a status of its own.

@@ -20,8 +20,8 @@ from rbstab.sweep.gather import digest_of_shards, gather, is_gathered
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.part import Part, forget_parts
 from rbstab.sweep.plan import Plan, plan_id
-from rbstab.sweep.process_engine import ProcessEngine
 from rbstab.sweep.room import check_room
+from rbstab.sweep.shard_process import ShardProcess
 from rbstab.sweep.threads import Threads
 
 
@@ -181,7 +181,7 @@ def _threads(plan: Plan, ways: Ways) -> Threads:
         # Whoever brings an engine may not be able to send it.
         return Threads(ways.factory, count)
     factory = factory_for(plan.engine)
-    return Threads(factory, count, partial(ProcessEngine, factory=factory))
+    return Threads(factory, count, partial(ShardProcess, factory=factory))
 
 
 def _place(path: Path, plan: Plan, ways: Ways) -> AbstractContextManager[Begun]:

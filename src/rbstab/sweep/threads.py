@@ -1,15 +1,15 @@
-"""Shards by this machine: a thread each for engines in this process, or in processes beside it."""
+"""Shards by this machine: by threads of this process, or by processes beside it."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable
 from contextlib import closing, suppress
 from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import NamedTuple
 
-from rbstab.sweep.engine import EngineError, EngineFactory, MemberEngine
-from rbstab.sweep.execute import Happened, Resent, Trouble, Work, computed
+from rbstab.sweep.engine import EngineError, EngineFactory
+from rbstab.sweep.execute import Happened, Resent, ShardDone, Trouble, Work, follow_shard
 from rbstab.sweep.plan import Plan
-from rbstab.sweep.process_engine import EngineLostError, ProcessEngine
+from rbstab.sweep.shard_process import ProcessLostError, ShardProcess
 
 TICK = 0.2
 """s between two looks at silent threads: not every system lets a wait be interrupted."""
@@ -34,15 +34,15 @@ class Threads:
     Args:
         factory: Makes the engine of a thread.
         count: How many there are.
-        elsewhere: Makes the engines of all threads but the first, in processes of their own; by
-            default all are in this one.
+        elsewhere: Begins a process, in which the shards of a thread are computed and written; those
+            of the first are here. By default all are.
     """
 
     def __init__(
         self,
         factory: EngineFactory,
         count: int,
-        elsewhere: Callable[[Plan], ProcessEngine] | None = None,
+        elsewhere: Callable[[Plan], ShardProcess] | None = None,
     ) -> None:
         self.factory = factory
         self.count = count
@@ -80,25 +80,32 @@ class Threads:
         engine = None
         while (number := work.next()) is not None:
             engine = engine or self.factory(work.plan)
-            _shard(work, number, engine, report)
+            _tell(follow_shard(work.plan, work.folder, number, engine), work, report)
 
     def _work_elsewhere(self, work: Work, report: Say) -> None:
-        """The same by the engine of another process, and here once that is lost."""
+        """The same by another process, and here once that is lost."""
         assert self.elsewhere is not None
         # A system that has no room for another process, or lets none begin, still has this one.
-        with suppress(EngineLostError, EngineError), closing(self.elsewhere(work.plan)) as engine:
+        with suppress(ProcessLostError, EngineError), closing(self.elsewhere(work.plan)) as process:
             # No shard waits for a process to begin: others are faster with it.
-            while not engine.ready(TICK):
+            while not process.ready(TICK):
                 if work.over:
                     return
             while (number := work.next()) is not None:
                 try:
-                    _shard(work, number, engine, report)
-                except EngineLostError as lost:
+                    _tell(process.make(work.folder, number), work, report)
+                except ProcessLostError as lost:
                     report(Resent(*work.folder.bounds(number), lost, here=True))
                     work.wanted.appendleft(number)
                     break
         self._work(work, report)
+
+
+def _tell(events: Iterable[Trouble | ShardDone], work: Work, report: Say) -> None:
+    for event in events:
+        if isinstance(event, ShardDone):
+            work.heed(event)
+        report(event)
 
 
 def _reporting(does: Callable[[Work, Say], None], work: Work, report: Callable[..., None]) -> None:
@@ -112,13 +119,3 @@ def _reporting(does: Callable[[Work, Say], None], work: Work, report: Callable[.
         error = caught
     finally:
         report(_Ended(error))
-
-
-def _shard(work: Work, number: int, engine: MemberEngine, report: Say) -> None:
-    """Computes and keeps one shard."""
-    start, stop = work.folder.bounds(number)
-
-    def troubled(raised: Exception) -> None:
-        report(Trouble(start, stop, raised))
-
-    report(work.keep(number, computed(work.plan, engine, start, stop, troubled)))

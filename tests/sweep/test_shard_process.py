@@ -1,4 +1,4 @@
-"""Engines in processes of their own: the same shards, whatever happens to a process."""
+"""Shards by processes beside this one: the same, whatever happens to a process."""
 
 import errno
 import functools
@@ -14,9 +14,11 @@ import pytest
 from support.sweeping import Listener, digest_of, swept
 from support.sweeps import FakeEngine, plan_of, shard_files, traced
 
+import rbstab.sweep.folder
+from rbstab.store.errors import StoreError
 from rbstab.sweep.engine import EngineError
 from rbstab.sweep.execute import Resent, ShardDone, Trouble
-from rbstab.sweep.process_engine import EngineLostError, ProcessEngine
+from rbstab.sweep.shard_process import ProcessLostError, ShardProcess
 from rbstab.sweep.threads import Threads
 
 pytestmark = pytest.mark.slow
@@ -38,23 +40,23 @@ def no_engine(plan):
 
 
 class Beside:
-    """An executor with an engine here that does nothing until the one beside it is ready.
+    """An executor whose engine here does nothing until the process beside it is ready.
 
     So that both do something, however long a process takes to begin.
     """
 
-    def __init__(self, factory, here=FakeEngine, count=2):
-        self.factory = factory
-        self.engines = []
-        self.threads = Threads(lambda plan: self._here(here, plan), count, self._elsewhere)
+    def __init__(self, factory, here=FakeEngine, process=ShardProcess):
+        self.begin = functools.partial(process, factory=factory)
+        self.processes = []
+        self.threads = Threads(lambda plan: self._here(here, plan), 2, self._elsewhere)
         self.happenings = self.threads.happenings
 
     def _elsewhere(self, plan):
-        self.engines.append(ProcessEngine(plan, self.factory))
-        return self.engines[-1]
+        self.processes.append(self.begin(plan))
+        return self.processes[-1]
 
     def _here(self, here, plan):
-        wait_for(lambda: self.engines and self.engines[0]._ready, 30)
+        wait_for(lambda: self.processes and self.processes[0]._ready, 30)
         return here(plan)
 
 
@@ -69,7 +71,7 @@ def beside(path, plan, factory, **options):
     executor = Beside(factory, **options)
     done = swept(path, plan, listener, executor=executor, shard_size=10)
     assert done.finished
-    assert not any(engine._process.is_alive() for engine in executor.engines)
+    assert not any(process._process.is_alive() for process in executor.processes)
     return listener
 
 
@@ -79,17 +81,14 @@ def test_a_process_stores_what_a_thread_stores(tmp_path, keep):
     swept(tmp_path / "a", plan, threads=1)
     elsewhere = []
 
-    class Counted(ProcessEngine):
-        def compute(self, start, stop):
-            elsewhere.append(start)
-            return super().compute(start, stop)
+    class Counted(ShardProcess):
+        def make(self, folder, number):
+            elsewhere.append(number)
+            return super().make(folder, number)
 
-    executor = Beside(SLOW, SLOW)
-    executor.threads.elsewhere = lambda plan: (
-        executor.engines.append(Counted(plan, SLOW)) or (executor.engines[-1])
-    )
+    executor = Beside(SLOW, SLOW, process=Counted)
     assert swept(tmp_path / "b", plan, executor=executor, shard_size=10).finished
-    assert 3 < len(elsewhere) < 17
+    assert 0 < len(elsewhere) < 20
     for kind in ("shards", "traces"):
         assert shard_files(tmp_path / "a", kind) == shard_files(tmp_path / "b", kind)
     assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
@@ -116,6 +115,32 @@ def test_an_error_over_there_is_told_and_ends_nothing(tmp_path):
     assert sum(event.members for event in listener.of(ShardDone)) == 20
 
 
+def full_disk(plan):
+    def full(*_):
+        raise StoreError("a.npy cannot be written: No space left on device")
+
+    # In the process beside this one alone.
+    rbstab.sweep.folder.write_shard = full
+    return FakeEngine(plan)
+
+
+def test_a_full_disk_over_there_stops_the_sweep(tmp_path):
+    with pytest.raises(StoreError, match="No space left"):
+        beside(tmp_path / "a", plan_of(60), full_disk, here=SLOW)
+    assert swept(tmp_path / "a").finished
+
+
+def test_a_failed_member_over_there_stops_where_that_is_wanted(tmp_path):
+    failing = functools.partial(FakeEngine, failing=range(3000))
+    executor, listener = Beside(failing, SLOW), Listener()
+    done = swept(
+        tmp_path / "a", plan_of(3000), listener, executor=executor, shard_size=10, fail_fast=True
+    )
+    assert not done.finished
+    assert len(listener.computed) < 100
+    assert done.survey.first_failed is not None
+
+
 @pytest.mark.parametrize("where", ["there", "start"])
 def test_without_a_process_all_is_done_here(tmp_path, monkeypatch, where):
     plan = plan_of(60)
@@ -125,13 +150,13 @@ def test_without_a_process_all_is_done_here(tmp_path, monkeypatch, where):
             raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
 
         monkeypatch.setattr("loky.backend.process.LokyProcess.start", refuse)
-        with pytest.raises(EngineLostError, match="unavailable"):
-            ProcessEngine(plan, FakeEngine)
+        with pytest.raises(ProcessLostError, match="unavailable"):
+            ShardProcess(plan, FakeEngine)
     else:
-        engine = ProcessEngine(plan, no_engine)
+        engine = ShardProcess(plan, no_engine)
         with pytest.raises(EngineError, match="ZeroDivisionError: cannot be made"):
             engine.ready(30)
-    threads = Threads(SLOW, 3, lambda plan: ProcessEngine(plan, no_engine))
+    threads = Threads(SLOW, 3, lambda plan: ShardProcess(plan, no_engine))
     swept(tmp_path / "a", plan)
     assert swept(tmp_path / "b", plan, executor=threads).finished
     assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
@@ -139,7 +164,7 @@ def test_without_a_process_all_is_done_here(tmp_path, monkeypatch, where):
 
 def test_no_shard_waits_for_a_process_to_begin(tmp_path):
     listener, sleepy = Listener(), functools.partial(time.sleep, 60)
-    threads = Threads(FakeEngine, 2, lambda plan: ProcessEngine(plan, sleepy))
+    threads = Threads(FakeEngine, 2, lambda plan: ShardProcess(plan, sleepy))
     assert swept(tmp_path / "a", plan_of(60), listener, executor=threads).finished
     assert listener.computed == list(range(6))
     wait_for(lambda: not running(), 5)
@@ -163,7 +188,7 @@ SWEEPER = """
 import sys
 from pathlib import Path
 from support.sweeps import plan_of
-from test_process_engine import SLOW, Beside
+from test_shard_process import SLOW, Beside
 from rbstab.sweep.sweep import Ways, sweep_to_folder
 ways = Ways(executor=Beside(SLOW, SLOW), shard_size=10)
 sweep_to_folder(plan_of(3000), Path(sys.argv[1]), ways, lambda event: print(event, flush=True))

@@ -1,5 +1,11 @@
 """Single runs in several processes: the same as in one, whatever happens to a process."""
 
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
 import psutil
 import pytest
 from support.paper_runs import paper_config
@@ -78,4 +84,29 @@ def test_nothing_goes_on_when_nobody_waits_for_it():
         for child in psutil.Process().children(recursive=True)
         if child.pid not in before and "popen_loky" in " ".join(child.cmdline())
     ]
+    assert not left
+
+
+COMPARER = """
+from test_processes import MEMBERS, plan
+from rbstab.sweep.processes import single_outcomes
+for one in single_outcomes(plan(), "scipy", MEMBERS * 50, 2):
+    print(one, flush=True)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here")
+def test_no_process_outlives_its_parent():
+    here = Path(__file__).parent
+    with subprocess.Popen(
+        [sys.executable, "-c", COMPARER],
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": f"{here}{os.pathsep}{here.parent}"},
+    ) as parent:
+        parent.stdout.readline()
+        children = psutil.Process(parent.pid).children(recursive=True)
+        others = [child for child in children if "popen_loky" in " ".join(child.cmdline())]
+        assert len(others) == 2
+        parent.kill()
+    _, left = psutil.wait_procs(others, timeout=5)
     assert not left

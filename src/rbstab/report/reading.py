@@ -11,6 +11,7 @@ from rbstab.report.opening import content_of, file_of
 from rbstab.report.words import foreign
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
+from rbstab.sweep.lifeline import hold, lifeline
 from rbstab.sweep.sweep import processors
 
 WORTH_IT = 200
@@ -55,11 +56,13 @@ def _by_pool(paths: Sequence[Path]) -> Iterator[Read | Unread]:
     # Imported late: only reports of many results need it.
     from loky import ProcessPoolExecutor
 
-    pool = ProcessPoolExecutor(min(processors(), len(paths) // PIECE))
-    try:
-        yield from pool.map(read_one, paths, chunksize=PIECE)
-    finally:
-        pool.shutdown(wait=True, kill_workers=True)
+    with lifeline() as line:
+        count = min(processors(), len(paths) // PIECE)
+        pool = ProcessPoolExecutor(count, initializer=hold, initargs=(line,))
+        try:
+            yield from pool.map(read_one, paths, chunksize=PIECE)
+        finally:
+            pool.shutdown(wait=True, kill_workers=True)
 
 
 def _reason(path: Path, error: Exception) -> str:

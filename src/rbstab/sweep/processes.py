@@ -5,8 +5,10 @@ from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from multiprocessing.connection import Connection
 
 from rbstab.mechanics.numbers import Array
+from rbstab.sweep.lifeline import hold, lifeline
 from rbstab.sweep.plan import Plan
 from rbstab.sweep.single import SingleRuns
 
@@ -55,27 +57,31 @@ def _by_pool(
     # Imported late: only long comparisons need it.
     from loky import ProcessPoolExecutor
 
-    pool = ProcessPoolExecutor(processes, initializer=_begin, initargs=(plan, engine))
-    try:
-        pending: set[Future[tuple[int, Outcome]]] = {pool.submit(_one, m) for m in list(members)}
-        while pending:
-            done, pending = wait(pending, TICK, FIRST_COMPLETED)
-            if not done:
-                yield None
-            for future in done:
-                yield future.result()
-    finally:
-        pool.shutdown(wait=True, kill_workers=True)
+    with lifeline() as line:
+        pool = ProcessPoolExecutor(processes, initializer=_begin, initargs=(plan, engine, line))
+        try:
+            pending: set[Future[tuple[int, Outcome]]] = {
+                pool.submit(_one, m) for m in list(members)
+            }
+            while pending:
+                done, pending = wait(pending, TICK, FIRST_COMPLETED)
+                if not done:
+                    yield None
+                for future in done:
+                    yield future.result()
+        finally:
+            pool.shutdown(wait=True, kill_workers=True)
 
 
 _singles: SingleRuns | None = None
 """What a process of the pool follows members with."""
 
 
-def _begin(plan: Plan, engine: str) -> None:
+def _begin(plan: Plan, engine: str, line: Connection) -> None:
     global _singles  # noqa: PLW0603 (what a process keeps between its tasks)
     # A terminal interrupts all processes; only the first one decides what that means.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    hold(line)
     _singles = SingleRuns(plan, engine)
 
 

@@ -234,6 +234,7 @@ def test_a_scheduler_that_does_not_answer(rbstab, monkeypatch):
     assert not Path("results").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="an interrupt there reaches the tests too")
 @pytest.mark.usefixtures("plan")
 def test_interrupting_a_part():

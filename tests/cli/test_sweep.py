@@ -269,6 +269,7 @@ def test_numbers_in_words():
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="an interrupt there reaches the tests too")
 def test_interrupts(folder):
     (folder / "plan.yaml").write_text(PLAN.replace("10]", "400]"))

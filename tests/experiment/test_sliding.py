@@ -121,7 +121,7 @@ def test_a_result_opens_as_a_dataset(tmp_path):
         assert dataset["transition_kind"].dims == ("transition",)
 
 
-@pytest.mark.parametrize("law", ["position, layer", "slope"])
+@pytest.mark.parametrize("law", [pytest.param("position, layer", marks=pytest.mark.slow), "slope"])
 def test_engines_agree(law):
     ours, other = (run(engine=name, **LAWS[law]) for name in ("heyoka", "scipy"))
     for name in ("orientation", "angular_velocity", "contact_displacement"):

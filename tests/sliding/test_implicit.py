@@ -40,7 +40,7 @@ def test_each_step_of_a_flight_loses_the_same_energy(engine):
     assert run.switches.discarded_energy == pytest.approx(3 * M * 0.5 * h * k * k * times)
 
 
-@pytest.mark.parametrize("h", [1e-4, 5e-5])
+@pytest.mark.parametrize("h", [1e-4, pytest.param(5e-5, marks=pytest.mark.slow)])
 def test_the_time_of_sticking_is_the_step_s(h):
     """It is x/(hk), though the exact ball bounces for ever: nothing damps it.
 

@@ -121,7 +121,9 @@ def test_which_engine_is_taken(monkeypatch):
         factory_for("heyoka")
 
 
-@pytest.mark.parametrize("surface", ["{slope: 20}", "position"])
+@pytest.mark.parametrize(
+    "surface", ["{slope: 20}", pytest.param("position", marks=pytest.mark.slow)]
+)
 def test_a_motion_that_slides_settles_when_its_own_energy_does(surface):
     example = "configs/examples/sliding/slope_exact_20000.yaml"
     plan = load_plan(

@@ -18,6 +18,7 @@ from rbstab.sweep.sweep import Started
 EVERY = {"traces": {"every": 7}}
 
 
+@pytest.mark.slow
 def test_threads_and_stops_do_not_show(tmp_path):
     plan = traced(100, EVERY)
     swept(tmp_path / "1", plan, threads=1)

@@ -14,7 +14,7 @@ from benchmarks.swept import Sweeping, plan_of
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
 BEGIN = """
 import rbstab.sweep.sweep
-from rbstab.sweep.engine import factory_for
+from rbstab.sweep.engines import factory_for
 from rbstab.sweep.load import load_plan
 factory_for("heyoka")(load_plan({plan!r}, ["integration.engine=heyoka"])).compute(0, 8)
 """

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from rbstab.config.load import load_config, resolved
 from rbstab.sweep.begin import begun
-from rbstab.sweep.engine import MemberEngine, factory_for
+from rbstab.sweep.engine import MemberEngine
+from rbstab.sweep.engines import factory_for
 from rbstab.sweep.execute import Execution, survey_of
 from rbstab.sweep.gather import digest_of_shards, gather
 from rbstab.sweep.load import load_plan

@@ -73,7 +73,7 @@ def _plans(paths: Iterable[Path], changes: Sequence[str], output: Path) -> dict[
 
 def _engine(path: Path, output: Path) -> tuple[str, ...]:
     """The engine with which `rbstab sweep` runs, or ran, a plan, as a change of its base."""
-    from rbstab.sweep.engine import fastest
+    from rbstab.sweep.engines import fastest
     from rbstab.sweep.folder import engine_of
 
     if _is_of_a_sweep(path):

@@ -146,7 +146,7 @@ def command(
 def _engine(wanted: str | None, folder: Path) -> str:
     """The engine: the wanted one, or that with which the sweep was begun, or the fastest."""
     from rbstab.integrate.engines import EngineMissingError
-    from rbstab.sweep.engine import factory_for, fastest
+    from rbstab.sweep.engines import factory_for, fastest
     from rbstab.sweep.folder import engine_of
 
     name = wanted or engine_of(folder)

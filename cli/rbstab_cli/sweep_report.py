@@ -109,7 +109,7 @@ def report_estimate(plan: "Plan", path: Path, ways: "Ways", *, as_json: bool) ->
     """Prints how much of a plan is to be done, and what it will take."""
     import shutil
 
-    from rbstab.sweep.engine import factory_for
+    from rbstab.sweep.engines import factory_for
     from rbstab.sweep.estimate import estimate
     from rbstab.sweep.sweep import processors
     from rbstab_cli.sweep_progress import duration

@@ -208,7 +208,7 @@ def test_gathering_without_the_engine(rbstab, monkeypatch):
 
     options = ("sweep", "plan.yaml", "--engine", "heyoka", "--set", "integration.duration=0.01")
     assert rbstab(*options, "--shard", "1/1").exit_code == 0
-    monkeypatch.setattr("rbstab.sweep.engine.engine", missing)
+    monkeypatch.setattr("rbstab.sweep.engines.engine", missing)
     refused = rbstab("gather", "results/plan")
     assert refused.exit_code == 2
     assert "the engine 'heyoka' cannot be used here" in refused.stderr

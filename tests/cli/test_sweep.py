@@ -235,7 +235,7 @@ def test_without_heyoka(rbstab, monkeypatch):
             raise EngineMissingError("the engine 'heyoka' cannot be used here")
         return engine(name)
 
-    monkeypatch.setattr("rbstab.sweep.engine.engine", missing)
+    monkeypatch.setattr("rbstab.sweep.engines.engine", missing)
     done = rbstab(*SWEEP)
     assert done.exit_code == 0
     assert "heyoka is not installed: scipy is used" in done.stderr

@@ -6,7 +6,7 @@ from support.rest import inverted_pendulum
 from support.systems import VARIANTS, random_system
 
 from rbstab.analysis.rest_state import nearest_rest_state
-from rbstab.integrate.heyoka_engine import parameter_values
+from rbstab.integrate.heyoka_symbols import parameter_values
 from rbstab.sweep.rest_energies import RestEnergies
 from rbstab.systems.coordinates import ReducedCoordinates
 

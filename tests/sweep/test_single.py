@@ -1,7 +1,6 @@
 """Members one by one: each is what the single run of its config is, and fails alone."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,8 +10,10 @@ from rbstab.experiment.simulate import simulate
 from rbstab.experiment.summary import summary_of
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.integrate.status import RunStatus
-from rbstab.sweep import engine, single
-from rbstab.sweep.engine import factory_for, fastest, without_result
+from rbstab.sweep import engines, single
+from rbstab.sweep.engine import without_result
+from rbstab.sweep.engines import factory_for, fastest
+from rbstab.sweep.ensemble import ensemble_engine
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.outcome import COLUMNS, STATUSES
 from rbstab.sweep.single import SingleRuns
@@ -103,19 +104,12 @@ def test_members_without_result():
 def test_which_engine_is_taken(monkeypatch):
     assert fastest() in ("heyoka", "scipy")
     assert factory_for("scipy") is SingleRuns
-    ensemble = SimpleNamespace(ensemble_engine=object())
-    with monkeypatch.context() as patch:
-        patch.setattr(engine, "find_spec", lambda _: None)
-        assert factory_for("heyoka") is SingleRuns
-        patch.setattr(engine, "find_spec", lambda _: object())
-        patch.setattr(engine, "import_module", lambda _: ensemble)
-        assert factory_for("heyoka") is ensemble.ensemble_engine
-        assert factory_for("scipy") is SingleRuns
+    assert factory_for("heyoka") is ensemble_engine
 
     def missing(name):
         raise EngineMissingError(name)
 
-    monkeypatch.setattr(engine, "engine", missing)
+    monkeypatch.setattr(engines, "engine", missing)
     assert fastest() == "scipy"
     with pytest.raises(EngineMissingError):
         factory_for("heyoka")

@@ -9,7 +9,7 @@ from support.paper_runs import paper_config
 
 from rbstab.experiment import record
 from rbstab.integrate.status import RunStatus
-from rbstab.sweep.engine import factory_for
+from rbstab.sweep.engines import factory_for
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.outcome import COLUMNS, STATUSES
 

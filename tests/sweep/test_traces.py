@@ -9,7 +9,7 @@ from support.paper_runs import paper_config
 
 import rbstab
 from rbstab.config.build import problem_of
-from rbstab.sweep.engine import factory_for
+from rbstab.sweep.engines import factory_for
 from rbstab.sweep.keep import Keep
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.outcome import STATUSES

@@ -6,7 +6,7 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from rbstab.integrate.heyoka_engine import state_symbols
+from rbstab.integrate.heyoka_symbols import state_symbols
 from rbstab.mechanics.numbers import Array
 
 SIMD = hy.recommended_simd_size()

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import heyoka as hy
 
 from rbstab.integrate.compiled_map import evaluated
-from rbstab.integrate.heyoka_engine import state_symbols, symbols_of
+from rbstab.integrate.heyoka_symbols import state_symbols, symbols_of
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.system import System
 

@@ -10,7 +10,7 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.compiled_map import SIMD, evaluated
-from rbstab.integrate.heyoka_engine import (
+from rbstab.integrate.heyoka_symbols import (
     parameter_values,
     scaled_audit,
     state_symbols,

@@ -8,8 +8,8 @@ import numpy as np
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.filippov import COINCIDENT
 from rbstab.integrate.following import Hit, Reached
-from rbstab.integrate.heyoka_engine import energy_scale, parameter_values
 from rbstab.integrate.heyoka_switched import Switched, WeakChatter, switched_system
+from rbstab.integrate.heyoka_symbols import energy_scale, parameter_values
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_log import SwitchLog

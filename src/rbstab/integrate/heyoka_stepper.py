@@ -6,7 +6,7 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.compiled_once import compiled_once
-from rbstab.integrate.heyoka_engine import parameter_values, state_symbols, symbols_of
+from rbstab.integrate.heyoka_symbols import parameter_values, state_symbols, symbols_of
 from rbstab.integrate.implicit import Stepped, Stepper, step, system_for_step
 from rbstab.integrate.switching import Modes
 from rbstab.mechanics.numbers import Array

@@ -11,7 +11,7 @@ import numpy as np
 from rbstab.integrate.chatter import bouncing_energy
 from rbstab.integrate.compiled_once import compiled_once
 from rbstab.integrate.following import Hit
-from rbstab.integrate.heyoka_engine import (
+from rbstab.integrate.heyoka_symbols import (
     parameter_values,
     scaled_audit,
     state_symbols,

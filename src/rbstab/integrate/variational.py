@@ -14,14 +14,11 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from rbstab.integrate.heyoka_engine import (
-    STATUSES,
-    Watch,
+from rbstab.integrate.heyoka_engine import STATUSES, Watch, reason, status_at_start
+from rbstab.integrate.heyoka_symbols import (
     energy_scale,
     parameter_values,
-    reason,
     state_symbols,
-    status_at_start,
     symbols_of,
 )
 from rbstab.integrate.problem import Problem

@@ -27,7 +27,8 @@ from rbstab.sweep.dask_worker import (
     refuse_other_versions,
 )
 from rbstab.sweep.dump import plan_data
-from rbstab.sweep.engine import EngineFactory, MemberEngine, factory_for
+from rbstab.sweep.engine import EngineFactory, MemberEngine
+from rbstab.sweep.engines import factory_for
 from rbstab.sweep.execute import (
     ExecutorError,
     Happened,

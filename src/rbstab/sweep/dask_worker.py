@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 from distributed import get_worker
 from distributed.diagnostics.plugin import WorkerPlugin
 
-from rbstab.sweep.engine import EngineError, EngineFactory, MemberEngine, Shard, factory_for
+from rbstab.sweep.engine import EngineError, EngineFactory, MemberEngine, Shard
+from rbstab.sweep.engines import factory_for
 from rbstab.sweep.execute import ExecutorError, computed
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.machine import difference, processor, versions

@@ -1,13 +1,10 @@
-"""What a sweep asks of whoever follows its members, and which of them is taken."""
+"""What a sweep asks of whoever follows its members."""
 
 from collections.abc import Callable
-from importlib import import_module
-from importlib.util import find_spec
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.outcome import COLUMNS, STATUSES
@@ -57,36 +54,8 @@ class MemberEngine(Protocol):
         ...
 
 
-ENSEMBLE = "rbstab.sweep.ensemble"
-"""The module of the engine that follows many members at once; it needs heyoka."""
-
 EngineFactory = Callable[[Plan], MemberEngine]
 """Makes an engine for one thread."""
-
-
-def fastest() -> str:
-    """The name of the fastest engine that can be used here."""
-    try:
-        engine("heyoka")
-    except EngineMissingError:
-        return "scipy"
-    return "heyoka"
-
-
-def factory_for(name: str) -> EngineFactory:
-    """What follows the members of plans whose engine is of this name.
-
-    Raises:
-        EngineMissingError: The engine's package is not installed.
-    """
-    engine(name)
-    if name == "heyoka" and find_spec(ENSEMBLE) is not None:
-        made: EngineFactory = import_module(ENSEMBLE).ensemble_engine
-        return made
-    # Imported late: it imports this module.
-    from rbstab.sweep.single import SingleRuns
-
-    return SingleRuns
 
 
 def without_result(members: int) -> dict[str, Array]:

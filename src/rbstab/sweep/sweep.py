@@ -13,7 +13,8 @@ from rbstab.config.errors import ConfigError
 from rbstab.store.errors import NotAResultError
 from rbstab.sweep.begin import Begun, begun, made, part_begun, remove_old_remains
 from rbstab.sweep.check import ENGINE, Check, check_of
-from rbstab.sweep.engine import EngineFactory, factory_for
+from rbstab.sweep.engine import EngineFactory
+from rbstab.sweep.engines import factory_for
 from rbstab.sweep.execute import Execution, Executor, Happened, Survey, survey_of
 from rbstab.sweep.folder import PLAN_FILE, SweepFolder, open_folder
 from rbstab.sweep.gather import digest_of_shards, gather, is_gathered

@@ -8,7 +8,7 @@ import pytest
 
 from rbstab.report import reading
 from rbstab.report.document import Unread
-from rbstab.report.reading import Read, read_all, read_one
+from rbstab.report.reading import ReadRun, read_all, read_one
 
 pytestmark = pytest.mark.slow
 
@@ -37,7 +37,7 @@ def paths(tmp_path_factory):
 
 def told(found):
     return [
-        one.reason if isinstance(one, Unread) else (one.file.name, one.content.run_id)
+        one.reason if isinstance(one, Unread) else (one.file.name, one.result.run_id)
         for one in found
     ]
 
@@ -64,7 +64,7 @@ def test_what_a_process_that_dies_has_not_read_is_read_here(paths, shared):
             child.kill()
     found += coming
     assert told(found) == told(map(read_one, paths))
-    assert isinstance(found[0], Read)
+    assert isinstance(found[0], ReadRun)
 
 
 def test_few_are_read_here(paths, monkeypatch):

@@ -36,7 +36,7 @@ def summary_of(result: Result) -> Summary:
     with np.errstate(all="ignore"):
         distance = np.linalg.norm(E, axis=1)
         distance_rate = (E * F).sum(axis=1) / np.where(distance > 0, distance, 1.0)
-        pitch_rate = np.array([(rate_matrix(a) @ w)[1] for a, w in zip(Theta, Omega, strict=True)])
+        pitch_rate = _rates_where_largest(t, Theta, Omega)
         x, y, z = (signed_peak(t, E[:, axis], F[:, axis]) for axis in range(3))
         return Summary(
             float(v[0]),
@@ -47,6 +47,20 @@ def summary_of(result: Result) -> Summary:
             abs(signed_peak(t, Theta[:, 1], pitch_rate)),
             float(t[-1]),
         )
+
+
+def _rates_where_largest(t: Array, Theta: Array, Omega: Array) -> Array:
+    """The rate of θ2, shape (n,), rad/s, at samples beside which |θ2| can be largest; 0 elsewhere.
+
+    θ2 changes by no more than |Ω| a second. Without rates nothing turns between two samples.
+    """
+    pitch = np.abs(Theta[:, 1])
+    reach = np.diff(t).max(initial=0.0) * np.linalg.norm(Omega, axis=1).max()
+    near = np.concatenate([[False], pitch >= pitch.max() - reach, [False]])
+    rates = np.zeros(len(t))
+    for k in np.flatnonzero(near[:-2] | near[1:-1] | near[2:]).tolist():
+        rates[k] = (rate_matrix(Theta[k]) @ Omega[k])[1]
+    return rates
 
 
 def without_work(result: Result) -> Array:

@@ -4,10 +4,11 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
+from rbstab.experiment.stored_config import StoredConfig, stored_config
 from rbstab.report.document import Unread
-from rbstab.report.opening import content_of, file_of
+from rbstab.report.opening import SWEEP, content_of, file_of
 from rbstab.report.words import foreign
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
@@ -21,11 +22,21 @@ PIECE = 25
 """Results that a process reads at a time."""
 
 
-class Read(NamedTuple):
-    """A result that was read: its file, and the run in it, or "sweep"."""
+class ReadRun(NamedTuple):
+    """A run that was read: its file, what is in it, and its config."""
 
     file: Path
-    content: Result | Literal["sweep"]
+    result: Result
+    stored: StoredConfig
+
+
+class ReadSweep(NamedTuple):
+    """A sweep: its file."""
+
+    file: Path
+
+
+Read = ReadRun | ReadSweep
 
 
 def read_all(paths: Sequence[Path]) -> Iterator[Read | Unread]:
@@ -47,7 +58,10 @@ def read_one(path: Path) -> Read | Unread:
     """Reads a result."""
     try:
         file = file_of(path)
-        return Read(file, content_of(file))
+        content = content_of(file)
+        if content == SWEEP:
+            return ReadSweep(file)
+        return ReadRun(file, content, stored_config(content))
     except (StoreError, OSError, ValueError) as error:
         return Unread(foreign(path), _reason(path, error))
 

@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.schema import Config
-from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.summary import Summary, summary_of, without_work
 from rbstab.report.document import Unread
-from rbstab.report.opening import SWEEP, file_of
-from rbstab.report.reading import read_all
+from rbstab.report.opening import file_of
+from rbstab.report.reading import ReadRun, ReadSweep, read_all
 from rbstab.report.words import foreign
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
@@ -102,16 +101,16 @@ def read_sources(paths: Iterable[str | Path]) -> Sources:
     wanted: dict[str, Path] = {}
     for path in map(Path, paths):
         wanted.setdefault(_identity(path), path)
-    runs: list[tuple[Path, Result]] = []
+    runs: list[ReadRun] = []
     sweeps: list[Path] = []
     unread: list[Unread] = []
     for found in read_all(list(wanted.values())):
         if isinstance(found, Unread):
             unread.append(found)
-        elif found.content == SWEEP:
+        elif isinstance(found, ReadSweep):
             sweeps.append(found.file)
-        elif isinstance(found.content, Result):
-            runs.append((found.file, found.content))
+        else:
+            runs.append(found)
     return Sources(_runs(runs), _sweeps(sweeps), tuple(unread))
 
 
@@ -123,11 +122,11 @@ def _identity(path: Path) -> str:
         return os.path.abspath(path)  # noqa: PTH100 (`Path.absolute` keeps "..")
 
 
-def _runs(found: list[tuple[Path, Result]]) -> tuple[Run, ...]:
-    labels = unique_labels([path for path, _ in found])
+def _runs(found: list[ReadRun]) -> tuple[Run, ...]:
+    labels = unique_labels([read.file for read in found])
     return tuple(
-        Run(number, f"run-{number + 1}", label, path, result, *stored_config(result))
-        for number, (label, (path, result)) in enumerate(zip(labels, found, strict=True))
+        Run(number, f"run-{number + 1}", label, read.file, read.result, *read.stored)
+        for number, (label, read) in enumerate(zip(labels, found, strict=True))
     )
 
 

@@ -94,7 +94,7 @@ class Threads:
             while (number := work.next()) is not None:
                 try:
                     _tell(process.make(work.folder, number), work, report)
-                except ProcessLostError as lost:
+                except (ProcessLostError, EngineError) as lost:
                     report(Resent(*work.folder.bounds(number), lost, here=True))
                     work.wanted.appendleft(number)
                     break

@@ -10,6 +10,7 @@ from support.sweeps import plan_of, shard_files
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
 from rbstab.store.lock import FolderInUseError, locked
 from rbstab.store.table_file import read_table
+from rbstab.sweep.begin import planned_folder
 from rbstab.sweep.folder import open_folder
 from rbstab.sweep.sweep import Started
 
@@ -55,6 +56,13 @@ def test_other_things_in_the_folder(tmp_path):
         swept(tmp_path / "file")
     with pytest.raises(NotAResultError):
         open_folder(tmp_path)
+
+
+def test_a_folder_of_which_nothing_can_be_known(tmp_path):
+    nowhere = tmp_path / ("a" * 300)
+    for look in (open_folder, lambda path: planned_folder(path, plan_of(60), None)):
+        with pytest.raises(StoreError, match="cannot be read: File name too long"):
+            look(nowhere)
 
 
 def test_a_damaged_manifest(tmp_path):

@@ -53,7 +53,8 @@ class ShardProcess:
         try:
             with _no_interrupts():
                 self._process.start()
-        except OSError as error:
+        except (OSError, AttributeError) as error:
+            # The latter where this process has no stdout, which loky wants to flush.
             self._connection.close()
             raise ProcessLostError(str(error)) from error
         finally:

@@ -4,6 +4,7 @@ import os
 import sys
 from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 
 import click
 
@@ -75,7 +76,7 @@ def _replace_closed_streams() -> None:
     """Where a process was started without stdout or stderr, Python has None there."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 (kept open)
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))
 
 
 def main() -> None:

@@ -92,7 +92,7 @@ class ShardProcess:
 
     def close(self) -> None:
         """Ends the process, whatever it is at: what it has not finished is not there."""
-        # First of all: where it does not heed the signal, it ends for want of somebody to listen to.
+        # First of all: where it does not heed the signal, it ends because nobody is there.
         self._connection.close()
         self._process.terminate()
         self._process.join()

@@ -76,7 +76,7 @@ def _replace_closed_streams() -> None:
     """Where a process was started without stdout or stderr, Python has None there."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))
+            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 (it stays open)
 
 
 def main() -> None:

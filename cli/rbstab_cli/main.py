@@ -2,7 +2,9 @@
 
 import os
 import sys
+from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 
 import click
 
@@ -70,8 +72,16 @@ def cli() -> None:
     """
 
 
+def _replace_closed_streams() -> None:
+    """Where a process was started without stdout or stderr, Python has None there."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 (it stays open)
+
+
 def main() -> None:
     """Runs the command line and ends the process with its exit code."""
+    _replace_closed_streams()
     try:
         code = cli.main(prog_name="rbstab", standalone_mode=False)
     except click.ClickException as error:
@@ -84,4 +94,9 @@ def main() -> None:
         # The reader of our output is gone, as after `| head`; nothing is left to be said to it.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = exit_codes.OK
+    except OSError as error:
+        # A full disk behind stdout, say; results have their own errors.
+        with suppress(OSError):
+            click.echo(f"error: {error}", err=True)
+        code = exit_codes.STORAGE
     sys.exit(code if isinstance(code, int) else exit_codes.OK)

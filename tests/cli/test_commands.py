@@ -172,3 +172,31 @@ def test_output_into_a_closed_pipe_is_no_error() -> None:
     assert b"Traceback" not in schema.stderr.read()
     schema.wait(timeout=60)
     schema.stderr.close()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no such device here")
+def test_output_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        found = subprocess.run(
+            [sys.executable, "-m", "rbstab_cli", "schema"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert found.returncode == 4
+    assert found.stderr == "error: [Errno 28] No space left on device\n"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="no shell closes them like that there")
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
+def test_a_sweep_needs_no_streams(folder: Path, closed: str) -> None:
+    # Two shards, so that a second process is begun.
+    (folder / "plan.yaml").write_text(
+        "base: good.yaml\nvary: {body.mass: {linspace: [40, 42, 4]}}\n"
+    )
+    command = [sys.executable, "-m", "rbstab_cli", "sweep", "plan.yaml", "--shard-size", "2"]
+    shell = ["/bin/sh", "-c", f'exec "$@" {closed}', "sh", *command, "--threads", "2"]
+    assert subprocess.run(shell, capture_output=True, check=False).returncode == 0
+    assert (folder / "results/plan/sweep.h5").exists()

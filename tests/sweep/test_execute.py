@@ -193,3 +193,9 @@ def test_the_check_finds_what_is_wrong(tmp_path, monkeypatch):
     assert table.attributes["checked_members"] == 3
     assert table.attributes["checked_unlike"] == 3
     assert "lyapunov_end" in table["check_column"].tolist()
+
+
+@pytest.mark.parametrize("wrong", [{"threads": 0}, {"threads": -1}, {"shard_size": 0}])
+def test_a_sweep_by_nobody_is_refused(wrong):
+    with pytest.raises(ValueError, match=r"(threads|shard_size) is -?\d \(expected at least 1\)"):
+        Ways(**wrong)

@@ -1,5 +1,6 @@
 """The folder of a sweep: what may stand there, and who may go on in it."""
 
+import os
 import shutil
 
 import numpy as np
@@ -10,6 +11,7 @@ from support.sweeps import plan_of, shard_files
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
 from rbstab.store.lock import FolderInUseError, locked
 from rbstab.store.table_file import read_table
+from rbstab.sweep.begin import planned_folder
 from rbstab.sweep.folder import open_folder
 from rbstab.sweep.sweep import Started
 
@@ -55,6 +57,14 @@ def test_other_things_in_the_folder(tmp_path):
         swept(tmp_path / "file")
     with pytest.raises(NotAResultError):
         open_folder(tmp_path)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems say something else")
+def test_a_folder_of_which_nothing_can_be_known(tmp_path):
+    nowhere = tmp_path / ("a" * 300)
+    for look in (open_folder, lambda path: planned_folder(path, plan_of(60), None)):
+        with pytest.raises(StoreError, match="cannot be read: File name too long"):
+            look(nowhere)
 
 
 def test_a_damaged_manifest(tmp_path):

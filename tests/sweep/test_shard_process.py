@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pytest
 from support.sweeping import Listener, digest_of, swept
 from support.sweeps import FakeEngine, plan_of, shard_files, traced
 
+import rbstab.sweep.execute
 import rbstab.sweep.folder
 from rbstab.store.errors import StoreError
 from rbstab.sweep.engine import EngineError
@@ -106,6 +108,23 @@ def test_the_shard_of_a_process_that_dies_is_computed_here(tmp_path):
     assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
 
 
+def hopeless(plan):
+    def no_memory(*_):
+        raise MemoryError("made up")
+
+    # In the process beside this one alone: not even one by one can members be followed there.
+    rbstab.sweep.execute.computed = no_memory
+    return FakeEngine(plan)
+
+
+def test_a_shard_that_cannot_be_computed_there_is_computed_here(tmp_path):
+    listener = beside(tmp_path / "a", plan_of(60), hopeless, here=SLOW)
+    (lost,) = listener.of(Resent)
+    assert lost.here
+    assert str(lost.error) == "MemoryError: made up"
+    assert listener.computed == list(range(6))
+
+
 def test_an_error_over_there_is_told_and_ends_nothing(tmp_path):
     raising = functools.partial(FakeEngine, raising=range(60))
     listener = beside(tmp_path / "a", traced(20), raising, here=SLOW)
@@ -169,6 +188,29 @@ def test_no_shard_waits_for_a_process_to_begin(tmp_path):
     assert listener.computed == list(range(6))
     wait_for(lambda: not running(), 5)
     assert not running()
+
+
+@pytest.fixture
+def ignored_end():
+    """As a job script has it that says `trap '' TERM`."""
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    yield
+    signal.signal(signal.SIGTERM, before)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no such signal here")
+@pytest.mark.parametrize("ready", [True, False])
+def test_a_process_ends_where_nobody_heeds_the_signal(ignored_end, ready):
+    process = ShardProcess(plan_of(60), FakeEngine)
+    if ready:
+        assert process.ready(30)
+    closing = threading.Thread(target=process.close, daemon=True)
+    closing.start()
+    closing.join(30)
+    left = running()
+    for other in left:
+        other.kill()
+    assert not left
 
 
 def running(parent=None):

@@ -23,6 +23,7 @@ from rbstab.store.atomic import appearing
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions import COORDINATES, Motions
 from rbstab.store.opening import array_of, check_version, opened, plain
+from rbstab.store.presence import is_there
 from rbstab.store.result import Variable
 from rbstab.store.seal import check_seal, seal_line, stated_seal
 from rbstab.store.table import RUN
@@ -78,7 +79,7 @@ def stamp_of(path: Path) -> Stamp | None:
     Raises:
         StoreError: It cannot be read.
     """
-    if not path.exists():
+    if not is_there(path):
         return None
     digest = stated_seal(path)
     return Stamp(digest, path.stat().st_size) if digest is not None else None

@@ -12,6 +12,7 @@ from rbstab.store.atomic import PARTIAL, remove_remains, write_whole
 from rbstab.store.document import write_document
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
 from rbstab.store.lock import LOCK, FolderInUseError, locked
+from rbstab.store.presence import is_there
 from rbstab.sweep.dump import plan_yaml
 from rbstab.sweep.folder import (
     MANIFEST,
@@ -115,7 +116,7 @@ def planned_folder(
         StoreError: What is there cannot be read.
     """
     planned = SweepFolder(path, _manifest(plan, shard_size))
-    if not (path / MANIFEST).exists():
+    if not is_there(path / MANIFEST):
         return planned, None
     found = open_folder(path)
     same = found.manifest.plan_id == planned.manifest.plan_id
@@ -186,7 +187,7 @@ def _by_parts(path: Path) -> str:
 
 def _difference(path: Path, wanted: Manifest, *, fixed_size: bool) -> str | None:
     """What keeps the sweep from going on in a folder."""
-    if not (path / MANIFEST).exists():
+    if not is_there(path / MANIFEST):
         names = [f.name for f in path.iterdir() if f.name not in (PLAN_FILE, SHARDS, TRACES)]
         strange = [n for n in names if not n.startswith(LOCK) and not n.endswith(PARTIAL)]
         return f"holds other things ({min(strange)})" if strange else None
@@ -216,7 +217,7 @@ def _ready(path: Path, plan: Plan, manifest: Manifest, *, fixed_size: bool) -> S
 
     Others may be making it at the same time, of the same plan: the first manifest counts.
     """
-    begins = not (path / MANIFEST).exists()
+    begins = not is_there(path / MANIFEST)
     try:
         for name in (SHARDS, TRACES)[: 2 if manifest.keep != SUMMARY else 1]:
             (path / name).mkdir(exist_ok=True)

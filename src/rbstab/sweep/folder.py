@@ -12,6 +12,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.document import read_document
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions_file import Stamp, stamp_of, write_motions
+from rbstab.store.presence import is_there
 from rbstab.store.shard_file import DIGEST, SHARD, read_shard, write_shard
 from rbstab.store.table import RUN, Head, Table
 from rbstab.store.table_file import read_table
@@ -163,7 +164,7 @@ class SweepFolder:
             StoreError: It cannot be read, or was written by a newer rbstab.
         """
         path = self.shard_file(number)
-        if not path.exists():
+        if not is_there(path):
             return None
         try:
             table = read_shard(path, OUTCOME)
@@ -214,7 +215,7 @@ def open_folder(path: Path) -> SweepFolder:
         NotAResultError: It is none, or its manifest is damaged.
         StoreError: It cannot be read, or was written by a newer rbstab.
     """
-    if not (path / MANIFEST).is_file():
+    if not is_there(path / MANIFEST):
         raise NotAResultError(f"{path} is not the folder of a sweep")
     data = read_document(path / MANIFEST)
     version = data.get("schema_version")

@@ -53,7 +53,8 @@ class ShardProcess:
         try:
             with _no_interrupts():
                 self._process.start()
-        except OSError as error:
+        except (OSError, AttributeError) as error:
+            # The latter where this process has no stdout, which loky wants to flush.
             self._connection.close()
             raise ProcessLostError(str(error)) from error
         finally:
@@ -77,6 +78,7 @@ class ShardProcess:
 
         Raises:
             ProcessLostError: It has ended.
+            EngineError: It could not compute the shard at all, and has ended.
             StoreError: The shard cannot be written.
             EngineMissingError: The engine cannot be used.
         """
@@ -90,9 +92,10 @@ class ShardProcess:
 
     def close(self) -> None:
         """Ends the process, whatever it is at: what it has not finished is not there."""
+        # First of all: where it does not heed the signal, it ends because nobody is there.
+        self._connection.close()
         self._process.terminate()
         self._process.join()
-        self._connection.close()
 
     def _received(self) -> Any:
         try:
@@ -112,6 +115,8 @@ def _serve(orders: Connection, plan: Plan, factory: EngineFactory) -> None:
     """What the process does: it makes its engine, and computes what it is asked for."""
     # Where interrupts cannot be blocked before a process begins.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # What a job script ignores, its processes ignore; this one must be easily ended.
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     wanted: SimpleQueue[Order] = SimpleQueue()
     Thread(target=_listen, args=(orders, wanted.put), daemon=True).start()
     answer: list[Trouble | ShardDone] | Exception = []

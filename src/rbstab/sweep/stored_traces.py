@@ -12,6 +12,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions import Motions, joined
 from rbstab.store.motions_file import check_motions, read_motions
+from rbstab.store.presence import is_there
 from rbstab.store.shard_file import read_shard
 from rbstab.sweep.folder import SweepFolder, open_folder, traces_stamp
 from rbstab.sweep.layout import OUTCOME
@@ -122,8 +123,8 @@ def open_traces(path: str | Path) -> SweepTraces:
         number
         for number in range(folder.shards)
         if folder.has_traces(number)
-        and folder.shard_file(number).exists()
-        and folder.traces_file(number).exists()
+        and is_there(folder.shard_file(number))
+        and is_there(folder.traces_file(number))
     )
     if not shards:
         kept = folder.manifest.keep.count(folder.manifest.members)

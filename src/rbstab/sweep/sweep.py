@@ -86,6 +86,9 @@ class Ways:
         force: Move a different sweep of the same name aside; not for a part.
         part: Compute this part only, and gather nothing; default all.
         executor: Computes the shards, in place of threads.
+
+    Raises:
+        ValueError: threads or shard_size is below 1.
     """
 
     factory: EngineFactory | None = None
@@ -96,6 +99,12 @@ class Ways:
     force: bool = False
     part: Part | None = None
     executor: Executor | None = None
+
+    def __post_init__(self) -> None:
+        """No thread would never end, and a shard of no member never begin."""
+        for name, count in (("threads", self.threads), ("shard_size", self.shard_size)):
+            if count is not None and count < 1:
+                raise ValueError(f"{name} is {count} (expected at least 1)")
 
 
 def sweep_to_folder(

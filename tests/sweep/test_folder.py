@@ -2,17 +2,18 @@
 
 import os
 import shutil
+from functools import partial
 
 import numpy as np
 import pytest
 from support.sweeping import Listener, swept
-from support.sweeps import plan_of, shard_files
+from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
 from rbstab.store.lock import FolderInUseError, locked
 from rbstab.store.table_file import read_table
 from rbstab.sweep.begin import planned_folder
-from rbstab.sweep.folder import open_folder
+from rbstab.sweep.folder import open_folder, open_sweep
 from rbstab.sweep.sweep import Started
 
 
@@ -113,3 +114,22 @@ def test_two_sweeps_into_one_folder(tmp_path):
         for force in (False, True):
             with pytest.raises(FolderInUseError, match="in use by another process"):
                 swept(path, plan_of(59), force=force)
+
+
+@pytest.mark.parametrize("harm", ["damaged", "removed"])
+def test_the_plan_in_the_folder_is_made_whole(tmp_path, harm):
+    swept(tmp_path / "a")
+    plan = tmp_path / "a" / "plan.yaml"
+    before = plan.read_bytes()
+    if harm == "removed":
+        plan.unlink()
+    else:
+        plan.write_bytes(before[:100])
+    swept(tmp_path / "a", shard_size=None)
+    assert plan.read_bytes() == before
+
+
+def test_a_sweep_that_is_not_finished_cannot_be_opened(tmp_path):
+    swept(tmp_path / "a", listener=Listener(1), factory=partial(FakeEngine, delay=1e-3))
+    with pytest.raises(StoreError, match=r"not finished: [1-5] of 6 shards are there"):
+        open_sweep(tmp_path / "a")

@@ -13,7 +13,7 @@ from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result
 from rbstab.store.table_file import read_table
-from rbstab.sweep.folder import MANIFEST, SWEEP_FILE, open_folder
+from rbstab.sweep.folder import MANIFEST, SWEEP_FILE, open_folder, unfinished
 from rbstab.systems.quantities import QUANTITIES
 
 SWEEP: Literal["sweep"] = "sweep"
@@ -56,12 +56,7 @@ def file_of(path: Path) -> Path:
         raise NotAResultError(
             f"{path} is a folder, but not that of a sweep; name the files in it, as {path}/*.h5"
         )
-    folder = open_folder(path)
-    there = sum(folder.shard_file(number).exists() for number in range(folder.shards))
-    raise StoreError(
-        f"{path} is a sweep that is not finished: {there} of {folder.shards} shards are there; "
-        "the `rbstab sweep` that began it goes on with it"
-    )
+    raise unfinished(open_folder(path))
 
 
 def content_of(file: Path) -> Result | Literal["sweep"]:

@@ -221,8 +221,9 @@ def _ready(path: Path, plan: Plan, manifest: Manifest, *, fixed_size: bool) -> S
     try:
         for name in (SHARDS, TRACES)[: 2 if manifest.keep != SUMMARY else 1]:
             (path / name).mkdir(exist_ok=True)
-        if begins or not (path / PLAN_FILE).exists():
-            write_whole(path / PLAN_FILE, plan_yaml(plan).encode(), replace=True)
+        text = plan_yaml(plan).encode()
+        if _content(path / PLAN_FILE) != text:
+            write_whole(path / PLAN_FILE, text, replace=True)
     except OSError as error:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
     if begins:
@@ -233,6 +234,12 @@ def _ready(path: Path, plan: Plan, manifest: Manifest, *, fixed_size: bool) -> S
         if different is not None:
             raise ResultExistsError(f"{path} {different}, by another process in this instant")
     return open_folder(path)
+
+
+def _content(path: Path) -> bytes | None:
+    with suppress(OSError):
+        return path.read_bytes()
+    return None
 
 
 def remove_old_remains(path: Path) -> None:

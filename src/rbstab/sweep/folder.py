@@ -239,10 +239,24 @@ def open_sweep(path: str | Path) -> Table:
     Raises:
         NotAResultError: It is damaged, or no sweep.
         NewerSchemaError: It was written by a newer rbstab.
-        StoreError: It cannot be opened, perhaps because the sweep is not finished.
+        StoreError: It cannot be opened, or the sweep is not finished.
     """
     path = Path(path)
-    return read_table(path / SWEEP_FILE if path.is_dir() else path)
+    if not path.is_dir():
+        return read_table(path)
+    file = path / SWEEP_FILE
+    if not is_there(file):
+        raise unfinished(open_folder(path))
+    return read_table(file)
+
+
+def unfinished(folder: SweepFolder) -> StoreError:
+    """What is said of a sweep whose shards are not gathered."""
+    there = sum(is_there(folder.shard_file(number)) for number in range(folder.shards))
+    return StoreError(
+        f"{folder.path} is a sweep that is not finished: {there} of {folder.shards} shards are "
+        "there; the `rbstab sweep` that began it goes on with it"
+    )
 
 
 def engine_of(path: Path) -> str | None:

@@ -49,7 +49,7 @@ class Teller:
 
     def __call__(self, event: "Happening | None") -> None:
         """Takes what happened; None where nothing has for a while."""
-        from rbstab.sweep.execute import NoWorkers, OtherProcessor, Resent, ShardDone, Trouble
+        from rbstab.sweep.happenings import NoWorkers, OtherProcessor, Resent, ShardDone, Trouble
         from rbstab.sweep.sweep import Checking, Gathering, Started
 
         if isinstance(event, Started):

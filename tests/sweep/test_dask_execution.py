@@ -16,7 +16,7 @@ from rbstab.sweep import dask_execution
 from rbstab.sweep.dask_execution import ClusterError, cluster
 from rbstab.sweep.dask_worker import Order, OrderedPlan, WorkerDiffersError
 from rbstab.sweep.dump import plan_data
-from rbstab.sweep.execute import NoWorkers, OtherProcessor, Resent, ShardDone, Trouble
+from rbstab.sweep.happenings import NoWorkers, OtherProcessor, Resent, ShardDone, Trouble
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.machine import difference, versions
 from rbstab.sweep.plan import plan_id

@@ -10,8 +10,8 @@ from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.store.errors import StoreError
 from rbstab.store.table_file import read_table
-from rbstab.sweep.execute import ShardDone, Trouble
 from rbstab.sweep.gather import counts_by_status, sweep_summary
+from rbstab.sweep.happenings import ShardDone, Trouble
 from rbstab.sweep.single import SingleRuns
 from rbstab.sweep.sweep import Started, Ways, sweep_to_folder
 

@@ -15,7 +15,7 @@ SWEEPER = """
 import functools, sys
 from pathlib import Path
 from support.sweeps import FakeEngine, traced
-from rbstab.sweep.execute import ShardDone
+from rbstab.sweep.happenings import ShardDone
 from rbstab.sweep.sweep import Ways, sweep_to_folder
 def told(event):
     if isinstance(event, ShardDone):

@@ -15,8 +15,8 @@ from rbstab.store.errors import NotAResultError, ResultExistsError
 from rbstab.store.lock import FolderInUseError, locked
 from rbstab.store.table_file import read_table
 from rbstab.sweep.begin import LONGEST_WRITE, begun, part_begun
-from rbstab.sweep.execute import ShardDone
 from rbstab.sweep.folder import open_folder
+from rbstab.sweep.happenings import ShardDone
 from rbstab.sweep.part import Part, part_of, parts_missing, running_parts
 from rbstab.sweep.sweep import Gathering, Started, Ways, gather_folder, sweep_to_folder
 

@@ -15,11 +15,11 @@ import pytest
 from support.sweeping import Listener, digest_of, swept
 from support.sweeps import FakeEngine, plan_of, shard_files, traced
 
-import rbstab.sweep.execute
 import rbstab.sweep.folder
+import rbstab.sweep.one_shard
 from rbstab.store.errors import StoreError
 from rbstab.sweep.engine import EngineError
-from rbstab.sweep.execute import Resent, ShardDone, Trouble
+from rbstab.sweep.happenings import Resent, ShardDone, Trouble
 from rbstab.sweep.shard_process import ProcessLostError, ShardProcess
 from rbstab.sweep.threads import Threads
 
@@ -113,7 +113,7 @@ def hopeless(plan):
         raise MemoryError("made up")
 
     # In the process beside this one alone: not even one by one can members be followed there.
-    rbstab.sweep.execute.computed = no_memory
+    rbstab.sweep.one_shard.computed = no_memory
     return FakeEngine(plan)
 
 

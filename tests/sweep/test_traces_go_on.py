@@ -11,8 +11,8 @@ import rbstab
 from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import StoreError
 from rbstab.store.table_file import read_table
-from rbstab.sweep.execute import Trouble
 from rbstab.sweep.folder import open_folder
+from rbstab.sweep.happenings import Trouble
 from rbstab.sweep.sweep import Started
 
 EVERY = {"traces": {"every": 7}}

@@ -29,18 +29,10 @@ from rbstab.sweep.dask_worker import (
 from rbstab.sweep.dump import plan_data
 from rbstab.sweep.engine import EngineFactory, MemberEngine
 from rbstab.sweep.engines import factory_for
-from rbstab.sweep.execute import (
-    ExecutorError,
-    Happened,
-    NoWorkers,
-    OtherProcessor,
-    Resent,
-    ShardDone,
-    Trouble,
-    Work,
-    follow_shard,
-)
+from rbstab.sweep.execute import ExecutorError, Work
+from rbstab.sweep.happenings import Happened, NoWorkers, OtherProcessor, Resent, ShardDone, Trouble
 from rbstab.sweep.machine import processor, versions
+from rbstab.sweep.one_shard import follow_shard
 from rbstab.sweep.plan import plan_id
 
 TIME_LIMIT = 10.0

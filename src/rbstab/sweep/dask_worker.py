@@ -13,9 +13,10 @@ from distributed.diagnostics.plugin import WorkerPlugin
 
 from rbstab.sweep.engine import EngineError, EngineFactory, MemberEngine, Shard
 from rbstab.sweep.engines import factory_for
-from rbstab.sweep.execute import ExecutorError, computed
+from rbstab.sweep.execute import ExecutorError
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.machine import difference, processor, versions
+from rbstab.sweep.one_shard import computed
 from rbstab.sweep.plan import Plan, plan_id
 
 

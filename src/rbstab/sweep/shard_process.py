@@ -17,8 +17,9 @@ from typing import Any
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.store.errors import StoreError
 from rbstab.sweep.engine import EngineError, EngineFactory
-from rbstab.sweep.execute import ShardDone, Trouble, follow_shard
 from rbstab.sweep.folder import SweepFolder
+from rbstab.sweep.happenings import ShardDone, Trouble
+from rbstab.sweep.one_shard import follow_shard
 from rbstab.sweep.plan import Plan
 
 Order = tuple[SweepFolder, int]

@@ -15,9 +15,10 @@ from rbstab.sweep.begin import Begun, begun, made, part_begun, remove_old_remain
 from rbstab.sweep.check import ENGINE, Check, check_of
 from rbstab.sweep.engine import EngineFactory
 from rbstab.sweep.engines import factory_for
-from rbstab.sweep.execute import Execution, Executor, Happened, Survey, survey_of
+from rbstab.sweep.execute import Execution, Executor, Survey, survey_of
 from rbstab.sweep.folder import PLAN_FILE, SweepFolder, open_folder
 from rbstab.sweep.gather import digest_of_shards, gather, is_gathered
+from rbstab.sweep.happenings import Happened
 from rbstab.sweep.load import load_plan
 from rbstab.sweep.part import Part, forget_parts
 from rbstab.sweep.plan import Plan, plan_id

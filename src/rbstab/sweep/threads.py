@@ -7,7 +7,9 @@ from threading import Thread
 from typing import NamedTuple
 
 from rbstab.sweep.engine import EngineError, EngineFactory
-from rbstab.sweep.execute import Happened, Resent, ShardDone, Trouble, Work, follow_shard
+from rbstab.sweep.execute import Work
+from rbstab.sweep.happenings import Happened, Resent, ShardDone, Trouble
+from rbstab.sweep.one_shard import follow_shard
 from rbstab.sweep.plan import Plan
 from rbstab.sweep.shard_process import ProcessLostError, ShardProcess
 

@@ -92,6 +92,22 @@ def test_a_run_that_stopped(tmp_path):
     assert "1 range left" in overview(facts(path))
 
 
+def test_it_is_said_where_work_stands_in_place_of_an_energy(tmp_path):
+    made = made_result()
+    connector = made["part"].tolist().index("connector")
+    work = np.linspace(0.0, 100.0, len(made["time"]))
+    energy = made["energy"].copy()
+    energy[:, connector] = -work
+    arrays = {"lyapunov": made["lyapunov"] - work, "energy": energy}
+    new = {name: made.variables[name]._replace(data=data) for name, data in arrays.items()}
+    new["contact_work"] = made.variables["lyapunov"]._replace(data=work)
+    sliding = {**made.attributes, "variant": "sliding"}
+    write_result(tmp_path / "a.h5", Result({**made.variables, **new}, sliding, made.config))
+    path = made_file(tmp_path / "b.h5")
+    assert "v - ε" in summary_table(facts(path, tmp_path / "a.h5")).note
+    assert "v - ε" not in summary_table(facts(path)).note
+
+
 def test_a_run_that_does_not_settle_and_is_not_finite(tmp_path):
     made = made_result(status="diverged")
     v = made["lyapunov"].copy()

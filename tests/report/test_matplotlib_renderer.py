@@ -280,9 +280,9 @@ def test_a_logarithmic_bar_has_ticks_that_can_be_read(most):
     assert len(bars) == 5
     FigureCanvasAgg(drawing).draw()
     low, high = bars[0].get_ylim()
-    ruler = bars[0].yaxis
-    ticks = [t for t in (*ruler.get_major_ticks(), *ruler.get_minor_ticks()) if t.label2.get_text()]
-    ticks = [tick for tick in ticks if low <= tick.get_loc() <= high]
+    ticks = [t for t in bars[0].yaxis.get_major_ticks() if low <= t.get_loc() <= high]
+    ticks += [t for t in bars[0].yaxis.get_minor_ticks() if t.label2.get_text()]
+    assert all(tick.label2.get_text() for tick in ticks)
     assert len(ticks) > 1
     assert apart(drawing, [tick.label2 for tick in ticks])
 

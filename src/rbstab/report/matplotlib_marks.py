@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator
+from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.figure import (
@@ -153,7 +153,8 @@ def _few_ticks(bar: Colorbar) -> None:
     bar.minorticks_off()
     low, high = bar.ax.get_ylim()
     if high < FEW * low:
-        bar.set_ticks(LogLocator(subs=(1.0, 2.0, 5.0)), format="%g")
+        bar.locator, bar.formatter = LogLocator(subs=(1.0, 2.0, 5.0)), FormatStrFormatter("%g")
+        bar.update_ticks()
 
 
 def _norm(values: "np.ma.MaskedArray[Any, Any]", cells: Cells) -> Normalize:

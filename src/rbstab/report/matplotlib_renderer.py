@@ -110,8 +110,9 @@ def _drawn(figure: Figure) -> Drawing:
 
 def _panel_height(figure: Figure, rows: int, columns: int) -> float:
     maps = any(isinstance(mark, Cells) for panel in figure.panels for mark in panel.marks)
-    # Of figures with many rows two fit on a page; maps are not to be seen in bands.
-    natural = 2.0 if rows < 3 or maps else 1.3
+    words = any(panel.x.words for panel in figure.panels)
+    # Of figures with many rows two fit on a page; but maps are no bands, and words may slant.
+    natural = 2.0 if rows < 3 or maps or words else 1.3
     if rows == columns == 1:
         natural = 2.8
     return min(natural, TALLEST / rows)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rbstab_cli.configs import end_with, say_warnings
+from rbstab_cli.plans import is_of_a_sweep, sweep_name
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -44,7 +45,7 @@ def load_members(
         if number >= plan.members
     )
     found = {
-        (f"{path}, member {number}", f"{_name(path)}-member{number}"): plan.config_of(number)
+        (f"{path}, member {number}", f"{sweep_name(path)}-member{number}"): plan.config_of(number)
         for path, plan in plans.items()
         for number in dict.fromkeys(members)
     }
@@ -76,19 +77,6 @@ def _engine(path: Path, output: Path) -> tuple[str, ...]:
     from rbstab.sweep.engines import fastest
     from rbstab.sweep.folder import engine_of
 
-    if _is_of_a_sweep(path):
-        # Such a plan has the engine of its sweep within itself.
+    if is_of_a_sweep(path):
         return ()
     return (f"integration.engine={engine_of(output / path.stem) or fastest()}",)
-
-
-def _name(path: Path) -> str:
-    """The name of the sweep of a plan: that of the file, or of the folder that it belongs to."""
-    return path.absolute().parent.name if _is_of_a_sweep(path) else path.stem
-
-
-def _is_of_a_sweep(path: Path) -> bool:
-    """Whether a plan is the one that the folder of a sweep has within itself."""
-    from rbstab.sweep.folder import MANIFEST, PLAN_FILE
-
-    return path.name == PLAN_FILE and (path.parent / MANIFEST).is_file()

@@ -72,7 +72,8 @@ def command(
         if not sources.runs and not sources.sweeps:
             click.echo("Nothing could be read; there is no report.", err=True)
             raise click.exceptions.Exit(exit_codes.STORAGE)
-        report = report_of(sources, _command(results, output, form, title), title)
+        made_by = _command(results, output, form, title, force=force, as_json=as_json)
+        report = report_of(sources, made_by, title)
         _put(report, path, form, force=force, as_json=as_json)
     except StoreError as error:
         click.echo(f"error: {error}", err=True)
@@ -131,10 +132,22 @@ def _put(report: "Report", path: Path | None, form: str, *, force: bool, as_json
         print_report(report, Console(highlight=False))
 
 
-def _command(results: tuple[Path, ...], output: Path | None, form: str, title: str | None) -> str:
+def _command(
+    results: tuple[Path, ...],
+    output: Path | None,
+    form: str,
+    title: str | None,
+    *,
+    force: bool,
+    as_json: bool,
+) -> str:
     """The command line that makes the report again."""
-    words = ["rbstab", "report", *map(str, results)]
-    words += ["-o", str(output)] if output is not None else []
-    words += ["--format", form]
-    words += ["--title", title] if title is not None else []
-    return shlex.join(words)
+    from rbstab.report.words import shell_word
+
+    words = ["rbstab", "report", *map(shell_word, results)]
+    words += ["-o", shell_word(output)] if output is not None else []
+    words += ["--format", form] if output is not None or not as_json else []
+    words += ["--title", shlex.quote(title)] if title is not None else []
+    words += ["--force"] if force else []
+    words += ["--json"] if as_json else []
+    return " ".join(words)

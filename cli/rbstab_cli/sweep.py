@@ -9,6 +9,7 @@ import click
 
 from rbstab_cli import exit_codes
 from rbstab_cli.configs import CHANGES
+from rbstab_cli.plans import is_of_a_sweep, sweep_name
 
 if TYPE_CHECKING:
     from rbstab.sweep.part import Part
@@ -128,8 +129,8 @@ def command(
         elif plan is not None:
             from rbstab.sweep.sweep import Ways
 
-            folder = output / plan.stem
-            name = _engine(engine, folder)
+            folder = output / sweep_name(plan)
+            name = _engine(engine, folder, plan)
             loaded = _loaded(plan, (*changes, f"integration.engine={name}"))
             ways = Ways(None, threads, shard_size, retry_failed, fail_fast, force, part)
             if dry_run:
@@ -143,13 +144,15 @@ def command(
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
 
 
-def _engine(wanted: str | None, folder: Path) -> str:
+def _engine(wanted: str | None, folder: Path, plan: Path) -> str:
     """The engine: the wanted one, or that with which the sweep was begun, or the fastest."""
     from rbstab.integrate.engines import EngineMissingError
     from rbstab.sweep.engines import factory_for, fastest
     from rbstab.sweep.folder import engine_of
 
     name = wanted or engine_of(folder)
+    if name is None and is_of_a_sweep(plan):
+        name = engine_of(plan.parent)
     if name is None:
         name = fastest()
         if name == "scipy":

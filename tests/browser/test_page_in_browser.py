@@ -4,12 +4,17 @@ Every test also fails on an error, a warning, a dialog or a request of the page 
 """
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page, expect
 from support.browser import Opened
-from support.pages import END, hostile_report, report
+from support.pages import END, TIME, hostile_report, motion, report
+
+from rbstab.report.document import Cell, Head, Section, Table
+from rbstab.report.figure import Axis, Figure, Line, Panel
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
@@ -161,6 +166,60 @@ def test_a_zoom_holds_in_all_panels_and_in_other_colours(opened: Opened) -> None
     assert ends() == pytest.approx(expected, abs=0.03)
 
 
+def test_words_at_an_axis_do_not_stand_upon_its_ticks(opened: Opened) -> None:
+    t = np.linspace(0, END, 5)
+    # Ticks of "−0.2M", of powers of ten, and of numbers times these.
+    axes = (
+        (Axis("rate", "W"), -1e6 * t),
+        (Axis("size", "J", log=True), 10.0 ** (-6 * t - 9)),
+        (Axis("error", "J", log=True), 2e-11 * (1 + t)),
+    )
+    figures = tuple(
+        Figure(
+            f"wide-{number}",
+            "Wide ticks",
+            (Panel(TIME, axis, (Line(t, values, "curve"),)),),
+            shares_time=True,
+        )
+        for number, (axis, values) in enumerate(axes)
+    )
+    page = opened(replace(report(), sections=(Section("figures", "Figures", figures),)))
+    for figure in figures:
+        box = drawn(page, figure.name)
+        words = box.locator(".ytitle").bounding_box()
+        ticks = [tick.bounding_box() for tick in box.locator(".ytick text").all()]
+        assert words is not None
+        assert ticks
+        assert all(t is not None and words["x"] + words["width"] <= t["x"] for t in ticks)
+
+
+def test_a_body_is_seen_whole(opened: Opened) -> None:
+    still = motion()
+    still = replace(still, positions=np.zeros_like(still.positions))
+    far = replace(still, name="run-2", anchor=np.array([0.0, 0.0, 6.0]))
+    page = opened(replace(report(), sections=(Section("m", "Motions", (still, far)),)))
+    # The ground and its axes go on beyond the view: here they are white on white.
+    for name in ("soft", "grid"):
+        page.evaluate(f"document.documentElement.style.setProperty('--{name}', '#fff')")
+    for canvas in page.locator("canvas").all():
+        canvas.focus()
+        page.keyboard.press("0")
+        expect(canvas).to_have_attribute("data-pose", re.compile("^0"))
+        places = canvas.evaluate("""(canvas) => {
+            const { width, height } = canvas;
+            const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+            const drawn = Array.from({ length: width * height }, (_, i) => i)
+                .filter((i) => data[4 * i + 3] > 128 && data[4 * i] < 250);
+            const ends = (all) => all.reduce(([a, b], c) => [Math.min(a, c), Math.max(b, c)],
+                [Infinity, -Infinity]);
+            return [...ends(drawn.map((i) => i % width)),
+                ...ends(drawn.map((i) => Math.floor(i / width))), width, height];
+        }""")
+        left, right, top, bottom, width, height = places
+        assert 0 < left < right < width - 1
+        assert 0 < top < bottom < height - 1
+
+
 def test_play_and_pause(opened: Opened) -> None:
     page = opened(report(), reduced_motion="reduce")
     slider = page.get_by_label("Time", exact=True)
@@ -202,6 +261,14 @@ def test_nothing_is_wider_than_a_telephone(opened: Opened) -> None:
     # The table is wider, and moves in its own box, which the keyboard reaches.
     box = page.locator(".scroll")
     assert box.evaluate("e => e.scrollWidth > e.clientWidth && e.tabIndex === 0")
+
+
+def test_long_words_break_in_their_cell(opened: Opened) -> None:
+    digest = "0123456789abcdef" * 4
+    facts = Table("t", "Facts", (Head("what"), Head("value")), ((Cell("digest"), Cell(digest)),))
+    page = opened(replace(report(), sections=(Section("facts", "Facts", (facts,)),)))
+    cell = page.locator("tbody td")
+    assert cell.evaluate("e => e.scrollWidth <= e.clientWidth")
 
 
 def luminance(page: Page, selector: str, what: str) -> float:

@@ -1,6 +1,7 @@
 """`rbstab report` from the command line."""
 
 import json
+import shlex
 import shutil
 from html.parser import HTMLParser
 from pathlib import Path
@@ -108,6 +109,17 @@ def test_json(runs: list[str], rbstab: Invoke) -> None:
     assert units[at] == "cm"
     assert [row[at] for row in found["runs"]["rows"]] == pytest.approx([100 * PEAKS[0]] * 2)
     assert found["differences"]["rows"] == [["body.mass [kg]", 40.0, 50.0]]
+
+
+def test_the_command_makes_the_same_report_again(folder: Path, rbstab: Invoke) -> None:
+    made_file(Path("-a b.h5"))
+    for arguments in (("--json",), ("--json", "-o", "r.md"), ("--json", "--title", "It's")):
+        made = json.loads(rbstab("report", "./-a b.h5", *arguments).stdout)
+        words = shlex.split(made["command"])
+        assert words[0] == "rbstab"
+        again = json.loads(rbstab(*words[1:]).stdout)
+        assert again["command"] == made["command"]
+        assert again["title"] == made["title"]
 
 
 def test_json_and_a_file(runs: list[str], rbstab: Invoke) -> None:

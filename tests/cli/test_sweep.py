@@ -13,7 +13,7 @@ import xarray
 from cli.conftest import start
 from support.sweeps import FakeEngine, shard_files
 
-from rbstab import load_plan, open_traces, simulate
+from rbstab import load_plan, open_sweep, open_traces, simulate
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.store.lock import locked
 from rbstab.store.shard_file import read_shard
@@ -206,6 +206,20 @@ def test_a_different_plan_in_the_same_folder(rbstab):
     (aside,) = Path("results").glob("plan.*")
     assert f"the sweep that was there is now {aside}" in forced.stderr
     assert shard_files(aside) == before
+
+
+@pytest.mark.usefixtures("fake")
+@pytest.mark.parametrize("name", ["heyoka", "scipy"])
+def test_the_plan_in_a_folder_makes_the_same_sweep_again(rbstab, plan, name):
+    plan.rename("spins.yaml")
+    rbstab("sweep", "spins.yaml", "--engine", name, "-q")
+    done = rbstab("sweep", "results/spins/plan.yaml", "-o", "again", "-q")
+    assert done.exit_code == 0, done.output
+    first, again = (open_sweep(f"{folder}/spins") for folder in ("results", "again"))
+    for key in ("engine", "plan_id", "arrays_digest"):
+        assert again.attributes[key] == first.attributes[key]
+    assert rbstab("sweep", "results/spins/plan.yaml", "-q").exit_code == 0
+    assert not Path("results/plan").exists()
 
 
 @pytest.mark.usefixtures("fake")

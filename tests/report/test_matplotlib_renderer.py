@@ -263,6 +263,52 @@ def test_a_unit_is_as_long_on_both_axes_where_it_should_be():
     assert axes_of(figure_of(Line(X, 10 * Y))).get_aspect() == "auto"
 
 
+def apart(drawing, texts):
+    """Whether no text stands upon another."""
+    FigureCanvasAgg(drawing).draw()
+    boxes = [text.get_window_extent() for text in texts if text.get_text()]
+    return all(not a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+
+
+@pytest.mark.parametrize("most", [0.48, 0.05, 6e3, 1e9])
+def test_a_logarithmic_bar_has_ticks_that_can_be_read(most):
+    x = np.arange(3.0)
+    cells = Cells(x, x[:2], np.geomspace(0.012, most, 6).reshape(2, 3), Axis("E", "m", log=True))
+    panel = Panel(PLAIN, PLAIN, (cells,), "a map")
+    drawing = drawn(Figure("f", "F", (panel,) * 5, columns=2))
+    bars = [axes for axes in drawing.axes if axes.get_ylabel() == "E [m]"]
+    assert len(bars) == 5
+    FigureCanvasAgg(drawing).draw()
+    low, high = bars[0].get_ylim()
+    ticks = [t for t in bars[0].yaxis.get_major_ticks() if low <= t.get_loc() <= high]
+    ticks += [t for t in bars[0].yaxis.get_minor_ticks() if t.label2.get_text()]
+    assert all(tick.label2.get_text() for tick in ticks)
+    assert len(ticks) > 1
+    assert apart(drawing, [tick.label2 for tick in ticks])
+
+
+def test_maps_are_no_bands():
+    cells = Cells(X[:3], X[:2], np.ones((2, 3)), Axis("E", "m"))
+    drawing = drawn(Figure("f", "F", (Panel(PLAIN, PLAIN, (cells,)),) * 5, columns=2))
+    FigureCanvasAgg(drawing).draw()
+    box = drawing.axes[0].get_window_extent()
+    assert box.height > 0.4 * box.width
+
+
+@pytest.mark.parametrize("columns", [1, 2, 3])
+def test_words_as_ticks_stand_apart_and_inside(columns):
+    words = ("free", "permanent", "visco-elastic", "embedded", "sliding")
+    marks = (Points(np.arange(5.0), np.arange(5.0), "a"),)
+    panel = Panel(Axis("variant", words=words), PLAIN, marks)
+    drawing = drawn(Figure("f", "F", (panel,) * 3, columns=columns))
+    axes = drawing.axes[0]
+    assert axes.get_xlim() == (-0.5, 4.5)
+    labels = axes.get_xticklabels()
+    assert [label.get_text() for label in labels] == list(words)
+    # Texts that slant do not touch, though their boxes do.
+    assert labels[0].get_rotation() or apart(drawing, labels)
+
+
 def test_a_figure_is_as_wide_as_a_page_and_no_taller():
     panel = Panel(Axis("x"), Axis("y"), (Line(X, Y, "a"),))
     for count, columns in ((1, 1), (3, 1), (6, 2), (8, 3), (20, 2)):

@@ -215,3 +215,15 @@ def test_a_heading_stands_on_the_page_of_its_first_figure():
         (page,) = [page for page in pages if "The heading" in page.extract_text()]
         assert "Figure 1." in page.extract_text()
         assert len(page.images) == 1
+
+
+def test_a_heading_stands_on_the_page_of_its_first_table():
+    for columns in (5, 16):
+        sections = (
+            Section("a", "Before", ("Line.",)),
+            Section("b", "The heading", (table_of(columns, 3, width=14),)),
+        )
+        pages = read(replace(report(), sections=sections)).pages
+        (page,) = [page for page in pages if "The heading" in page.extract_text()]
+        assert "c0-1" in page.extract_text()
+        assert (page.mediabox.width > page.mediabox.height) == (columns == 16)

@@ -2,6 +2,7 @@
 
 import json
 import math
+import shlex
 
 import numpy as np
 import pytest
@@ -25,7 +26,6 @@ from rbstab.report.document import Section, Table
 from rbstab.report.provenance_tables import (
     MOST_COMMANDS,
     provenance_section,
-    repeating,
     warnings_section,
 )
 from rbstab.report.reference_tables import reference_section
@@ -90,6 +90,22 @@ def test_a_run_that_stopped(tmp_path):
     assert cell.text == "range left at 2 s"
     assert cell.tone == "bad"
     assert "1 range left" in overview(facts(path))
+
+
+def test_it_is_said_where_work_stands_in_place_of_an_energy(tmp_path):
+    made = made_result()
+    connector = made["part"].tolist().index("connector")
+    work = np.linspace(0.0, 100.0, len(made["time"]))
+    energy = made["energy"].copy()
+    energy[:, connector] = -work
+    arrays = {"lyapunov": made["lyapunov"] - work, "energy": energy}
+    new = {name: made.variables[name]._replace(data=data) for name, data in arrays.items()}
+    new["contact_work"] = made.variables["lyapunov"]._replace(data=work)
+    sliding = {**made.attributes, "variant": "sliding"}
+    write_result(tmp_path / "a.h5", Result({**made.variables, **new}, sliding, made.config))
+    path = made_file(tmp_path / "b.h5")
+    assert "v - ε" in summary_table(facts(path, tmp_path / "a.h5")).note
+    assert "v - ε" not in summary_table(facts(path)).note
 
 
 def test_a_run_that_does_not_settle_and_is_not_finite(tmp_path):
@@ -268,6 +284,19 @@ def test_printed_and_computed_values(tmp_path):
     ]
 
 
+def test_a_run_that_stopped_is_not_taken_for_one_that_reached_the_end(tmp_path):
+    config = made_config(reference=REFERENCE)
+    paths = [
+        made_file(tmp_path / f"{name}.h5", config, status=status)
+        for name, status in (("a", "completed"), ("b", "step limit"))
+    ]
+    section = reference_section(facts(*paths))
+    assert section is not None
+    stopped = [block for block in section.blocks[1:] if isinstance(block, str)]
+    assert len(stopped) == 1
+    assert stopped[0].startswith("b: the run stopped at 2 s (step limit)")
+
+
 def test_without_a_reference_there_is_no_such_section(path):
     assert reference_section(facts(path)) is None
 
@@ -292,8 +321,19 @@ def test_where_runs_come_from(tmp_path):
     assert column(own, "commit")["b"].text == "d" * 40
     assert column(own, "numpy version")["a"].text == "2.0"
     assert column(own, "run id")["a"].text == read_sources([a]).runs[0].result.run_id
-    commands = column(table_of(section, "commands"), "command")
-    assert commands["a"].text == repeating(a)
+
+
+def test_the_commands_that_repeat_runs_do_not_get_in_each_others_way(tmp_path):
+    places = [tmp_path / folder / "-x y.h5" for folder in ("one", "two")]
+    for place in places:
+        place.parent.mkdir()
+    paths = [made_file(place) for place in (*places, tmp_path / "z.h5")]
+    table = table_of(provenance_section(facts(*paths)), "commands")
+    found = [shlex.split(row[1].text) for row in table.rows]
+    configs = ["./-x y-1-again.yaml", "./-x y-2-again.yaml", "z-again.yaml"]
+    assert [words[2] for words in found] == [str(path) for path in paths]
+    # Not `z.yaml`, which may be what somebody wrote by hand.
+    assert [(words[5], words[9]) for words in found] == [(name, name) for name in configs]
 
 
 def test_of_many_runs_the_command_is_said_once(tmp_path):

@@ -7,8 +7,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.patches import Patch
+from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.figure import (
@@ -40,6 +42,9 @@ LARGEST = 1e150
 """What is larger is not drawn: the limits of an axis would overflow."""
 
 LEVEL: dict[str, Any] = {"color": "#555555", "linewidth": 0.9, "linestyle": (0, (4, 3))}
+
+FEW = 200.0
+"""Up to this ratio of its ends a logarithmic scale needs ticks between the powers of ten."""
 
 EMPTY = "#f4f4f4"
 """Of cells without a value."""
@@ -132,6 +137,8 @@ def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:
     )
     if not words:
         bar = axes.figure.colorbar(mesh, ax=axes, pad=0.02)
+        if cells.scale.log:
+            _few_ticks(bar)
         bar.set_label(cells.scale.text.replace("$", r"\$"))
     present = {int(value) for value in np.unique(values.compressed())}
     return {
@@ -139,6 +146,15 @@ def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:
         for number, (word, tint) in enumerate(zip(words, tints, strict=True))
         if number in present
     }
+
+
+def _few_ticks(bar: Colorbar) -> None:
+    """Ticks of a logarithmic scale that do not stand upon each other, as matplotlib's would."""
+    bar.minorticks_off()
+    low, high = bar.ax.get_ylim()
+    if high < FEW * low:
+        bar.locator, bar.formatter = LogLocator(subs=(1.0, 2.0, 5.0)), FormatStrFormatter("%g")
+        bar.update_ticks()
 
 
 def _norm(values: "np.ma.MaskedArray[Any, Any]", cells: Cells) -> Normalize:

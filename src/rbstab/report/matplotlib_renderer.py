@@ -15,7 +15,7 @@ from matplotlib.figure import Figure as Drawing
 from matplotlib.ticker import MaxNLocator
 
 from rbstab.report.decimate import decimated
-from rbstab.report.figure import Axis, Figure, Level, Panel
+from rbstab.report.figure import Axis, Cells, Figure, Level, Panel
 from rbstab.report.matplotlib_marks import draw
 
 WIDTH = 6.7
@@ -87,7 +87,7 @@ def _style() -> AbstractContextManager[None]:
 def _drawn(figure: Figure) -> Drawing:
     columns = max(1, min(figure.columns, len(figure.panels)))
     rows = max(1, math.ceil(len(figure.panels) / columns))
-    height = _panel_height(rows, columns)
+    height = _panel_height(figure, rows, columns)
     drawing = Drawing()
     FigureCanvasAgg(drawing)
     handles: dict[str, Artist] = {}
@@ -95,7 +95,7 @@ def _drawn(figure: Figure) -> Drawing:
     for number, panel in enumerate(figure.panels):
         axes = drawing.add_subplot(rows, columns, number + 1, sharex=first)
         first = (first or axes) if figure.shares_time else None
-        handles = handles | _filled(axes, panel, height) | handles
+        handles = handles | _filled(axes, panel, (WIDTH / columns, height)) | handles
         if figure.shares_time and number + columns < len(figure.panels):
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
@@ -108,16 +108,19 @@ def _drawn(figure: Figure) -> Drawing:
     return drawing
 
 
-def _panel_height(rows: int, columns: int) -> float:
-    # Of figures with many rows two fit on a page.
-    natural = 2.0 if rows < 3 else 1.3
+def _panel_height(figure: Figure, rows: int, columns: int) -> float:
+    maps = any(isinstance(mark, Cells) for panel in figure.panels for mark in panel.marks)
+    words = any(panel.x.words for panel in figure.panels)
+    # Of figures with many rows two fit on a page; but maps are no bands, and words may slant.
+    natural = 2.0 if rows < 3 or maps or words else 1.3
     if rows == columns == 1:
         natural = 2.8
     return min(natural, TALLEST / rows)
 
 
-def _filled(axes: Axes, panel: Panel, height: float) -> dict[str, Artist]:
-    _scale(axes, panel)
+def _filled(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str, Artist]:
+    width, height = size
+    _scale(axes, panel, 0.8 * width)
     handles = {
         label: handle
         for mark in panel.marks
@@ -135,20 +138,28 @@ def _filled(axes: Axes, panel: Panel, height: float) -> dict[str, Artist]:
     return handles
 
 
-def _scale(axes: Axes, panel: Panel) -> None:
+def _scale(axes: Axes, panel: Panel, width: float) -> None:
     for axis, name in ((panel.x, "x"), (panel.y, "y")):
         ruler = getattr(axes, f"{name}axis")
         if axis.log:
             getattr(axes, f"set_{name}scale")("log")
         elif axis.words:
-            _write(ruler, axis)
+            _write(axes, name, axis, width)
         else:
             ruler.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
 
 
-def _write(ruler: mpl.axis.Axis, axis: Axis) -> None:
+def _write(axes: Axes, name: str, axis: Axis, width: float) -> None:
+    """Words as ticks; slanting where they would run into each other, given the width, in."""
+    ruler = getattr(axes, f"{name}axis")
     ruler.set_ticks(range(len(axis.words)), [literal(word) for word in axis.words])
-    ruler.limit_range_for_scale(-0.5, len(axis.words) - 0.5)
+    getattr(axes, f"set_{name}lim")(-0.5, len(axis.words) - 0.5)
+    if name == "y":
+        return
+    longest = max(map(len, axis.words)) + 1
+    if longest * len(axis.words) * LETTERS * mpl.rcParams["xtick.labelsize"] / 72 > width:
+        for label in ruler.get_ticklabels():
+            label.set(rotation=25, ha="right", rotation_mode="anchor")
 
 
 def _legend(drawing: Drawing, entries: list[tuple[str, Artist]]) -> float:

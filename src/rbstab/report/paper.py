@@ -96,18 +96,21 @@ class Paper(FPDF):
         )
         self.ln(0.25 * size)
 
-    def heading(self, text: str, *, anchor: str = "", room: float = 30.0) -> None:
+    def heading(
+        self, text: str, *, anchor: str = "", room: float = 30.0, lying: bool = False
+    ) -> None:
         """Writes a heading that stands in the outline too.
 
         Args:
             text: The heading.
             anchor: The name of this place.
             room: The height of what it has to share its page with, mm.
+            lying: Whether that stands on a page that lies.
         """
-        self.turn()
+        self.turn(lying=lying)
         self.ln(3)
         if self.will_page_break(room + HEADING):
-            self.add_page()
+            self.add_page(same=True)
         if anchor in self.anchors:
             self.add_link(y=self.get_y(), name=anchor)
         self.start_section(self.plain(text))

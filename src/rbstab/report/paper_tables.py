@@ -57,6 +57,11 @@ def write_table(paper: Paper, table: Table) -> None:
     paper.ln(2)
 
 
+def lies(paper: Paper, table: Table) -> bool:
+    """Whether a table takes pages that lie."""
+    return _fit(paper, table).lying
+
+
 def _fit(paper: Paper, table: Table) -> Fit:
     for lying, room in ((False, UPRIGHT), (True, LYING)):
         for size in SIZES:

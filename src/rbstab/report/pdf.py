@@ -10,7 +10,7 @@ from rbstab.report.document import Block, Motion, Report, Section, Table
 from rbstab.report.figure import Figure
 from rbstab.report.matplotlib_renderer import WIDTH, png
 from rbstab.report.paper import GREY, SMALL, Paper, Picture
-from rbstab.report.paper_tables import write_table
+from rbstab.report.paper_tables import lies, write_table
 from rbstab.store.atomic import write_whole
 
 MILLIMETRES = 25.4
@@ -62,7 +62,8 @@ def _write_section(paper: Paper, section: Section, numbers: "count[int]") -> Non
         paper.heading(section.title, anchor=section.name, room=paper.height_of(picture))
         paper.place(picture)
     else:
-        paper.heading(section.title, anchor=section.name)
+        lying = isinstance(first, Table) and lies(paper, first)
+        paper.heading(section.title, anchor=section.name, lying=lying)
         _write(paper, first, numbers)
     for block in others:
         _write(paper, block, numbers)

@@ -9,7 +9,7 @@ from rbstab.report.plotly_text import plain, tick
 
 JSON = dict[str, Any]
 
-LEFT, RIGHT, TOP = 62, 12, 10
+LEFT, RIGHT, TOP = 72, 12, 10
 """Room beside the panels for the vertical axis, for the last tick, and above, px."""
 
 TITLE, TICKS, LABEL, BAR = 24, 24, 22, 96
@@ -127,6 +127,8 @@ def _place(placing: Placing, panel: Panel, number: int, letter: str) -> JSON:
     if letter == "y":
         place: JSON = {"anchor": x, "domain": placing.upwards(number), "title": {"standoff": 8}}
         place["title"] |= {"text": plain(panel.y.text)}
+        # Long ticks would stand upon the words: at the edge of a sheet, those find no more room.
+        place["automargin"] = "left" if number % placing.columns == 0 else False
         if panel.equal:
             place |= {"scaleanchor": x, "scaleratio": 1}
         return place

@@ -1,6 +1,6 @@
 """Where results come from, what is odd about them, and how they are made again."""
 
-import shlex
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 from rbstab.report.document import Block, Cell, Head, Section, Table
 from rbstab.report.run_facts import RunFacts
 from rbstab.report.run_tables import quantity
-from rbstab.report.words import NOTHING, foreign, listed, number
+from rbstab.report.words import NOTHING, foreign, listed, number, shell_word
 
 MOST_COMMANDS = 24
 """Runs whose commands are written out."""
@@ -113,17 +113,26 @@ def _commands(facts: Sequence[RunFacts]) -> list[Block]:
             "Each run is repeated from its stored config: "
             "rbstab show RESULT --config > NAME.yaml && rbstab run NAME.yaml -o again"
         ]
-    rows = tuple((Cell(one.run.label), Cell(repeating(one.run.path))) for one in facts)
+    names = _names([one.run.path for one in facts])
+    rows = tuple(
+        (Cell(one.run.label), Cell(repeating(one.run.path, name)))
+        for one, name in zip(facts, names, strict=True)
+    )
     heads = (Head("run"), Head("command"))
     return [Table("commands", "What repeats each run, from its stored config", heads, rows)]
 
 
-def repeating(path: Path) -> str:
-    """The command that repeats the run of a result into the folder `again`."""
-    file, config = _no_option(str(path)), _no_option(f"{path.stem}.yaml")
+def _names(paths: Sequence[Path]) -> list[str]:
+    """The names of results, with numbers where several have the same."""
+    counts = Counter(path.stem for path in paths)
+    return [
+        path.stem if counts[path.stem] == 1 else f"{path.stem}-{number + 1}"
+        for number, path in enumerate(paths)
+    ]
+
+
+def repeating(path: Path, name: str) -> str:
+    """The command that repeats the run of a result into the folder `again`, by a name."""
+    # Beside a result there may be the config that somebody has written by hand.
+    file, config = shell_word(path), shell_word(Path(f"{name}-again.yaml"))
     return foreign(f"rbstab show {file} --config > {config} && rbstab run {config} -o again")
-
-
-def _no_option(name: str) -> str:
-    """A file name as a shell takes it; one that begins with a dash is not taken for an option."""
-    return shlex.quote(f"./{name}" if name.startswith("-") else name)

@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 
 from rbstab.experiment.summary import Comparison
+from rbstab.integrate.status import RunStatus
 from rbstab.report.document import Block, Cell, Head, Section, Table
 from rbstab.report.run_facts import RunFacts
 from rbstab.report.run_tables import CENTIMETRES
-from rbstab.report.words import foreign, listed, vector
+from rbstab.report.words import foreign, listed, number, vector
 
 HEADS = (
     Head("run"),
@@ -24,6 +25,7 @@ def reference_section(facts: Sequence[RunFacts]) -> Section | None:
     if not blocks:
         return None
     if rows:
+        blocks += _stopped(facts)
         blocks.append(Table("reference", "Printed and computed values", HEADS, rows))
     return Section("source", "Against the source", tuple(blocks))
 
@@ -37,6 +39,16 @@ def _sentences(facts: Sequence[RunFacts]) -> list[str]:
             note = f": {foreign(reference.note)}" if reference.note else ""
             labels.setdefault(f"{foreign(reference.source)}{note}", []).append(one.run.label)
     return [f"{listed(runs)}: {sentence}." for sentence, runs in labels.items()]
+
+
+def _stopped(facts: Sequence[RunFacts]) -> list[str]:
+    """That what is compared is not the end that the source means, of runs that did not reach it."""
+    return [
+        f"{one.run.label}: the run stopped at {number(one.run.summary.end_time)} s "
+        f"({one.run.result.status}); what was computed is of its motion until then."
+        for one in facts
+        if one.comparisons and one.run.result.status != RunStatus.COMPLETED
+    ]
 
 
 def _row(label: str, found: Comparison) -> tuple[Cell, ...]:

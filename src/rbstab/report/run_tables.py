@@ -39,13 +39,20 @@ NOTE = (
     "(rbstab stability makes it)."
 )
 
+OF_WORK = (
+    "Where the connector slides on s = F + κE, v - ε stands in place of v, with ε the work of the "
+    "contact force; it does not end at zero. There, settled is said of v itself."
+)
+"""What has to be said besides where there are such runs."""
+
 TONES: dict[str, str] = {Verdict.CERTIFIED: "good", Verdict.VIOLATED: "bad", Verdict.UNKNOWN: "odd"}
 """Of verdicts; what is seen to hold and not proved is neither good nor bad."""
 
 
 def summary_table(facts: Sequence[RunFacts]) -> Table:
     """One row for each run."""
-    return Table("runs", "Runs", HEADS, tuple(_row(one) for one in facts), NOTE)
+    note = f"{NOTE} {OF_WORK}" if any(one.run.counts_work for one in facts) else NOTE
+    return Table("runs", "Runs", HEADS, tuple(_row(one) for one in facts), note)
 
 
 def overview(facts: Sequence[RunFacts]) -> str:

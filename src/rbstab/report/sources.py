@@ -51,6 +51,12 @@ class Run:
         """Its ends, its audit, its peaks."""
         return summary_of(self.result)
 
+    @property
+    def counts_work(self) -> bool:
+        """Whether the result has v - ε in place of v (on s = F + κE)."""
+        v = self.result["lyapunov"]
+        return not np.array_equal(without_work(self.result), v, equal_nan=True)
+
     @cached_property
     def settling_time(self) -> float:
         """From when v stays below v(0)/1000, s; NaN where it does not by the end."""

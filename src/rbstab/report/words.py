@@ -1,7 +1,9 @@
 """Numbers and foreign texts in words that can stand anywhere."""
 
 import math
+import shlex
 from collections.abc import Iterable
+from pathlib import Path
 
 from rbstab.config.errors import printable
 
@@ -42,3 +44,9 @@ def listed(words: Iterable[str], most: int = 6) -> str:
     every = list(words)
     more = f" and {len(every) - most} more" if len(every) > most else ""
     return ", ".join(every[:most]) + more
+
+
+def shell_word(path: Path) -> str:
+    """A path as a shell takes it; one that begins with a dash is not taken for an option."""
+    name = str(path)
+    return shlex.quote(f"./{name}" if name.startswith("-") else name)

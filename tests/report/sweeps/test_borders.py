@@ -127,7 +127,7 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
     assert cells["max |E| by axis"].value == 9.0
     # There is no plan beside this file.
     (section,) = (section for section in sections if section.name == "sweep-1-members")
-    assert f"`rbstab run PLAN.yaml --member {texts(table)[0][0]}`" in section.blocks[0]
+    assert section.blocks[0].endswith(f": rbstab run PLAN.yaml --member {texts(table)[0][0]}")
 
 
 @pytest.mark.parametrize("folder", ["plain", "with a space"])

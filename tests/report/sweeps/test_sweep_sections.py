@@ -96,7 +96,7 @@ def test_a_real_sweep_says_what_it_is(tmp_path):
     assert sections[0].title == "real: Real"
     assert facts["members"] == "3 x 2 = 6"
     assert facts["engine"] == "scipy"
-    assert facts["made again by"] == f"rbstab sweep {folder / 'plan.yaml'}"
+    assert facts["made again by"] == f"rbstab sweep {folder / 'plan.yaml'} -o again"
     assert len(facts["digest of the results"]) == 64
     varied = texts(tables(sections)["sweep-3-varied"])
     assert varied == [

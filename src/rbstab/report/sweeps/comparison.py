@@ -141,8 +141,8 @@ def _pairs(name: str, groups: Circumstances, found: list[Quantity]) -> Table:
             rows.append((Cell(quantity.axis.text), name_of, counted, number(smaller), *spread))
     note = (
         "Of members with the same number of the point, or the same place in the grid, that both "
-        "have the quantity; `smaller in` is the share of the pairs in which the difference is "
-        "negative."
+        "have the quantity; the column 'smaller in' is the share of the pairs in which the "
+        "difference is negative."
     )
     return Table(f"{name}-pairs", f"Differences to {first}, pair by pair", heads, tuple(rows), note)
 

@@ -16,7 +16,7 @@ LEVEL = "v(0) = c*: inside, convergence is proved"
 
 NO_PROOF = (
     "No proof of c*, the level of v below which convergence is proved, is kept beside the results "
-    "(`rbstab stability` makes one of the base); v(0) stands alone."
+    "(rbstab stability makes one of the base); v(0) stands alone."
 )
 
 NO_LEVEL = (

@@ -1,6 +1,5 @@
 """The table of members that are worth a look, and the command that runs one of them by itself."""
 
-import shlex
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +9,7 @@ from rbstab.report.sweeps.borders import notable
 from rbstab.report.sweeps.cells import number, whole
 from rbstab.report.sweeps.members import ENDS, Members
 from rbstab.report.sweeps.parameters import shortened
+from rbstab.report.words import shell_word
 from rbstab.sweep.folder import PLAN_FILE
 from rbstab.sweep.layout import safe_name
 from rbstab.sweep.outcome import STATUSES
@@ -32,7 +32,7 @@ def replay_command(path: Path, member: int) -> str:
         member: Its number.
     """
     plan = path.parent / PLAN_FILE
-    said = shlex.quote(str(plan)) if plan.is_file() else "PLAN.yaml"
+    said = shell_word(plan) if plan.is_file() else "PLAN.yaml"
     return f"rbstab run {said} --member {member}"
 
 
@@ -54,7 +54,7 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
     table = Table(f"{name}-notable", "Members worth a look", heads, rows)
     said = (
         "Any member runs again by itself, with its whole motion, as the run that is named; the "
-        f"first one of these by `{replay_command(path, found[0][1])}`."
+        f"first one of these by: {replay_command(path, found[0][1])}"
     )
     return [said, table]
 

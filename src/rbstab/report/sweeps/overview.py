@@ -1,12 +1,11 @@
 """What a sweep is: its plan, its engine, what it varies, how far it was checked."""
 
-import shlex
 from pathlib import Path
 
 from rbstab.report.document import Cell, Head, Table
 from rbstab.report.sweeps.cells import facts, number
 from rbstab.report.sweeps.members import Members
-from rbstab.report.words import counted, foreign
+from rbstab.report.words import counted, foreign, shell_word
 from rbstab.store.table import Table as Columns
 from rbstab.sweep.axes import Axis
 from rbstab.sweep.folder import PLAN_FILE
@@ -29,7 +28,7 @@ def overview_table(name: str, members: Members, path: Path) -> Table:
         "computed": _versions(table),
     }
     if (path.parent / PLAN_FILE).is_file():
-        rows["made again by"] = f"rbstab sweep {shlex.quote(str(path.parent / PLAN_FILE))}"
+        rows["made again by"] = f"rbstab sweep {shell_word(path.parent / PLAN_FILE)} -o again"
     return facts(f"{name}-facts", "The sweep", rows)
 
 

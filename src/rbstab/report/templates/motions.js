@@ -34,9 +34,10 @@ class MotionView {
     this.listen();
   }
 
-  /** The corners of a box around the centre of gravity at all times. */
+  /** The corners of a box around the centre of gravity at all times, and the anchor. */
   bounds() {
-    const along = (axis, pick) => this.positions.reduce((found, X) => pick(found, X[axis]), this.positions[0][axis]);
+    const places = this.anchor ? [...this.positions, this.anchor] : this.positions;
+    const along = (axis, pick) => places.reduce((found, place) => pick(found, place[axis]), places[0][axis]);
     return [Math.min, Math.max].map((pick) => [0, 1, 2].map((axis) => along(axis, pick)));
   }
 

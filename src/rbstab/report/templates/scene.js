@@ -24,6 +24,9 @@ function between(p, q, part) {
   return mixed.map((value) => value / size);
 }
 
+/** The focal length of an eye, in the shorter side of its view. */
+const FOCUS = 1.55;
+
 /** An eye that looks at a middle from a distance; the third axis points upwards. */
 class Camera {
   constructor(middle, size) {
@@ -32,10 +35,11 @@ class Camera {
     this.reset();
   }
 
+  /** From where a ball of this size around the middle is seen whole, whichever way it is turned. */
   reset() {
     this.azimuth = -0.95;
     this.elevation = 0.32;
-    this.distance = 2.7 * this.size;
+    this.distance = 1.02 * this.size * hypot(1, 2 * FOCUS);
   }
 
   turn(right, up) {
@@ -53,7 +57,7 @@ class Camera {
     const right = [-sin(this.azimuth), cos(this.azimuth), 0];
     const up = cross(outward, right);
     const eye = plus(this.middle, times(outward, this.distance));
-    const scale = 1.55 * Math.min(width, height);
+    const scale = FOCUS * Math.min(width, height);
     this.outward = outward;
     return (point) => {
       const from = minus(point, eye);

@@ -1,6 +1,7 @@
 """`rbstab report`."""
 
 import shlex
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,9 @@ if TYPE_CHECKING:
     from rbstab.report.document import Report
 
 FORMATS = ("html", "md", "pdf", "text")
+
+MANY = 8
+"""Results whose names are written out in a command."""
 
 ENDINGS = {"html": ".html", "md": ".md", "pdf": ".pdf", "text": ".txt"}
 
@@ -144,10 +148,25 @@ def _command(
     """The command line that makes the report again."""
     from rbstab.report.words import shell_word
 
-    words = ["rbstab", "report", *map(shell_word, results)]
+    words = ["rbstab", "report", *_names(results)]
     words += ["-o", shell_word(output)] if output is not None else []
     words += ["--format", form] if output is not None or not as_json else []
     words += ["--title", shlex.quote(title)] if title is not None else []
     words += ["--force"] if force else []
     words += ["--json"] if as_json else []
     return " ".join(words)
+
+
+def _names(results: tuple[Path, ...]) -> list[str]:
+    """The results as a command names them; all of a folder by the pattern that finds them."""
+    from rbstab.report.words import shell_word
+
+    found: list[str] = []
+    for folder, group in groupby(results, key=lambda result: result.parent):
+        files = list(group)
+        there = sorted(path for path in folder.glob("*.h5") if not path.name.startswith("."))
+        if len(files) > MANY and files == there:
+            found.append("*.h5" if folder == Path() else f"{shell_word(folder)}/*.h5")
+        else:
+            found += map(shell_word, files)
+    return found

@@ -122,6 +122,18 @@ def test_the_command_makes_the_same_report_again(folder: Path, rbstab: Invoke) -
         assert again["title"] == made["title"]
 
 
+def test_the_command_names_a_whole_folder_by_a_pattern(folder: Path, rbstab: Invoke) -> None:
+    """Where it is a whole folder; and no name of a few, nor of one that is not among them."""
+    place = Path("my runs")
+    place.mkdir()
+    names = [str(made_file(place / f"{number}.h5")) for number in range(9)]
+    pattern = "rbstab report 'my runs'/*.h5 --format text"
+    for given, expected in ((names, True), (names[:8], False), ([*names[1:], names[0]], False)):
+        text = " ".join(rbstab("report", *given, "--format", "text").stdout.split())
+        assert (pattern in text) == expected
+        assert ("made by rbstab report 'my runs/" in text) != expected
+
+
 def test_json_and_a_file(runs: list[str], rbstab: Invoke) -> None:
     done = rbstab("report", *runs, "--json", "-o", "r.txt")
     assert json.loads(done.stdout)["title"] == "2 runs"

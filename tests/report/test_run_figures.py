@@ -258,3 +258,17 @@ def test_of_many_runs_there_are_distributions():
 def test_up_to_that_many_there_are_curves():
     runs = [without_config(run_of("free", n, f"run {n}")) for n in range(MOST_CURVES)]
     assert "runs-rotation" in figures_in(run_sections(runs))
+
+
+def test_what_stands_in_place_of_v_is_called_so():
+    """On s = F + κE v - ε is stored; of other runs v is v."""
+    figures = figures_of("sliding", "free")
+    labels = {
+        number: [panel.y.label for panel in figures[f"run-{number}-rotation"].panels]
+        for number in (1, 2)
+    }
+    assert "Lyapunov function v - ε" in labels[1]
+    assert "Lyapunov function v" in labels[2]
+    caption = figures["runs-decay"].caption
+    assert caption.endswith("Of sliding v - ε is drawn in place of v.")
+    assert "ε" not in figures_of("free")["runs-decay"].caption

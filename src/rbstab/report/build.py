@@ -16,6 +16,9 @@ from rbstab.report.sources import Run, Sources
 from rbstab.report.sweep_sections import sweep_sections
 from rbstab.report.words import counted, foreign
 
+LONGEST_COMMAND = 20_000
+"""Characters: a command that is cut makes nothing again."""
+
 MOST_MOTIONS = 4
 """Views that move: each has its own drawing area on a page."""
 
@@ -35,7 +38,7 @@ def report_of(sources: Sources, command: str, title: str | None = None) -> Repor
     return Report(
         title=foreign(title) if title else _title(sources),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
-        command=foreign(command),
+        command=foreign(command, LONGEST_COMMAND),
         sections=tuple(_sections(sources, facts)),
         unread=sources.unread,
     )

@@ -1,6 +1,7 @@
 """Axes and curves of stored quantities, labelled as in `docs/notation.md`."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,11 +52,10 @@ def components(run: Run, name: str) -> Panel:
 def scalar(run: Run, name: str, *, size: bool = False) -> Panel:
     """A quantity of a run over time, or its size on a logarithmic axis."""
     values = run.result[name]
-    return Panel(
-        TIME,
-        axis_of(name, size=size),
-        (Line(run.result["time"], np.abs(values) if size else values),),
-    )
+    axis = axis_of(name, size=size)
+    if name == "lyapunov" and run.counts_work:
+        axis = replace(axis, label=f"{axis.label} - ε")
+    return Panel(TIME, axis, (Line(run.result["time"], np.abs(values) if size else values),))
 
 
 def curve_of(run: Run, y: Array, x: Array | None = None) -> Line:

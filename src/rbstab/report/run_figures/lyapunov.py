@@ -39,9 +39,15 @@ def decay_figure(runs: Sequence[Run]) -> Figure:
         "Decay of the Lyapunov function",
         panels,
         columns=2,
-        caption="What is zero or below is not drawn on a logarithmic axis.",
+        caption=" ".join(["What is zero or below is not drawn on a logarithmic axis.", *_of(runs)]),
         shares_time=True,
     )
+
+
+def _of(runs: Sequence[Run]) -> list[str]:
+    """What has to be said of runs whose v is none."""
+    names = [run.label for run in having(runs, "lyapunov") if run.counts_work]
+    return [f"Of {', '.join(names)} v - ε is drawn in place of v."] if names else []
 
 
 def _falling(runs: Sequence[Run]) -> Panel:

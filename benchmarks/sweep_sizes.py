@@ -33,29 +33,31 @@ def main() -> None:
 
 
 def _sizes() -> None:
-    """Time per member: by turns, the longest in their midst, as machines are not always as fast."""
+    """Time per member by turns, and over that of the bare loop: no machine is always as fast."""
     sweepings = {members: Sweeping(plan_of(members), 1) for members in SIZES}
-    taken: dict[int, list[tuple[float, float]]] = {members: [] for members in SIZES}
+    bare = sweepings[SIZES[-1]].bare_loop()
+    taken: dict[int, list[tuple[float, float, float]]] = {members: [] for members in SIZES}
 
     def measure(members: int) -> None:
         # The smaller ones several times: they are soon over.
         for _ in range(max(1, min(9, 30_000 // members))):
-            taken[members].append(sweepings[members].seconds())
+            before = bare()
+            stored, gathered = sweepings[members].seconds()
+            taken[members].append((stored, gathered, 2 * stored / (before + bare())))
 
-    for turn in range(6):
+    for turn in range(4):
         for members in SIZES[:-1]:
             measure(members)
-        if turn == 2:
+        if turn % 2:
             measure(SIZES[-1])
-    stored = {}
-    for members, seconds in taken.items():
-        stored[members], gathered = (
-            1e6 * median(part) / members for part in zip(*seconds, strict=True)
-        )
-        line(f"sweep: {members} members, one thread", stored[members], "µs", "each")
-        line("  gathering them in one file", gathered, "µs", "each")
-    ratio = max(stored.values()) / min(stored.values())
-    line("  the longest time to the shortest", ratio, "", "at most 1.15")
+    ratios = []
+    for members, rows in taken.items():
+        stored, gathered, loops = (median(column) / members for column in zip(*rows, strict=True))
+        line(f"sweep: {members} members, one thread", 1e6 * stored, "µs", "each")
+        line("  gathering them in one file", 1e6 * gathered, "µs", "each")
+        line("  ratio to the bare loop beside it", loops, "", "")
+        ratios.append(loops)
+    line("  the longest of these to the shortest", max(ratios) / min(ratios), "", "at most 1.15")
 
 
 def peak(samples: int, keep: str) -> None:

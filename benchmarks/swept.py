@@ -2,12 +2,14 @@
 
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from rbstab.config.load import load_config, resolved
 from rbstab.sweep.begin import begun
 from rbstab.sweep.engine import MemberEngine
 from rbstab.sweep.engines import factory_for
+from rbstab.sweep.ensemble import EnsembleEngine
 from rbstab.sweep.execute import Execution, survey_of
 from rbstab.sweep.gather import digest_of_shards, gather
 from rbstab.sweep.load import load_plan
@@ -16,6 +18,9 @@ from rbstab.sweep.shard_process import ShardProcess
 from rbstab.sweep.threads import Threads
 
 CASE = "configs/paper/case2_visco_elastic.yaml"
+LOOPED = 8192
+"""Members of the bare loop, a multiple of the size of a batch."""
+
 INTEGRATION = ["integration.engine=heyoka", "integration.rtol=1e-8"]
 
 
@@ -64,6 +69,28 @@ class Sweeping:
         for other in self.others:
             while not other.ready(1.0):
                 pass
+
+    def bare_loop(self) -> Callable[[], float]:
+        """Tells the seconds a member of the integrator alone: no diagnostics, nothing copied."""
+        assert isinstance(self.engine, EnsembleEngine)
+        structure = self.engine.structures["visco-elastic"]
+        looped = min(LOOPED, self.plan.members)
+        parameters, begun = structure.binding.of(self.plan.values(0, looped))
+        ensemble = structure.ensemble
+        integrator, batch, given = ensemble.integrator, ensemble.batch, parameters[ensemble.open]
+
+        def seconds() -> float:
+            begin = time.perf_counter()
+            for first in range(0, looped, batch):
+                integrator.set_time(0.0)
+                integrator.pars[: len(given)] = given[:, first : first + batch]
+                integrator.pars[len(given) :] = 1e3
+                integrator.state[:] = 0.0
+                integrator.state[: len(begun)] = begun[:, first : first + batch]
+                integrator.propagate_grid(ensemble.grid)
+            return (time.perf_counter() - begin) / looped
+
+        return seconds
 
     def seconds(self, *, gathered: bool = True) -> tuple[float, float]:
         """How long all shards take to the disk, and how long they take to be gathered.

@@ -140,7 +140,7 @@ def good_shard_size(members: int, *, one_by_one: bool, trace_bytes: float = 0.0)
     most = max(1, int(LARGEST_TRACES / trace_bytes)) if trace_bytes else 4096
     if one_by_one:
         return min(16, most)
-    size = min(4096, max(512, members // 64 // 64 * 64), most)
+    size = min(4096, max(1024, members // 64 // 64 * 64), most)
     return size // 64 * 64 or size
 
 

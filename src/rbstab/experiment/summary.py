@@ -52,7 +52,8 @@ def summary_of(result: Result) -> Summary:
 def _rates_where_largest(t: Array, Theta: Array, Omega: Array) -> Array:
     """The rate of θ2, shape (n,), rad/s, at samples beside which |θ2| can be largest; 0 elsewhere.
 
-    θ2 changes by no more than |Ω| a second. Without rates nothing turns between two samples.
+    |θ̇2| is at most |Ω|, so that a cubic passes the larger of its ends by less than h max|Ω|. With
+    rates of zero it does not pass it at all.
     """
     pitch = np.abs(Theta[:, 1])
     reach = np.diff(t).max(initial=0.0) * np.linalg.norm(Omega, axis=1).max()

@@ -130,6 +130,7 @@ def _serve(orders: Connection, plan: Plan, factory: EngineFactory) -> None:
 def _compute(
     orders: Connection, plan: Plan, factory: EngineFactory, next_order: Callable[[], Order]
 ) -> None:
+    """One shard after the other; where the engine itself fails, the process ends with that."""
     answer: list[Trouble | ShardDone] | Exception = []
     try:
         engine = factory(plan)

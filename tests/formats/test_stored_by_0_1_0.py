@@ -1,0 +1,197 @@
+"""Protects what users have: runs, proofs, sweeps and reports that version 0.1.0 stored.
+
+`data/0.1.0` was written once by that version and is never written again. `runs` and `proofs` are of
+`rbstab run` (with `--prove` where a proof is there); `sweeps` are two finished folders, one whose
+process was killed, and one that a first of two parts has left; `reports` are two reports.
+"""
+
+import hashlib
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+
+import rbstab
+from rbstab.config.load import run_id
+from rbstab_cli.main import cli
+
+STORED = Path(__file__).parent / "data" / "0.1.0"
+
+# As `rbstab show` of version 0.1.0 printed them.
+RUNS = {
+    "embedded": ("completed", "consistent"),
+    "free_gravity": ("completed", "consistent"),
+    "permanent_certified": ("completed", "certified"),
+    "position_exact_20000": ("completed", "consistent"),
+    "range_left": ("range left", "consistent"),
+    "slope_exact_2000_gravity": ("completed", "consistent"),
+    "slope_layer_20000": ("completed", "consistent"),
+    "visco_elastic_compiled": ("completed", "consistent"),
+    "visco_elastic_proved": ("completed", "consistent"),
+}
+
+
+DIGEST = "234c8f6e00205d580b07aa7408c59c0d7ec0b24373551230d7316795381e1e50"
+
+
+def call(*arguments):
+    return CliRunner().invoke(cli, list(map(str, arguments)), prog_name="rbstab")
+
+
+def bytes_below(folder):
+    """The content of each file below a folder, by its path in it."""
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+@pytest.fixture
+def results(tmp_path):
+    """A folder of results as a user has it."""
+    shutil.copytree(STORED / "runs", tmp_path / "results")
+    shutil.copytree(STORED / "proofs", tmp_path / "results" / "proofs")
+    return tmp_path / "results"
+
+
+@pytest.fixture
+def sweep(results, request):
+    """A sweep of version 0.1.0 in a folder of results."""
+    return Path(shutil.copytree(STORED / "sweeps" / request.param, results / request.param))
+
+
+def test_every_stored_run_is_listed():
+    assert sorted(path.stem for path in (STORED / "runs").glob("*.h5")) == sorted(RUNS)
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_run_opens(name):
+    """`open_result` compares the digest of config, attributes and arrays with the stored one."""
+    result = rbstab.open_result(STORED / "runs" / f"{name}.h5")
+    assert (result.status, result.attributes["verdict"]) == RUNS[name]
+    assert call("show", STORED / "runs" / f"{name}.h5").exit_code == 0
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_config_keeps_its_meaning(name):
+    """Same identity, same motion: to round-off, for another processor has other last digits."""
+    stored = rbstab.open_result(STORED / "runs" / f"{name}.h5")
+    config = rbstab.load_config(yaml.safe_load(stored.config))
+    assert run_id(config) == stored.run_id
+    again = rbstab.simulate(config)
+    assert list(again.variables) == list(stored.variables)
+    for quantity in ("time", "orientation", "angular_velocity", "contact_displacement", "lyapunov"):
+        scale = np.abs(stored[quantity]).max() or 1.0
+        # The bouncing point of s = E is chaotic; over these 0.02 s it has not grown yet.
+        assert np.abs(again[quantity] - stored[quantity]).max() < 1e-8 * scale, quantity
+
+
+@pytest.mark.parametrize("name", ["permanent_certified", "visco_elastic_proved"])
+def test_a_run_is_taken_as_it_stands(results, tmp_path, name):
+    """`rbstab run --prove` of the same config finds the run and its proof, and writes nothing."""
+    shown = call("show", "--config", results / f"{name}.h5")
+    (tmp_path / f"{name}.yaml").write_text(shown.stdout)
+    before = bytes_below(results)
+    done = call("run", tmp_path / f"{name}.yaml", "--prove", "-o", results)
+    assert done.exit_code == 0, done.output
+    assert bytes_below(results) == before
+
+
+@pytest.mark.parametrize("sweep", ["finished_map", "finished_variants"], indirect=True)
+def test_a_finished_sweep_is_finished(sweep):
+    before = bytes_below(sweep)
+    done = call("sweep", sweep / "plan.yaml", "-o", sweep.parent, "--json")
+    assert done.exit_code == 0, done.output
+    after = bytes_below(sweep)
+    assert {name: after[name] for name in before} == before
+    assert call("sweep", "--status", sweep).exit_code == 0
+    table = rbstab.open_sweep(sweep)
+    assert set(table.words("status")) == {"completed"}
+
+
+@pytest.mark.parametrize("sweep", ["finished_variants"], indirect=True)
+def test_traces_open(sweep):
+    traces = rbstab.open_traces(sweep)
+    table = rbstab.open_sweep(sweep)
+    members = np.flatnonzero(table["traces"]).tolist()
+    assert members == [0, 3, 6, 9, 12, 15, 18]
+    for member in members:
+        trace = traces.of(member)
+        assert trace["lyapunov"][0] == table["lyapunov_start"][member]
+        assert trace["orientation"][-1].tolist() == table["final_orientation"][member].tolist()
+
+
+@pytest.mark.parametrize("sweep", ["begun_map"], indirect=True)
+def test_a_sweep_that_was_begun_goes_on(sweep):
+    """The shards that are there stay as they are, and those that are missing join them."""
+    before = bytes_below(sweep / "shards")
+    assert sorted(before) == ["00000000.npy", "00000002.npy"]
+    done = call("sweep", sweep / "plan.yaml", "-o", sweep.parent)
+    assert done.exit_code == 0, done.output
+    assert not (sweep.parent / "plan").exists(), "the sweep began anew beside its folder"
+    after = bytes_below(sweep / "shards")
+    assert len(after) == 4
+    assert {name: after[name] for name in before} == before
+    _same_table(rbstab.open_sweep(sweep), rbstab.open_sweep(STORED / "sweeps" / "finished_map"))
+
+
+@pytest.mark.parametrize("sweep", ["first_part_of_variants"], indirect=True)
+def test_a_second_part_joins_the_first(sweep):
+    before = bytes_below(sweep / "shards")
+    done = call("sweep", sweep / "plan.yaml", "-o", sweep.parent, "--shard", "2/2")
+    assert done.exit_code == 0, done.output
+    assert call("gather", sweep).exit_code == 0
+    after = bytes_below(sweep / "shards")
+    assert len(after) == 5
+    assert {name: after[name] for name in before} == before
+    whole = rbstab.open_sweep(STORED / "sweeps" / "finished_variants")
+    _same_table(rbstab.open_sweep(sweep), whole)
+
+
+@pytest.mark.parametrize("sweep", ["finished_map"], indirect=True)
+def test_all_of_it_is_reported(results, sweep, tmp_path):
+    """Every file is read, and a report of 0.1.0 gives way to the new one, as it did then."""
+    report = tmp_path / "report.txt"
+    shutil.copy(STORED / "reports" / "report.txt", report)
+    files = sorted(results.glob("*.h5"))
+    done = call("report", *files, sweep, "-o", report, "--format", "text")
+    assert done.exit_code == 0, done.output
+    text = report.read_text()
+    assert all(name in text for name in RUNS)
+    assert "A map over spin, stored by rbstab 0.1.0" in text
+    assert "cannot be read" not in done.output
+    assert "damaged" not in text
+
+
+def test_a_markdown_report_is_known_as_a_report(results, tmp_path):
+    report = tmp_path / "report.md"
+    shutil.copy(STORED / "reports" / "report.md", report)
+    done = call("report", results / "embedded.h5", "-o", report)
+    assert done.exit_code == 0, done.output
+    assert "five variants" not in report.read_text().lower()
+
+
+def test_the_stored_files_are_those_that_were_stored():
+    """A fixture that changes protects nothing."""
+    digest = hashlib.sha256()
+    for name, content in bytes_below(STORED).items():
+        digest.update(json.dumps([name, hashlib.sha256(content).hexdigest()]).encode())
+    assert digest.hexdigest() == DIGEST
+
+
+def _same_table(found, expected):
+    assert list(found.layout) == list(expected.layout)
+    for name in expected.layout:
+        if name in ("run_id", "status", "traces", "convergence", "controller_variant"):
+            assert (found[name] == expected[name]).all(), name
+            continue
+        scale = np.nanmax(np.abs(expected[name].astype(float)), initial=0.0) or 1.0
+        # Steps may differ by one on another processor; the residual is nothing but round-off.
+        bound = {"steps": 2.0, "energy_residual": 1e-9 * expected["lyapunov_start"].max()}
+        difference = np.abs(found[name].astype(float) - expected[name]) / (
+            1.0 if name in bound else scale
+        )
+        assert np.nan_to_num(difference).max() <= bound.get(name, 1e-8), name
+        assert (np.isnan(found[name]) == np.isnan(expected[name])).all(), name

@@ -6,9 +6,9 @@ from dataclasses import replace
 from benchmarks.measure import by_turns, line
 from rbstab import load_config
 from rbstab.config.build import problem_of
-from rbstab.integrate.filippov import FilippovDriver
-from rbstab.integrate.heyoka_flow import HeyokaFlow
+from rbstab.integrate.heyoka.flow import HeyokaFlow
 from rbstab.integrate.problem import Problem
+from rbstab.integrate.switching.filippov import FilippovDriver
 
 CASE = "configs/examples/sliding/position_exact_20000.yaml"
 SETTINGS = ["integration.duration=4", "integration.samples=1001"]

@@ -14,8 +14,8 @@ from benchmarks.swept import Sweeping, plan_of
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
 BEGIN = """
 import rbstab.sweep.sweep
-from rbstab.sweep.engines import factory_for
-from rbstab.sweep.load import load_plan
+from rbstab.sweep.members.engines import factory_for
+from rbstab.sweep.plan.load import load_plan
 factory_for("heyoka")(load_plan({plan!r}, ["integration.engine=heyoka"])).compute(0, 8)
 """
 FEW = "base: {base}\nvary:\n  initial.angular_velocity[0]: {{linspace: [-40, 40, 64]}}\n"

@@ -6,16 +6,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rbstab.config.load import load_config, resolved
-from rbstab.sweep.begin import begun
-from rbstab.sweep.engine import MemberEngine
-from rbstab.sweep.engines import factory_for
-from rbstab.sweep.ensemble import EnsembleEngine
-from rbstab.sweep.execute import Execution, survey_of
-from rbstab.sweep.gather import digest_of_shards, gather
-from rbstab.sweep.load import load_plan
-from rbstab.sweep.plan import Plan
-from rbstab.sweep.shard_process import ShardProcess
-from rbstab.sweep.threads import Threads
+from rbstab.sweep.execution.execute import Execution, survey_of
+from rbstab.sweep.execution.shard_process import ShardProcess
+from rbstab.sweep.execution.threads import Threads
+from rbstab.sweep.folder.gather import digest_of_shards, gather
+from rbstab.sweep.folder.open_folder import begun
+from rbstab.sweep.members.engine import MemberEngine
+from rbstab.sweep.members.engines import factory_for
+from rbstab.sweep.members.ensemble import EnsembleEngine
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.plan import Plan
 
 CASE = "configs/paper/case2_visco_elastic.yaml"
 LOOPED = 8192

@@ -8,7 +8,7 @@ from benchmarks.measure import by_turns, line
 from benchmarks.swept import Sweeping, plan_of
 from rbstab.store.motions import Motions
 from rbstab.store.motions_file import Stamp
-from rbstab.sweep import folder
+from rbstab.sweep.folder import sweep_folder as folder
 
 MEMBERS = 16_384
 

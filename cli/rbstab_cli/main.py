@@ -27,7 +27,7 @@ COMMANDS = {
 
 
 class LazyGroup(click.Group):
-    """A group whose command NAME is the object `command` of `rbstab_cli.NAME`."""
+    """A group whose command NAME is the object `command` of `rbstab_cli.commands.NAME`."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """The names, in the order of a first session."""
@@ -37,7 +37,7 @@ class LazyGroup(click.Group):
         """Imports one command."""
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"rbstab_cli.{cmd_name}").command
+        command: click.Command = import_module(f"rbstab_cli.commands.{cmd_name}").command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

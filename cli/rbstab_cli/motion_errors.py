@@ -12,8 +12,8 @@ from rbstab_cli import exit_codes
 @contextmanager
 def said_of(path: Path) -> Iterator[None]:
     """Says why a config is not suited (exit code 2) or its run did not complete (3)."""
-    from rbstab.experiment.design import DesignError
-    from rbstab.experiment.sensitivities import UnsuitedConfigError
+    from rbstab.experiment.tuning.design import DesignError
+    from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
     from rbstab.integrate.engines import EngineMissingError
     from rbstab.integrate.status import UnfinishedRunError
 

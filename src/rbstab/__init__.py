@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from rbstab.config.errors import ConfigError
     from rbstab.config.load import load_config
     from rbstab.experiment.proof import Proof, prove
-    from rbstab.experiment.sensitivities import Sensitivities, sensitivities
     from rbstab.experiment.simulate import simulate
-    from rbstab.experiment.tune import Tuned, tune
+    from rbstab.experiment.tuning.sensitivities import Sensitivities, sensitivities
+    from rbstab.experiment.tuning.tune import Tuned, tune
     from rbstab.integrate.status import RunStatus
     from rbstab.store.errors import StoreError
     from rbstab.store.motions import Motions
     from rbstab.store.result import Result
     from rbstab.store.run_file import open_result, write_result
     from rbstab.store.table import Table
-    from rbstab.sweep.folder import open_sweep
-    from rbstab.sweep.load import load_plan
-    from rbstab.sweep.stored_traces import SweepTraces, open_traces
+    from rbstab.sweep.folder.stored_traces import SweepTraces, open_traces
+    from rbstab.sweep.folder.sweep_folder import open_sweep
+    from rbstab.sweep.plan.load import load_plan
 
 __all__ = [
     "ConfigError",
@@ -58,20 +58,20 @@ _HOMES = {
     "Proof": "rbstab.experiment.proof",
     "Result": "rbstab.store.result",
     "RunStatus": "rbstab.integrate.status",
-    "Sensitivities": "rbstab.experiment.sensitivities",
+    "Sensitivities": "rbstab.experiment.tuning.sensitivities",
     "StoreError": "rbstab.store.errors",
-    "SweepTraces": "rbstab.sweep.stored_traces",
+    "SweepTraces": "rbstab.sweep.folder.stored_traces",
     "Table": "rbstab.store.table",
-    "Tuned": "rbstab.experiment.tune",
+    "Tuned": "rbstab.experiment.tuning.tune",
     "load_config": "rbstab.config.load",
-    "load_plan": "rbstab.sweep.load",
+    "load_plan": "rbstab.sweep.plan.load",
     "open_result": "rbstab.store.run_file",
-    "open_sweep": "rbstab.sweep.folder",
-    "open_traces": "rbstab.sweep.stored_traces",
+    "open_sweep": "rbstab.sweep.folder.sweep_folder",
+    "open_traces": "rbstab.sweep.folder.stored_traces",
     "prove": "rbstab.experiment.proof",
-    "sensitivities": "rbstab.experiment.sensitivities",
+    "sensitivities": "rbstab.experiment.tuning.sensitivities",
     "simulate": "rbstab.experiment.simulate",
-    "tune": "rbstab.experiment.tune",
+    "tune": "rbstab.experiment.tuning.tune",
     "write_result": "rbstab.store.run_file",
 }
 

@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 from support.browser import Opened
 
-from rbstab.report.document import Report
-from rbstab.report.html import page as written
+from rbstab.report.model.document import Report
+from rbstab.report.writers.html import page as written
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 

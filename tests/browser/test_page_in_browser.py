@@ -13,8 +13,8 @@ from playwright.sync_api import Locator, Page, expect
 from support.browser import Opened
 from support.pages import END, TIME, hostile_report, motion, report
 
-from rbstab.report.document import Cell, Head, Section, Table
-from rbstab.report.figure import Axis, Figure, Line, Panel
+from rbstab.report.model.document import Cell, Head, Section, Table
+from rbstab.report.model.figure import Axis, Figure, Line, Panel
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 

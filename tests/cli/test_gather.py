@@ -14,9 +14,9 @@ from support.sweeps import FakeEngine, shard_files
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.store.lock import locked
 from rbstab.store.table_file import read_table
-from rbstab.sweep.begin import part_begun
-from rbstab.sweep.load import load_plan
-from rbstab.sweep.part import Part
+from rbstab.sweep.folder.open_folder import part_begun
+from rbstab.sweep.folder.parts import Part
+from rbstab.sweep.plan.load import load_plan
 
 PLAN = """\
 title: Spins
@@ -145,7 +145,7 @@ def test_options_that_rule_each_other_out(rbstab, options, said):
 
 @pytest.mark.usefixtures("plan")
 def test_a_dry_run_of_a_part(rbstab, monkeypatch):
-    monkeypatch.setattr("rbstab.sweep.estimate.CALIBRATION", 0.01)
+    monkeypatch.setattr("rbstab.sweep.execution.estimate.CALIBRATION", 0.01)
     whole = json.loads(rbstab(*SWEEP, "--dry-run", "--json").stdout)
     found = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--shard", "1/2").stdout)
     assert (found["members"], found["done"], found["check_seconds"]) == (12, 0, 0)
@@ -208,7 +208,7 @@ def test_gathering_without_the_engine(rbstab, monkeypatch):
 
     options = ("sweep", "plan.yaml", "--engine", "heyoka", "--set", "integration.duration=0.01")
     assert rbstab(*options, "--shard", "1/1").exit_code == 0
-    monkeypatch.setattr("rbstab.sweep.engines.engine", missing)
+    monkeypatch.setattr("rbstab.sweep.members.engines.engine", missing)
     refused = rbstab("gather", "results/plan")
     assert refused.exit_code == 2
     assert "the engine 'heyoka' cannot be used here" in refused.stderr
@@ -218,8 +218,8 @@ def test_gathering_without_the_engine(rbstab, monkeypatch):
 @pytest.mark.usefixtures("plan")
 def test_without_distributed(rbstab, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    monkeypatch.delitem(sys.modules, "rbstab.sweep.dask_execution", raising=False)
-    monkeypatch.delitem(sys.modules, "rbstab.sweep.dask_worker", raising=False)
+    monkeypatch.delitem(sys.modules, "rbstab.sweep.execution.dask_executor", raising=False)
+    monkeypatch.delitem(sys.modules, "rbstab.sweep.execution.dask_worker", raising=False)
     refused = rbstab(*SWEEP, "--dask", "tcp://127.0.0.1:9")
     assert refused.exit_code == 2
     assert "pip install 'rbstab[cluster]'" in refused.stderr
@@ -227,7 +227,7 @@ def test_without_distributed(rbstab, monkeypatch):
 
 @pytest.mark.usefixtures("plan")
 def test_a_scheduler_that_does_not_answer(rbstab, monkeypatch):
-    monkeypatch.setattr("rbstab.sweep.dask_execution.TIME_LIMIT", 0.5)
+    monkeypatch.setattr("rbstab.sweep.execution.dask_executor.TIME_LIMIT", 0.5)
     refused = rbstab(*SWEEP, "--dask", "tcp://127.0.0.1:9")
     assert refused.exit_code == 2
     assert "--dask tcp://127.0.0.1:9: the scheduler cannot be reached" in refused.stderr

@@ -7,7 +7,7 @@ import pytest
 
 import rbstab as api
 from rbstab.config.load import run_id
-from rbstab.sweep.load import load_plan
+from rbstab.sweep.plan.load import load_plan
 
 PLAN = """\
 title: Spins

@@ -159,7 +159,7 @@ def test_a_missing_engine_is_said(
     folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "heyoka", None)
-    monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka_engine", raising=False)
+    monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka.engine", raising=False)
     done = rbstab("run", "good.yaml", "--engine", "heyoka")
     assert done.exit_code == 2
     assert "the engine 'heyoka' cannot be used here" in done.stderr

@@ -88,7 +88,7 @@ def test_a_wrong_config_is_said(folder: Path, rbstab: Invoke) -> None:
 def test_without_heyoka_the_command_says_so(
     folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(sys.modules, "rbstab.integrate.heyoka_engine", None)
+    monkeypatch.setitem(sys.modules, "rbstab.integrate.heyoka.engine", None)
     done = rbstab("sensitivities", "good.yaml")
     assert done.exit_code == 2
     assert "the engine 'heyoka' cannot be used here" in done.stderr

@@ -17,11 +17,11 @@ from rbstab import load_plan, open_sweep, open_traces, simulate
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.store.lock import locked
 from rbstab.store.shard_file import read_shard
-from rbstab.sweep.estimate import Estimate
-from rbstab.sweep.layout import OUTCOME
-from rbstab_cli import sweep_progress
-from rbstab_cli.sweep_progress import OF_LATE, Rate, duration
-from rbstab_cli.sweep_report import size
+from rbstab.sweep.execution.estimate import Estimate
+from rbstab.sweep.folder.layout import OUTCOME
+from rbstab_cli.output import sweep_progress
+from rbstab_cli.output.sweep_progress import OF_LATE, Rate, duration
+from rbstab_cli.output.sweep_report import size
 
 PLAN = """\
 title: Spins
@@ -99,7 +99,7 @@ def test_traces(rbstab):
 @pytest.mark.usefixtures("plan")
 def test_a_disk_without_room(rbstab, monkeypatch):
     usage = shutil.disk_usage(".")._replace(free=1000)
-    monkeypatch.setattr("rbstab.sweep.room.shutil.disk_usage", lambda _: usage)
+    monkeypatch.setattr("rbstab.sweep.folder.disk_space.shutil.disk_usage", lambda _: usage)
     refused = rbstab(*SWEEP, "--engine", "scipy")
     assert refused.exit_code == 4
     assert "GB are free: nothing was begun" in refused.stderr
@@ -156,7 +156,7 @@ def test_status(rbstab, fake):
 @pytest.mark.usefixtures("plan")
 @pytest.mark.parametrize("as_json", [False, True])
 def test_a_dry_run(rbstab, monkeypatch, as_json):
-    monkeypatch.setattr("rbstab.sweep.estimate.CALIBRATION", 0.01)
+    monkeypatch.setattr("rbstab.sweep.execution.estimate.CALIBRATION", 0.01)
     options = ("--dry-run", "--engine", "heyoka", "--threads", "2")
     said = rbstab(*SWEEP, *options, *(["--json"] if as_json else []))
     assert said.exit_code == 0
@@ -174,7 +174,7 @@ def test_a_dry_run(rbstab, monkeypatch, as_json):
 @pytest.mark.parametrize(("members", "said"), [(3, True), (16, False)])
 def test_an_estimate_from_few_members_says_so(rbstab, monkeypatch, members, said):
     found = Estimate(7200.0, 1.0, members, 1000)
-    monkeypatch.setattr("rbstab.sweep.estimate.estimate", lambda *_: found)
+    monkeypatch.setattr("rbstab.sweep.execution.estimate.estimate", lambda *_: found)
     printed = rbstab(*SWEEP, "--dry-run").stdout
     assert "about 2 h" in printed
     assert (f"from {members} members of a variant" in printed) == said
@@ -249,7 +249,7 @@ def test_without_heyoka(rbstab, monkeypatch):
             raise EngineMissingError("the engine 'heyoka' cannot be used here")
         return engine(name)
 
-    monkeypatch.setattr("rbstab.sweep.engines.engine", missing)
+    monkeypatch.setattr("rbstab.sweep.members.engines.engine", missing)
     done = rbstab(*SWEEP)
     assert done.exit_code == 0
     assert "heyoka is not installed: scipy is used" in done.stderr

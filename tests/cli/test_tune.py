@@ -81,7 +81,7 @@ def test_a_wrong_command_line_is_a_usage_error(
 def test_without_heyoka_the_command_says_so(
     folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(sys.modules, "rbstab.integrate.heyoka_engine", None)
+    monkeypatch.setitem(sys.modules, "rbstab.integrate.heyoka.engine", None)
     done = rbstab("tune", "good.yaml", "--objective", "energy", *OVER)
     assert done.exit_code == 2
     assert "the engine 'heyoka' cannot be used here" in done.stderr

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from rbstab.config.schema import VARIANTS
 from rbstab.integrate.status import RunStatus
-from rbstab.sweep.outcome import COLUMNS, OutcomeColumn
+from rbstab.sweep.members.outcome import COLUMNS, OutcomeColumn
 from rbstab.systems.quantities import QUANTITIES, Quantity
 from rbstab_cli.main import COMMANDS, cli
 

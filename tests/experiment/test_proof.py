@@ -5,9 +5,9 @@ import pytest
 from support.paper_runs import paper_config
 
 import rbstab
-from rbstab.experiment import kept_proofs
-from rbstab.experiment.kept_proofs import kept_proof, proof_for, proof_path
+from rbstab.experiment import proof_cache as kept_proofs
 from rbstab.experiment.proof import Proof, proof_id, prove, start_level, starts_inside
+from rbstab.experiment.proof_cache import kept_proof, proof_for, proof_path
 from rbstab.experiment.run_to_file import finished_run, run_to_file
 from rbstab.experiment.stability import kind_of, stability_of
 

@@ -6,7 +6,7 @@ import pytest
 from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.summary import without_work
-from rbstab.report.sources import Run
+from rbstab.report.reading.sources import Run
 
 pytestmark = pytest.mark.slow
 

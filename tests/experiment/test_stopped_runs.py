@@ -77,7 +77,7 @@ def test_progress_is_passed_on(engine):
 
 def test_missing_engine_is_said_before_anything_else(monkeypatch):
     monkeypatch.setitem(sys.modules, "heyoka", None)
-    monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka_engine", raising=False)
+    monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka.engine", raising=False)
     with pytest.raises(EngineMissingError, match="heyoka"):
         rbstab.simulate(paper_config("free", engine="heyoka"))
 

@@ -11,9 +11,9 @@ from support.hang_guard import within
 from support.problems import bare_system, problem, solve
 from support.systems import random_system
 
-from rbstab.integrate import heyoka_engine
 from rbstab.integrate.engines import EngineMissingError, engine
-from rbstab.integrate.heyoka_engine import compiled_system
+from rbstab.integrate.heyoka import engine as heyoka_engine
+from rbstab.integrate.heyoka.engine import compiled_system
 from rbstab.mechanics.body import Body
 from rbstab.systems.coordinates import ReducedCoordinates
 
@@ -132,7 +132,7 @@ def test_result_is_not_overwritten_by_the_next_run():
 
 def test_missing_heyoka_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "heyoka", None)
-    monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka_engine")
+    monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka.engine")
     with pytest.raises(EngineMissingError, match=r"engine 'heyoka' cannot be used here.*'scipy'"):
         engine("heyoka")
     # The other engine needs nothing of it.

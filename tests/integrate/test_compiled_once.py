@@ -5,8 +5,8 @@ import threading
 import pytest
 from support.hang_guard import within
 
-from rbstab.integrate import compiled_once as module
-from rbstab.integrate.compiled_once import compiled_once
+from rbstab.integrate.heyoka import compile_cache as module
+from rbstab.integrate.heyoka.compile_cache import compiled_once
 
 
 class Maker:

@@ -5,9 +5,9 @@ import pytest
 from support.problems import problem, solve
 from support.systems import VARIANTS, random_system, random_Z
 
-from rbstab.integrate.compiled_map import CompiledMap
-from rbstab.integrate.ensemble import Ensemble
-from rbstab.integrate.heyoka_symbols import parameter_values
+from rbstab.integrate.heyoka.compiled_map import CompiledMap
+from rbstab.integrate.heyoka.ensemble import Ensemble
+from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.coordinates import ReducedCoordinates
 

@@ -8,8 +8,8 @@ from support.problems import problem, solve
 from support.rest import random_rest_system
 from support.systems import VARIANTS
 
-from rbstab.analysis.certified_region import certified_region
-from rbstab.analysis.rest_states import rest_states
+from rbstab.analysis.proof.certified_region import certified_region
+from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.elements.gravity import Gravity
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import regularity

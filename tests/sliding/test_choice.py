@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.sliding import connector, paper_problem, pushed_ball
 
-from rbstab.integrate.switching import Modes, instant, modes_on_surface, system_under
+from rbstab.integrate.switching.modes import Modes, instant, modes_on_surface, system_under
 
 SLOPE, K = 20.0, 30.0
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from support.sliding import ball_in_a_V, paper_problem
 
-from rbstab.integrate import filippov
-from rbstab.integrate.filippov import FilippovDriver
-from rbstab.integrate.heyoka_flow import HeyokaFlow
+from rbstab.integrate.heyoka.flow import HeyokaFlow
 from rbstab.integrate.scipy_flow import ScipyFlow
+from rbstab.integrate.switching import filippov
+from rbstab.integrate.switching.filippov import FilippovDriver
 
 
 class Counted:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from support.sliding import ball_in_a_V, follow, paper_problem
 
-from rbstab.integrate.filippov import FilippovDriver
-from rbstab.integrate.heyoka_flow import HeyokaFlow
+from rbstab.integrate.heyoka.flow import HeyokaFlow
+from rbstab.integrate.switching.filippov import FilippovDriver
 
 M, K, SPEED = 2.0, 3000.0, 1.0
 RATES = np.array([0.3, 0.6, 1.2])

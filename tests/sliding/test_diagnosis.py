@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from support.sliding import follow, paper_problem
 
-from rbstab.integrate import following
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching import driver as following
 
 ENGINES = ["heyoka", "scipy"]
 

@@ -8,9 +8,9 @@ import pytest
 from scipy.optimize import lsq_linear
 from support.sliding import audit, ball_in_a_V, follow, paper_problem
 
-from rbstab.integrate.implicit import system_for_step
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching import Modes, system_under
+from rbstab.integrate.switching.implicit import system_for_step
+from rbstab.integrate.switching.modes import Modes, system_under
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
 

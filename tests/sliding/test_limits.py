@@ -7,9 +7,9 @@ import pytest
 from scipy.optimize import brentq
 from support.sliding import ball_in_a_V, connector, follow, paper_problem, pushed_ball
 
-from rbstab.integrate.filippov import FilippovDriver, Hit, Reached
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching import Modes, instant, system_under
+from rbstab.integrate.switching.filippov import FilippovDriver, Hit, Reached
+from rbstab.integrate.switching.modes import Modes, instant, system_under
 
 ENGINES = ["heyoka", "scipy"]
 

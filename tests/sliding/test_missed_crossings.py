@@ -11,9 +11,9 @@ import pytest
 from support.hang_guard import within
 from support.sliding import ball_in_a_V, follow, paper_problem, pushed_ball
 
-from rbstab.integrate.filippov import FilippovDriver
-from rbstab.integrate.heyoka_flow import HeyokaFlow, _Run
+from rbstab.integrate.heyoka.flow import HeyokaFlow, _Run
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching.filippov import FilippovDriver
 
 
 @pytest.fixture

@@ -13,10 +13,11 @@ import pytest
 from support.hang_guard import within
 from support.sliding import ball_in_a_V, follow, paper_problem, pushed_ball
 
-from rbstab.integrate import heyoka_stepper, heyoka_switched
-from rbstab.integrate.filippov import FilippovDriver
-from rbstab.integrate.heyoka_flow import HeyokaFlow, _Run
+from rbstab.integrate.heyoka import implicit_stepper as heyoka_stepper
+from rbstab.integrate.heyoka import switched_system as heyoka_switched
+from rbstab.integrate.heyoka.flow import HeyokaFlow, _Run
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching.filippov import FilippovDriver
 
 
 def turning(rate, angle=0.0):

@@ -14,9 +14,9 @@ from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 from support.sliding import follow, pushed_ball
 
-from rbstab.integrate import filippov
-from rbstab.integrate.filippov import FilippovDriver
-from rbstab.integrate.heyoka_flow import HeyokaFlow
+from rbstab.integrate.heyoka.flow import HeyokaFlow
+from rbstab.integrate.switching import filippov
+from rbstab.integrate.switching.filippov import FilippovDriver
 
 M, K, LOAD, STIFFNESS = 2.0, 30.0, 4.0, 25.0
 RAMP = Polynomial([0.2, 0.4, 2.5])

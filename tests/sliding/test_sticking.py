@@ -13,9 +13,9 @@ from support.sliding import (
     pushed_ball,
 )
 
-from rbstab.integrate.chatter import stick
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching import Modes, instant, system_under
+from rbstab.integrate.switching.chatter import stick
+from rbstab.integrate.switching.modes import Modes, instant, system_under
 
 STATE = np.array([0.2, -0.3, 0.4, 3.0, 5.0, -4.0, 0.0, 0.0, 0.0, 0.3, -0.2, 0.4, 7.0, 8.0])
 """Θ, Ω, E = 0, F, and two states of the audit, which sticking leaves alone."""

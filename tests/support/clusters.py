@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from rbstab.sweep.engine import Shard
+from rbstab.sweep.members.engine import Shard
 from support.sweeps import FakeEngine
 
 ON_A_WORKER = "RBSTAB_TEST_WORKER"

@@ -8,9 +8,9 @@ import numpy as np
 
 import rbstab
 from rbstab.config.schema import Config
-from rbstab.report.document import Section
-from rbstab.report.figure import Figure, Line, Panel
-from rbstab.report.sources import Run
+from rbstab.report.model.document import Section
+from rbstab.report.model.figure import Figure, Line, Panel
+from rbstab.report.reading.sources import Run
 from rbstab.store.result import Result
 from support.paper_runs import paper_config
 

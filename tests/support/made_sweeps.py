@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 
 from rbstab.integrate.status import RunStatus
-from rbstab.report.sources import SweepFile
+from rbstab.report.reading.sources import SweepFile
 from rbstab.store.result import Variable
 from rbstab.store.table import Head
 from rbstab.store.table_file import write_table
-from rbstab.sweep.certified import COLUMN
-from rbstab.sweep.dump import plan_yaml
-from rbstab.sweep.layout import OUTCOME, grid_extras, varied_arrays, varied_layout
-from rbstab.sweep.load import load_plan
-from rbstab.sweep.outcome import STATUSES
-from rbstab.sweep.plan import Plan
+from rbstab.sweep.folder.layout import OUTCOME, grid_extras, varied_arrays, varied_layout
+from rbstab.sweep.members.convergence import COLUMN
+from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.plan.dump import plan_yaml
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.plan import Plan
 from support.configs import VISCO_ELASTIC, plain
 
 SPIN = "initial.angular_velocity"

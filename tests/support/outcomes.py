@@ -11,7 +11,7 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.config.entries import Entry
 from rbstab.config.load import load_config
-from rbstab.experiment.sensitivities import Sensitivities
+from rbstab.experiment.tuning.sensitivities import Sensitivities
 from support.problems import solve
 
 STEP = 5e-4

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rbstab.report.document import (
+from rbstab.report.model.document import (
     Block,
     Cell,
     Head,
@@ -13,7 +13,7 @@ from rbstab.report.document import (
     Table,
     Unread,
 )
-from rbstab.report.figure import (
+from rbstab.report.model.figure import (
     Axis,
     Bars,
     Cells,

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from rbstab.report.document import Section, Table
-from rbstab.report.figure import Bars, Cells, Figure, Intervals, Line, Points
+from rbstab.report.model.document import Section, Table
+from rbstab.report.model.figure import Bars, Cells, Figure, Intervals, Line, Points
 
 
 def check_sections(sections: Iterable[Section]) -> None:

@@ -10,7 +10,7 @@ from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.switching import Switching
+from rbstab.integrate.switching.modes import Switching
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.coordinates import ContactCoordinates

@@ -3,7 +3,7 @@
 import threading
 
 from rbstab.store.table_file import read_table
-from rbstab.sweep.happenings import ShardDone
+from rbstab.sweep.execution.events import ShardDone
 from rbstab.sweep.sweep import Ways, sweep_to_folder
 from support.sweeps import FakeEngine, plan_of
 

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from rbstab.integrate.status import RunStatus
-from rbstab.sweep.engine import Shard, without_result
-from rbstab.sweep.identity import run_ids
-from rbstab.sweep.load import load_plan
-from rbstab.sweep.outcome import COLUMNS, STATUSES
-from rbstab.sweep.plan import Plan
-from rbstab.sweep.traces import layout_of
+from rbstab.sweep.members.engine import Shard, without_result
+from rbstab.sweep.members.identity import run_ids
+from rbstab.sweep.members.outcome import COLUMNS, STATUSES
+from rbstab.sweep.members.traces import layout_of
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.plan import Plan
 from support.configs import VISCO_ELASTIC, plain
 
 SHORT = {"duration": 0.02, "samples": 5, "rtol": 1e-6}

@@ -2,7 +2,7 @@ import pytest
 from support.configs import BY_VARIANT
 
 from rbstab.config.errors import ConfigError
-from rbstab.sweep.load import load_plan
+from rbstab.sweep.plan.load import load_plan
 
 
 @pytest.fixture

@@ -73,7 +73,7 @@ def test_lyapunov_rate_to_thirty_digits(rng, system):
 def test_symbols_of_the_compiled_engine_agree_with_floats(rng, system):
     hy = pytest.importorskip("heyoka")
     # Brings the sine and cosine of heyoka's expressions with it.
-    import rbstab.integrate.heyoka_engine  # noqa: F401
+    import rbstab.integrate.heyoka.engine  # noqa: F401
 
     names, values = [], parameters(system)
 

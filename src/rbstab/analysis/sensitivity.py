@@ -13,9 +13,14 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
+from rbstab.integrate.heyoka.variational import (
+    Course,
+    Tangent,
+    VariationalSystem,
+    variational_system,
+)
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus, UnfinishedRunError
-from rbstab.integrate.variational import Course, Tangent, VariationalSystem, variational_system
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.parameters import parameters

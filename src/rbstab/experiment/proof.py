@@ -15,9 +15,9 @@ from rbstab.experiment.switching_record import resting_system
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from rbstab.analysis.boxes import Boxes
-    from rbstab.analysis.certified_region import CertifiedRegion
-    from rbstab.analysis.rest_states import RestPoint, RestStates
+    from rbstab.analysis.proof.boxes import Boxes
+    from rbstab.analysis.proof.certified_region import CertifiedRegion
+    from rbstab.analysis.proof.rest_states import RestPoint, RestStates
 
 PROOF_VERSION = 1
 """Raised whenever the way of proving changes what is found: older proofs are then made again."""
@@ -105,9 +105,9 @@ def prove(config: Config, *, search_only: bool = False) -> Proof:
         search_only: Whether to leave out the proof.
     """
     # Imported late: a run reads proofs, and hardly ever makes one.
-    from rbstab.analysis.certified_region import certified_region
-    from rbstab.analysis.reduced_energy import NoReducedEnergy
-    from rbstab.analysis.rest_states import rest_states
+    from rbstab.analysis.proof.certified_region import certified_region
+    from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
+    from rbstab.analysis.proof.rest_states import rest_states
 
     begin = time.perf_counter()
     identity = proof_id(config)
@@ -160,7 +160,7 @@ def _nothing(identity: str, why: str, seconds: float) -> Proof:
 def _proof(
     identity: str, found: "RestStates", region: "CertifiedRegion | None", seconds: float
 ) -> Proof:
-    from rbstab.analysis.boxes import hulls
+    from rbstab.analysis.proof.boxes import hulls
 
     undecided = hulls(found.undecided)
     ends = zip(undecided.low.tolist(), undecided.high.tolist(), strict=True)

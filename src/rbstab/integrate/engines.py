@@ -6,7 +6,7 @@ from rbstab.integrate.problem import Engine
 
 ENGINES = {
     "scipy": "rbstab.integrate.scipy_engine",
-    "heyoka": "rbstab.integrate.heyoka_engine",
+    "heyoka": "rbstab.integrate.heyoka.engine",
 }
 
 

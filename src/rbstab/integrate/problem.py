@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switch_log import SwitchTrace
-from rbstab.integrate.switching import Switching
+from rbstab.integrate.switching.modes import Switching
+from rbstab.integrate.switching.switch_log import SwitchTrace
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import AUDIT_SIZE, System
 

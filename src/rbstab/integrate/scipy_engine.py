@@ -15,11 +15,11 @@ import numpy as np
 import scipy.integrate
 from scipy.optimize import brentq
 
-from rbstab.integrate.implicit import plain_stepper
-from rbstab.integrate.laws import follow_sliding
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.scipy_flow import ScipyFlow
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching.implicit import plain_stepper
+from rbstab.integrate.switching.laws import follow_sliding
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.derivatives import jacobian

@@ -6,11 +6,11 @@ import numpy as np
 import scipy.integrate
 from scipy.optimize import brentq
 
-from rbstab.integrate.following import Hit, Reached
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switch_log import SwitchLog
-from rbstab.integrate.switching import Switching, connector_of, system_under, thresholds
+from rbstab.integrate.switching.driver import Hit, Reached
+from rbstab.integrate.switching.modes import Switching, connector_of, system_under, thresholds
+from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System

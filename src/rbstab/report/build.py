@@ -3,18 +3,18 @@
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 
-from rbstab.report.certificate_tables import certificate_section
-from rbstab.report.config_tables import config_section
-from rbstab.report.document import Block, Report, Section
-from rbstab.report.motion import motion_of
-from rbstab.report.provenance_tables import provenance_section, warnings_section
-from rbstab.report.reference_tables import reference_section
-from rbstab.report.run_facts import RunFacts, facts_of
-from rbstab.report.run_sections import run_sections
-from rbstab.report.run_tables import overview, summary_table
-from rbstab.report.sources import Run, Sources
-from rbstab.report.sweep_sections import sweep_sections
-from rbstab.report.words import counted, foreign
+from rbstab.report.model.document import Block, Report, Section
+from rbstab.report.model.words import counted, foreign
+from rbstab.report.reading.sources import Run, Sources
+from rbstab.report.runs.certificate_tables import certificate_section
+from rbstab.report.runs.config_tables import config_section
+from rbstab.report.runs.facts import RunFacts, facts_of
+from rbstab.report.runs.motion import motion_of
+from rbstab.report.runs.provenance_tables import provenance_section, warnings_section
+from rbstab.report.runs.reference_tables import reference_section
+from rbstab.report.runs.sections import run_sections
+from rbstab.report.runs.tables import overview, summary_table
+from rbstab.report.sweeps.sections import sweep_sections
 
 LONGEST_COMMAND = 20_000
 """Characters: a command that is cut makes nothing again."""

@@ -11,20 +11,20 @@ from typing import NamedTuple
 
 from rbstab.config.errors import ConfigError
 from rbstab.store.errors import NotAResultError
-from rbstab.sweep.begin import Begun, begun, made, part_begun, remove_old_remains
-from rbstab.sweep.check import ENGINE, Check, check_of
-from rbstab.sweep.engine import EngineFactory
-from rbstab.sweep.engines import factory_for
-from rbstab.sweep.execute import Execution, Executor, Survey, survey_of
-from rbstab.sweep.folder import PLAN_FILE, SweepFolder, open_folder
-from rbstab.sweep.gather import digest_of_shards, gather, is_gathered
-from rbstab.sweep.happenings import Happened
-from rbstab.sweep.load import load_plan
-from rbstab.sweep.part import Part, forget_parts
-from rbstab.sweep.plan import Plan, plan_id
-from rbstab.sweep.room import check_room
-from rbstab.sweep.shard_process import ShardProcess
-from rbstab.sweep.threads import Threads
+from rbstab.sweep.execution.events import Happened
+from rbstab.sweep.execution.execute import Execution, Executor, Survey, survey_of
+from rbstab.sweep.execution.shard_process import ShardProcess
+from rbstab.sweep.execution.threads import Threads
+from rbstab.sweep.folder.disk_space import check_room
+from rbstab.sweep.folder.gather import digest_of_shards, gather, is_gathered
+from rbstab.sweep.folder.open_folder import Begun, begun, made, part_begun, remove_old_remains
+from rbstab.sweep.folder.parts import Part, forget_parts
+from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder, open_folder
+from rbstab.sweep.members.comparison import ENGINE, Check, check_of
+from rbstab.sweep.members.engine import EngineFactory
+from rbstab.sweep.members.engines import factory_for
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.plan import Plan, plan_id
 
 
 class Started(NamedTuple):

@@ -7,9 +7,9 @@ import pytest
 from support.made_sweeps import GRID, SPIN, code
 from support.sections import tables, texts
 
-from rbstab.report.sweep_sections import sweep_sections
 from rbstab.report.sweeps.borders import border_pairs, notable
 from rbstab.report.sweeps.notable import replay_command
+from rbstab.report.sweeps.sections import sweep_sections
 
 X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
 DRAWN = {"design": "random", "members": 200, "seed": 5}

@@ -5,8 +5,8 @@ import pytest
 from support.made_sweeps import GRID, SPIN
 from support.sections import figures, tables, texts
 
-from rbstab.report.sweep_sections import sweep_sections
-from rbstab.report.sweeps.circumstances import circumstances_of
+from rbstab.report.sweeps.paired_conditions import circumstances_of
+from rbstab.report.sweeps.sections import sweep_sections
 
 VARIANTS = ["visco-elastic", "free", "permanent"]
 EACH = {

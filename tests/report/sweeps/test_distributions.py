@@ -5,9 +5,9 @@ import pytest
 from support.made_sweeps import code
 from support.sections import figures, tables
 
-from rbstab.report.figure import Bars
-from rbstab.report.sweep_sections import sweep_sections
+from rbstab.report.model.figure import Bars
 from rbstab.report.sweeps.distributions import histogram, quantiles_of
+from rbstab.report.sweeps.sections import sweep_sections
 
 VARY = {"body.mass": {"linspace": [1, 101, 101]}}
 

@@ -6,8 +6,8 @@ from scipy.stats import binomtest
 from support.made_sweeps import GRID, code
 from support.sections import figures, tables, texts
 
-from rbstab.report.sweep_sections import sweep_sections
 from rbstab.report.sweeps.fractions import OF_A_GRID, OF_EACH, OF_EVEN_DRAWS, fraction
+from rbstab.report.sweeps.sections import sweep_sections
 
 Z = 1.959963984540054
 """Of the normal distribution, 2.5 % lie above."""

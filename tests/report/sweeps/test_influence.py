@@ -5,8 +5,8 @@ import pytest
 from support.made_sweeps import SPIN
 from support.sections import figures, tables, texts
 
-from rbstab.report.sweep_sections import sweep_sections
 from rbstab.report.sweeps.influence import correlation_ratio
+from rbstab.report.sweeps.sections import sweep_sections
 
 VARY = {
     "body.mass": {"uniform": [1, 2]},

@@ -7,10 +7,10 @@ import pytest
 from support.made_sweeps import GRID, SPIN, code
 from support.sections import figures
 
-from rbstab.report.figure import Cells, Line
-from rbstab.report.sweep_sections import sweep_sections
-from rbstab.report.sweeps.cell_values import area_of, medians, outline, shares
+from rbstab.report.model.figure import Cells, Line
+from rbstab.report.sweeps.maps.cell_values import area_of, medians, outline, shares
 from rbstab.report.sweeps.parameters import cut
+from rbstab.report.sweeps.sections import sweep_sections
 
 X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
 

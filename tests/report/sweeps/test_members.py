@@ -7,16 +7,16 @@ from support.made_sweeps import GRID, SPIN, code
 from support.paper_runs import paper_config
 from support.sections import check_sections, tables, texts
 
-from rbstab.experiment.kept_proofs import proof_for
 from rbstab.experiment.proof import start_level, starts_inside
-from rbstab.report.sweep_sections import UNREADABLE, sweep_sections
+from rbstab.experiment.proof_cache import proof_for
 from rbstab.report.sweeps.members import ENDS, read_members
+from rbstab.report.sweeps.sections import UNREADABLE, sweep_sections
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table_file import read_table
-from rbstab.sweep.certified import CONVERGENCE
-from rbstab.sweep.dump import plan_yaml
-from rbstab.sweep.layout import OUTCOME
-from rbstab.sweep.load import load_plan
+from rbstab.sweep.folder.layout import OUTCOME
+from rbstab.sweep.members.convergence import CONVERGENCE
+from rbstab.sweep.plan.dump import plan_yaml
+from rbstab.sweep.plan.load import load_plan
 
 
 def test_ends(members):

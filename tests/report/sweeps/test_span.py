@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from rbstab.report import matplotlib_renderer, plotly_renderer
-from rbstab.report.figure import Axis, Cells, Figure, Panel
+from rbstab.report.model.figure import Axis, Cells, Figure, Panel
+from rbstab.report.writers.matplotlib_figures import renderer as matplotlib_renderer
+from rbstab.report.writers.plotly_figures import renderer as plotly_renderer
 
 
 def figure_of(span, log):

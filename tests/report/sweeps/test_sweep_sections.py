@@ -8,12 +8,12 @@ from support.configs import VISCO_ELASTIC, plain
 from support.made_sweeps import GRID, SPIN, code
 from support.sections import check_sections, figures, tables, texts
 
-from rbstab.report.matplotlib_renderer import drawn
-from rbstab.report.sources import SweepFile
-from rbstab.report.sweep_sections import sweep_sections
+from rbstab.report.reading.sources import SweepFile
+from rbstab.report.sweeps.sections import sweep_sections
+from rbstab.report.writers.matplotlib_figures.renderer import drawn
 from rbstab.store.errors import NotAResultError
-from rbstab.sweep.load import load_plan
-from rbstab.sweep.outcome import COLUMNS
+from rbstab.sweep.members.outcome import COLUMNS
+from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.sweep import Ways, sweep_to_folder
 
 DRAWN = {

@@ -1,1 +1,1 @@
-"""What is said of a sweep, part by part; `rbstab.report.sweep_sections` puts the parts together."""
+"""What a report says of a sweep, part by part; `sections` puts the parts together."""

@@ -3,13 +3,12 @@
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.document import Block, Cell, Head, Table
-from rbstab.report.figure import Axis, Figure, Intervals, Panel
-from rbstab.report.sweeps.cells import number, whole
-from rbstab.report.sweeps.circumstances import Circumstances, circumstances_of
+from rbstab.report.model.document import Block, Cell, Head, Table
+from rbstab.report.model.figure import Axis, Figure, Intervals, Panel
 from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.fractions import CONFIDENCE, Fraction, fraction, how_drawn, intervals
 from rbstab.report.sweeps.members import ENDS, SETTLED, Members
+from rbstab.report.sweeps.paired_conditions import Circumstances, circumstances_of
 from rbstab.report.sweeps.quantities import (
     Quantity,
     peak_displacement,
@@ -17,6 +16,7 @@ from rbstab.report.sweeps.quantities import (
     settling_time,
     start_energy,
 )
+from rbstab.report.sweeps.table_entries import number, whole
 
 SPREAD = (0.05, 0.5, 0.95)
 """Quantiles that are set side by side."""

@@ -3,11 +3,11 @@
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.document import Block, Cell, Head, Table
-from rbstab.report.figure import Axis, Bars, Figure, Panel
-from rbstab.report.sweeps.cells import number, whole
+from rbstab.report.model.document import Block, Cell, Head, Table
+from rbstab.report.model.figure import Axis, Bars, Figure, Panel
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.quantities import Quantity, regularity, settling_time, varies
+from rbstab.report.sweeps.table_entries import number, whole
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 

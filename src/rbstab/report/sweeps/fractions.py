@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.document import Block, Cell, Head, Table
-from rbstab.report.figure import Axis, Figure, Intervals, Panel
-from rbstab.report.sweeps.cells import number, whole
+from rbstab.report.model.document import Block, Cell, Head, Table
+from rbstab.report.model.figure import Axis, Figure, Intervals, Panel
 from rbstab.report.sweeps.members import ENDS, SETTLED, Members
-from rbstab.sweep.certified import NO_PROOF, PROVED
-from rbstab.sweep.designs import RandomDesign
-from rbstab.sweep.outcome import STATUSES
+from rbstab.report.sweeps.table_entries import number, whole
+from rbstab.sweep.members.convergence import NO_PROOF, PROVED
+from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.plan.designs import RandomDesign
 
 CONFIDENCE = 0.95
 

@@ -3,11 +3,11 @@
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.document import Cell, Head, Table
-from rbstab.report.sweeps.cells import number
+from rbstab.report.model.document import Cell, Head, Table
 from rbstab.report.sweeps.members import ENDS, SETTLED, Members
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantities import mapped, varies
+from rbstab.report.sweeps.table_entries import number
 
 BINS = 20
 """Groups, of about equally many members, into which a parameter is cut."""

@@ -13,11 +13,11 @@ from rbstab.report.sweeps.parameters import Parameter, parameters_of
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table import RUN, Table
 from rbstab.store.table_file import read_table
-from rbstab.sweep.certified import NO_PROOF, Certified
-from rbstab.sweep.layout import safe_name
-from rbstab.sweep.load import load_plan
-from rbstab.sweep.outcome import STATUSES
-from rbstab.sweep.plan import Plan
+from rbstab.sweep.folder.layout import safe_name
+from rbstab.sweep.members.convergence import NO_PROOF, Certified
+from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.plan import Plan
 
 COLUMNS = (
     "run_id",

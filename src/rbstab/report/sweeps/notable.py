@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 
-from rbstab.report.document import Block, Cell, Head, Table
+from rbstab.report.model.document import Block, Cell, Head, Table
+from rbstab.report.model.words import shell_word
 from rbstab.report.sweeps.borders import notable
-from rbstab.report.sweeps.cells import number, whole
 from rbstab.report.sweeps.members import ENDS, Members
 from rbstab.report.sweeps.parameters import shortened
-from rbstab.report.words import shell_word
-from rbstab.sweep.folder import PLAN_FILE
-from rbstab.sweep.layout import safe_name
-from rbstab.sweep.outcome import STATUSES
+from rbstab.report.sweeps.table_entries import number, whole
+from rbstab.sweep.folder.layout import safe_name
+from rbstab.sweep.folder.sweep_folder import PLAN_FILE
+from rbstab.sweep.members.outcome import STATUSES
 
 OUTCOMES = {
     "settling_time": ("settling time", "s"),

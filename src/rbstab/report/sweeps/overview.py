@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from rbstab.report.document import Cell, Head, Table
-from rbstab.report.sweeps.cells import facts, number
+from rbstab.report.model.document import Cell, Head, Table
+from rbstab.report.model.words import counted, foreign, shell_word
 from rbstab.report.sweeps.members import Members
-from rbstab.report.words import counted, foreign, shell_word
+from rbstab.report.sweeps.table_entries import facts, number
 from rbstab.store.table import Table as Columns
-from rbstab.sweep.axes import Axis
-from rbstab.sweep.folder import PLAN_FILE
-from rbstab.sweep.plan import Plan
+from rbstab.sweep.folder.sweep_folder import PLAN_FILE
+from rbstab.sweep.plan.axes import Axis
+from rbstab.sweep.plan.plan import Plan
 
 
 def overview_table(name: str, members: Members, path: Path) -> Table:

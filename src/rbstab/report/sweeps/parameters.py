@@ -7,15 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.figure import Axis
-from rbstab.report.words import foreign
+from rbstab.report.model.figure import Axis
+from rbstab.report.model.words import foreign
 from rbstab.store.table import Table
-from rbstab.sweep.axes import VARIANT, Column
-from rbstab.sweep.axes import Axis as Varied
-from rbstab.sweep.distributions import FiniteList, Geomspace, Logspace, LogUniform
-from rbstab.sweep.layout import safe_name
-from rbstab.sweep.plan import Plan
-from rbstab.sweep.read_vary import VARIED
+from rbstab.sweep.folder.layout import safe_name
+from rbstab.sweep.plan.axes import VARIANT, Column
+from rbstab.sweep.plan.axes import Axis as Varied
+from rbstab.sweep.plan.distributions import FiniteList, Geomspace, Logspace, LogUniform
+from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.plan.read_vary import VARIED
 
 MOST_CELLS = 256
 """Along an axis of a map: a page shows no more, and a file of millions is no report."""

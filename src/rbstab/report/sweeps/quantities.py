@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.figure import Axis
+from rbstab.report.model.figure import Axis
 from rbstab.report.sweeps.members import Members
 
 WIDE = 30.0

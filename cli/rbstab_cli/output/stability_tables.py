@@ -1,0 +1,109 @@
+"""What `rbstab stability` says to people."""
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rbstab.experiment.locus import LocusPoint
+    from rbstab.experiment.stability import Stability
+    from rbstab_cli.arguments.along import Along
+    from rbstab_cli.output.stability_report import Answer
+
+
+def print_answer(answer: "Answer") -> None:
+    """Prints the statements about one config, and the tables that they come from."""
+    from rbstab.config.errors import printable
+    from rbstab_cli.output.certificate import show_certificate
+
+    stability, run = answer.stability, answer.run
+    click.echo(f"{answer.path}: {printable(answer.config.title)}\n")
+    for statement in stability.statements:
+        click.echo(f"  {statement}")
+    if run is not None:
+        ended = "" if run.status == "completed" else f" It ended early: {run.status}."
+        click.echo(f"  Verdict of the run: {run.attributes['verdict']}.{ended}")
+    click.echo()
+    if stability.proof.states:
+        _print_rest_states(stability)
+        _print_modes(stability)
+    _print_undecided(stability)
+    if run is not None:
+        show_certificate(run)
+    for along, points in answer.loci:
+        _print_locus(along, points)
+
+
+def _print_rest_states(stability: "Stability") -> None:
+    from rbstab.experiment.stability import kind_of
+    from rbstab_cli.output.tables import number, row, show, table
+
+    numbers = ("energy [J]", "slowest τ [s]")
+    made = table("#", "kind", "Θ [rad]", "X [m]", *numbers, "proved", numbers=numbers)
+    pairs = zip(stability.proof.states, stability.linearisations, strict=True)
+    for index, (state, linear) in enumerate(pairs, start=1):
+        row(
+            made,
+            str(index),
+            kind_of(state),
+            _vector(state.orientation),
+            _vector(state.position),
+            number(round(state.energy, 9) + 0.0, 6),
+            number(float(linear.time_constants[0])),
+            "yes" if state.proved else "no",
+        )
+    show(made)
+
+
+def _print_modes(stability: "Stability") -> None:
+    """The modes of the lowest rest state; of a conjugate pair one line."""
+    from rbstab_cli.output.stability_report import modes_of
+    from rbstab_cli.output.tables import number, row, show, table
+
+    numbers = ("λ [1/s]", "|λ| [rad/s]", "ζ", "τ [s]")
+    made = table("mode", *numbers, "moves most", numbers=numbers)
+    for index, mode in enumerate(modes_of(stability.linearisations[0]), start=1):
+        real, imaginary = mode["eigenvalue"]
+        both = f" ± {imaginary:.4g}i" if imaginary else ""
+        cells = (
+            number(mode[key]) for key in ("natural_frequency", "damping_ratio", "time_constant")
+        )
+        row(made, str(index), f"{real:.4g}{both}", *cells, mode["largest"])
+    show(made)
+
+
+def _print_undecided(stability: "Stability") -> None:
+    undecided = stability.proof.undecided
+    for low, high in undecided[:10]:
+        click.echo(f"  undecided: Θ between {_vector(low)} and {_vector(high)} rad")
+    if len(undecided) > 10:
+        click.echo(f"  undecided: and {len(undecided) - 10} boxes more")
+
+
+def _print_locus(along: "Along", points: "list[LocusPoint]") -> None:
+    from rbstab_cli.output.tables import number, row, show, table
+
+    numbers = ("factor", "largest Re λ [1/s]", "smallest ζ", "growing")
+    made = table(*numbers, "eigenvalues [1/s]", numbers=numbers)
+    click.echo(f"Along {along.key}:")
+    for factor, _, linear in points:
+        if linear is None:
+            row(made, number(factor), "-", "-", "-", "no rest state in the range")
+            continue
+        values = linear.eigenvalues
+        upper = [f"{v.real:.4g}{v.imag:+.4g}i" if v.imag else f"{v.real:.4g}" for v in values]
+        shown = [text for text, v in zip(upper, values, strict=True) if v.imag >= 0]
+        row(
+            made,
+            number(factor),
+            number(float(values.real.max())),
+            number(float(linear.damping_ratios.min())),
+            str(linear.growing),
+            ", ".join(shown),
+        )
+    show(made)
+
+
+def _vector(values: Any) -> str:
+    # Below a nanoradian or a nanometre is only round-off.
+    return "(" + ", ".join(f"{round(value, 9) + 0.0:.5g}" for value in values) + ")"

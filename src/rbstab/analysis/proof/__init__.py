@@ -1,0 +1,1 @@
+"""Rigorous proofs: all rest states in the range, and the region of proved convergence."""

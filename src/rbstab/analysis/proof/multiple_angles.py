@@ -1,0 +1,84 @@
+"""From an exact polynomial in sines and cosines to a form in those of the multiple angles."""
+
+from fractions import Fraction
+from functools import cache
+from itertools import product
+
+import numpy as np
+
+from rbstab.analysis.proof.polynomial import Polynomial, fraction
+from rbstab.analysis.proof.trigonometric import TrigonometricForm
+
+Exponents = tuple[int, ...]
+
+
+class NotTrigonometric(Exception):
+    """A polynomial has a term that is neither quadratic in Θ nor of sines and cosines alone."""
+
+
+def form_of(polynomial: Polynomial) -> TrigonometricForm:
+    """The form that a polynomial without lengths is; each coefficient is rounded once.
+
+    Raises:
+        NotTrigonometric: It has another term.
+    """
+    terms = list(polynomial.terms())
+    most = max((powers[3 + k] + powers[6 + k] for powers, _ in terms for k in range(3)), default=0)
+    quadratic, linear = np.zeros((3, 3)), np.zeros(3)
+    exact: dict[Exponents, Fraction] = {}
+    for powers, value in terms:
+        angles, coefficient = powers[0:3], fraction(value)
+        if sum(angles) == sum(powers[9:]) == 0:
+            _add_product(exact, coefficient, powers[3:6], powers[6:9])
+        elif sum(angles) > 2 or any(powers[3:]):
+            raise NotTrigonometric
+        elif sum(angles) == 1:
+            linear[angles.index(1)] = float(coefficient)
+        else:
+            i, j = [axis for axis in range(3) for _ in range(angles[axis])]
+            quadratic[i, j] = quadratic[j, i] = float(coefficient * (2 if i == j else 1))
+    coefficients = np.zeros([2 * most + 1] * 3)
+    for place, coefficient in exact.items():
+        coefficients[place] = float(coefficient)
+    return TrigonometricForm(quadratic, linear, coefficients)
+
+
+def _add_product(
+    exact: dict[Exponents, Fraction], coefficient: Fraction, sines: Exponents, cosines: Exponents
+) -> None:
+    """Add a coefficient times Π sinᵖ θ cosᵠ θ to a table of coefficients of t_a t_b t_c."""
+    factors = [_power_in_multiples(s, c).items() for s, c in zip(sines, cosines, strict=True)]
+    for (a, x), (b, y), (c, z) in product(*factors):
+        exact[a, b, c] = exact.get((a, b, c), Fraction(0)) + coefficient * x * y * z
+
+
+@cache
+def _power_in_multiples(sines: int, cosines: int) -> dict[int, Fraction]:
+    """Sinᵖ θ cosᵠ θ as a sum of the entries of t: their places and coefficients."""
+    if sines + cosines == 0:
+        return {0: Fraction(1)}
+    by_sine = sines > 0
+    rest = _power_in_multiples(sines - by_sine, cosines - (not by_sine))
+    found: dict[int, Fraction] = {}
+    for place, value in rest.items():
+        for target, factor in _times(place, by_sine):
+            found[target] = found.get(target, Fraction(0)) + value * factor
+    return found
+
+
+def _times(place: int, by_sine: bool) -> list[tuple[int, Fraction]]:
+    """One entry of t times sin θ or cos θ, by the product formulas."""
+    k, half = (place + 1) // 2, Fraction(1, 2)
+    if k == 0:
+        return [(2 if by_sine else 1, Fraction(1))]
+    is_sine = place % 2 == 0
+    up, down = 2 * k + 1, 2 * k - 3  # the places of cos (k+1)θ and cos (k-1)θ
+    to_sine = is_sine != by_sine
+    # sin k cos 1 and cos k sin 1 give sines, cos k cos 1 and sin k sin 1 give cosines.
+    signs = {(False, False): (1, 1), (False, True): (1, -1), (True, False): (1, 1)}
+    first, second = signs.get((is_sine, by_sine), (-1, 1))
+    if k == 1:
+        lower = [] if to_sine else [(0, second * half)]
+    else:
+        lower = [(down + to_sine, second * half)]
+    return [(up + to_sine, first * half), *lower]

@@ -1,0 +1,1 @@
+"""Sensitivities of a run's outcome, and the tuning of gains."""

@@ -1,0 +1,178 @@
+"""The compiled engine: Taylor integration by heyoka, the equations traced once per structure.
+
+Every parameter of a system becomes a `par[]` of the compiled integrator, so one compilation serves
+all systems of a structure. Its dense output is as accurate as its steps.
+"""
+
+import time
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from rbstab.integrate.heyoka.compile_cache import compiled_once
+from rbstab.integrate.heyoka.symbols import (
+    energy_scale,
+    parameter_values,
+    scaled_audit,
+    state_symbols,
+    symbols_of,
+)
+from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
+from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching.laws import follow_sliding
+from rbstab.integrate.switching.modes import Switching
+from rbstab.mechanics.attitude import regularity
+from rbstab.mechanics.constraint import projected_state
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.parameters import structure
+from rbstab.systems.system import AUDIT_SIZE, System
+
+STATUSES = {
+    hy.taylor_outcome.time_limit: RunStatus.COMPLETED,  # heyoka's word for the end of the grid
+    hy.taylor_outcome.step_limit: RunStatus.STEP_LIMIT,
+    hy.taylor_outcome.err_nf_state: RunStatus.DIVERGED,
+}
+
+
+def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
+    """Integrates a problem with heyoka; `rtol` is its one tolerance (see `Engine`)."""
+    if problem.switching is not None:
+        return _integrate_switching(problem, problem.switching, progress)
+    start, first = problem.audited_start(), float(problem.times[0])
+    status = status_at_start(problem)
+    if status is not None:
+        detail = f"{reason(status, problem)} at t = {first:.9g} s"
+        return trajectory([(first, start)], status, detail, 0, 0)
+    compiled = compiled_system(problem.system, problem.rtol)
+    # The clock starts here: a compilation cannot be stopped, and is made once only.
+    watch = Watch(problem, progress)
+    outcome, steps, reached = compiled.run(problem, watch)
+    status = watch.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
+    rows = list(zip(problem.times.tolist(), reached, strict=False)) or [(first, start)]
+    if len(rows) == len(problem.times):
+        # A limit that was used up by the last step stopped nothing.
+        status = RunStatus.COMPLETED
+    detail = ""
+    if status is not RunStatus.COMPLETED:
+        stop, state = compiled.reached()
+        if np.isfinite(state).all() and stop > rows[-1][0]:
+            rows.append((stop, state))
+        detail = f"{reason(status, problem)} at t = {rows[-1][0]:.9g} s"
+    return trajectory(rows, status, detail, steps, steps)
+
+
+def _integrate_switching(
+    problem: Problem, switching: Switching, progress: Progress | None
+) -> Trajectory:
+    # Imported late: only motions that slide need them.
+    from rbstab.integrate.heyoka.flow import HeyokaFlow
+    from rbstab.integrate.heyoka.implicit_stepper import compiled_stepper
+
+    with np.errstate(all="ignore"):
+        return follow_sliding(
+            problem,
+            switching,
+            lambda given: HeyokaFlow(given, switching),
+            lambda: compiled_stepper(problem.system),
+            progress,
+        )
+
+
+class CompiledSystem:
+    """The audited equations of one structure, compiled, with their parameters open.
+
+    Args:
+        system: Any system of the structure.
+        tolerance: heyoka's tolerance, relative or absolute, whichever is larger for a state.
+    """
+
+    def __init__(self, system: System, tolerance: float) -> None:
+        symbolic, self.names, count = symbols_of(system)
+        y = state_symbols(system.size + AUDIT_SIZE)
+        bound, self.scale = hy.par[count], 1.0
+        leaving = regularity(y[0:3]) - bound
+        rates = scaled_audit(symbolic.audited_rates(y), hy.par[count + 1])
+        self.integrator = hy.taylor_adaptive(
+            list(zip(y, rates, strict=True)),
+            state=[0.0] * len(y),
+            tol=tolerance,
+            t_events=[hy.t_event(leaving)],
+        )
+
+    def run(self, problem: Problem, watch: "Watch") -> tuple[Any, int, Array]:
+        """Integrates over the problem's samples.
+
+        Returns:
+            heyoka's outcome, the number of steps, and the samples reached, shape (n, states).
+        """
+        integrator = self.integrator
+        self.scale = energy_scale(problem)
+        extra = [problem.range_bound, self.scale]
+        # Symbols behind the last one that the equations use are not there.
+        values = np.concatenate([parameter_values(problem.system), extra])
+        integrator.pars[:] = values[: len(integrator.pars)]
+        integrator.time = problem.times[0]
+        integrator.state[:] = problem.audited_start()
+        integrator.reset_cooldowns()
+        outcome, _, _, steps, _, samples = integrator.propagate_grid(
+            problem.times, max_steps=problem.step_limit, callback=watch
+        )
+        return outcome, steps, self._in_joules(samples)
+
+    def reached(self) -> tuple[float, Array]:
+        """The time and the state where the last run ended."""
+        return self.integrator.time, self._in_joules(self.integrator.state.copy())
+
+    def _in_joules(self, states: Array) -> Array:
+        states[..., -AUDIT_SIZE:] *= self.scale
+        return states
+
+
+def compiled_system(system: System, tolerance: float) -> CompiledSystem:
+    """The compiled equations of a system's structure, made once in each thread."""
+    key = CompiledSystem, structure(system), tolerance
+    return compiled_once(key, lambda: CompiledSystem(system, tolerance))
+
+
+class Watch:
+    """What is looked at after every step: the clock, the sub manifold, the progress."""
+
+    def __init__(self, problem: Problem, progress: Progress | None) -> None:
+        self.deadline = time.monotonic() + problem.time_limit
+        self.system = problem.system if problem.project else None
+        self.progress = progress
+        self.status: RunStatus | None = None
+
+    def __call__(self, integrator: Any) -> bool:
+        """Whether the run goes on; heyoka asks after every step."""
+        if self.system is not None:
+            state = integrator.state
+            state[:12] = projected_state(self.system.body, self.system.anchor, state[:12])
+        if self.progress is not None:
+            self.progress(integrator.time)
+        if time.monotonic() > self.deadline:
+            self.status = RunStatus.TIME_LIMIT
+        return self.status is None
+
+
+def status_at_start(problem: Problem) -> RunStatus | None:
+    """How a run ends that cannot begin, or None."""
+    start = problem.start
+    with np.errstate(all="ignore"):
+        rates = problem.system.audited_rates(problem.audited_start())
+    if not (np.isfinite(start).all() and np.isfinite(rates).all()):
+        return RunStatus.DIVERGED
+    if regularity(start[0:3]) <= problem.range_bound:
+        return RunStatus.RANGE_LEFT
+    return None
+
+
+def reason(status: RunStatus, problem: Problem) -> str:
+    """Why a run stopped, in words."""
+    return {
+        RunStatus.RANGE_LEFT: f"cos θ2 fell to {problem.range_bound:g}",
+        RunStatus.DIVERGED: "the state stopped being finite",
+        RunStatus.STEP_LIMIT: f"stopped after {problem.step_limit} steps",
+        RunStatus.TIME_LIMIT: f"stopped after {problem.time_limit:g} s of wall time",
+    }[status]

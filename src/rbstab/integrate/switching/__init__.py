@@ -1,0 +1,1 @@
+"""Switching: drivers that integrate a sliding connector through its modes."""

@@ -1,0 +1,1 @@
+"""Worker processes and processors: what sweeps and reports share."""

@@ -1,0 +1,1 @@
+"""Reading the results that a report is made from."""

@@ -1,0 +1,87 @@
+"""Reading many results: what cannot be read is no error, and many are read by several processes."""
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from rbstab.experiment.stored_config import StoredConfig, stored_config
+from rbstab.processes.parent_watch import hold, lifeline
+from rbstab.report.model.document import Unread
+from rbstab.report.model.words import foreign
+from rbstab.report.reading.untrusted import SWEEP, content_of, file_of
+from rbstab.store.errors import StoreError
+from rbstab.store.result import Result
+from rbstab.sweep.sweep import processors
+
+WORTH_IT = 200
+"""Results for which the start of further processes is made up."""
+
+PIECE = 25
+"""Results that a process reads at a time."""
+
+
+class ReadRun(NamedTuple):
+    """A run that was read: its file, what is in it, and its config."""
+
+    file: Path
+    result: Result
+    stored: StoredConfig
+
+
+class ReadSweep(NamedTuple):
+    """A sweep: its file."""
+
+    file: Path
+
+
+Read = ReadRun | ReadSweep
+
+
+def read_all(paths: Sequence[Path]) -> Iterator[Read | Unread]:
+    """Reads results, in their order; see `opening`.
+
+    HDF5 makes most of the work, and lets only one thread of a process do it.
+    """
+    done = 0
+    if len(paths) >= WORTH_IT and processors() > 1:
+        # A process that dies takes its pool with it: the rest is read here.
+        with suppress(BrokenProcessPool):
+            for found in _by_pool(paths):
+                done += 1
+                yield found
+    yield from map(read_one, paths[done:])
+
+
+def read_one(path: Path) -> Read | Unread:
+    """Reads a result."""
+    try:
+        file = file_of(path)
+        content = content_of(file)
+        if content == SWEEP:
+            return ReadSweep(file)
+        return ReadRun(file, content, stored_config(content))
+    except (StoreError, OSError, ValueError) as error:
+        return Unread(foreign(path), _reason(path, error))
+
+
+def _by_pool(paths: Sequence[Path]) -> Iterator[Read | Unread]:
+    # Imported late: only reports of many results need it.
+    from loky import ProcessPoolExecutor
+
+    with lifeline() as line:
+        count = min(processors(), len(paths) // PIECE)
+        pool = ProcessPoolExecutor(count, initializer=hold, initargs=(line,))
+        try:
+            yield from pool.map(read_one, paths, chunksize=PIECE)
+        finally:
+            pool.shutdown(wait=True, kill_workers=True)
+
+
+def _reason(path: Path, error: Exception) -> str:
+    """What an error says, without the path, which stands beside it."""
+    text = str(error)
+    for lead in (f"{path} ", f"{path}: "):
+        text = text.removeprefix(lead)
+    return foreign(text)

@@ -1,0 +1,69 @@
+"""Where the energy of a run is, and what takes it away; its forces."""
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.figure import Figure, Line, Panel, Stack
+from rbstab.report.reading.sources import Run
+from rbstab.report.runs.figures.curves import TIME, axis_of, components, side_by_side
+
+SUM = 6
+"""The colour of a sum, grey."""
+
+
+def energy_figure(run: Run) -> Figure:
+    """Energy and dissipation by part: stacked, and one by one on logarithmic axes."""
+    energy, dissipation = run.result["energy"], run.result["dissipation"]
+    # What is zero throughout (gravity where there is none) would only fill the legend.
+    kept = [
+        part
+        for part in range(energy.shape[1])
+        if energy[:, part].any() or dissipation[:, part].any()
+    ]
+    labels = tuple(str(run.result["part"][part]) for part in kept)
+    panels = [
+        panel(run, name, values[:, kept], labels)
+        for panel in (_stacked, _one_by_one)
+        for name, values in (("energy", energy), ("dissipation", dissipation))
+    ]
+    return Figure(
+        f"{run.name}-energy",
+        f"Energy and dissipation by part: {run.label}",
+        tuple(panels),
+        columns=2,
+        caption="The energies add up to v and the energy at rest, the dissipations to -v'. Below, "
+        "the size of each part.",
+        shares_time=True,
+    )
+
+
+def force_figure(run: Run) -> Figure:
+    """The contact force, and what the stabilizers exert, by axis."""
+    names = ("contact_force", "stabilizing_force", "stabilizing_couple")
+    # A free body has no contact force.
+    acting = [name for name in names if name in run.result and run.result[name].any()]
+    panels = tuple(components(run, name) for name in acting or names[:1])
+    return Figure(
+        f"{run.name}-forces",
+        f"Forces: {run.label}",
+        panels,
+        columns=side_by_side(panels),
+        shares_time=True,
+    )
+
+
+def _stacked(run: Run, name: str, parts: Array, labels: tuple[str, ...]) -> Panel:
+    t = run.result["time"]
+    with np.errstate(all="ignore"):
+        total = parts.sum(axis=1)
+    marks = (Stack(t, parts, labels), Line(t, total, "sum", colour=SUM))
+    return Panel(TIME, axis_of(name), marks)
+
+
+def _one_by_one(run: Run, name: str, parts: Array, labels: tuple[str, ...]) -> Panel:
+    t = run.result["time"]
+    marks = [
+        Line(t, np.abs(parts[:, number]), label, colour=number)
+        for number, label in enumerate(labels)
+    ]
+    return Panel(TIME, axis_of(name, size=True), tuple(marks))

@@ -1,0 +1,42 @@
+"""A report as plain data: its sentences and tables; of figures and motions the names."""
+
+from typing import Any
+
+from rbstab.report.model.document import Block, Cell, Motion, Report, Table
+from rbstab.report.model.figure import Figure
+
+
+def data_of(report: Report) -> dict[str, Any]:
+    """A report as JSON can hold it, but for numbers that are not finite."""
+    return {
+        "title": report.title,
+        "created": report.created,
+        "command": report.command,
+        "sections": [
+            {
+                "name": section.name,
+                "title": section.title,
+                "blocks": [_block(block) for block in section.blocks],
+            }
+            for section in report.sections
+        ],
+        "unread": [unread._asdict() for unread in report.unread],
+    }
+
+
+def _block(block: Block) -> dict[str, Any]:
+    if isinstance(block, Table):
+        heads = [{"label": head.label, "unit": head.unit} for head in block.heads]
+        rows = [[_entry(cell) for cell in row] for row in block.rows]
+        about = {"name": block.name, "title": block.title, "note": block.note}
+        return {"kind": "table", **about, "columns": heads, "rows": rows}
+    if isinstance(block, Figure):
+        about = {"name": block.name, "title": block.title, "caption": block.caption}
+        return {"kind": "figure", **about, "source": block.source}
+    if isinstance(block, Motion):
+        return {"kind": "motion", "name": block.name, "title": block.title}
+    return {"kind": "text", "text": block}
+
+
+def _entry(cell: Cell) -> str | float:
+    return cell.text if cell.value is None else cell.value

@@ -1,0 +1,47 @@
+"""What happens while a sweep is executed."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from rbstab.sweep.folder.sweep_folder import ShardFacts
+
+
+class ShardDone(NamedTuple):
+    """A shard was computed and written: its number, how many members it has, and its facts."""
+
+    number: int
+    members: int
+    facts: ShardFacts
+
+
+class Trouble(NamedTuple):
+    """An engine raised an error on members start to stop, which are followed one by one instead."""
+
+    start: int
+    stop: int
+    error: Exception
+
+
+class Resent(NamedTuple):
+    """Who computed members start to stop was lost; they are computed again (here: by us)."""
+
+    start: int
+    stop: int
+    error: BaseException
+    here: bool
+
+
+class OtherProcessor(NamedTuple):
+    """Shards come from a processor that is not of the kind of this process's own."""
+
+    name: str
+
+
+class NoWorkers(NamedTuple):
+    """Nobody is there who computes; they are waited for."""
+
+
+Happened = ShardDone | Trouble | Resent | OtherProcessor | NoWorkers
+
+Told = Callable[[Happened | None], None]
+"""Called, in the thread that executes, for everything that happens; None: nothing for a while."""

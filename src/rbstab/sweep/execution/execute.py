@@ -1,0 +1,184 @@
+"""Following the members of a sweep: shard by shard, as far as it is not done.
+
+What a shard holds depends on the plan and on nothing else, so neither who computes it nor an
+interruption shows in the results.
+"""
+
+from collections import deque
+from collections.abc import Generator, Iterable
+from contextlib import closing
+from dataclasses import dataclass, field
+from threading import Event
+from typing import Protocol
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.sweep.execution.compute_shard import written
+from rbstab.sweep.execution.events import Happened, ShardDone, Told
+from rbstab.sweep.folder.sweep_folder import ShardFacts, SweepFolder
+from rbstab.sweep.members.engine import Shard
+from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.plan.plan import Plan
+
+
+@dataclass
+class Survey:
+    """What is there of a sweep: the facts of each whole shard, and the numbers of all others."""
+
+    done: dict[int, ShardFacts] = field(default_factory=dict)
+    missing: list[int] = field(default_factory=list)
+
+    @property
+    def counts(self) -> Array:
+        """How many members ended how, by the code of the status."""
+        found = np.zeros(len(STATUSES), dtype=np.int64)
+        return found + sum(facts.counts for facts in self.done.values())
+
+    @property
+    def members(self) -> int:
+        """How many members are done."""
+        return int(self.counts.sum())
+
+    @property
+    def first_failed(self) -> int | None:
+        """The first member known to have failed."""
+        found = [f.first_failed for f in self.done.values() if f.first_failed is not None]
+        return min(found, default=None)
+
+    def without_failed(self) -> "Survey":
+        """The same where shards with members that failed count as missing."""
+        failed = [k for k, facts in self.done.items() if facts.first_failed is not None]
+        done = {k: facts for k, facts in self.done.items() if k not in failed}
+        return Survey(done, sorted([*self.missing, *failed]))
+
+    def filled_from(self, other: "Survey") -> None:
+        """Takes what another survey has and this one misses."""
+        self.done = other.done | self.done
+        self.missing = [k for k in self.missing if k not in self.done]
+
+
+def survey_of(folder: SweepFolder, numbers: Iterable[int] | None = None) -> Survey:
+    """What is there of a sweep; every shard is read and verified.
+
+    Args:
+        folder: Its folder.
+        numbers: Those of the shards that are wanted; default all.
+
+    Raises:
+        StoreError: A shard cannot be read.
+    """
+    survey = Survey()
+    for number in range(folder.shards) if numbers is None else numbers:
+        facts = folder.facts(number)
+        if facts is None:
+            survey.missing.append(number)
+        else:
+            survey.done[number] = facts
+    return survey
+
+
+@dataclass(frozen=True)
+class Work:
+    """What an executor has to do, and where to leave it.
+
+    Args:
+        plan: The plan.
+        folder: Where its shards are stored.
+        wanted: The numbers of those that are missing, ascending.
+        stop: Set (by anybody) when no further shard is to be begun.
+        fail_fast: Stop at the first member that failed.
+    """
+
+    plan: Plan
+    folder: SweepFolder
+    wanted: deque[int]
+    stop: Event
+    fail_fast: bool = False
+
+    @property
+    def over(self) -> bool:
+        """Whether no further shard is to be begun."""
+        return self.stop.is_set() or not self.wanted
+
+    def next(self) -> int | None:
+        """The number of a shard that nobody else takes; None where no more is to be begun."""
+        if self.stop.is_set():
+            return None
+        try:
+            return self.wanted.popleft()
+        except IndexError:
+            return None
+
+    def heed(self, done: ShardDone) -> None:
+        """Stops, if that is wanted, at the first shard with a member that failed."""
+        if self.fail_fast and done.facts.first_failed is not None:
+            self.stop.set()
+
+    def keep(self, number: int, shard: Shard) -> ShardDone:
+        """Writes a shard, and heeds what is in it.
+
+        Raises:
+            StoreError: It cannot be written.
+        """
+        done = written(self.folder, number, shard)
+        self.heed(done)
+        return done
+
+
+class Executor(Protocol):
+    """Who computes shards: this machine, or a cluster."""
+
+    def happenings(self, work: Work) -> Generator[Happened | None]:
+        """Computes and keeps the wanted shards, and tells what happens; None now and then.
+
+        It ends when all are kept, or none is wanted any more and those that were begun are kept.
+        """
+        ...
+
+
+class ExecutorError(Exception):
+    """Those who compute cannot go on; what is stored stays."""
+
+
+@dataclass
+class Execution:
+    """The execution of a sweep.
+
+    Args:
+        plan: The plan.
+        folder: Where it is stored; its lock is held.
+        executor: Computes the shards.
+        told: Learns what happens.
+        stop: Set (by anybody) when no further shard is to be begun.
+        fail_fast: Stop at the first member that failed.
+    """
+
+    plan: Plan
+    folder: SweepFolder
+    executor: Executor
+    told: Told = lambda _: None
+    stop: Event = field(default_factory=Event)
+    fail_fast: bool = False
+
+    def run(self, survey: Survey) -> None:
+        """Computes what is missing, and puts it into the survey.
+
+        Args:
+            survey: Of the folder.
+
+        Raises:
+            StoreError: A shard cannot be written.
+            EngineMissingError: An engine cannot be used.
+            ExecutorError: The executor cannot go on.
+        """
+        if self.fail_fast and survey.first_failed is not None:
+            return
+        wanted = deque(sorted(survey.missing))
+        work = Work(self.plan, self.folder, wanted, self.stop, self.fail_fast)
+        with closing(self.executor.happenings(work)) as happenings:
+            for happened in happenings:
+                if isinstance(happened, ShardDone):
+                    survey.done[happened.number] = happened.facts
+                self.told(happened)
+        survey.missing = [k for k in survey.missing if k not in survey.done]

@@ -1,0 +1,144 @@
+"""From the shards of a sweep to its one file, and what that file says at a glance."""
+
+import hashlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.experiment.provenance import provenance
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.numbers import Array
+from rbstab.store.errors import NotAResultError
+from rbstab.store.result import Variable
+from rbstab.store.table import Column, Head
+from rbstab.store.table_file import read_table, write_table
+from rbstab.sweep.execution.execute import Survey
+from rbstab.sweep.folder.layout import OUTCOME, grid_extras, varied_arrays, varied_layout
+from rbstab.sweep.folder.sweep_folder import SweepFolder
+from rbstab.sweep.members.comparison import Check
+from rbstab.sweep.members.convergence import COLUMN, Certified
+from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.plan.dump import plan_yaml
+from rbstab.sweep.plan.plan import Plan
+
+HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no", "yes"))
+"""The column of a plan that keeps traces."""
+
+
+def digest_of_shards(survey: Survey) -> str:
+    """The digest of all shards of a sweep that is done."""
+    digests = [facts.digest for _, facts in sorted(survey.done.items())]
+    return hashlib.sha256(" ".join(digests).encode()).hexdigest()
+
+
+def is_gathered(folder: SweepFolder, shards_digest: str) -> bool:
+    """Whether the file of the sweep is there, whole, and made of these shards."""
+    if not folder.sweep_file.exists():
+        return False
+    try:
+        attributes = read_table(folder.sweep_file, ()).attributes
+    except NotAResultError:
+        return False
+    return attributes.get("shards_digest") == shards_digest
+
+
+def gather(plan: Plan, folder: SweepFolder, shards_digest: str, check: Check | None) -> None:
+    """Writes the file of the sweep; only one shard is in memory at a time. The shards are kept.
+
+    Args:
+        plan: The plan.
+        folder: The folder, with all shards.
+        shards_digest: Of all shards.
+        check: The comparison with single runs, if there is one.
+
+    Raises:
+        StoreError: The file cannot be written, or a shard is not there any more.
+    """
+    manifest = folder.manifest
+    attributes: dict[str, str | int | float] = {
+        "title": plan.title,
+        "plan_id": manifest.plan_id,
+        "engine": manifest.engine,
+        "design": plan.design.word if plan.design is not None else "grid",
+        "shard_size": manifest.shard_size,
+        "shards_digest": shards_digest,
+        "checked_members": len(check.members) if check is not None else 0,
+        "checked_unlike": check.unlike if check is not None else 0,
+        **provenance(manifest.engine),
+    }
+    extras = grid_extras(plan)
+    if check is not None and check.differences:
+        extras |= _check_extras(check)
+    text = np.array(plan_yaml(plan), dtype=object)
+    extras["plan"] = Variable((), text, "", "resolved plan, YAML")
+    layout = varied_layout(plan) | OUTCOME | {"convergence": COLUMN}
+    if plan.keep.count(plan.members):
+        layout["traces"] = HAS_TRACE
+    head = Head(layout, 0, manifest.members, attributes, extras)
+    write_table(folder.sweep_file, head, _parts(plan, folder))
+
+
+def _parts(plan: Plan, folder: SweepFolder) -> Iterator[dict[str, Array]]:
+    certified = Certified(plan, folder.path.parent)
+    for number in range(folder.shards):
+        table = folder.read(number)
+        if table is None:
+            raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
+        bounds, arrays = folder.bounds(number), dict(table.arrays)
+        convergence = certified.of(*bounds, arrays["lyapunov_start"])
+        arrays |= {"convergence": convergence, "traces": plan.keep.traces(*bounds).astype("i1")}
+        yield varied_arrays(plan, *bounds) | arrays
+
+
+def _check_extras(check: Check) -> dict[str, Variable]:
+    along = ("check_number",)
+    names = np.array(list(check.differences), dtype=object)
+    largest = np.array(list(check.differences.values()))
+    what = "largest difference to single runs by scipy, over the largest number of the column"
+    return {
+        "check_column": Variable(along, names, "", "columns that were compared"),
+        "check_difference": Variable(along, largest, "1", what),
+    }
+
+
+class SweepSummary(NamedTuple):
+    """A sweep in a few numbers.
+
+    members by status (those that occur); of the completed ones how many have settled, the median
+    of their settling times, s, and the largest audit residual |r| over v(0).
+    """
+
+    members: int
+    by_status: dict[str, int]
+    settled: int
+    settling_median: float
+    worst_residual: float
+
+
+def sweep_summary(path: Path) -> SweepSummary:
+    """The summary of the file of a sweep.
+
+    Raises:
+        StoreError: It cannot be read, or is damaged.
+    """
+    names = ("status", "settling_time", "energy_residual", "lyapunov_start")
+    table = read_table(path, names)
+    status, settling, residual, start = (table[name] for name in names)
+    completed = status == STATUSES.index(RunStatus.COMPLETED)
+    settled = settling[completed & np.isfinite(settling)]
+    moving = completed & (start > 0)
+    relative = residual[moving] / start[moving]
+    return SweepSummary(
+        len(status),
+        counts_by_status(np.bincount(status, minlength=len(STATUSES))),
+        len(settled),
+        float(np.median(settled)) if len(settled) else float("nan"),
+        float(relative.max()) if len(relative) else float("nan"),
+    )
+
+
+def counts_by_status(counts: Array) -> dict[str, int]:
+    """How many members ended how, without the ends that do not occur."""
+    return {str(s): n for s, n in zip(STATUSES, counts.tolist(), strict=True) if n}

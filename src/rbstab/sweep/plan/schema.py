@@ -1,0 +1,98 @@
+"""The JSON Schema of a plan, for editors: its form; what only the program knows is left to it."""
+
+from typing import Any
+
+from rbstab.config.schema import VARIANTS
+from rbstab.sweep.plan.designs import DESIGNS
+from rbstab.sweep.plan.load import GRID
+from rbstab.sweep.plan.plan import LONGEST_TITLE, MOST_MEMBERS, PLAN_VERSION
+
+_NUMBER = {"type": "number"}
+_COUNT = {"type": "integer", "minimum": 1}
+
+
+def _only(key: str, value: dict[str, Any]) -> dict[str, Any]:
+    """A mapping of exactly one key."""
+    return {
+        "type": "object",
+        "properties": {key: value},
+        "required": [key],
+        "additionalProperties": False,
+    }
+
+
+def _list_of(*entries: dict[str, Any], description: str) -> dict[str, Any]:
+    size = len(entries)
+    return {
+        "type": "array",
+        "prefixItems": list(entries),
+        "minItems": size,
+        "maxItems": size,
+        "description": description,
+    }
+
+
+def _distributions() -> list[dict[str, Any]]:
+    counted = {"linspace": "", "logspace": " of the exponents of 10", "geomspace": ", above 0"}
+    paired = {"uniform": "[a, b]", "normal": "[mean, sd]", "loguniform": "[a, b], 0 < a < b"}
+    names: list[dict[str, Any]] = [{"enum": list(VARIANTS)}, _NUMBER]
+    listed = {"type": "array", "minItems": 1, "items": {"anyOf": names}}
+    return [
+        _only("values", listed),
+        *(
+            _only(key, _list_of(_NUMBER, _NUMBER, _COUNT, description=f"[first, last, count]{of}"))
+            for key, of in counted.items()
+        ),
+        *(_only(key, _list_of(_NUMBER, _NUMBER, description=form)) for key, form in paired.items()),
+    ]
+
+
+def _reference(name: str) -> dict[str, Any]:
+    return {"$ref": f"#/$defs/{name}"}
+
+
+def plan_json_schema() -> dict[str, Any]:
+    """The JSON Schema of a plan."""
+    group = {"type": "object", "minProperties": 1, "additionalProperties": _reference("column")}
+    alone = {"anyOf": [_reference("column"), _only("zip", group)]}
+    numbers = {"type": "array", "minItems": 1, "items": {"type": "integer", "minimum": 0}}
+    named = {"anyOf": [numbers, _only("every", _COUNT)]}
+    properties = {
+        "schema_version": {"const": PLAN_VERSION},
+        "title": {"type": "string", "minLength": 1, "maxLength": LONGEST_TITLE},
+        "base": {
+            "type": ["string", "object"],
+            "description": "path of a config, relative to the plan, or a config",
+        },
+        "vary": {
+            "type": "object",
+            "minProperties": 1,
+            "additionalProperties": {"anyOf": [alone, _only("each", alone)]},
+            "description": "keys of the base, and where their values come from",
+        },
+        "design": {"enum": [GRID, *DESIGNS]},
+        "members": {**_COUNT, "maximum": MOST_MEMBERS, "description": "not for a grid"},
+        "seed": {"type": "integer", "minimum": 0, "description": "not for a grid"},
+        "keep": {"anyOf": [{"enum": ["summary", "traces"]}, _only("traces", named)]},
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": f"rbstab plan of a sweep, schema version {PLAN_VERSION}",
+        "type": "object",
+        "properties": properties,
+        "required": ["base", "vary"],
+        "additionalProperties": False,
+        # `members` and `seed` belong to every design but the grid.
+        "if": {"properties": {"design": {"const": GRID}}},
+        "then": {"properties": {"members": False, "seed": False}},
+        "else": {"required": ["members", "seed"]},
+        "$defs": {
+            "distribution": {"anyOf": _distributions()},
+            "column": {
+                "anyOf": [
+                    _reference("distribution"),
+                    _only("scale", _reference("distribution")),
+                ]
+            },
+        },
+    }

@@ -1,0 +1,276 @@
+"""Derivatives of a run against differences of whole runs, and against a closed solution."""
+
+import copy
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from support.outcomes import differences, quantities
+from support.paper_runs import paper_config
+
+import rbstab
+from rbstab.experiment.summary import summary_of
+from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
+from rbstab.integrate.status import RunStatus, UnfinishedRunError
+
+ERROR = 1e-6
+
+NOISE = 1e-9
+"""What differences leave of an effect that is small beside the largest on the same quantity."""
+
+GRAVITY = [1.0, 2.0, -10.0]
+
+START = {
+    "orientation": [0.2, -0.1, 0.15],
+    "angular_velocity": [9.0, 14.0, -8.0],
+    "position": [0.03, -0.02, 0.04],
+    "velocity": [0.4, -0.3, 0.5],
+}
+HELD_START = {key: START[key] for key in ("orientation", "angular_velocity")}
+EMBEDDED_START = START | {"connector_state": [0.01, 0.02, -0.01]}
+
+FULL_GAINS = {
+    "K_t": [[4100, 600, 0], [600, 4100, -300], [0, -300, 3280]],
+    "L_t": [[200, 30, 0], [30, 200, 0], [0, 0, 140]],
+    "K_r": [[400, 50, 20], [50, 400, 0], [20, 0, 320]],
+    "L_r": [[60, 5, 0], [5, 60, 0], [0, 0, 42]],
+    "K_c": [[12300, -2000, 0], [-2000, 12300, 1000], [0, 1000, 9840]],
+    "L_c": [[600, 0, 90], [0, 600, 0], [90, 0, 420]],
+    "K_d": [[12300, 0, 500], [0, 12300, 0], [500, 0, 9840]],
+    "L_d": [[1200, 100, 0], [100, 1200, 0], [0, 0, 840]],
+}
+
+
+def config(variant, start, *, controller=None, duration=1.2, **integration):
+    data = paper_config(variant, controller=controller, duration=duration, **integration)
+    data["gravity"] = GRAVITY
+    data["initial"] = copy.deepcopy(start)
+    return data
+
+
+CASES = {
+    "visco-elastic-W-equilibrium": config(
+        "visco-elastic", START, controller={"anchor": "equilibrium"}, coordinates="W"
+    ),
+    "permanent-equilibrium": config("permanent", HELD_START, controller={"anchor": "equilibrium"}),
+    "free": config("free", START, duration=1.5),
+    "free-W": config("free", START, duration=1.5, coordinates="W"),
+    "visco-elastic-Z-origin": config("visco-elastic", START),
+    "embedded": config("embedded", EMBEDDED_START),
+    "embedded-full-gains": config(
+        "embedded", EMBEDDED_START, controller={**FULL_GAINS, "anchor": "equilibrium"}
+    ),
+}
+
+CASES["embedded-full-gains"]["body"]["inertia"] = [[10, 0.6, -0.4], [0.6, 8, 0.5], [-0.4, 0.5, 3]]
+
+ALL = [
+    name if name == "visco-elastic-W-equilibrium" else pytest.param(name, marks=pytest.mark.slow)
+    for name in CASES
+]
+"""The one with the longest chain rule is for daily use: each structure compiles for seconds."""
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_derivative_is_that_of_differences_of_runs(name):
+    data = CASES[name]
+    found = sensitivities(data)
+    np.testing.assert_allclose(quantities(data, found), found.values, rtol=0, atol=1e-9)
+    assert np.isfinite(found.derivatives).all()
+    expected = differences(data, found)
+    # In units of its size, so that the effects of different numbers can be compared.
+    sizes = np.array([[abs(entry.value) or 1.0] for entry in found.entries])
+    actual, expected = found.derivatives * sizes, expected * sizes
+    allowed = ERROR * np.abs(expected) + NOISE * np.abs(expected).max(axis=0)
+    off = np.argwhere(np.abs(actual - expected) > allowed)
+    assert not [(found.entries[i].key, found.quantities[j].name) for i, j in off]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_values_are_those_of_the_run(name):
+    data = copy.deepcopy(CASES[name])
+    # At the tolerance of the differences, which is compiled already.
+    data["integration"] |= {"samples": 2001, "engine": "heyoka", "rtol": 1e-16}
+    found, run = sensitivities(data), rbstab.simulate(data)
+    values = dict(zip((q.name for q in found.quantities), found.values, strict=True))
+    for part in ("orientation", "angular_velocity", "position", "velocity"):
+        final = [values[f"final.{part}[{axis}]"] for axis in range(3)]
+        np.testing.assert_allclose(final, run[part][-1], rtol=0, atol=1e-11)
+    peaks = [values.get(f"peak_contact_displacement[{axis}]", 0.0) for axis in range(3)]
+    np.testing.assert_allclose(peaks, summary_of(run).peak_contact_displacement, atol=1e-8)
+    v = run["lyapunov"]
+    above = run["time"][v >= 1e-3 * v[0]][-1]
+    assert above <= values["settling_time"] <= above + np.diff(run["time"])[0]
+
+
+# A body that only translates is a damped oscillator: m ẍ + l ẋ + k x = m g.
+OSCILLATOR = {
+    "body.mass": 4.0,
+    "controller.K_t[2]": 100.0,
+    "controller.L_t[2]": 9.0,
+    "initial.position[2]": 0.3,
+    "initial.velocity[2]": 1.7,
+}
+FALL = -9.81
+DURATION = 5.0
+
+
+def oscillator_config(m, k, damping, x, v):
+    return {
+        "body": {"mass": m, "inertia": [2.0, 1.5, 1.0], "contact_point": [0.15, 0.1, -0.42]},
+        "gravity": [0, 0, FALL],
+        "controller": {
+            "variant": "free",
+            "K_t": [100, 100, k],
+            "L_t": [20, 20, damping],
+            "K_r": [40, 40, 40],
+            "L_r": [6, 6, 6],
+        },
+        "initial": {"position": [0, 0, x], "velocity": [0, 0, v]},
+        "integration": {"duration": DURATION},
+    }
+
+
+def swing(numbers, t):
+    """The textbook x - x_rest and ẋ, for parameters of any kind of number."""
+    m, k, damping, x, v = numbers
+    c, a = damping / (2 * m), x - m * FALL / k
+    w = np.sqrt(k / m - c * c)
+    b = (v + c * a) / w
+    decay, cos, sin = np.exp(-c * t), np.cos(w * t), np.sin(w * t)
+    return decay * (a * cos + b * sin), decay * ((b * w - c * a) * cos - (a * w + c * b) * sin)
+
+
+def closed_solution(numbers):
+    """Settling time, peak, its time, and the final position and velocity."""
+    m, k, damping, x, v = numbers
+    c, a = damping / (2 * m), x - m * FALL / k
+    w = np.sqrt(k / m - c * c)
+    b = (v + c * a) / w
+    # The swing begins upwards; the turning point below, half a period later, is farther from zero.
+    turning = (np.arctan((b * w - c * a) / (a * w + c * b)) + np.pi) / w
+
+    def excess(t):
+        value = [0.5 * k * p * p + 0.5 * m * q * q for p, q in (swing(numbers, t), (a, v))]
+        return value[0] - 1e-3 * value[1]
+
+    real = [np.real(number) for number in numbers]
+
+    def real_excess(t):
+        (p, q), start = swing(real, t), swing(real, 0.0)
+        energies = [0.5 * real[1] * y * y + 0.5 * real[0] * z * z for y, z in ((p, q), start)]
+        return energies[0] - 1e-3 * energies[1]
+
+    settling = brentq(real_excess, 0.5, DURATION, xtol=1e-14)
+    for _ in range(3):
+        # v' = -l ẋ²; Newton's steps carry the complex part along.
+        settling = settling + excess(settling) / (damping * swing(numbers, settling)[1] ** 2)
+    rest = m * FALL / k
+    end = swing(numbers, DURATION)
+    return np.array([settling, rest + swing(numbers, turning)[0], turning, rest + end[0], end[1]])
+
+
+def test_an_oscillator_has_the_derivatives_of_its_closed_solution():
+    numbers = np.array(list(OSCILLATOR.values()))
+    found = sensitivities(oscillator_config(*numbers))
+    names = (
+        "settling_time",
+        "peak_contact_displacement[2]",
+        "peak_time[2]",
+        "final.position[2]",
+        "final.velocity[2]",
+    )
+    columns = [found.column(name) for name in names]
+    np.testing.assert_allclose(found.values[columns], closed_solution(numbers), rtol=1e-11)
+    keys = [entry.key for entry in found.entries]
+    for key, direction in zip(OSCILLATOR, np.eye(5), strict=True):
+        expected = closed_solution(numbers + 1e-100j * direction).imag / 1e-100
+        actual = found.derivatives[keys.index(key), columns]
+        np.testing.assert_allclose(actual, expected, rtol=1e-9)
+
+
+def test_a_body_that_only_translates_does_not_depend_on_its_rotation():
+    found = sensitivities(oscillator_config(*OSCILLATOR.values()))
+    columns = [found.column(name) for name in ("settling_time", "final.position[2]")]
+    for entry, row in zip(found.entries, found.derivatives[:, columns], strict=True):
+        if entry.key.startswith(("controller.K_r", "controller.L_r", "body.inertia")):
+            assert not row.any()
+
+
+def test_a_run_that_does_not_settle_has_no_settling_time():
+    data = oscillator_config(*OSCILLATOR.values())
+    data["integration"]["duration"] = 0.2
+    found = sensitivities(data)
+    column = found.column("settling_time")
+    assert np.isnan(found.values[column])
+    assert np.isnan(found.derivatives[:, column]).all()
+    assert np.isfinite(np.delete(found.derivatives, column, axis=1)).all()
+
+
+def test_a_body_that_starts_at_rest_has_no_settling_time():
+    numbers = OSCILLATOR | {"initial.position[2]": 4.0 * FALL / 100.0, "initial.velocity[2]": 0.0}
+    found = sensitivities(oscillator_config(*numbers.values()))
+    assert not found.settles
+
+
+def test_a_peak_at_an_end_of_the_run_stays_there():
+    data = oscillator_config(*OSCILLATOR.values())
+    data["initial"]["velocity"] = [0, 0, 0]
+    data["gravity"] = [0, 0, 0]
+    found = sensitivities(data)
+    row = found.derivatives[[e.key for e in found.entries].index("initial.position[2]")]
+    assert found.values[found.column("peak_time[2]")] == 0.0
+    assert row[found.column("peak_time[2]")] == 0.0
+    assert row[found.column("peak_contact_displacement[2]")] == pytest.approx(1.0, rel=1e-12)
+
+
+def test_entries_are_ordered_by_their_largest_elasticity():
+    found = sensitivities(oscillator_config(*OSCILLATOR.values()))
+    order = found.by_importance(["settling_time"])
+    sizes = np.abs(found.relative[order, found.column("settling_time")])
+    assert (np.diff(sizes) <= 0).all()
+    assert sizes[0] > 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"variant": "sliding", "K_s": [2000, 2000, 2000], "surface": {"slope": 5.0}}, "sliding"),
+        ({"variant": "permanent"}, "manifold"),
+    ],
+)
+def test_a_motion_without_variational_equations_is_refused(changes, message):
+    data = oscillator_config(*OSCILLATOR.values())
+    del data["initial"]
+    data["controller"] |= changes
+    if message == "manifold":
+        data["integration"]["coordinates"] = "manifold"
+    else:
+        data["integration"]["coordinates"] = "W"
+    with pytest.raises(UnsuitedConfigError, match=message):
+        sensitivities(data)
+
+
+@pytest.mark.parametrize(
+    ("change", "status"),
+    [
+        ({"range_bound": 0.999}, RunStatus.RANGE_LEFT),
+        ({"step_limit": 1}, RunStatus.STEP_LIMIT),
+        ({"time_limit": 1e-9}, RunStatus.TIME_LIMIT),
+    ],
+)
+def test_a_run_that_does_not_complete_has_no_sensitivities(change, status):
+    data = oscillator_config(*OSCILLATOR.values())
+    data["initial"]["angular_velocity"] = [1.0, 3.0, 0.0]
+    data["integration"] |= change
+    with pytest.raises(UnfinishedRunError) as raised:
+        sensitivities(data)
+    assert raised.value.status is status
+    assert " at t = " in str(raised.value)
+
+
+def test_a_run_that_diverges_has_no_sensitivities():
+    data = oscillator_config(*OSCILLATOR.values())
+    data["initial"]["angular_velocity"] = [1e200, 0.0, 1e200]
+    with pytest.raises(UnfinishedRunError, match=r"diverged: .* at t = 0 s"):
+        sensitivities(data)

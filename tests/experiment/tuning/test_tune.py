@@ -1,0 +1,246 @@
+"""Tuning: known optima, never worse, and what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+import yaml
+from scipy.integrate import simpson
+from scipy.optimize import brentq, minimize_scalar
+from support.paper_runs import paper_config
+
+import rbstab
+from rbstab.config.load import load_config, resolved, resolved_yaml
+from rbstab.experiment.summary import summary_of
+from rbstab.experiment.tuning.design import DesignError, designs_of, retitled
+from rbstab.experiment.tuning.objective import OBJECTIVES
+from rbstab.experiment.tuning.search import Search
+from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
+from rbstab.experiment.tuning.tune import tune
+
+MASS, STIFFNESS, OFFSET = 4.0, 100.0, 0.3
+
+
+def oscillator(damping, duration=6.0):
+    """A body that only translates along one axis, drawn aside."""
+    return {
+        "body": {"mass": MASS, "inertia": [2.0, 1.5, 1.0], "contact_point": [0.15, 0.1, -0.42]},
+        "controller": {
+            "variant": "free",
+            "K_t": [100, 100, STIFFNESS],
+            "L_t": [20, 20, damping],
+            "K_r": [40, 40, 40],
+            "L_r": [6, 6, 6],
+        },
+        "initial": {"position": [0, 0, OFFSET]},
+        "integration": {"duration": duration},
+    }
+
+
+def settling_time(damping):
+    """Of m ẍ + l ẋ + k x = 0 from rest: when its energy is a thousandth."""
+    c = damping / (2 * MASS)
+    root = np.sqrt(complex(c * c - STIFFNESS / MASS))
+    slow, fast = root - c, -root - c
+
+    def excess(t):
+        x = (slow * np.exp(fast * t) - fast * np.exp(slow * t)) / (slow - fast)
+        v = slow * fast * (np.exp(fast * t) - np.exp(slow * t)) / (slow - fast)
+        return (x.real**2 + MASS / STIFFNESS * v.real**2) - 1e-3
+
+    return brentq(excess, 0.0, 30.0, xtol=1e-13)
+
+
+def best_damping():
+    """The damping of the shortest settling time, and this time."""
+    grid = np.geomspace(4.1, 399.0, 400)
+    best = int(np.argmin([settling_time(damping) for damping in grid]))
+    known = minimize_scalar(
+        settling_time, bounds=(grid[best - 1], grid[best + 1]), options={"xatol": 1e-10}
+    )
+    return known.x, known.fun
+
+
+def test_the_best_damping_of_an_oscillator_is_found():
+    damping, time = best_damping()
+    found = tune(oscillator(40.0), "settling_time", ["controller.L_t[2]"], (0.1, 10.0))
+    critical = 2 * math.sqrt(MASS * STIFFNESS)
+    assert 0.7 * critical < damping < critical
+    assert found.value == pytest.approx(time, rel=1e-7)
+    assert 40.0 * found.factors[0] == pytest.approx(damping, rel=1e-3)
+    assert found.config.controller.L_t[2] == 40.0 * found.factors[0]
+    assert found.given == pytest.approx(settling_time(40.0 + 1e-3), rel=1e-4)
+
+
+def test_the_least_energy_over_time_is_at_the_textbook_damping():
+    # From rest, ∫v dt = k x²/2 (m/l + l/(2k)): least at l = √(2mk), a damping ratio of 1/√2.
+    found = tune(oscillator(10.0), "energy", ["controller.L_t[2]"])
+    best = math.sqrt(2 * MASS * STIFFNESS)
+    least = 0.5 * STIFFNESS * OFFSET**2 * (MASS / best + best / (2 * STIFFNESS))
+    assert found.value == pytest.approx(least, rel=1e-9)
+    assert 10.0 * found.factors[0] == pytest.approx(best, rel=1e-5)
+
+
+def test_an_optimum_at_a_bound_is_on_it():
+    found = tune(oscillator(2.0), "energy", ["controller.L_t[2]"], (0.5, 10.0))
+    # Not one digit above it: exp(log 10) is.
+    assert found.factors == (10.0,)
+
+
+def visco_elastic(rng):
+    """A random config near the paper's."""
+    data = paper_config("visco-elastic", weighed=bool(rng.integers(2)), duration=1.0, samples=2001)
+    data["integration"]["engine"] = "heyoka"
+    for gain in ("K_t", "L_t", "K_r", "L_r", "K_c", "L_c"):
+        diagonal = np.array(data["controller"][gain])
+        data["controller"][gain] = (diagonal * rng.uniform(0.5, 2.0, size=3)).tolist()
+    data["initial"]["angular_velocity"] = rng.normal(scale=6.0, size=3).tolist()
+    return data
+
+
+def objective_of_run(name, config):
+    """The objective from the stored arrays of an ordinary run."""
+    result = rbstab.simulate(config)
+    t, v = result["time"], result["lyapunov"]
+    if name == "peak_displacement":
+        return summary_of(result).peak_distance
+    if name == "energy":
+        return simpson(v, x=t)
+    below = int(np.argmax(v < 1e-3 * v[0]))
+    ends = np.log(v[below - 1 : below + 1] / (1e-3 * v[0]))
+    return float(np.interp(0.0, -ends, t[below - 1 : below + 1])) if below else math.inf
+
+
+MEMBERS = [
+    pytest.param(name, seed, marks=() if (name, seed) == ("energy", 1) else pytest.mark.slow)
+    for name in OBJECTIVES
+    for seed in range(4)
+]
+
+
+@pytest.mark.parametrize(("objective", "seed"), MEMBERS)
+def test_the_tuned_config_is_better_and_its_file_gives_what_was_reported(objective, seed, tmp_path):
+    data = visco_elastic(np.random.default_rng(seed))
+    keys = ["controller.L_r", "controller.L_c", "controller.K_c[1]"]
+    found = tune(data, objective, keys, (0.5, 2.0))
+    assert found.value <= found.given
+    path = tmp_path / "tuned.yaml"
+    path.write_text(resolved_yaml(found.config))
+    tuned = load_config(path)
+    assert tuned == found.config
+    assert objective_of_run(objective, tuned) == pytest.approx(found.value, rel=1e-4)
+    if math.isfinite(found.given):
+        assert objective_of_run(objective, data) == pytest.approx(found.given, rel=1e-4)
+    if found.better:
+        assert tuned.title == f"untitled, tuned for {objective}"
+        before, after = resolved(load_config(data)), resolved(tuned)
+        for gain, entries in (("L_r", (0, 1, 2)), ("L_c", (0, 1, 2)), ("K_c", (1,))):
+            for entry in entries:
+                before["controller"][gain][entry] = after["controller"][gain][entry]
+        assert {**before, "title": ""} == {**after, "title": ""}
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES)
+def test_gradients_are_differences_of_the_objective(objective):
+    config = load_config(paper_config("visco-elastic", weighed=True))
+    designs = designs_of(config, ["controller.L_r", "controller.K_c", "controller.L_t[1]"])
+    search = Search(config, OBJECTIVES[objective], designs, (0.1, 10.0))
+    x, h = np.array([0.2, -0.1, 0.3]), 1e-4
+    value, gradient = search.evaluated(x, gradient=True)
+    expected = [(search.value(x + h * e) - search.value(x - h * e)) / (2 * h) for e in np.eye(3)]
+    assert value == search.value(x)
+    np.testing.assert_allclose(gradient, expected, rtol=1e-5, atol=1e-7 * value)
+
+
+def test_nothing_better_leaves_the_config_as_it_is():
+    config = load_config(oscillator(30.0))
+    found = tune(config, "settling_time", ["controller.L_t[2]"], (1.0, 1.0))
+    assert not found.better
+    assert found.config is config
+    assert found.factors == (1.0,)
+    assert found.value == found.given == pytest.approx(settling_time(30.0), rel=1e-9)
+
+
+def test_runs_that_fail_count_as_worst():
+    # With little damping the body turns too far.
+    data = oscillator(20.0, 1.0)
+    data["initial"] = {"angular_velocity": [0.0, 3.0, 0.0]}
+    data["integration"]["range_bound"] = 0.9
+    found = tune(data, "energy", ["controller.L_r"], (0.02, 4.0))
+    assert found.failures > 0
+    assert math.isfinite(found.value)
+    assert found.value < found.given
+
+
+def test_a_given_run_that_does_not_settle_is_worse_than_one_that_does():
+    found = tune(oscillator(4.0, 3.0), "settling_time", ["controller.L_t[2]"], (1.0, 20.0))
+    assert found.given == math.inf
+    assert found.better
+    assert found.value == pytest.approx(best_damping()[1], rel=1e-7)
+
+
+def test_nothing_is_better_where_no_run_settles():
+    found = tune(oscillator(4.0, 0.1), "settling_time", ["controller.L_t[2]"], (0.5, 2.0))
+    assert found.given == found.value == math.inf
+    assert not found.better
+    assert found.failures == found.runs
+
+
+FULL = {"K_t": [[4100, 600, 0], [600, 4100, 0], [0, 0, 3280]]}
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (["controller.K_c"], "controller.K_c: is no gain of this config (expected one of contr"),
+        (["body.mass"], "body.mass: is no gain"),
+        (["controller"], "controller: is no gain"),
+        (["L_r"], "L_r: is no gain"),
+        ([""], ": is no gain"),
+        (["controller.L_r[3]"], "controller.L_r[3]: leads nowhere"),
+        (["controller.L_r[0][0]"], "controller.L_r[0][0]: leads nowhere"),
+        (["controller.K_t[0][0]"], "is a part of a full matrix"),
+        (["controller.K_t[1]"], "is a part of a full matrix"),
+        (["controller.L_r", "controller.L_r[1]"], "has controller.L_r[1] in common with contr"),
+        ([], "nothing is to be tuned"),
+    ],
+)
+def test_what_cannot_be_scaled_is_refused(keys, message):
+    config = load_config(paper_config("permanent", controller=FULL))
+    with pytest.raises(DesignError) as raised:
+        designs_of(config, keys)
+    assert message in str(raised.value)
+
+
+def test_a_full_matrix_is_scaled_as_a_whole():
+    data = oscillator(20.0)
+    data["controller"]["L_t"] = [[20, 5, 0], [5, 30, 0], [0, 0, 8]]
+    found = tune(data, "energy", ["controller.L_t"], (0.5, 2.0))
+    full = np.array(data["controller"]["L_t"])
+    scaled = full != 0
+    ratio = np.array(found.config.controller.L_t)[scaled] / full[scaled]
+    np.testing.assert_allclose(ratio, found.factors[0], rtol=1e-15)
+
+
+def test_a_held_contact_point_has_no_peak_to_lower():
+    with pytest.raises(UnsuitedConfigError, match="does not move"):
+        tune(paper_config("permanent"), "peak_displacement", ["controller.L_r"])
+
+
+@pytest.mark.parametrize("bounds", [(2.0, 3.0), (0.0, 2.0), (0.1, 0.9), (0.1, math.inf)])
+def test_bounds_hold_the_given_config(bounds):
+    with pytest.raises(ValueError, match="bounds"):
+        tune(oscillator(20.0), "energy", ["controller.L_t"], bounds)
+
+
+def test_an_unknown_objective_is_refused():
+    with pytest.raises(
+        ValueError, match="expected one of settling_time, peak_displacement, energy"
+    ):
+        tune(oscillator(20.0), "speed", ["controller.L_t"])
+
+
+def test_a_long_title_is_cut():
+    config = load_config({**oscillator(20.0), "title": "x" * 200})
+    assert retitled(config, ", tuned").title == "x" * 193 + ", tuned"
+    assert yaml.safe_load(resolved_yaml(config))["title"] == "x" * 200

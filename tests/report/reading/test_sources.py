@@ -1,0 +1,222 @@
+"""What is read of the files and folders that are named, and what is said of the others."""
+
+import shutil
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from support.made_runs import made_file, made_result
+from support.results import result
+from support.sweeps import FakeEngine, plan_of
+
+from rbstab.report.reading.sources import LONGEST_LABEL, read_sources, unique_labels
+from rbstab.store.run_file import write_result
+from rbstab.sweep.sweep import Ways, sweep_to_folder
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory):
+    """The folder of a finished sweep."""
+    folder = tmp_path_factory.mktemp("sweeps") / "plan"
+    sweep_to_folder(plan_of(60), folder, Ways(FakeEngine, 1, 30))
+    return folder
+
+
+@pytest.fixture
+def good(tmp_path):
+    return made_file(tmp_path / "good.h5")
+
+
+def reason(path, good):
+    """What is said of a path that cannot be read, beside a run that can."""
+    found = read_sources([path, good])
+    assert [run.path for run in found.runs] == [good]
+    [unread] = found.unread
+    assert unread.path == str(path)
+    return unread.reason
+
+
+def test_runs_and_sweeps_in_their_order(tmp_path, sweep):
+    runs = [made_file(tmp_path / f"{name}.h5") for name in "cab"]
+    found = read_sources([runs[0], sweep, *runs[1:]])
+    assert [(r.number, r.name, r.label) for r in found.runs] == [
+        (0, "run-1", "c"),
+        (1, "run-2", "a"),
+        (2, "run-3", "b"),
+    ]
+    assert [(s.number, s.name, s.label) for s in found.sweeps] == [(0, "sweep-1", "plan")]
+    assert found.sweeps[0].path == sweep / "sweep.h5"
+    assert found.unread == ()
+
+
+def test_a_sweep_by_its_file_or_in_a_folder_without_shards(tmp_path, sweep):
+    copy = tmp_path / "copy"
+    copy.mkdir()
+    shutil.copy(sweep / "sweep.h5", copy)
+    found = read_sources([sweep / "sweep.h5", copy, str(sweep)])
+    assert [s.label for s in found.sweeps] == ["plan", "copy"]
+
+
+def test_what_is_named_twice_is_taken_once(good, tmp_path):
+    link = tmp_path / "link.h5"
+    link.symlink_to(good)
+    assert len(read_sources([good, str(good), link, good.parent / "." / good.name]).runs) == 1
+
+
+def test_the_config_is_that_of_the_result(good):
+    [run] = read_sources([good]).runs
+    assert run.config is not None
+    assert run.config.body.mass == 41.0
+
+
+@pytest.mark.parametrize("text", ["a: [", "- 1\n", "title: x\n", "", "controller: 3\n", "\x00"])
+def test_a_config_that_cannot_be_read_leaves_the_run(text, tmp_path):
+    made = made_result()
+    path = tmp_path / "a.h5"
+    write_result(path, type(made)(made.variables, made.attributes, text.replace("\x00", "\x01")))
+    [run] = read_sources([path]).runs
+    assert run.config is None
+
+
+def test_no_file(good, tmp_path):
+    assert reason(tmp_path / "no.h5", good) == "cannot be read: No such file or directory"
+
+
+def test_no_result(good, tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text("title: x\n")
+    assert reason(path, good) == "is damaged or is not HDF5"
+
+
+def test_a_damaged_run(good, tmp_path):
+    path = tmp_path / "a.h5"
+    content = bytearray(good.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(bytes(content))
+    assert reason(path, good) == "is damaged: it is not what was written (by its digest)"
+
+
+def test_a_newer_run(good, tmp_path):
+    path = tmp_path / "a.h5"
+    shutil.copy(good, path)
+    with h5py.File(path, "r+") as file:
+        file.attrs["schema_version"] = 7
+    strip_seal(path)
+    assert "has schema version 7" in reason(path, good)
+    assert "please update" in reason(path, good)
+
+
+def strip_seal(path: Path) -> None:
+    """A file that another program has changed has no seal any more."""
+    content = path.read_bytes()
+    at = content.rfind(b"\nrbstab sha256 ")
+    if at >= 0:
+        path.write_bytes(content[:at])
+
+
+def test_a_result_without_the_arrays_of_a_run(good, tmp_path):
+    path = tmp_path / "a.h5"
+    write_result(path, result())
+    assert reason(path, good) == "is damaged: it has no array angular_velocity"
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("lyapunov", np.zeros(400)),
+        ("contact_displacement", np.zeros((401, 2))),
+        ("energy", np.zeros(401)),
+        ("orientation", np.array([["x"] * 3] * 401, dtype=object)),
+        ("energy_at_rest", np.zeros(401)),
+    ],
+)
+def test_arrays_of_other_shapes_and_kinds(name, data, good, tmp_path):
+    made = made_result()
+    dimensions = {0: (), 1: ("time",), 2: ("time", "axis")}[data.ndim]
+    coordinates = {"axis": 2} if data.shape[1:] == (2,) else {"time": 400}
+    if data.shape[0] == 400:
+        dimensions = ("other",)
+        coordinates = {"other": 400}
+    if data.shape[1:] == (2,):
+        dimensions = ("time", "other")
+        coordinates = {"other": 2}
+    variables = dict(made.variables)
+    for other, length in coordinates.items():
+        if other == "other":
+            whole = np.arange(length)
+            variables[other] = variables["axis"]._replace(dimensions=(other,), data=whole)
+    variables[name] = variables[name]._replace(dimensions=dimensions, data=data)
+    path = tmp_path / "a.h5"
+    write_result(path, type(made)(variables, made.attributes, made.config))
+    assert reason(path, good) == f"is damaged: its array {name} is not a run's"
+
+
+@pytest.mark.parametrize("name", ["verdict", "value", "quantity"])
+@pytest.mark.parametrize("how", ["shorter", "other kind"])
+def test_a_certificate_whose_columns_do_not_belong_together(name, how, good, tmp_path):
+    made = made_result()
+    variables = dict(made.variables)
+    column = variables[f"certificate/{name}"]
+    if how == "shorter":
+        variables["certificate/few"] = column._replace(dimensions=("few",), data=np.arange(3))
+        changed = column._replace(dimensions=("few",), data=column.data[:3])
+    else:
+        is_number = column.data.dtype.kind == "f"
+        data = column.data.astype(str).astype(object) if is_number else np.zeros(len(column.data))
+        changed = column._replace(data=data)
+    variables[f"certificate/{name}"] = changed
+    path = tmp_path / "a.h5"
+    write_result(path, type(made)(variables, made.attributes, made.config))
+    assert reason(path, good) == "is damaged: its certificate is not a run's"
+
+
+def test_another_folder(good, tmp_path):
+    other = tmp_path / "other"
+    other.mkdir()
+    assert reason(other, good).startswith("is a folder, but not that of a sweep; name the files")
+
+
+def test_a_sweep_that_is_not_finished(good, tmp_path, sweep):
+    copy = tmp_path / "copy"
+    shutil.copytree(sweep, copy)
+    (copy / "sweep.h5").unlink()
+    max((copy / "shards").iterdir()).unlink()
+    assert reason(copy, good).startswith("is a sweep that is not finished: 1 of 2 shards")
+
+
+def test_a_damaged_manifest(good, tmp_path, sweep):
+    copy = tmp_path / "copy"
+    shutil.copytree(sweep, copy)
+    (copy / "sweep.h5").unlink()
+    (copy / "manifest.json").write_text("{}")
+    assert "is damaged" in reason(copy, good)
+
+
+def test_a_shard(good, sweep):
+    path = min((sweep / "shards").iterdir())
+    assert reason(path, good) == f"is a part of a sweep; name its folder, {sweep}"
+
+
+def test_a_damaged_sweep(good, tmp_path, sweep):
+    path = tmp_path / "sweep.h5"
+    path.write_bytes((sweep / "sweep.h5").read_bytes()[:-1])
+    assert "is damaged" in reason(path, good)
+
+
+def test_labels_are_the_shortest_that_tell_files_apart():
+    paths = [Path(text) for text in ("/r/a/x.h5", "/r/b/x.h5", "/s/b/x.h5", "/r/y.h5")]
+    assert unique_labels(paths) == ["a/x", "r/b/x", "s/b/x", "y"]
+
+
+def test_labels_are_short_and_their_own_whatever_the_files_are_called():
+    names = ["\x1b[31m", "\u202egnp", "a" * 200, "a" * 200 + "b", "a" * 200 + "c", "x", "y"]
+    labels = unique_labels([Path("/r", f"{name}.h5") for name in names])
+    assert len(set(labels)) == len(labels)
+    assert all(label.isprintable() for label in labels)
+    assert max(map(len, labels)) <= LONGEST_LABEL + len(" (1)")
+
+
+def test_files_of_one_name_with_other_endings():
+    labels = unique_labels([Path("/r/x.h5"), Path("/r/x.nc")])
+    assert len(set(labels)) == 2

@@ -1,0 +1,118 @@
+import numpy as np
+import pytest
+from support.figure_runs import figures_in, lines_of, run_of, without_config
+
+from rbstab.report.model.document import Section
+from rbstab.report.model.figure import Level, Points
+from rbstab.report.runs.figures import eigenvalues
+from rbstab.report.runs.figures.eigenvalues import MOST_LOCI, eigenvalue_blocks
+
+
+def blocks_of(*runs):
+    blocks = eigenvalue_blocks(runs)
+    text = " ".join(block for block in blocks if isinstance(block, str))
+    return figures_in((Section("s", "S", blocks),)), text
+
+
+def points_of(panel):
+    return {mark.label: mark for mark in panel.marks if isinstance(mark, Points)}
+
+
+def values(points):
+    return points.x + 1j * points.y
+
+
+def translations(config, factor=1.0):
+    """The eigenvalues of m s² + L_t s + K_t, by axis: of a free body that turns by itself."""
+    controller = config.controller
+    pairs = zip(controller.L_t, controller.K_t, strict=True)
+    return np.concatenate([np.roots([config.body.mass, L, factor * K]) for L, K in pairs])
+
+
+def test_the_eigenvalues_of_a_free_body_are_those_of_its_oscillators():
+    run = run_of("free")
+    figures, text = blocks_of(run)
+    every, slow = figures["runs-eigenvalues"].panels
+    found = values(points_of(every)["free"])
+    assert len(found) == 12
+    for expected in translations(run.config):
+        assert np.abs(found - expected).min() < 1e-6 * abs(expected)
+    seen = values(points_of(slow)["free"])
+    assert set(seen.tolist()) <= set(found.tolist())
+    assert -seen.real.min() <= 10 * -seen.real.max()
+    assert text == ""
+
+
+def test_zero_is_marked_as_the_border():
+    figures, _ = blocks_of(run_of("free"))
+    for figure in figures.values():
+        for panel in figure.panels:
+            (border,) = [mark for mark in panel.marks if isinstance(mark, Level)]
+            assert border == Level(0.0, "border of stability", upright=True)
+            assert (panel.x.text, panel.y.text) == (
+                "real part Re λ [1/s]",
+                "imaginary part Im λ [1/s]",
+            )
+
+
+def test_a_locus_goes_through_the_gain_as_it_is():
+    run = run_of("free")
+    figures, _ = blocks_of(run)
+    nominal = values(points_of(figures["runs-eigenvalues"].panels[0])["free"])
+    panel = figures["run-1-locus"].panels[0]
+    marked = points_of(panel)
+    here = values(marked["K_r as it is"])
+    assert np.sort_complex(here) == pytest.approx(np.sort_complex(nominal), rel=1e-6)
+    for branch in range(12):
+        line = lines_of(panel)[branch]
+        ends = [values(marked[f"K_r times {factor}"])[branch] for factor in (0.1, 10)]
+        assert [line.x[0] + 1j * line.y[0], line.x[-1] + 1j * line.y[-1]] == ends
+        assert (
+            np.abs(line.x + 1j * line.y - here[branch]).min(where=line.x < np.inf, initial=9) == 0
+        )
+
+
+def test_no_straight_line_joins_a_real_and_a_complex_eigenvalue():
+    figures, _ = blocks_of(run_of("embedded"))
+    lines = lines_of(figures["run-1-locus"].panels[0])
+    for line in lines:
+        joined = np.isfinite(line.y[1:]) & np.isfinite(line.y[:-1])
+        assert ((line.y[1:] == 0) == (line.y[:-1] == 0))[joined].all()
+    assert any(np.isnan(line.x).any() for line in lines)
+
+
+def test_a_config_that_cannot_be_read_is_left_out_with_a_sentence():
+    figures, text = blocks_of(without_config(run_of("free")), run_of("permanent", 1))
+    assert set(figures) == {"runs-eigenvalues", "run-2-locus"}
+    assert set(points_of(figures["runs-eigenvalues"].panels[0])) == {"permanent"}
+    assert "cannot read" in text
+    assert text.endswith("free.")
+
+
+def test_where_nothing_can_be_computed_there_is_a_sentence(monkeypatch):
+    def fails(config, key, factors):
+        raise np.linalg.LinAlgError("no convergence")
+
+    monkeypatch.setattr(eigenvalues, "root_locus", fails)
+    figures, text = blocks_of(run_of("free"))
+    assert not figures
+    assert text == (
+        "No eigenvalues are drawn of runs without a rest state in the range of eq. 5: free."
+    )
+
+
+def test_of_many_runs_the_first_have_loci():
+    runs = [run_of("sliding", number, f"run {number}") for number in range(MOST_LOCI + 1)]
+    figures, text = blocks_of(*runs)
+    assert len(figures) == 1 + MOST_LOCI
+    assert len(points_of(figures["runs-eigenvalues"].panels[0])) == MOST_LOCI + 1
+    assert f"the first {MOST_LOCI} runs" in text
+
+
+def test_both_of_a_pair_are_slow_or_neither_is():
+    figures, _ = blocks_of(run_of("permanent"))
+    lines = lines_of(figures["run-1-locus"].panels[1])
+    x, y = (np.concatenate([getattr(line, side) for line in lines]) for side in "xy")
+    assert (y > 0).sum() == (y < 0).sum() > 0
+    slowest = -points_of(figures["runs-eigenvalues"].panels[0])["permanent"].x.max()
+    assert 5 * slowest < -np.nanmin(x) <= 10 * slowest * (1 + 1e-6)

@@ -1,0 +1,80 @@
+"""Runs that ended at once, diverged, or hold numbers that no axis can show."""
+
+import numpy as np
+import pytest
+from support.figure_runs import (
+    KINDS,
+    cut,
+    figures_in,
+    lines_of,
+    run_of,
+    with_arrays,
+    without_config,
+)
+
+from rbstab.report.runs.sections import MOST_CURVES, run_sections
+from rbstab.report.writers.decimate import decimated
+from rbstab.report.writers.matplotlib_figures.renderer import png
+
+PNG = b"\x89PNG"
+
+
+def figures_of(*runs):
+    """All figures of runs but their eigenvalues; each can be made smaller."""
+    figures = figures_in(run_sections([without_config(run) for run in runs]))
+    for figure in figures.values():
+        assert len(decimated(figure).panels) == len(figure.panels)
+    return figures
+
+
+def drawn(figures):
+    assert all(png(figure, dpi=40).startswith(PNG) for figure in figures.values())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_one_sample(kind):
+    figures = figures_of(cut(run_of(kind), 1))
+    assert all(len(line.x) == 1 for line in lines_of(figures["runs-decay"].panels[0]))
+    drawn({name: figures[name] for name in ("runs-decay", "run-1-energy")})
+
+
+def broken(run, value):
+    """The same run, whose numbers are another from its middle on."""
+    changed = {}
+    for name, variable in run.result.variables.items():
+        if variable.dimensions[:1] == ("time",) and name not in ("time", "mode"):
+            data = variable.data.astype(float)
+            data[len(data) // 2 :] = value
+            changed[name] = data
+    return with_arrays(run, **changed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e308, 5e-324, 0.0])
+def test_odd_numbers(value):
+    drawn(figures_of(broken(run_of("embedded"), value)))
+
+
+@pytest.mark.slow
+def test_nothing_but_odd_numbers():
+    run = run_of("sliding")
+    nothing = {
+        name: np.full(run.result[name].shape, np.nan)
+        for name in ("lyapunov", "energy", "orientation", "chatter_energy", "energy_residual")
+    }
+    figures = figures_of(with_arrays(run, **nothing), run_of("free", 1))
+    drawn({name: figure for name, figure in figures.items() if not name.startswith("run-2")})
+
+
+def test_a_trust_that_is_not_known():
+    figures = figures_of(with_arrays(run_of("sliding"), trusted_until=np.array(np.nan)))
+    drawn({name: figures[name] for name in ("run-1-modes", "run-1-switching")})
+
+
+def test_distributions_without_numbers():
+    run = run_of("free")
+    odd = [broken(run_of("free", n, f"{n}"), np.nan) for n in range(MOST_CURVES)]
+    figures = figures_of(*odd, cut(run, 1))
+    drawn(figures)
+    figure = figures["runs-distributions"]
+    assert f"peak |E|: {MOST_CURVES}" in figure.caption

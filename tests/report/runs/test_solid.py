@@ -1,0 +1,59 @@
+from collections import Counter
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from rbstab.mechanics.body import Body
+from rbstab.report.runs.solid import THINNEST, bone_of, semi_axes
+
+HALVES = np.array([0.3, 0.5, 1.1])
+
+
+def ellipsoid(turn: np.ndarray, mass: float = 7.0) -> Body:
+    """A body that is an ellipsoid of even density: its moments are those of any textbook."""
+    a, b, c = HALVES
+    moments = mass / 5 * np.diag([b**2 + c**2, a**2 + c**2, a**2 + b**2])
+    return Body(mass, turn @ moments @ turn.T, np.array([0.1, 0.0, 0.2]))
+
+
+@pytest.fixture
+def turn(rng: np.random.Generator) -> np.ndarray:
+    return Rotation.random(rng=rng).as_matrix()
+
+
+def test_an_ellipsoid_has_its_own_semi_axes(turn: np.ndarray) -> None:
+    lengths, directions = semi_axes(ellipsoid(turn))
+    np.testing.assert_allclose(lengths, HALVES, rtol=1e-12)
+    np.testing.assert_allclose(np.abs(turn.T @ directions), np.eye(3), atol=1e-12)
+    assert np.linalg.det(directions) == pytest.approx(1)
+
+
+def test_a_bone_is_as_long_wide_and_thick_as_the_ellipsoid(turn: np.ndarray) -> None:
+    corners = bone_of(ellipsoid(turn)).vertices @ turn
+    np.testing.assert_allclose(np.abs(corners).max(axis=0), HALVES, rtol=0.02)
+    np.testing.assert_allclose(corners.mean(axis=0), 0, atol=1e-12)
+
+
+def test_a_bone_is_closed_and_its_triangles_look_outwards(turn: np.ndarray) -> None:
+    bone = bone_of(ellipsoid(turn))
+    # The ends are many corners in one place.
+    place = {tuple(np.round(v, 9) + 0.0): n for n, v in enumerate(bone.vertices)}
+    corner = [place[tuple(np.round(v, 9) + 0.0)] for v in bone.vertices]
+    edges = Counter(
+        (corner[t[i]], corner[t[(i + 1) % 3]]) for t in bone.triangles.tolist() for i in range(3)
+    )
+    assert all(count == 1 and edges[b, a] == 1 for (a, b), count in edges.items())
+    a, b, c = (bone.vertices[bone.triangles[:, i]] for i in range(3))
+    volume = (np.cross(a, b) * c).sum() / 6
+    assert 0 < volume < 4 / 3 * np.pi * HALVES.prod()
+
+
+def test_moments_that_no_body_has_still_make_a_bone_that_can_be_seen() -> None:
+    # With 10 > 8 + 0.4 the mean square along the first axis would be negative.
+    body = Body(41.0, np.diag([10.0, 8.0, 0.4]), np.array([0.15, 0.1, -0.42]))
+    lengths, directions = semi_axes(body)
+    longest = np.sqrt(5 * (10 + 8 - 0.4) / (2 * 41))
+    middle = np.sqrt(5 * (10 + 0.4 - 8) / (2 * 41))
+    np.testing.assert_allclose(lengths, [THINNEST * longest, middle, longest], rtol=1e-12)
+    np.testing.assert_allclose(np.abs(directions), np.eye(3), atol=1e-12)

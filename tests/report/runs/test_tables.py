@@ -1,0 +1,343 @@
+"""The numbers that a report says of runs, against those that their results were made from."""
+
+import json
+import math
+import shlex
+
+import numpy as np
+import pytest
+from support.made_runs import (
+    DECAY,
+    LARGEST_PITCH,
+    PEAKS,
+    RESIDUAL,
+    V_START,
+    made_config,
+    made_file,
+    made_result,
+)
+
+from rbstab.config.load import load_config
+from rbstab.experiment.proof import Proof, ProvedRegion, ProvedState, proof_id
+from rbstab.experiment.proof_cache import proof_path
+from rbstab.report.model.document import Section, Table
+from rbstab.report.reading.sources import read_sources
+from rbstab.report.runs.certificate_tables import MOST_IN_FULL, certificate_section
+from rbstab.report.runs.config_tables import MOST_KEYS, MOST_SIDE_BY_SIDE, config_section
+from rbstab.report.runs.facts import facts_of
+from rbstab.report.runs.provenance_tables import (
+    MOST_COMMANDS,
+    provenance_section,
+    warnings_section,
+)
+from rbstab.report.runs.reference_tables import reference_section
+from rbstab.report.runs.tables import overview, summary_table
+from rbstab.store.document import write_document
+from rbstab.store.result import Result
+from rbstab.store.run_file import write_result
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+def facts(*paths):
+    return facts_of(read_sources(paths).runs)
+
+
+def column(table, label):
+    """The cells of a column, by the first cells of their rows."""
+    [k] = [k for k, head in enumerate(table.heads) if head.label == label]
+    return {row[0].text: row[k] for row in table.rows}
+
+
+def table_of(section: Section | None, name: str) -> Table:
+    assert section is not None
+    [found] = [b for b in section.blocks if isinstance(b, Table) and b.name == name]
+    return found
+
+
+@pytest.fixture
+def path(tmp_path):
+    return made_file(tmp_path / "made.h5")
+
+
+def test_the_numbers_of_a_run(path):
+    table = summary_table(facts(path))
+    value = {head.label: cell.value for head, cell in zip(table.heads, table.rows[0], strict=True)}
+    unit = {head.label: head.unit for head in table.heads}
+    assert value["v(0)"] == V_START
+    assert value["v(end)"] == pytest.approx(V_START * math.exp(-2 * DECAY))
+    assert value["|r|/v(0)"] == pytest.approx(RESIDUAL / V_START)
+    assert value["peak |θ2|"] == pytest.approx(LARGEST_PITCH)
+    # v falls below a thousandth of its start when exp(-DECAY t) does; the straight line between two
+    # samples is late by less than h² DECAY / 8.
+    assert value["settled at"] == pytest.approx(math.log(1000) / DECAY, abs=0.005**2 * DECAY / 8)
+    for axis, peak in enumerate(PEAKS):
+        assert unit[f"peak E{axis + 1}"] == "cm"
+        assert value[f"peak E{axis + 1}"] == pytest.approx(100 * peak, rel=1e-6)
+
+
+def test_every_row_has_as_many_cells_as_there_are_heads(path):
+    table = summary_table(facts(path))
+    assert all(len(row) == len(table.heads) for row in table.rows)
+
+
+def test_a_run_that_stopped(tmp_path):
+    path = made_file(
+        tmp_path / "a.h5", status="range left", status_detail="cos θ2 = 1e-3 at t = 2 s"
+    )
+    table = summary_table(facts(path))
+    cell = column(table, "status")["a"]
+    assert cell.text == "range left at 2 s"
+    assert cell.tone == "bad"
+    assert "1 range left" in overview(facts(path))
+
+
+def test_it_is_said_where_work_stands_in_place_of_an_energy(tmp_path):
+    made = made_result()
+    connector = made["part"].tolist().index("connector")
+    work = np.linspace(0.0, 100.0, len(made["time"]))
+    energy = made["energy"].copy()
+    energy[:, connector] = -work
+    arrays = {"lyapunov": made["lyapunov"] - work, "energy": energy}
+    new = {name: made.variables[name]._replace(data=data) for name, data in arrays.items()}
+    new["contact_work"] = made.variables["lyapunov"]._replace(data=work)
+    sliding = {**made.attributes, "variant": "sliding"}
+    write_result(tmp_path / "a.h5", Result({**made.variables, **new}, sliding, made.config))
+    path = made_file(tmp_path / "b.h5")
+    assert "v - ε" in summary_table(facts(path, tmp_path / "a.h5")).note
+    assert "v - ε" not in summary_table(facts(path)).note
+
+
+def test_a_run_that_does_not_settle_and_is_not_finite(tmp_path):
+    made = made_result(status="diverged")
+    v = made["lyapunov"].copy()
+    v[200:] = np.nan
+    variables = {**made.variables, "lyapunov": made.variables["lyapunov"]._replace(data=v)}
+    write_result(tmp_path / "a.h5", Result(variables, made.attributes, made.config))
+    table = summary_table(facts(tmp_path / "a.h5"))
+    assert column(table, "settled at")["a"].text == "-"
+    assert column(table, "v(end)")["a"].text == "-"
+    json.dumps(column(table, "v(0)")["a"].value, allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "tone"), [("certified", "good"), ("consistent", ""), ("violated", "bad")]
+)
+def test_verdicts_and_their_tones(verdict, tone, tmp_path):
+    path = made_file(tmp_path / "a.h5", verdict=verdict)
+    cell = column(summary_table(facts(path)), "verdict")["a"]
+    assert (cell.text, cell.tone, cell.target) == (verdict, tone, "certificates")
+
+
+@pytest.mark.parametrize(
+    ("verdict", "level", "said"),
+    [
+        ("certified", (100.0, 200.0), "yes"),
+        ("unknown", (300.0, 200.0), "no"),
+        ("unknown", (math.nan, math.nan), "-"),
+    ],
+)
+def test_inside_the_certified_region_by_the_certificate(verdict, level, said, tmp_path):
+    path = made_file(tmp_path / "a.h5", verdicts={"certified region": verdict}, level=level)
+    assert column(summary_table(facts(path)), "in certified region")["a"].text == said
+
+
+def keep_proof(folder, text, states, *, level=1e9):
+    """Keeps a proof of so many rest states, as `rbstab stability` does."""
+    config = load_config(_plain(text))
+    state = ProvedState(
+        orientation=ORIGIN,
+        position=ORIGIN,
+        connector_state=(),
+        energy=0.0,
+        index=0,
+        proved=True,
+        enclosure=(ORIGIN, ORIGIN),
+    )
+    region = ProvedRegion(
+        energy=level, level=level, lower_bound=level, attained_at=ORIGIN, face=None, proved=True
+    )
+    proof = Proof(
+        id=proof_id(config),
+        outcome="all found",
+        proved=True,
+        unique=states == 1,
+        examined=10,
+        seconds=0.1,
+        undecided=(),
+        states=(state,) * states,
+        region=region,
+    )
+    write_document(proof_path(folder, config), proof.model_dump(mode="json"))
+
+
+def _plain(text):
+    import yaml
+
+    return yaml.safe_load(text)
+
+
+@pytest.mark.parametrize(("states", "tone"), [(1, "good"), (3, "odd")])
+def test_rest_states_of_a_kept_proof(states, tone, path, tmp_path):
+    assert column(summary_table(facts(path)), "rest states")["made"].text == "-"
+    keep_proof(tmp_path, made_config(), states)
+    cell = column(summary_table(facts(path)), "rest states")["made"]
+    assert (cell.text, cell.value, cell.tone) == (str(states), states, tone)
+
+
+@pytest.mark.parametrize(("level", "said"), [(1e9, "yes"), (1e-9, "no")])
+def test_a_proof_that_came_after_the_run_says_whether_it_starts_inside(level, said, path, tmp_path):
+    keep_proof(tmp_path, made_config(), 1, level=level)
+    assert column(summary_table(facts(path)), "in certified region")["made"].text == said
+
+
+def test_what_differs_and_what_does_not(tmp_path):
+    a = made_file(tmp_path / "a.h5", made_config("body.mass=40", "controller.K_t=[1,2,3]"))
+    b = made_file(tmp_path / "b.h5", made_config("body.mass=50", "controller.K_t=[1,2,4]"))
+    section = config_section(facts(a, b))
+    differences = table_of(section, "differences")
+    assert [head.label for head in differences.heads] == ["key", "a", "b"]
+    assert [[cell.text for cell in row] for row in differences.rows] == [
+        ["body.mass [kg]", "40", "50"],
+        ["controller.K_t [N/m]", "[1, 2, 3]", "[1, 2, 4]"],
+    ]
+    equal = column(table_of(section, "equal"), "value")
+    assert equal["initial.angular_velocity [rad/s]"].text == "[16, 32, -16]"
+    assert not {"body.mass [kg]", "controller.K_t [N/m]"} & set(equal)
+
+
+def test_a_key_that_only_one_run_has(tmp_path):
+    from support.configs import EMBEDDED
+
+    a = made_file(tmp_path / "a.h5")
+    b = made_file(tmp_path / "b.h5", made_config(text=EMBEDDED))
+    rows = table_of(config_section(facts(a, b)), "differences").rows
+    assert ["controller.K_d [N/m]", "-", "[12300, 12300, 9840]"] in [
+        [cell.text for cell in row] for row in rows
+    ]
+
+
+def test_equal_configs(tmp_path):
+    paths = [made_file(tmp_path / f"{name}.h5") for name in "ab"]
+    section = config_section(facts(*paths))
+    assert section is not None
+    assert section.blocks[0] == "The configs of all runs say the same."
+
+
+def test_many_runs_have_a_row_each(tmp_path):
+    count = MOST_SIDE_BY_SIDE + 1
+    spins = [f"initial.angular_velocity=[{k},0,0]" for k in range(count)]
+    paths = [
+        made_file(tmp_path / f"{k}.h5", made_config(f"body.mass={40 + k}", spins[k]))
+        for k in range(count)
+    ]
+    section = config_section(facts(*paths))
+    by_run = table_of(section, "differences")
+    assert [cell.value for cell in column(by_run, "body.mass").values()] == [
+        40.0 + k for k in range(count)
+    ]
+    [mass, spin] = table_of(section, "varied").rows
+    assert [cell.text for cell in mass] == ["body.mass [kg]", str(count), "40", str(40 + count - 1)]
+    assert [cell.text for cell in spin][1:] == [str(count), "-", "-"]
+    assert len(by_run.heads) <= 1 + MOST_KEYS
+
+
+def test_the_lines_of_a_certificate(tmp_path):
+    path = made_file(tmp_path / "a.h5", verdicts={"decrease": "violated"}, verdict="violated")
+    section = certificate_section(facts(path))
+    matrix = table_of(section, "certificate-matrix")
+    assert column(matrix, "decrease")["a"] == ("violated", None, "bad", "")
+    assert column(matrix, "audit")["a"].text == "consistent"
+    lines = table_of(section, "certificate-lines")
+    assert [row[1].text for row in lines.rows][-1] == "certified region"
+    assert [row[2].text for row in lines.rows].count("violated") == 1
+
+
+def test_of_many_certificates_only_what_is_violated_is_written_out(tmp_path):
+    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MOST_IN_FULL)]
+    bad = made_file(tmp_path / "bad.h5", verdicts={"audit": "violated"}, verdict="violated")
+    lines = table_of(certificate_section(facts(*paths, bad)), "certificate-lines")
+    assert [(row[0].text, row[1].text) for row in lines.rows] == [("bad", "audit")]
+
+
+REFERENCE = {
+    "source": "a book",
+    "note": "misprinted",
+    "final": {"orientation": [0.1, 0.2, 0.3]},
+    "peak_contact_displacement": [-0.04, 0.03, 0.06],
+}
+
+
+def test_printed_and_computed_values(tmp_path):
+    path = made_file(tmp_path / "a.h5", made_config(reference=REFERENCE))
+    section = reference_section(facts(path))
+    assert section is not None
+    assert section.blocks[0] == "a: a book: misprinted."
+    final, peak = table_of(section, "reference").rows
+    assert [cell.text for cell in final][:3] == ["a", "final orientation [rad]", "(0.1, 0.2, 0.3)"]
+    assert [cell.text for cell in peak] == [
+        "a",
+        "peak contact displacement [cm]",
+        "(-4, 3, 6)",
+        "(-5, 2, 4)",
+        "(-1, -1, -2)",
+    ]
+
+
+def test_a_run_that_stopped_is_not_taken_for_one_that_reached_the_end(tmp_path):
+    config = made_config(reference=REFERENCE)
+    paths = [
+        made_file(tmp_path / f"{name}.h5", config, status=status)
+        for name, status in (("a", "completed"), ("b", "step limit"))
+    ]
+    section = reference_section(facts(*paths))
+    assert section is not None
+    stopped = [block for block in section.blocks[1:] if isinstance(block, str)]
+    assert len(stopped) == 1
+    assert stopped[0].startswith("b: the run stopped at 2 s (step limit)")
+
+
+def test_without_a_reference_there_is_no_such_section(path):
+    assert reference_section(facts(path)) is None
+
+
+def test_warnings_once_for_all_runs_that_have_them(tmp_path):
+    a = made_file(tmp_path / "a.h5", warnings="one\ntwo")
+    b = made_file(tmp_path / "b.h5", warnings="two")
+    table = table_of(warnings_section(facts(a, b)), "warnings")
+    assert [[cell.text for cell in row] for row in table.rows] == [["one", "a"], ["two", "a, b"]]
+    assert warnings_section(facts(made_file(tmp_path / "c.h5"))) is None
+
+
+def test_where_runs_come_from(tmp_path):
+    a = made_file(tmp_path / "a.h5", numpy_version="2.0")
+    b = made_file(tmp_path / "b.h5", numpy_version="2.1", commit="d" * 40)
+    section = provenance_section(facts(a, b))
+    shared = {row[0].text: row[1].text for row in table_of(section, "versions").rows}
+    assert shared["rbstab version"] == "0.1.0"
+    assert shared["rtol"] == "1e-12"
+    assert "commit" not in shared
+    own = table_of(section, "origins")
+    assert column(own, "commit")["b"].text == "d" * 40
+    assert column(own, "numpy version")["a"].text == "2.0"
+    assert column(own, "run id")["a"].text == read_sources([a]).runs[0].result.run_id
+
+
+def test_the_commands_that_repeat_runs_do_not_get_in_each_others_way(tmp_path):
+    places = [tmp_path / folder / "-x y.h5" for folder in ("one", "two")]
+    for place in places:
+        place.parent.mkdir()
+    paths = [made_file(place) for place in (*places, tmp_path / "z.h5")]
+    table = table_of(provenance_section(facts(*paths)), "commands")
+    found = [shlex.split(row[1].text) for row in table.rows]
+    configs = ["./-x y-1-again.yaml", "./-x y-2-again.yaml", "z-again.yaml"]
+    assert [words[2] for words in found] == [str(path) for path in paths]
+    # Not `z.yaml`, which may be what somebody wrote by hand.
+    assert [(words[5], words[9]) for words in found] == [(name, name) for name in configs]
+
+
+def test_of_many_runs_the_command_is_said_once(tmp_path):
+    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MOST_COMMANDS + 1)]
+    section = provenance_section(facts(*paths))
+    assert [b.name for b in section.blocks if isinstance(b, Table)] == ["versions", "origins"]
+    assert "rbstab show RESULT --config" in str(section.blocks[-1])

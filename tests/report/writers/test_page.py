@@ -1,0 +1,109 @@
+import base64
+import hashlib
+import json
+import re
+from html.parser import HTMLParser
+
+import pytest
+from support.pages import HOSTILE, hostile_report, report
+
+from rbstab.report.model.document import Report, Section
+from rbstab.report.writers.html import page
+
+
+class Reader(HTMLParser):
+    """The elements of a page: their names, attributes, and texts."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: list[str] = []
+        self.scripts: list[tuple[str | None, str]] = []
+        self.inside_script = False
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        self.inside_script = tag == "script"
+        if tag == "script":
+            self.scripts.append((dict(attrs)["type"], ""))
+
+    def handle_endtag(self, tag: str) -> None:
+        self.inside_script = False
+
+    def handle_data(self, data: str) -> None:
+        self.texts.append(data)
+        if self.inside_script:
+            kind, before = self.scripts[-1]
+            self.scripts[-1] = (kind, before + data)
+
+
+@pytest.fixture(scope="module")
+def whole() -> str:
+    return page(report())
+
+
+def test_the_page_points_nowhere_but_into_itself(whole: str) -> None:
+    found = Reader(whole)
+    names = {name for _, attributes in found.elements for name in attributes}
+    assert not names & {"src", "srcset", "action", "background", "poster"}
+    targets = [attributes["href"] for _, attributes in found.elements if "href" in attributes]
+    ids = {attributes["id"] for _, attributes in found.elements if "id" in attributes}
+    assert targets
+    assert all(str(target)[0] == "#" and str(target)[1:] in ids for target in targets)
+    style = re.search(r"<style>(.*?)</style>", whole, re.DOTALL)
+    assert style is not None
+    assert "url(" not in style[1]
+    assert "@import" not in style[1]
+
+
+def test_only_the_scripts_of_the_page_may_run(whole: str) -> None:
+    found = Reader(whole)
+    policy = next(a["content"] for tag, a in found.elements if a.get("http-equiv"))
+    assert policy is not None
+    assert policy.startswith("default-src 'none';")
+    (script,) = [text for kind, text in found.scripts if kind == "module"]
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    allowed = re.search(r"script-src ([^;]*);", policy)
+    assert allowed is not None
+    assert f"'sha256-{digest}'" in allowed[1]
+    assert "unsafe" not in allowed[1]
+
+
+def test_ids_are_unique(whole: str) -> None:
+    ids = [attributes["id"] for _, attributes in Reader(whole).elements if "id" in attributes]
+    assert len(ids) == len(set(ids))
+
+
+def test_plotly_is_there_once_and_only_for_figures(whole: str) -> None:
+    library = [text for kind, text in Reader(whole).scripts if kind == "text/plain"]
+    assert len(library) == 1
+    assert len(library[0]) > 1_000_000
+    words = Report("t", "c", "c", (Section("s", "S", ("words",)),))
+    assert len(page(words)) < 100_000
+
+
+def test_texts_are_texts_whatever_they_look_like() -> None:
+    found = Reader(page(hostile_report()))
+    assert not {"img", "b"} & {tag for tag, _ in found.elements}
+    assert len(found.scripts) == 4
+    shown = "".join(found.texts)
+    assert shown.count(HOSTILE) >= 10
+    (drawings, motions) = [text for kind, text in found.scripts if kind == "application/json"]
+    assert json.loads(drawings)["figure"]["data"][0]["legendgroup"] == HOSTILE
+    assert set(json.loads(motions)) == {"run-1"}
+
+
+def test_what_could_not_be_read_is_named(whole: str) -> None:
+    texts = Reader(whole).texts
+    assert "results/broken.h5" in texts
+    assert any("it is damaged" in text for text in texts)
+
+
+def test_the_same_report_makes_the_same_page(whole: str) -> None:
+    assert page(report()) == whole
+
+
+def test_a_name_that_is_no_text_can_be_written() -> None:
+    odd = Report("\udcff", "c", "c", ())
+    assert page(odd).encode()

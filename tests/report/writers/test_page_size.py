@@ -1,0 +1,27 @@
+import dataclasses
+from pathlib import Path
+
+import pytest
+from support.paper_runs import paper_config, paper_run
+
+from rbstab.config.load import load_config
+from rbstab.report.build import report_of
+from rbstab.report.reading.sources import Run, Sources
+from rbstab.report.writers.html import page
+
+MOST = 8_000_000
+"""Bytes of the page of twenty runs: what a mail takes."""
+
+
+@pytest.mark.slow
+def test_the_page_of_twenty_runs_can_be_sent_by_mail() -> None:
+    config = load_config(paper_config("embedded"))
+    result = paper_run("embedded", weighed=False, engine="scipy")
+    first = Run(0, "run-1", "run 1", Path("run-1.h5"), result, config)
+    runs = tuple(
+        dataclasses.replace(first, number=n, name=f"run-{n + 1}", label=f"run {n + 1}")
+        for n in range(20)
+    )
+    text = page(report_of(Sources(runs, (), ()), "rbstab report"))
+    assert text.count('id="run-') >= 20
+    assert len(text.encode()) < MOST

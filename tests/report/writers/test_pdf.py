@@ -1,0 +1,229 @@
+"""A report as a PDF, read by another library than the one that wrote it."""
+
+from dataclasses import replace
+from io import BytesIO
+
+import numpy as np
+import pytest
+from pypdf import PdfReader
+from pypdf.generic import Destination
+from support.figure_runs import run_of, without_config
+
+from rbstab.report.model.document import Cell, Head, Motion, Report, Section, Solid, Table, Unread
+from rbstab.report.model.figure import Axis, Figure, Line, Panel
+from rbstab.report.runs.sections import run_sections
+from rbstab.report.writers import pdf
+from rbstab.report.writers.pdf import pdf_of, write_pdf
+
+X = np.linspace(0, 1, 5)
+
+
+def figure_of(power):
+    panel = Panel(Axis("x"), Axis("y"), (Line(X, X**power),))
+    return Figure("f", "A curve", (panel,), source="as Fig. 3", caption="It rises.")
+
+
+FIGURE = figure_of(2)
+HOSTILE = ["{nb}", "**bold** __u__ ~~s~~", "<b>&amp;</b>", "[a](http://x)", "$x$", "(a\\b)", "%PDF"]
+
+
+def report(*blocks, title="A report", **options):
+    sections = (Section("first", "The first section", blocks), Section("second", "The second", ()))
+    return Report(title, "2026-01-02T03:04:05", "rbstab report a.h5 --pdf", sections, **options)
+
+
+def read(made):
+    return PdfReader(BytesIO(pdf_of(made)))
+
+
+def text_of(reader):
+    return " ".join(" ".join(page.extract_text() for page in reader.pages).split())
+
+
+def places_in(page):
+    """How far from the left edge each text of a page begins, points."""
+    found = []
+
+    def seen(text, current, matrix, *_):
+        if text.strip() and current[4] + matrix[4]:
+            found.append(current[4] + matrix[4])
+
+    page.extract_text(visitor_text=seen)
+    return found
+
+
+def table_of(columns, rows, width=8, **options):
+    heads = [Head("name"), *(Head(f"h{c}", "m", numbers=True) for c in range(1, columns))]
+    cells = [
+        tuple(Cell(f"{'r' if c == 0 else 'c'}{r}-{c}".ljust(width, ".")) for c in range(columns))
+        for r in range(rows)
+    ]
+    return Table("t", "A table", tuple(heads), tuple(cells), **options)
+
+
+def test_everything_that_the_report_says_is_there():
+    table = table_of(3, 2, note="Mind the gap.")
+    unread = (Unread("results/b.h5", "it is damaged"),)
+    reader = read(report("A paragraph with Θ, ω² and v'.", table, FIGURE, unread=unread))
+    text = text_of(reader)
+    for said in (
+        "A report",
+        "Made 2026-01-02T03:04:05 by",
+        "rbstab report a.h5 --pdf",
+        "The first section",
+        "A paragraph with Θ, ω² and v'.",
+        "A table",
+        "h1 [m]",
+        "c1-2",
+        "Mind the gap.",
+        "Figure 1. A curve (as Fig. 3). It rises.",
+        "What could not be read",
+        "results/b.h5: it is damaged",
+    ):
+        assert said in text, said
+    assert reader.metadata.title == "A report"
+
+
+def test_pages_are_of_paper_and_numbered():
+    reader = read(report(*["A paragraph of some length. " * 40] * 12))
+    assert len(reader.pages) > 2
+    for number, page in enumerate(reader.pages, start=1):
+        width, height = page.mediabox.width, page.mediabox.height
+        assert (round(width / 72 * 25.4), round(height / 72 * 25.4)) == (210, 297)
+        assert page.extract_text().split()[-1] == str(number)
+
+
+def test_the_outline_has_the_sections():
+    reader = read(report("Words.", unread=(Unread("b", "c"),)))
+    titles = [entry.title for entry in reader.outline if isinstance(entry, Destination)]
+    assert titles == ["The first section", "The second", "What could not be read"]
+
+
+def test_a_cell_leads_to_its_section():
+    cells = ((Cell("there", target="second"), Cell("nowhere", target="no-such-section")),)
+    reader = read(report(Table("t", "T", (Head("a"), Head("b")), cells)))
+    (link,) = [a.get_object() for page in reader.pages for a in page.get("/Annots", [])]
+    assert link["/Subtype"] == "/Link"
+    assert str(link["/Dest"]) == "second"
+    assert "second" in reader.named_destinations
+
+
+def test_the_heads_of_a_table_stand_on_each_of_its_pages():
+    reader = read(report(table_of(4, 120)))
+    with_rows = [page.extract_text() for page in reader.pages if "c" in page.extract_text()]
+    pages = [text for text in with_rows if "-1." in text]
+    assert len(pages) > 1
+    assert all("h3 [m]" in text for text in pages)
+    text = text_of(reader)
+    assert all(f"r{row}-0" in text for row in range(120))
+
+
+@pytest.mark.parametrize(
+    ("columns", "lies", "heads"), [(5, False, 1), (16, True, 1), (40, True, 3)]
+)
+def test_wide_tables_fit(columns, lies, heads):
+    reader = read(report("Before.", table_of(columns, 3, width=14), "After."))
+    (first, *_), *_ = ([p for p in reader.pages if "c0-1" in p.extract_text()],)
+    assert (first.mediabox.width > first.mediabox.height) == lies
+    text = text_of(reader)
+    for row in range(3):
+        for column in range(1, columns):
+            assert f"c{row}-{column}." in text
+    assert text.count("r0-0") >= heads
+    for page in reader.pages:
+        assert all(0 < x < float(page.mediabox.width) - 40 for x in places_in(page))
+    after = [page for page in reader.pages if "After." in page.extract_text()]
+    assert after[0].mediabox.width < after[0].mediabox.height
+
+
+def test_a_table_stands_with_its_title():
+    for lines in range(24, 34):
+        reader = read(report(*["Line."] * lines, table_of(3, 3)))
+        pages = [page.extract_text() for page in reader.pages]
+        assert any("A table" in page and "r0-0" in page for page in pages)
+
+
+def test_cells_that_no_page_could_hold_are_cut():
+    table = Table("t", "T", (Head("a"), Head("b")), ((Cell("x" * 100_000), Cell("y " * 9000)),))
+    assert "xxx" in text_of(read(report(table)))
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_texts_are_plain(text):
+    cell = ((Cell(text),),)
+    table = Table("t", text, (Head(text),), cell, note=text)
+    figure = replace(FIGURE, title=text, caption=text)
+    found = text_of(read(report(text, table, figure, title=text)))
+    assert found.count(text) == 8
+
+
+def test_letters_that_the_type_lacks_are_marked(caplog, capfd):
+    found = text_of(read(report("\ud800 連 a\tb\nc \x00 \x1b[31m")))
+    assert "\N{REPLACEMENT CHARACTER} \N{REPLACEMENT CHARACTER} a b c" in found
+    assert not caplog.records
+    assert capfd.readouterr() == ("", "")
+
+
+def test_figures_are_numbered_and_keep_their_captions():
+    reader = read(report(*(figure_of(power) for power in range(1, 8))))
+    text = text_of(reader)
+    assert [text.count(f"Figure {number}. A curve") for number in range(1, 9)] == [1] * 7 + [0]
+    for page in reader.pages:
+        assert len(page.images) == page.extract_text().count("Figure ")
+
+
+def test_a_motion_is_left_out_with_a_sentence():
+    solid = Solid(np.zeros((3, 3)), np.array([[0, 1, 2]]))
+    rotation = np.array([[1.0, 0, 0, 0]])
+    motion = Motion("m", "case 1", X[:1], np.zeros((1, 3)), rotation, solid, np.zeros(3), None)
+    assert "case 1 can be watched" in text_of(read(report(motion)))
+
+
+def test_a_report_of_a_real_run(tmp_path):
+    run = without_config(run_of("permanent"))
+    path = tmp_path / "report.pdf"
+    path.write_text("an older report")
+    write_pdf(replace(report(), sections=run_sections([run])), path)
+    reader = PdfReader(path)
+    text = text_of(reader)
+    assert "States and Lyapunov function: permanent (as Fig. 3)." in text
+    assert sum(len(page.images) for page in reader.pages) == 6
+    assert [entry.name for entry in tmp_path.iterdir()] == ["report.pdf"]
+
+
+def test_an_older_report_stays_where_a_new_one_fails(tmp_path, monkeypatch):
+    path = tmp_path / "report.pdf"
+    path.write_text("an older report")
+
+    def fails(figure):
+        raise MemoryError
+
+    monkeypatch.setattr(pdf, "png", fails)
+    with pytest.raises(MemoryError):
+        write_pdf(report(FIGURE), path)
+    assert path.read_text() == "an older report"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_heading_stands_on_the_page_of_its_first_figure():
+    for lines in range(12, 24, 3):
+        sections = (
+            Section("a", "Before", ("Line.",) * lines),
+            Section("b", "The heading", (FIGURE,)),
+        )
+        pages = read(replace(report(), sections=sections)).pages
+        (page,) = [page for page in pages if "The heading" in page.extract_text()]
+        assert "Figure 1." in page.extract_text()
+        assert len(page.images) == 1
+
+
+def test_a_heading_stands_on_the_page_of_its_first_table():
+    for columns in (5, 16):
+        sections = (
+            Section("a", "Before", ("Line.",)),
+            Section("b", "The heading", (table_of(columns, 3, width=14),)),
+        )
+        pages = read(replace(report(), sections=sections)).pages
+        (page,) = [page for page in pages if "The heading" in page.extract_text()]
+        assert "c0-1" in page.extract_text()
+        assert (page.mediabox.width > page.mediabox.height) == (columns == 16)

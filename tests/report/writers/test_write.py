@@ -1,0 +1,161 @@
+"""Reports as files: whole, in place of older reports, and of nothing else."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+from support.made_runs import made_file
+
+from rbstab.report.build import MOST_MOTIONS, report_of
+from rbstab.report.model.document import Cell, Head, Motion, Report, Section, Table, Unread
+from rbstab.report.reading.sources import read_sources
+from rbstab.report.writers.plain_data import data_of
+from rbstab.report.writers.signature import is_report
+from rbstab.report.writers.write import SUFFIXES, write_report
+from rbstab.store.errors import ResultExistsError, StoreError
+
+FORMATS = sorted(set(SUFFIXES.values()))
+
+SMALL = Report(
+    "A report",
+    "2026-01-01",
+    "rbstab report",
+    (Section("s", "A section", ("Some words.",)),),
+)
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_report_is_known_to_be_one_and_gives_way(form, tmp_path):
+    path = tmp_path / "new" / "folder" / "report"
+    write_report(SMALL, path, form)
+    first = path.read_bytes()
+    assert is_report(path)
+    write_report(SMALL, path, form)
+    assert len(path.read_bytes()) == pytest.approx(len(first), abs=100)
+    assert [p.name for p in path.parent.iterdir()] == ["report"]
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_report_of_another_format_gives_way_too(form, tmp_path):
+    path = tmp_path / "report"
+    write_report(SMALL, path, "text")
+    write_report(SMALL, path, form)
+
+
+@pytest.mark.parametrize("content", [b"", b"title: mine\n", b"made by rbstab report, I think\n"])
+@pytest.mark.parametrize("form", FORMATS)
+def test_what_is_no_report_is_kept(content, form, tmp_path):
+    path = tmp_path / "report"
+    path.write_bytes(content)
+    with pytest.raises(ResultExistsError, match="is no report; --force"):
+        write_report(SMALL, path, form)
+    assert path.read_bytes() == content
+    write_report(SMALL, path, form, force=True)
+    assert is_report(path)
+
+
+def test_a_result_is_no_report(tmp_path):
+    path = made_file(tmp_path / "a.h5")
+    before = path.read_bytes()
+    with pytest.raises(ResultExistsError):
+        write_report(SMALL, path, "html")
+    assert path.read_bytes() == before
+
+
+def test_a_folder(tmp_path):
+    with pytest.raises(StoreError, match="it is a folder"):
+        write_report(SMALL, tmp_path, "html", force=True)
+
+
+def test_below_a_file(tmp_path):
+    (tmp_path / "a").write_bytes(b"")
+    with pytest.raises(StoreError):
+        write_report(SMALL, tmp_path / "a" / "b.html", "html")
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_disk_that_fails_leaves_the_old_report(form, tmp_path, monkeypatch):
+    path = tmp_path / "report"
+    write_report(SMALL, path, form)
+    before = path.read_bytes()
+
+    def fail(_descriptor):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(StoreError, match="No space left on device"):
+        write_report(SMALL, path, form)
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["report"]
+
+
+def test_a_report_as_data():
+    table = Table(
+        "t",
+        "A table",
+        (Head("name"), Head("v", "J", numbers=True)),
+        ((Cell("a"), Cell("1.2", 1.23)),),
+        "A note.",
+    )
+    report = Report(
+        "T", "now", "rbstab", (Section("s", "S", ("words", table)),), (Unread("p", "why"),)
+    )
+    data = json.loads(json.dumps(data_of(report)))
+    assert data["unread"] == [{"path": "p", "reason": "why"}]
+    words, found = data["sections"][0]["blocks"]
+    assert words == {"kind": "text", "text": "words"}
+    assert found["columns"] == [{"label": "name", "unit": ""}, {"label": "v", "unit": "J"}]
+    assert found["rows"] == [["a", 1.23]]
+
+
+def names_of(report):
+    return [section.name for section in report.sections]
+
+
+def test_the_parts_of_a_report(tmp_path):
+    paths = [made_file(tmp_path / f"{k}.h5", title=f"Run {k}") for k in range(2)]
+    report = report_of(read_sources(paths), "rbstab report")
+    names = names_of(report)
+    assert names[:2] == ["summary", "differences"]
+    assert names[-2:] == ["certificates", "provenance"]
+    assert "motion" in names
+    assert len(set(names)) == len(names)
+    assert report.title == "2 runs"
+    assert report_of(read_sources(paths[:1]), "").title == "Run 0"
+    assert report_of(read_sources(paths), "", "My\u202e title").title == "My\\u202e title"
+
+
+def test_names_of_blocks_are_their_own(tmp_path):
+    paths = [made_file(tmp_path / f"{k}.h5") for k in range(3)]
+    report = report_of(read_sources(paths), "rbstab report")
+    names = [b.name for s in report.sections for b in s.blocks if not isinstance(b, str)]
+    assert len(set(names)) == len(names)
+
+
+def test_only_the_first_runs_move(tmp_path):
+    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MOST_MOTIONS + 1)]
+    report = report_of(read_sources(paths), "")
+    [motion] = [section for section in report.sections if section.name == "motion"]
+    assert sum(isinstance(block, Motion) for block in motion.blocks) == MOST_MOTIONS
+    assert motion.blocks[0] == f"Shown are {MOST_MOTIONS} runs of {MOST_MOTIONS + 1}."
+
+
+def test_links_inside_a_report_lead_somewhere(tmp_path):
+    report = report_of(read_sources([made_file(tmp_path / "a.h5")]), "")
+    targets = {
+        cell.target
+        for section in report.sections
+        for block in section.blocks
+        if isinstance(block, Table)
+        for row in block.rows
+        for cell in row
+    }
+    assert targets - {""} <= set(names_of(report))
+
+
+def test_a_file_name_can_be_anything(tmp_path):
+    names = ["<b>x</b>.h5", "[red]x.h5", "a|b`c`.h5", "\u202ex.h5", "x" * 200 + ".h5", "-o.h5"]
+    paths = [made_file(Path(tmp_path, name)) for name in names]
+    report = report_of(read_sources(paths), "")
+    assert len(report.sections[0].blocks) == 2

@@ -1,0 +1,275 @@
+"""Shards by a real Dask cluster, whose processes are killed: the same bits as by threads."""
+
+import functools
+import threading
+import time
+
+import numpy as np
+import pytest
+from distributed import Client
+from support.clusters import DeadlyEngine, LocalProcesses
+from support.configs import FREE, plain
+from support.sweeps import FakeEngine, plan_of, shard_files
+
+from rbstab.store.table_file import read_table
+from rbstab.sweep.execution import dask_executor as dask_execution
+from rbstab.sweep.execution.dask_executor import ClusterError, cluster
+from rbstab.sweep.execution.dask_worker import Order, OrderedPlan, WorkerDiffersError
+from rbstab.sweep.execution.events import NoWorkers, OtherProcessor, Resent, ShardDone, Trouble
+from rbstab.sweep.execution.machine_properties import difference, versions
+from rbstab.sweep.plan.dump import plan_data
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.plan import plan_id
+from rbstab.sweep.sweep import Started, Ways, sweep_to_folder
+
+SLOW = functools.partial(FakeEngine, delay=1e-3)
+
+
+@pytest.fixture(scope="module")
+def two_workers(tmp_path_factory):
+    """A cluster of which nobody is killed."""
+    with LocalProcesses(tmp_path_factory.mktemp("cluster")) as processes:
+        processes.worker()
+        processes.worker()
+        yield processes
+
+
+class Told:
+    """Keeps what happens, and does something at the n-th event of a kind."""
+
+    def __init__(self, kind=ShardDone, count=0, act=lambda: None):
+        self.events = []
+        self.kind, self.count, self.act = kind, count, act
+
+    def __call__(self, event):
+        if event is None:
+            return
+        self.events.append(event)
+        if isinstance(event, self.kind) and len(self.of(self.kind)) == self.count:
+            self.act()
+
+    def of(self, kind):
+        return [event for event in self.events if isinstance(event, kind)]
+
+
+def swept(address, path, plan, factory=FakeEngine, *, told=None, stop=None, **ways):
+    ways = {"shard_size": 10, **ways}
+    with cluster(address, plan.engine, factory) as executor:
+        return sweep_to_folder(plan, path, Ways(executor=executor, **ways), told or Told(), stop)
+
+
+def here(path, plan, factory=FakeEngine, **ways):
+    sweep_to_folder(plan, path, Ways(factory, **{"shard_size": 10, **ways}))
+    return path
+
+
+def same(one, other):
+    """Whether two sweeps have the same bits, shard by shard and column by column."""
+    tables = [read_table(path / "sweep.h5") for path in (one, other)]
+    assert tables[0].attributes["arrays_digest"] == tables[1].attributes["arrays_digest"]
+    for name in tables[0].layout:
+        assert tables[0][name].tobytes() == tables[1][name].tobytes(), name
+    return shard_files(one) == shard_files(other)
+
+
+@pytest.mark.slow
+def test_real_members_by_workers_and_by_threads(two_workers, tmp_path):
+    base = {**plain(FREE), "integration": {"engine": "heyoka", "duration": 0.2, "samples": 5}}
+    plan = plan_of(150, base=base, keep={"traces": {"every": 7}})
+    told = Told()
+    done = swept(two_workers.address, tmp_path / "a", plan, None, told=told, shard_size=20)
+    assert done.finished
+    assert not told.of(Trouble)
+    assert set(read_table(tmp_path / "a" / "sweep.h5").words("status")) == {"completed"}
+    assert same(tmp_path / "a", here(tmp_path / "b", plan, None, shard_size=20))
+    traces = shard_files(tmp_path / "a", "traces")
+    assert len(traces) == 8
+    assert traces == shard_files(tmp_path / "b", "traces")
+
+
+@pytest.mark.slow
+def test_a_worker_is_killed_midway(tmp_path):
+    plan = plan_of(600)
+    with LocalProcesses(tmp_path) as processes:
+        victim, _ = processes.worker(), processes.worker()
+        told = Told(ShardDone, 5, lambda: processes.kill(victim))
+        done = swept(processes.address, tmp_path / "a", plan, SLOW, told=told)
+    assert done.finished
+    assert len(told.of(ShardDone)) == 60
+    assert same(tmp_path / "a", here(tmp_path / "b", plan))
+
+
+@pytest.mark.slow
+def test_members_that_kill_every_worker_are_computed_here(tmp_path):
+    plan = plan_of(100)
+    environment = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
+    with LocalProcesses(tmp_path, environment) as processes:
+
+        def replaced():
+            for _ in range(2):
+                processes.worker()
+
+        replaced()
+        replaced()
+        told = Told(NoWorkers, 1, replaced)
+        done = swept(processes.address, tmp_path / "a", plan, DeadlyEngine, told=told)
+    assert done.finished
+    lost = [event for event in told.of(Resent) if event.start == 0]
+    assert [event.here for event in lost] == [False, False, True]
+    assert {type(event.error).__name__ for event in lost} == {"KilledWorker"}
+    assert same(tmp_path / "a", here(tmp_path / "b", plan))
+
+
+@pytest.mark.slow
+def test_the_scheduler_is_lost_and_the_sweep_goes_on_elsewhere(tmp_path):
+    plan = plan_of(600)
+    with LocalProcesses(tmp_path) as processes:
+        processes.worker()
+        told = Told(ShardDone, 5, lambda: processes.kill(processes.scheduler))
+        with pytest.raises(ClusterError, match="does not answer any more"):
+            swept(processes.address, tmp_path / "a", plan, SLOW, told=told)
+    stored = shard_files(tmp_path / "a")
+    assert 5 <= len(stored) < 60
+    here(tmp_path / "a", plan)
+    assert stored.items() <= shard_files(tmp_path / "a").items()
+    assert same(tmp_path / "a", here(tmp_path / "b", plan))
+
+
+def test_stopping_and_going_on(two_workers, tmp_path):
+    plan, stop = plan_of(300), threading.Event()
+    told = Told(ShardDone, 3, stop.set)
+    assert not swept(two_workers.address, tmp_path / "a", plan, SLOW, told=told, stop=stop).finished
+    first = len(told.of(ShardDone))
+    # What was with the cluster when it was stopped is stored too.
+    assert len(shard_files(tmp_path / "a")) == first < 30
+    told = Told()
+    assert swept(two_workers.address, tmp_path / "a", plan, told=told).finished
+    assert len(told.of(ShardDone)) == 30 - first
+    assert same(tmp_path / "a", here(tmp_path / "b", plan))
+
+
+def test_no_more_is_with_the_cluster_than_its_workers_need(two_workers, tmp_path):
+    flights, plan = [], plan_of(300)
+    with cluster(two_workers.address, "scipy", SLOW) as executor:
+        two_threads = dask_execution.IN_STOCK * 2 + dask_execution.SPARE
+
+        def told(event):
+            if isinstance(event, ShardDone):
+                flights.append(len(executor.client.futures))
+
+        sweep_to_folder(plan, tmp_path / "a", Ways(executor=executor, shard_size=2), told)
+    assert len(flights) == 150
+    assert 2 < max(flights) <= two_threads
+
+
+def test_an_engine_that_raises_on_a_worker(two_workers, tmp_path):
+    base = {**plain(FREE), "integration": {"duration": 0.02, "samples": 3, "rtol": 1e-6}}
+    plan, told = plan_of(12, base=base), Told()
+    raising = functools.partial(FakeEngine, raising=(4,))
+    done = swept(two_workers.address, tmp_path / "a", plan, raising, told=told, shard_size=3)
+    assert done.finished
+    (trouble,) = told.of(Trouble)
+    assert (trouble.start, trouble.stop) == (3, 6)
+    assert str(trouble.error) == "ZeroDivisionError: made up"
+    here(tmp_path / "b", plan, raising, shard_size=3)
+    assert same(tmp_path / "a", tmp_path / "b")
+
+
+def test_the_first_failure_stops_a_cluster_too(two_workers, tmp_path):
+    failing = functools.partial(FakeEngine, failing=(17,), delay=1e-3)
+    told = Told()
+    done = swept(
+        two_workers.address, tmp_path / "a", plan_of(600), failing, told=told, fail_fast=True
+    )
+    assert not done.finished
+    assert done.survey.first_failed == 17
+    assert len(told.of(ShardDone)) < 60
+
+
+WRONG_VERSION = """
+import importlib.metadata as metadata
+known = metadata.version
+metadata.version = lambda name: "99.0" if name == "rbstab" else known(name)
+"""
+
+
+@pytest.mark.slow
+def test_workers_of_another_version_are_refused(tmp_path):
+    (tmp_path / "preload.py").write_text(WRONG_VERSION)
+    options = ("--preload", str(tmp_path / "preload.py"))
+    with LocalProcesses(tmp_path) as processes:
+        # One that comes when the sweep has begun is refused at its first shard.
+        told = Told(Started, 1, lambda: processes.worker(*options))
+        with pytest.raises(WorkerDiffersError, match=r"a worker has rbstab 99.0, not "):
+            swept(processes.address, tmp_path / "a", plan_of(), told=told)
+        assert shard_files(tmp_path / "a") == {}
+        with pytest.raises(WorkerDiffersError, match=r"the worker tcp:.* other bits"):
+            swept(processes.address, tmp_path / "b", plan_of())
+    assert not (tmp_path / "b").exists()
+
+
+@pytest.mark.slow
+def test_workers_without_the_program_are_refused(tmp_path):
+    (tmp_path / "preload.py").write_text("import sys\nsys.modules['rbstab'] = None\n")
+    with LocalProcesses(tmp_path) as processes:
+        processes.worker("--preload", str(tmp_path / "preload.py"))
+        with Client(processes.address, set_as_default=False) as client:
+            client.wait_for_workers(1)
+        with pytest.raises(ClusterError, match=r"the worker.* cannot .*rbstab"):
+            swept(processes.address, tmp_path / "a", plan_of())
+    assert not (tmp_path / "a").exists()
+
+
+@pytest.mark.slow
+def test_another_processor_is_told_once(tmp_path):
+    (tmp_path / "cpuinfo").write_text("processor : 0\nmodel name : Abacus 9\n")
+    (tmp_path / "preload.py").write_text(
+        "import pathlib\n"
+        "from rbstab.sweep.execution import machine_properties\n"
+        f"machine_properties.CPU_INFO = pathlib.Path({str(tmp_path / 'cpuinfo')!r})\n"
+    )
+    told = Told()
+    with LocalProcesses(tmp_path) as processes:
+        processes.worker("--preload", str(tmp_path / "preload.py"))
+        assert swept(processes.address, tmp_path / "a", plan_of(), told=told).finished
+    assert told.of(OtherProcessor) == [OtherProcessor("Abacus 9")]
+
+
+def test_nobody_answers(tmp_path):
+    begin = time.monotonic()
+    for address in ("tcp://127.0.0.1:9", "nonsense://x", "127.0.0.1", ""):
+        with (
+            pytest.raises(ClusterError, match="cannot be reached"),
+            cluster(address, "scipy", None, 0.5),
+        ):
+            pass
+    with pytest.raises(ClusterError, match="no such file"), cluster("none.json", "scipy"):
+        pass
+    assert time.monotonic() - begin < 60  # a limit that hangs, not a measure
+
+
+def test_an_order_gives_the_plan_that_was_meant():
+    plan = plan_of(50)
+    order = Order(plan_data(plan), plan_id(plan), "scipy", versions("scipy"))
+    assert plan_id(OrderedPlan(order).plan) == plan_id(plan)
+    other = Order(plan_data(plan_of(51)), plan_id(plan), "scipy", versions("scipy"))
+    with pytest.raises(WorkerDiffersError, match="another plan"):
+        _ = OrderedPlan(other).plan
+
+
+def test_the_data_of_a_plan_keep_every_bit():
+    rng = np.random.default_rng(1)
+    values = rng.normal(size=20).tolist()
+    plan = plan_of(vary={"initial.angular_velocity[0]": {"values": values}})
+    again = load_plan(plan_data(plan))
+    key = "initial.angular_velocity[0]"
+    assert again.values(0, 20)[key].tobytes() == np.array(values).tobytes()
+
+
+def test_versions_that_are_not_the_same():
+    ours = {"rbstab": "1", "its commit": "abc", "numpy": "2.0"}
+    assert difference(ours, dict(ours)) == ""
+    assert difference(ours, {**ours, "numpy": "2.1"}) == "numpy 2.1, not 2.0"
+    assert difference(ours, {**ours, "its commit": "def"}) == "its commit def, not abc"
+    assert difference(ours, {**ours, "its commit": ""}) == ""  # installed from a package
+    assert difference(ours, {"rbstab": "1", "its commit": ""}) == "numpy ?, not 2.0"

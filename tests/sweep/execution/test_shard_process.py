@@ -1,0 +1,270 @@
+"""Shards by processes beside this one: the same, whatever happens to a process."""
+
+import errno
+import functools
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+from support.sweeping import Listener, digest_of, swept
+from support.sweeps import FakeEngine, plan_of, shard_files, traced
+
+import rbstab.sweep.execution.compute_shard
+import rbstab.sweep.folder.sweep_folder
+from rbstab.store.errors import StoreError
+from rbstab.sweep.execution.events import Resent, ShardDone, Trouble
+from rbstab.sweep.execution.shard_process import ProcessLostError, ShardProcess
+from rbstab.sweep.execution.threads import Threads
+from rbstab.sweep.members.engine import EngineError
+
+pytestmark = pytest.mark.slow
+
+SLOW = functools.partial(FakeEngine, delay=5e-3)
+
+
+class LostEngine(FakeEngine):
+    """Ends its process, as a system does that is short of memory."""
+
+    def compute(self, start, stop):
+        if start >= 30:
+            os._exit(9)
+        return super().compute(start, stop)
+
+
+def no_engine(plan):
+    raise ZeroDivisionError("cannot be made")
+
+
+class Beside:
+    """An executor whose engine here does nothing until the process beside it is ready.
+
+    So that both do something, however long a process takes to begin.
+    """
+
+    def __init__(self, factory, here=FakeEngine, process=ShardProcess):
+        self.begin = functools.partial(process, factory=factory)
+        self.processes = []
+        self.threads = Threads(lambda plan: self._here(here, plan), 2, self._elsewhere)
+        self.happenings = self.threads.happenings
+
+    def _elsewhere(self, plan):
+        self.processes.append(self.begin(plan))
+        return self.processes[-1]
+
+    def _here(self, here, plan):
+        wait_for(lambda: self.processes and self.processes[0]._ready, 30)
+        return here(plan)
+
+
+def wait_for(condition, most):
+    end = time.monotonic() + most
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.01)
+
+
+def beside(path, plan, factory, **options):
+    listener = Listener()
+    executor = Beside(factory, **options)
+    done = swept(path, plan, listener, executor=executor, shard_size=10)
+    assert done.finished
+    assert not any(process._process.is_alive() for process in executor.processes)
+    return listener
+
+
+@pytest.mark.parametrize("keep", ["summary", "traces"])
+def test_a_process_stores_what_a_thread_stores(tmp_path, keep):
+    plan = traced(200, keep)
+    swept(tmp_path / "a", plan, threads=1)
+    elsewhere = []
+
+    class Counted(ShardProcess):
+        def make(self, folder, number):
+            elsewhere.append(number)
+            return super().make(folder, number)
+
+    executor = Beside(SLOW, SLOW, process=Counted)
+    assert swept(tmp_path / "b", plan, executor=executor, shard_size=10).finished
+    assert 0 < len(elsewhere) < 20
+    for kind in ("shards", "traces"):
+        assert shard_files(tmp_path / "a", kind) == shard_files(tmp_path / "b", kind)
+    assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
+
+
+def test_the_shard_of_a_process_that_dies_is_computed_here(tmp_path):
+    plan = plan_of(60)
+    swept(tmp_path / "a", plan)
+    listener = beside(tmp_path / "b", plan, LostEngine, here=SLOW)
+    (lost,) = listener.of(Resent)
+    assert lost.start >= 30
+    assert lost.here
+    assert "exit code 9" in str(lost.error)
+    assert listener.computed == list(range(6))
+    assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
+
+
+def hopeless(plan):
+    def no_memory(*_):
+        raise MemoryError("made up")
+
+    # In the process beside this one alone: not even one by one can members be followed there.
+    rbstab.sweep.execution.compute_shard.computed = no_memory
+    return FakeEngine(plan)
+
+
+def test_a_shard_that_cannot_be_computed_there_is_computed_here(tmp_path):
+    listener = beside(tmp_path / "a", plan_of(60), hopeless, here=SLOW)
+    (lost,) = listener.of(Resent)
+    assert lost.here
+    assert str(lost.error) == "MemoryError: made up"
+    assert listener.computed == list(range(6))
+
+
+def test_an_error_over_there_is_told_and_ends_nothing(tmp_path):
+    raising = functools.partial(FakeEngine, raising=range(60))
+    listener = beside(tmp_path / "a", traced(20), raising, here=SLOW)
+    troubles = listener.of(Trouble)
+    assert troubles
+    assert {str(trouble.error) for trouble in troubles} == {"ZeroDivisionError: made up"}
+    assert sum(event.members for event in listener.of(ShardDone)) == 20
+
+
+def full_disk(plan):
+    def full(*_):
+        raise StoreError("a.npy cannot be written: No space left on device")
+
+    # In the process beside this one alone.
+    rbstab.sweep.folder.sweep_folder.write_shard = full
+    return FakeEngine(plan)
+
+
+def test_a_full_disk_over_there_stops_the_sweep(tmp_path):
+    with pytest.raises(StoreError, match="No space left"):
+        beside(tmp_path / "a", plan_of(60), full_disk, here=SLOW)
+    assert swept(tmp_path / "a").finished
+
+
+def test_a_failed_member_over_there_stops_where_that_is_wanted(tmp_path):
+    failing = functools.partial(FakeEngine, failing=range(3000))
+    executor, listener = Beside(failing, SLOW), Listener()
+    done = swept(
+        tmp_path / "a", plan_of(3000), listener, executor=executor, shard_size=10, fail_fast=True
+    )
+    assert not done.finished
+    assert len(listener.computed) < 100
+    assert done.survey.first_failed is not None
+
+
+@pytest.mark.parametrize("where", ["there", "start"])
+def test_without_a_process_all_is_done_here(tmp_path, monkeypatch, where):
+    plan = plan_of(60)
+    if where == "start":
+
+        def refuse(*_):
+            raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
+
+        monkeypatch.setattr("loky.backend.process.LokyProcess.start", refuse)
+        with pytest.raises(ProcessLostError, match="unavailable"):
+            ShardProcess(plan, FakeEngine)
+    else:
+        engine = ShardProcess(plan, no_engine)
+        with pytest.raises(EngineError, match="ZeroDivisionError: cannot be made"):
+            engine.ready(30)
+    threads = Threads(SLOW, 3, lambda plan: ShardProcess(plan, no_engine))
+    swept(tmp_path / "a", plan)
+    assert swept(tmp_path / "b", plan, executor=threads).finished
+    assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
+
+
+def test_no_shard_waits_for_a_process_to_begin(tmp_path):
+    listener, sleepy = Listener(), functools.partial(time.sleep, 60)
+    threads = Threads(FakeEngine, 2, lambda plan: ShardProcess(plan, sleepy))
+    assert swept(tmp_path / "a", plan_of(60), listener, executor=threads).finished
+    assert listener.computed == list(range(6))
+    wait_for(lambda: not running(), 5)
+    assert not running()
+
+
+@pytest.fixture
+def ignored_end():
+    """As a job script has it that says `trap '' TERM`."""
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    yield
+    signal.signal(signal.SIGTERM, before)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no such signal here")
+@pytest.mark.parametrize("ready", [True, False])
+def test_a_process_ends_where_nobody_heeds_the_signal(ignored_end, ready):
+    process = ShardProcess(plan_of(60), FakeEngine)
+    if ready:
+        assert process.ready(30)
+    closing = threading.Thread(target=process.close, daemon=True)
+    closing.start()
+    closing.join(30)
+    left = running()
+    for other in left:
+        other.kill()
+    assert not left
+
+
+def running(parent=None):
+    """Processes of engines that a process has begun."""
+    children = psutil.Process(parent).children(recursive=True)
+    return [child for child in children if "popen_loky" in " ".join(command(child))]
+
+
+def command(process):
+    try:
+        return process.cmdline()
+    except psutil.Error:
+        return []
+
+
+SWEEPER = """
+import sys
+from pathlib import Path
+from support.sweeps import plan_of
+from test_shard_process import SLOW, Beside
+from rbstab.sweep.sweep import Ways, sweep_to_folder
+ways = Ways(executor=Beside(SLOW, SLOW), shard_size=10)
+sweep_to_folder(plan_of(3000), Path(sys.argv[1]), ways, lambda event: print(event, flush=True))
+"""
+
+
+@pytest.fixture
+def sweeper(tmp_path):
+    here, tests = Path(__file__).parent, Path(__file__).parents[2]
+    with subprocess.Popen(
+        [sys.executable, "-c", SWEEPER, str(tmp_path / "a")],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": f"{here}{os.pathsep}{tests}"},
+        start_new_session=True,
+    ) as process:
+        while "ShardDone" not in process.stdout.readline():
+            pass
+        yield process
+        process.kill()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here")
+def test_a_process_does_not_outlive_its_parent(sweeper):
+    (other,) = running(sweeper.pid)
+    sweeper.kill()
+    other.wait(5)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no terminal interrupts like that here")
+def test_an_interrupt_of_the_terminal_is_not_for_it(sweeper):
+    (other,) = running(sweeper.pid)
+    other.send_signal(signal.SIGINT)
+    for _ in range(10):
+        assert "ShardDone" in sweeper.stdout.readline()
+    assert other.is_running()
+    assert other.status() != psutil.STATUS_ZOMBIE

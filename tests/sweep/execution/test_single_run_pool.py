@@ -1,0 +1,112 @@
+"""Single runs in several processes: the same as in one, whatever happens to a process."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import psutil
+import pytest
+from support.paper_runs import paper_config
+
+from rbstab.sweep.execution.single_run_pool import WORTH_IT, single_outcomes
+from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.load import load_plan
+
+pytestmark = pytest.mark.slow
+
+MEMBERS = list(range(3, 3 + 2 * WORTH_IT, 2))
+
+
+def plan():
+    return load_plan(
+        {
+            "base": paper_config("permanent", duration=0.1, samples=3, rtol=1e-6),
+            "vary": {"initial.angular_velocity[0]": {"uniform": [-20, 20]}},
+            "design": "random",
+            "members": 100,
+            "seed": 3,
+        }
+    )
+
+
+def bits(found):
+    return {
+        member: {name: column.tobytes() for name, column in outcome.items()}
+        for member, outcome in found.items()
+    }
+
+
+def expected():
+    singles = SingleRuns(plan(), "scipy")
+    return bits({member: singles.compute(member, member + 1).outcome for member in MEMBERS})
+
+
+def test_several_processes_find_what_one_finds():
+    found = dict(filter(None, single_outcomes(plan(), "scipy", MEMBERS, 2)))
+    assert bits(found) == expected()
+    assert len({outcome["run_id"].tobytes() for outcome in found.values()}) == len(MEMBERS)
+
+
+def test_the_work_of_a_process_that_dies_is_done_here():
+    found, before = {}, {child.pid for child in psutil.Process().children(recursive=True)}
+    coming = single_outcomes(plan(), "scipy", MEMBERS, 2)
+    for one in filter(None, coming):
+        if not found:
+            others = [
+                child
+                for child in psutil.Process().children(recursive=True)
+                if child.pid not in before and "popen_loky" in " ".join(child.cmdline())
+            ]
+            assert others
+            others[0].kill()
+        assert one[0] not in found
+        found[one[0]] = one[1]
+    assert bits(found) == expected()
+
+
+def test_few_members_are_followed_here():
+    before = len(psutil.Process().children(recursive=True))
+    coming = single_outcomes(plan(), "scipy", MEMBERS[:3], 2)
+    assert next(coming)[0] == MEMBERS[0]
+    assert len(psutil.Process().children(recursive=True)) == before
+    assert [member for member, _ in coming] == MEMBERS[1:3]
+
+
+def test_nothing_goes_on_when_nobody_waits_for_it():
+    before = {child.pid for child in psutil.Process().children(recursive=True)}
+    coming = single_outcomes(plan(), "scipy", MEMBERS, 2)
+    next(one for one in coming if one)
+    coming.close()
+    left = [
+        child
+        for child in psutil.Process().children(recursive=True)
+        if child.pid not in before and "popen_loky" in " ".join(child.cmdline())
+    ]
+    assert not left
+
+
+COMPARER = """
+from test_single_run_pool import MEMBERS, plan
+from rbstab.sweep.execution.single_run_pool import single_outcomes
+for one in single_outcomes(plan(), "scipy", MEMBERS * 50, 2):
+    print(one, flush=True)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here")
+def test_no_process_outlives_its_parent():
+    here, tests = Path(__file__).parent, Path(__file__).parents[2]
+    with subprocess.Popen(
+        [sys.executable, "-c", COMPARER],
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": f"{here}{os.pathsep}{tests}"},
+    ) as parent:
+        parent.stdout.readline()
+        children = psutil.Process(parent.pid).children(recursive=True)
+        others = [child for child in children if "popen_loky" in " ".join(child.cmdline())]
+        assert len(others) == 2
+        parent.kill()
+    _, left = psutil.wait_procs(others, timeout=5)
+    assert not left

@@ -1,0 +1,192 @@
+"""Traces that are lost, owed or out of date are computed again, and nothing else is."""
+
+import functools
+import pickle
+
+import pytest
+from support.sweeping import Listener, digest_of, swept
+from support.sweeps import FakeEngine, shard_files, traced
+
+import rbstab
+from rbstab.store.document import read_document, write_document
+from rbstab.store.errors import StoreError
+from rbstab.store.table_file import read_table
+from rbstab.sweep.execution.events import Trouble
+from rbstab.sweep.folder.sweep_folder import open_folder
+from rbstab.sweep.sweep import Started
+
+EVERY = {"traces": {"every": 7}}
+
+
+@pytest.mark.slow
+def test_threads_and_stops_do_not_show(tmp_path):
+    plan = traced(100, EVERY)
+    swept(tmp_path / "1", plan, threads=1)
+    swept(tmp_path / "2", plan, threads=5)
+    slow = functools.partial(FakeEngine, delay=1e-3)
+    for count in (1, 2):
+        assert not swept(tmp_path / "3", plan, Listener(count), factory=slow).finished
+    swept(tmp_path / "3", plan)
+    for kind in ("shards", "traces"):
+        assert shard_files(tmp_path / "1", kind) == shard_files(tmp_path / "2", kind)
+        assert shard_files(tmp_path / "1", kind) == shard_files(tmp_path / "3", kind)
+    again = Listener()
+    assert swept(tmp_path / "1", plan, again).finished
+    assert [type(event) for event in again.events] == [Started]
+    swept(tmp_path / "4", plan, shard_size=33)
+    ours, theirs = (rbstab.open_traces(tmp_path / name) for name in "14")
+    for member in ours.members.tolist():
+        for name, variable in ours.of(member).variables.items():
+            assert variable.data.tobytes() == theirs.of(member)[name].tobytes(), name
+    assert digest_of(tmp_path / "1") == digest_of(tmp_path / "4")
+
+
+@pytest.mark.parametrize("harm", ["cut", "empty", "swap", "remove", "seal", "longer"])
+def test_traces_that_are_lost_are_made_again(tmp_path, harm):
+    path = tmp_path / "a"
+    swept(path, traced())
+    before, shards = shard_files(path, "traces"), shard_files(path)
+    file = path / "traces" / "00000004.h5"
+    content = file.read_bytes()
+    if harm == "remove":
+        file.unlink()
+    else:
+        file.write_bytes(
+            {
+                "cut": content[:-100],
+                "empty": b"",
+                "swap": before["00000003.h5"],
+                "seal": content[:-10] + bytes([content[-10] ^ 1]) + content[-9:],
+                "longer": content[:50] + b"0" + content[50:],
+            }[harm]
+        )
+    listener = Listener()
+    assert swept(path, traced(), listener).finished
+    assert listener.computed == [4]
+    assert shard_files(path, "traces") == before
+    assert shard_files(path) == shards
+
+
+def test_looking_how_far_a_sweep_is_reads_no_traces(tmp_path, monkeypatch):
+    """At most the end of each file: of a sweep there may be many gigabytes."""
+    swept(tmp_path / "a", traced())
+    opened, plain = [], type(tmp_path).open
+
+    class Counting:
+        def __init__(self, file):
+            self.file, self.taken = file, 0
+
+        def read(self, size=-1):
+            found = self.file.read(size)
+            self.taken += len(found)
+            return found
+
+        def __getattr__(self, name):
+            return getattr(self.file, name)
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            self.file.close()
+
+    def watched(path, *arguments, **options):
+        file = plain(path, *arguments, **options)
+        if path.parent.name != "traces":
+            return file
+        opened.append(Counting(file))
+        return opened[-1]
+
+    monkeypatch.setattr(type(tmp_path), "open", watched)
+    folder = open_folder(tmp_path / "a")
+    assert all(folder.facts(number) is not None for number in range(6))
+    assert len(opened) == 6
+    assert all(file.taken < 100 for file in opened)
+
+
+def test_the_identity_of_what_is_gathered_covers_traces(tmp_path):
+    """Columns alike, a trace not: the file of the sweep is gathered anew."""
+
+    class Other(FakeEngine):
+        def compute(self, start, stop):
+            shard = super().compute(start, stop)
+            shard.traces["position"][-1, -1, 0] += 1.0
+            return shard
+
+    path = tmp_path / "a"
+    swept(path, traced())
+    before = read_table(path / "sweep.h5", ()).attributes
+    (path / "traces" / "00000002.h5").unlink()
+    swept(path, traced(), factory=Other)
+    after = read_table(path / "sweep.h5", ()).attributes
+    assert after["arrays_digest"] == before["arrays_digest"]
+    assert after["shards_digest"] != before["shards_digest"]
+
+
+def test_traces_of_members_that_failed_are_made_again(tmp_path):
+    failing = functools.partial(FakeEngine, failing=(17,))
+    swept(tmp_path / "a", traced(), factory=failing)
+    listener = Listener()
+    swept(tmp_path / "a", traced(), listener, retry_failed=True)
+    assert listener.computed == [1]
+    swept(tmp_path / "b", traced())
+    for kind in ("shards", "traces"):
+        assert shard_files(tmp_path / "a", kind) == shard_files(tmp_path / "b", kind)
+
+
+def test_traces_that_were_never_followed_by_their_shard(tmp_path, monkeypatch):
+    """A disk that is full, or a kill, between the two files."""
+
+    def full(*_):
+        raise StoreError("a.h5 cannot be written: No space left on device")
+
+    path = tmp_path / "a"
+    with monkeypatch.context() as patch:
+        patch.setattr("rbstab.sweep.folder.sweep_folder.write_shard", full)
+        with pytest.raises(StoreError, match="No space left"):
+            swept(path, traced(), threads=1)
+    assert list(shard_files(path, "traces")) == ["00000000.h5"]
+    assert not shard_files(path)
+    (path / "traces" / ".00000003.h5.0123.part").write_text("")
+    with monkeypatch.context() as patch:
+        patch.setattr("rbstab.sweep.folder.sweep_folder.write_motions", full)
+        with pytest.raises(StoreError, match="No space left"):
+            swept(path, traced())
+    assert not shard_files(path)
+    assert swept(path, traced()).finished
+    assert not list(path.glob("*/.*.part"))
+
+
+def test_an_engine_that_owes_traces(tmp_path):
+    class Forgetful(FakeEngine):
+        def compute(self, start, stop):
+            return super().compute(start, stop)._replace(traces=None)
+
+    listener = Listener()
+    swept(tmp_path / "a", traced(4), listener, factory=Forgetful)
+    assert "4 traces" in str(listener.of(Trouble)[0].error)
+    # Single runs took its place.
+    run = rbstab.simulate(traced(4).config_of(2))
+    found = rbstab.open_traces(tmp_path / "a").of(2)
+    assert (found["contact_force"] == run["contact_force"]).all()
+
+
+def test_a_shard_can_be_sent_to_another_process():
+    shard = FakeEngine(traced()).compute(0, 5)
+    again = pickle.loads(pickle.dumps(shard))  # noqa: S301
+    assert all((again.traces[name] == data).all() for name, data in shard.traces.items())
+
+
+def test_a_manifest_of_a_newer_version(tmp_path):
+    path = tmp_path / "a"
+    swept(path, traced())
+    manifest = read_document(path / "manifest.json")
+    for change, error in (
+        ({"schema_version": 3}, "newer rbstab"),
+        ({"schema_version": 0}, "newer rbstab"),
+        ({"keep": {"every": 1}}, "damaged"),
+        ({"keep": 7}, "damaged"),
+    ):
+        write_document(path / "manifest.json", manifest | change)
+        with pytest.raises(StoreError, match=error):
+            open_folder(path)

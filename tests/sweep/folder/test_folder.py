@@ -1,0 +1,135 @@
+"""The folder of a sweep: what may stand there, and who may go on in it."""
+
+import os
+import shutil
+from functools import partial
+
+import numpy as np
+import pytest
+from support.sweeping import Listener, swept
+from support.sweeps import FakeEngine, plan_of, shard_files
+
+from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
+from rbstab.store.lock import FolderInUseError, locked
+from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.open_folder import planned_folder
+from rbstab.sweep.folder.sweep_folder import open_folder, open_sweep
+from rbstab.sweep.sweep import Started
+
+
+def test_a_different_plan_is_refused_or_moves_the_old_one_aside(tmp_path):
+    path = tmp_path / "a"
+    swept(path)
+    before, name = shard_files(path), open_folder(path).manifest.plan_id[:8]
+    for other in ({"plan": plan_of(59)}, {"shard_size": 20}):
+        with pytest.raises(ResultExistsError, match="--force"):
+            swept(path, **other)
+    assert shard_files(path) == before
+    listener = Listener()
+    swept(path, plan_of(59), listener, force=True)
+    aside = tmp_path / f"a.{name}"
+    assert listener.of(Started)[0].kept_aside == aside
+    assert shard_files(aside) == before
+    swept(path, plan_of(58), force=True)
+    swept(path, plan_of(60), force=True)
+    swept(path, plan_of(57), force=True)
+    assert (tmp_path / f"a.{name}-1").is_dir()
+    # The same plan goes on: there is nothing to be moved.
+    again = Listener()
+    swept(path, plan_of(57), again, force=True)
+    assert (again.computed, again.of(Started)[0].kept_aside) == ([], None)
+
+
+def test_a_title_is_no_difference(tmp_path):
+    swept(tmp_path / "a")
+    assert swept(tmp_path / "a", plan_of(title="Another")).finished
+
+
+def test_other_things_in_the_folder(tmp_path):
+    path = tmp_path / "a"
+    path.mkdir()
+    (path / "thesis.tex").write_text("")
+    with pytest.raises(ResultExistsError, match=r"other things \(thesis.tex\)"):
+        swept(path)
+    swept(path, force=True)
+    assert (tmp_path / "a.damaged" / "thesis.tex").exists()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StoreError, match="cannot be written"):
+        swept(tmp_path / "file")
+    with pytest.raises(NotAResultError):
+        open_folder(tmp_path)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems say something else")
+def test_a_folder_of_which_nothing_can_be_known(tmp_path):
+    nowhere = tmp_path / ("a" * 300)
+    for look in (open_folder, lambda path: planned_folder(path, plan_of(60), None)):
+        with pytest.raises(StoreError, match="cannot be read: File name too long"):
+            look(nowhere)
+
+
+def test_a_damaged_manifest(tmp_path):
+    path = tmp_path / "a"
+    swept(path)
+    (path / "manifest.json").write_text("{}")
+    with pytest.raises(ResultExistsError, match="damaged"):
+        swept(path)
+    assert swept(path, force=True).finished
+
+
+def test_what_somebody_has_removed_comes_back(tmp_path):
+    path = tmp_path / "a"
+    swept(path)
+    before = shard_files(path)
+    shutil.rmtree(path / "shards")
+    (path / "plan.yaml").unlink()
+    assert swept(path).finished
+    assert shard_files(path) == before
+    assert (path / "plan.yaml").read_text() == read_table(path / "sweep.h5")["plan"].item()
+
+
+def test_other_versions_are_told(tmp_path, monkeypatch):
+    swept(tmp_path / "a")
+    monkeypatch.setattr(np, "__version__", "99.0")
+    listener = Listener()
+    swept(tmp_path / "a", listener=listener)
+    (changed,) = listener.of(Started)[0].changed
+    assert changed.startswith("numpy ")
+    assert changed.endswith(" -> 99.0")
+
+
+def test_killed_before_the_manifest_was_there(tmp_path):
+    path = tmp_path / "a"
+    (path / "shards").mkdir(parents=True)
+    (path / "plan.yaml").write_text("title")
+    (path / ".manifest.json.0123.part").write_text("")
+    assert swept(path).finished
+    assert not list(path.glob(".*.part"))
+
+
+def test_two_sweeps_into_one_folder(tmp_path):
+    path = tmp_path / "a"
+    swept(path)
+    with locked(path):
+        for force in (False, True):
+            with pytest.raises(FolderInUseError, match="in use by another process"):
+                swept(path, plan_of(59), force=force)
+
+
+@pytest.mark.parametrize("harm", ["damaged", "removed"])
+def test_the_plan_in_the_folder_is_made_whole(tmp_path, harm):
+    swept(tmp_path / "a")
+    plan = tmp_path / "a" / "plan.yaml"
+    before = plan.read_bytes()
+    if harm == "removed":
+        plan.unlink()
+    else:
+        plan.write_bytes(before[:100])
+    swept(tmp_path / "a", shard_size=None)
+    assert plan.read_bytes() == before
+
+
+def test_a_sweep_that_is_not_finished_cannot_be_opened(tmp_path):
+    swept(tmp_path / "a", listener=Listener(1), factory=partial(FakeEngine, delay=1e-3))
+    with pytest.raises(StoreError, match=r"not finished: [1-5] of 6 shards are there"):
+        open_sweep(tmp_path / "a")

@@ -1,0 +1,181 @@
+"""The traces of a sweep: what is stored, how it is read, and what it takes."""
+
+import functools
+
+import numpy as np
+import pytest
+import xarray
+from support.sweeping import Listener, swept
+from support.sweeps import FakeEngine, shard_files, traced
+
+import rbstab
+from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.sweep.execution.estimate import PIECE, estimate
+from rbstab.sweep.folder.disk_space import bytes_of
+from rbstab.sweep.folder.open_folder import LARGEST_TRACES, good_shard_size
+from rbstab.sweep.folder.sweep_folder import open_folder
+
+EVERY = {"traces": {"every": 7}}
+
+
+def folder_size(path, *kinds):
+    return sum(f.stat().st_size for kind in kinds for f in (path / kind).glob("*.*"))
+
+
+def test_what_is_stored(tmp_path):
+    plan = traced(60, EVERY)
+    assert swept(tmp_path / "a", plan).finished
+    traces = rbstab.open_traces(tmp_path / "a")
+    expected = FakeEngine(plan).compute(0, 60).traces
+    assert traces.members.tolist() == list(range(0, 60, 7))
+    assert (traces.times == np.linspace(0, 0.02, 5)).all()
+    assert len(traces) == 9
+    for place, member in enumerate(range(0, 60, 7)):
+        one = traces.of(member)
+        assert one["run"] == member
+        for name, data in expected.items():
+            assert (one[name] == (data if name == "time" else data[place])).all(), name
+    parts = list(traces)
+    assert np.concatenate([part["run"] for part in parts]).tolist() == traces.members.tolist()
+    together = np.concatenate([part["position"] for part in parts])
+    assert (together == expected["position"]).all()
+    table = rbstab.open_sweep(tmp_path / "a")
+    assert np.flatnonzero(table["traces"]).tolist() == traces.members.tolist()
+    assert table.words("traces")[[0, 1]].tolist() == ["yes", "no"]
+
+
+def test_as_a_dataset(tmp_path):
+    swept(tmp_path / "a", traced())
+    traces = rbstab.open_traces(tmp_path / "a")
+    data = traces.to_xarray([58, 3])
+    assert data["run"].values.tolist() == [58, 3]
+    assert data["lyapunov"].dims == ("run", "time")
+    assert data["position"].attrs["units"] == "m"
+    path = tmp_path / "a" / "traces" / "00000000.h5"
+    with xarray.open_dataset(path, engine="h5netcdf") as stored:
+        for name in data.variables:
+            assert stored[name].attrs == data[name].attrs, name
+            assert stored[name].dims == data[name].dims, name
+        assert (stored["position"].sel(run=3) == data["position"].sel(run=3)).all()
+    with pytest.raises(ValueError, match="no members"):
+        traces.to_xarray([])
+
+
+def test_a_sweep_without_traces(tmp_path):
+    swept(tmp_path / "a", traced(keep="summary"))
+    assert not (tmp_path / "a" / "traces").exists()
+    assert "traces" not in rbstab.open_sweep(tmp_path / "a").layout
+    with pytest.raises(StoreError, match="its plan keeps none"):
+        rbstab.open_traces(tmp_path / "a")
+    with pytest.raises(NotAResultError, match="not the folder of a sweep"):
+        rbstab.open_traces(tmp_path)
+
+
+def test_members_that_have_none(tmp_path):
+    swept(tmp_path / "a", traced(keep={"traces": [3, 55]}))
+    traces = rbstab.open_traces(tmp_path / "a")
+    assert len(shard_files(tmp_path / "a", "traces")) == 2
+    for member in (0, 4, 15, 59, 60, -1):
+        with pytest.raises(KeyError, match="has no trace"):
+            traces.of(member)
+
+
+def test_an_unfinished_sweep(tmp_path):
+    slow = functools.partial(FakeEngine, delay=1e-3)
+    swept(tmp_path / "a", traced(100), Listener(1), factory=slow, threads=1)
+    (tmp_path / "a" / "shards" / "00000001.npy").unlink(missing_ok=True)
+    traces = rbstab.open_traces(tmp_path / "a")
+    assert traces.members.tolist() == list(range(10))
+    (tmp_path / "a" / "shards" / "00000000.npy").unlink()
+    with pytest.raises(StoreError, match="none of them is done yet"):
+        rbstab.open_traces(tmp_path / "a")
+
+
+def test_a_number_that_has_changed_on_the_disk(tmp_path):
+    path = tmp_path / "a"
+    swept(path, traced())
+    file = path / "traces" / "00000004.h5"
+    content = file.read_bytes()
+    file.write_bytes(content[:4000] + bytes([content[4000] ^ 1]) + content[4001:])
+    traces = rbstab.open_traces(path)
+    assert np.isfinite(traces.of(39)["position"]).all()
+    for read in (lambda: traces.of(40), lambda: list(traces), lambda: traces.to_xarray([1, 45])):
+        with pytest.raises(NotAResultError, match=r"damaged.*; remove .*00000004.h5, and"):
+            read()
+    # What the message advises.
+    file.unlink()
+    listener = Listener()
+    assert swept(path, traced(), listener).finished
+    assert listener.computed == [4]
+    assert file.read_bytes() == content
+    assert (rbstab.open_traces(path).of(40)["run"]) == 40
+
+
+def test_a_file_is_verified_once(tmp_path, monkeypatch):
+    swept(tmp_path / "a", traced())
+    traces, checked = rbstab.open_traces(tmp_path / "a"), []
+    monkeypatch.setattr(
+        "rbstab.sweep.folder.stored_traces.check_motions", lambda path, _: checked.append(path.name)
+    )
+    for member in (11, 12, 19, 30):
+        traces.of(member)
+    assert checked == ["00000001.h5", "00000003.h5"]
+
+
+def test_a_shard_names_its_traces(tmp_path):
+    swept(tmp_path / "a", traced(60, {"traces": [3]}))
+    folder = open_folder(tmp_path / "a")
+    attributes = folder.read(0).attributes
+    file = folder.traces_file(0)
+    assert attributes["traces_bytes"] == file.stat().st_size
+    assert attributes["traces_digest"] == file.read_bytes()[-65:-1].decode()
+    assert "traces_digest" not in folder.read(1).attributes
+
+
+@pytest.mark.parametrize("keep", ["summary", "traces", EVERY])
+def test_what_a_sweep_takes_on_the_disk(tmp_path, keep):
+    plan = traced(2000, keep)
+    swept(tmp_path / "a", plan, shard_size=1000)
+    size = folder_size(tmp_path / "a", ".", "shards", "traces")
+    assert bytes_of(plan) == pytest.approx(size, rel=0.1)
+
+
+def test_a_disk_without_room_is_told_before_anything_is_done(tmp_path, monkeypatch):
+    plan = traced(2000)
+    free, listener = [bytes_of(plan) - 1], Listener()
+    usage = type("Usage", (), {"free": property(lambda _: free[0])})
+    monkeypatch.setattr("rbstab.sweep.folder.disk_space.shutil.disk_usage", lambda _: usage())
+    with pytest.raises(StoreError, match=r"GB more, and .* GB are free"):
+        swept(tmp_path / "a", plan, listener, shard_size=1000)
+    assert listener.events == []
+    free[0] += 10**6
+    assert swept(tmp_path / "a", plan, shard_size=1000).finished
+    # What is there already needs no room.
+    free[0] = 0
+    assert swept(tmp_path / "a", plan, shard_size=1000).finished
+    (tmp_path / "a" / "traces" / "00000001.h5").unlink()
+    with pytest.raises(StoreError, match="are free"):
+        swept(tmp_path / "a", plan, shard_size=1000)
+
+
+def test_shards_with_traces_are_small_enough_for_the_memory():
+    assert good_shard_size(10**6, one_by_one=False) == 4096
+    assert good_shard_size(10**6, one_by_one=False, trace_bytes=400.0) == 4096
+    for size in (40_000, 500_000, 10**7, 10**9):
+        members = good_shard_size(10**6, one_by_one=False, trace_bytes=size)
+        assert members == 1 or LARGEST_TRACES / 2 < members * size <= LARGEST_TRACES
+    assert good_shard_size(10**6, one_by_one=True, trace_bytes=10**7) == 3
+    assert good_shard_size(10**6, one_by_one=True, trace_bytes=10.0) == 16
+
+
+def test_a_calibration_holds_few_traces_at_once():
+    sizes = []
+
+    class Counting(FakeEngine):
+        def compute(self, start, stop):
+            sizes.append(stop - start)
+            return super().compute(start, stop)
+
+    estimate(traced(20_000), 20_000, Counting, 1)
+    assert max(sizes) == PIECE
+    assert sum(sizes) > 10_000

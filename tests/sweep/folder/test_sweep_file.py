@@ -1,0 +1,71 @@
+"""The one file of a sweep."""
+
+import json
+from pathlib import Path
+
+import xarray
+from support.sweeping import swept
+from support.sweeps import FakeEngine, plan_of
+
+import rbstab
+from rbstab.config.load import run_id
+from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
+from rbstab.sweep.folder.layout import varied_layout
+from rbstab.sweep.plan.load import load_plan
+
+
+def test_what_is_stored(tmp_path):
+    plan = plan_of()
+    done = swept(tmp_path / "a", plan)
+    assert done.finished
+    assert counts_by_status(done.survey.counts) == {"completed": 60}
+    table = read_table(tmp_path / "a" / "sweep.h5")
+    engine = FakeEngine(plan)
+    expected = engine.compute(0, 60).outcome
+    for name, data in expected.items():
+        assert table[name].tobytes() == data.tobytes(), name
+    spins = plan.values(0, 60)["initial.angular_velocity[0]"]
+    assert (table["initial_angular_velocity_0"] == spins).all()
+    assert table.layout["initial_angular_velocity_0"].unit == "rad/s"
+    assert table["grid_axis"].tolist() == ["initial.angular_velocity[0]"]
+    assert table["plan"].item() == (tmp_path / "a" / "plan.yaml").read_text()
+    manifest = json.loads((tmp_path / "a" / "manifest.json").read_text())
+    assert manifest["plan_id"] == table.attributes["plan_id"] == done.folder.manifest.plan_id
+    assert rbstab.open_sweep(tmp_path / "a").shaped("steps").shape == (60,)
+    summary = sweep_summary(done.folder.sweep_file)
+    assert (summary.members, summary.by_status) == (60, {"completed": 60})
+
+
+def test_variants_and_axes_of_a_plan_in_its_file(tmp_path):
+    path = Path(__file__).parents[3] / "configs" / "sweeps" / "variants.yaml"
+    plan = load_plan(path, ["integration.engine=scipy"])
+    done = swept(tmp_path / "a", plan, shard_size=1024)
+    table = rbstab.open_sweep(done.folder.sweep_file)
+    assert table.words("controller_variant")[[0, 1000, 4999]].tolist() == [
+        "free",
+        "permanent",
+        "sliding",
+    ]
+    assert table["grid_axis"].tolist() == ["controller.variant", "point"]
+    assert table.shaped("final_position").shape == (5, 1000, 3)
+    assert table["run_id"][4321].decode() == run_id(plan.config_of(4321))
+    ours = table.to_xarray()
+    with xarray.open_dataset(done.folder.sweep_file, engine="h5netcdf") as data:
+        assert data["initial_position_2"].attrs == {
+            "units": "m",
+            "long_name": "initial.position[2]",
+        }
+        assert data["controller_variant"].attrs["flag_meanings"].split() == list(plan.variants)
+        assert set(ours.variables) >= set(data.variables) - {"grid_axis_number"}
+        for name in ("initial_position_2", "final_position", "status", "grid_length"):
+            assert (ours[name].values == data[name].values).all()
+
+
+def test_every_key_that_varies_has_a_unit():
+    """In the ready plans, and as a factor none."""
+    for path in (Path(__file__).parents[3] / "configs" / "sweeps").glob("*.yaml"):
+        plan = load_plan(path)
+        for name, column in varied_layout(plan).items():
+            assert column.unit, name
+            assert name.isidentifier()

@@ -1,0 +1,168 @@
+"""A plan whose members have different variants, from one base with the keys of all."""
+
+import numpy as np
+import pytest
+from support.configs import EMBEDDED, VISCO_ELASTIC, edited, plain
+
+from rbstab.config.load import load_config
+from rbstab.config.schema import VARIANTS
+from rbstab.sweep.plan.load import load_plan
+
+UNION = edited("  K_t:", "  K_s: [1, 2, 3]\n  surface: position\n  K_t:", EMBEDDED)
+UNION = edited("initial:", "initial:\n  connector_state: [0, 0, 0.1]\n  position: [1, 0, 0]", UNION)
+
+
+def plan_of(vary, base=UNION, **more):
+    return load_plan({"base": plain(base), "vary": vary, **more})
+
+
+def test_keys_that_a_variant_does_not_have_are_left_out():
+    plan = plan_of({"controller.variant": {"values": list(VARIANTS)}})
+    assert plan.variants == tuple(VARIANTS)
+    for number, variant in enumerate(VARIANTS):
+        config = plan.config_of(number)
+        assert type(config) is VARIANTS[variant]
+        assert config.controller.variant == variant
+        assert plan.base_of(variant).controller == config.controller
+        data = plain(UNION) | {"title": f"Case, member {number}"}
+        data["controller"] |= {"variant": variant}
+        for section in ("controller", "initial"):
+            known = VARIANTS[variant].model_fields[section].annotation.model_fields
+            data[section] = {key: value for key, value in data[section].items() if key in known}
+        assert config == load_config(data)
+    sliding = plan.config_of(4).controller
+    assert (sliding.K_s, sliding.surface, plan.config_of(2).controller.K_c) == (
+        (1.0, 2.0, 3.0),
+        "position",
+        (12300.0, 12300.0, 9840.0),
+    )
+
+
+def test_the_variant_of_the_base_does_not_count():
+    vary = {"controller.variant": {"values": ["permanent", "free"]}}
+    rigid = edited("variant: embedded", "variant: rigid", UNION)
+    without = edited("  variant: embedded\n", "", UNION)
+    for base in (rigid, without):
+        assert plan_of(vary, base).config_of(1) == plan_of(vary).config_of(1)
+
+
+def test_values_name_the_variants():
+    vary = {"controller.variant": {"values": ["free", "permanent"]}}
+    plan = plan_of(vary | {"body.mass": {"values": [1, 2]}})
+    variants = plan.values(0, 4)["controller.variant"]
+    assert variants.dtype == object
+    assert variants.tolist() == ["free", "free", "permanent", "permanent"]
+    assert [plan.config_of(i).controller.variant for i in range(4)] == variants.tolist()
+
+
+def test_a_varied_key_is_without_effect_where_the_variant_has_none():
+    vary = {
+        "initial.position[0]": {"values": [3, 4]},
+        "controller.variant": {"values": ["permanent", "free"]},
+    }
+    plan = plan_of(vary)
+    held, free, other_held, _ = (plan.config_of(i) for i in range(4))
+    assert held.initial == other_held.initial
+    assert free.initial.position == (3.0, 0.0, 0.0)
+    assert [column.key for column in plan.columns_of("free")] == ["initial.position[0]"]
+    assert plan.columns_of("permanent") == ()
+
+
+def test_the_same_points_for_each_variant():
+    plan = plan_of(
+        {
+            "initial.angular_velocity[0]": {"normal": [0, 1]},
+            "controller.variant": {"each": {"values": ["free", "embedded"]}},
+        },
+        design="random",
+        members=10,
+        seed=1,
+    )
+    values = plan.values(0, 20)
+    assert values["controller.variant"].tolist() == ["free"] * 10 + ["embedded"] * 10
+    spin = values["initial.angular_velocity[0]"]
+    assert (spin[:10] == spin[10:]).all()
+    assert len(np.unique(spin)) == 10
+    assert plan.config_of(3).initial.angular_velocity == plan.config_of(13).initial.angular_velocity
+
+
+def test_a_variant_drawn_at_random():
+    vary = {
+        "controller.variant": {"values": ["free", "embedded"]},
+        "gravity[0]": {"uniform": [0, 1]},
+    }
+    variants = plan_of(vary, design="sobol", members=64, seed=1).values(0, 64)["controller.variant"]
+    assert sorted(variants) == ["embedded"] * 32 + ["free"] * 32
+
+
+def test_a_variant_that_moves_with_a_number():
+    together = {
+        "controller.variant": {"values": ["free", "embedded"]},
+        "controller.K_c": {"scale": {"values": [1, 2]}},
+    }
+    plan = plan_of({"both": {"zip": together}})
+    assert plan.config_of(0).controller.variant == "free"
+    assert plan.config_of(1).controller.K_c == (24600.0, 24600.0, 19680.0)
+
+
+VARIED = "vary:\n  controller.variant: {values: [visco-elastic, embedded, sliding]}\n"
+
+
+def test_what_is_missing_for_a_variant(complaints):
+    assert complaints(f"base: visco-elastic.yaml\n{VARIED}") == [
+        "visco-elastic.yaml:7:3: controller.K_d: is missing for the variant embedded"
+        " (it is required)",
+        "visco-elastic.yaml:7:3: controller.K_s: is missing for the variant sliding"
+        " (it is required)",
+        "visco-elastic.yaml:7:3: controller.L_d: is missing for the variant embedded"
+        " (it is required)",
+        "visco-elastic.yaml:7:3: controller.surface: is missing for the variant sliding"
+        " (it is required)",
+    ]
+
+
+def test_a_key_that_only_the_wrong_variant_has_is_not_called_unknown(complaints):
+    text = f"base: visco-elastic.yaml\n{VARIED}  controller.K_d[0]: {{values: [1]}}\n"
+    assert all("is missing for the variant" in message for message in complaints(text))
+
+
+def test_what_is_wrong_for_all_variants_is_told_once(complaints):
+    text = "base: embedded.yaml\nvary:\n  controller.variant: {values: [free, permanent]}\n"
+    assert complaints(text, "body.mass=-1", "controller.Kt=1") == [
+        "--set body.mass:1:11: body.mass: is -1 (expected a number greater than 0)",
+        "--set controller.Kt:1:1: controller.Kt: is unknown (did you mean K_t?)",
+    ]
+
+
+def test_a_key_that_cannot_vary_is_told_once(complaints):
+    text = "base: embedded.yaml\nvary:\n  controller.variant: {values: [embedded, permanent]}\n"
+    (message,) = complaints(text + "  controller.anchor: {values: [1]}\n")
+    assert message.startswith("4:3: vary.controller.anchor: is the text 'origin' in the base")
+
+
+def test_a_value_that_a_variant_does_not_allow(complaints, tmp_path):
+    (tmp_path / "w.yaml").write_text(VISCO_ELASTIC + "  coordinates: W\n")
+    text = "base: w.yaml\nvary:\n  controller.variant: {values: [free, permanent]}\n"
+    (message,) = complaints(text)
+    assert message.startswith(
+        "w.yaml:20:16: integration.coordinates: is the text 'W' for the variant permanent"
+    )
+
+
+@pytest.mark.parametrize("design", ["grid", "random"])
+def test_members_are_checked_for_the_variants_that_have_the_key(complaints, design, tmp_path):
+    (tmp_path / "union.yaml").write_text(UNION)
+    more = "" if design == "grid" else "design: random\nmembers: 100\nseed: 1\n"
+    text = (
+        "base: union.yaml\nvary:\n  controller.variant: {values: [free, embedded]}\n"
+        "  controller.K_c[0]: {values: [1, 2, -3]}\n"
+    )
+    (message,) = complaints(text + more)
+    text_of = message.removeprefix("4:3: vary.controller.K_c[0]: at member ")
+    assert text_of != message
+    number = int(text_of.split()[0])
+    assert "controller.K_c[0] is -3 (expected a number greater than 0)" in text_of
+    (tmp_path / "good.yaml").write_text((text + more).replace("-3", "3"))
+    good = load_plan(tmp_path / "good.yaml")
+    found = {key: column[0] for key, column in good.values(number, number + 1).items()}
+    assert found == {"controller.variant": "embedded", "controller.K_c[0]": 3.0}

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rbstab.config.load import load_config, resolved
-from rbstab.sweep.execution.execute import Execution, survey_of
+from rbstab.sweep.execution.execute import Execution, shard_inventory
 from rbstab.sweep.execution.shard_process import ShardProcess
-from rbstab.sweep.execution.threads import Threads
+from rbstab.sweep.execution.threads import ThreadExecutor
 from rbstab.sweep.folder.gather import digest_of_shards, gather
 from rbstab.sweep.folder.open_folder import begun
 from rbstab.sweep.members.engine import MemberEngine
@@ -105,8 +105,8 @@ class Sweeping:
             tempfile.TemporaryDirectory(dir="results") as folder,
             begun(Path(folder) / "sweep", self.plan, None) as place,
         ):
-            survey = survey_of(place.folder)
-            threads = Threads(lambda _: self.engine, 1 + len(free), lambda _: free.pop())
+            survey = shard_inventory(place.folder)
+            threads = ThreadExecutor(lambda _: self.engine, 1 + len(free), lambda _: free.pop())
             begin = time.perf_counter()
             Execution(self.plan, place.folder, threads).run(survey)
             stored = time.perf_counter()

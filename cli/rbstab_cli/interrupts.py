@@ -16,14 +16,14 @@ def ending_in_order(stop: Event, interrupted: Event) -> Iterator[None]:
     no other.
     """
 
-    def heed(_signal: int, _frame: Any) -> None:
+    def stop_if_failed(_signal: int, _frame: Any) -> None:
         # Nothing is printed here, where any other line may be half printed.
         if interrupted.is_set():
             raise KeyboardInterrupt
         interrupted.set()
         stop.set()
 
-    before = signal.signal(signal.SIGINT, heed)
+    before = signal.signal(signal.SIGINT, stop_if_failed)
     try:
         yield
     finally:

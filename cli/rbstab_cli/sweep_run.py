@@ -12,9 +12,9 @@ from rbstab_cli import exit_codes
 
 if TYPE_CHECKING:
     from rbstab.sweep.sweep import Sweep
-    from rbstab_cli.output.sweep_progress import Teller
+    from rbstab_cli.output.sweep_progress import ProgressPrinter
 
-Doing = Callable[["Teller", Event], "Sweep"]
+Doing = Callable[["ProgressPrinter", Event], "Sweep"]
 """Does a sweep: tells what happens, and ends early where the event is set."""
 
 
@@ -29,13 +29,13 @@ def carry_out(do: Doing, *, fail_fast: bool, as_json: bool, quiet: bool) -> None
     """
     from rbstab.sweep.execution.execute import ExecutorError
     from rbstab_cli.interrupts import ending_in_order
-    from rbstab_cli.output.sweep_progress import teller
+    from rbstab_cli.output.sweep_progress import progress_printer
     from rbstab_cli.output.sweep_report import report_sweep
 
     stop, interrupted = Event(), Event()
     try:
         with ending_in_order(stop, interrupted):
-            with teller(interrupted, quiet=quiet) as told:
+            with progress_printer(interrupted, quiet=quiet) as told:
                 done = do(told, stop)
             report_sweep(done, as_json=as_json)
             _say_end(done, fail_fast=fail_fast, interrupted=interrupted.is_set(), quiet=quiet)
@@ -104,7 +104,7 @@ def _part_done(done: "Sweep") -> str:
     return f"{_of_part(done)} When all parts are there: rbstab gather {path}"
 
 
-MOST_NAMED = 6
+MAX_NAMED = 6
 """Ranges of members, or parts, that are named in one line."""
 
 
@@ -128,5 +128,5 @@ def _say_missing(done: "Sweep") -> None:
 
 
 def _some(names: list[str]) -> str:
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return ", ".join(names[:MOST_NAMED]) + more
+    more = f" and {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else ""
+    return ", ".join(names[:MAX_NAMED]) + more

@@ -4,7 +4,7 @@ import pytest
 
 import rbstab
 from rbstab.analysis.lyapunov import relative_residual
-from rbstab.config.build import warnings_of
+from rbstab.config.build import config_warnings
 
 ROOT = Path(__file__).parents[2] / "configs"
 CONFIGS = sorted(path for path in ROOT.rglob("*.yaml") if path.parent.name != "sweeps")
@@ -74,4 +74,4 @@ def test_each_case_of_the_paper_has_its_reference(path: Path) -> None:
 
 
 def test_the_real_body_gives_no_warning() -> None:
-    assert warnings_of(rbstab.load_config(ROOT / "examples" / "real_body.yaml")) == []
+    assert config_warnings(rbstab.load_config(ROOT / "examples" / "real_body.yaml")) == []

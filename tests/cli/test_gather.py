@@ -14,7 +14,7 @@ from support.sweeps import FakeEngine, shard_files
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.store.lock import locked
 from rbstab.store.table_file import read_table
-from rbstab.sweep.folder.open_folder import part_begun
+from rbstab.sweep.folder.open_folder import open_for_part
 from rbstab.sweep.folder.parts import Part
 from rbstab.sweep.plan.load import load_plan
 
@@ -180,7 +180,7 @@ def test_exit_codes_of_a_part(rbstab, fake):
 def test_which_parts_run(rbstab):
     rbstab(*SWEEP, "--shard", "1/3")
     loaded = load_plan("plan.yaml", ["integration.engine=scipy"])
-    with part_begun(Path("results/plan"), loaded, 4, Part(2, 3)):
+    with open_for_part(Path("results/plan"), loaded, 4, Part(2, 3)):
         said = rbstab("sweep", "--status", "results/plan")
         found = json.loads(rbstab("sweep", "--status", "results/plan", "--json").stdout)
         for refused in (rbstab(*SWEEP), rbstab("gather", "results/plan")):

@@ -12,7 +12,7 @@ from cli.conftest import Invoke
 from support.made_runs import PEAKS, made_config, made_file
 from support.sweeps import FakeEngine, plan_of
 
-from rbstab.sweep.sweep import Ways, sweep_to_folder
+from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def runs(folder: Path) -> list[str]:
 @pytest.fixture
 def sweep(folder: Path) -> str:
     """The folder of a sweep."""
-    sweep_to_folder(plan_of(60), Path("plan"), Ways(FakeEngine, 1, 30))
+    sweep_to_folder(plan_of(60), Path("plan"), SweepOptions(FakeEngine, 1, 30))
     return "plan"
 
 

@@ -5,7 +5,7 @@ import pytest
 from support.configs import BY_VARIANT, EMBEDDED, FREE, PERMANENT, VISCO_ELASTIC, plain
 from support.systems import random_state
 
-from rbstab.config.build import problem_of, system_of, warnings_of
+from rbstab.config.build import config_warnings, problem_of, system_of
 from rbstab.config.load import load_config
 
 HELD = ("reduced", "manifold")
@@ -210,7 +210,7 @@ def test_drift_control():
 
 
 def test_the_broken_triangle_is_named():
-    (warning,) = warnings_of(config_of(VISCO_ELASTIC))
+    (warning,) = config_warnings(config_of(VISCO_ELASTIC))
     assert warning == (
         "body.inertia: no real body has the principal moments 10, 8, 0.4 kg m²: 10 > 8 + 0.4 "
         "breaks the triangle inequality"
@@ -225,15 +225,15 @@ def test_the_triangle_is_judged_by_principal_moments():
     )
     matrix = turn @ np.diag([10, 8, 0.4]) @ turn.T
     matrix = (0.5 * (matrix + matrix.T)).tolist()
-    (warning,) = warnings_of(config_of(VISCO_ELASTIC, f"body.inertia={matrix}"))
+    (warning,) = config_warnings(config_of(VISCO_ELASTIC, f"body.inertia={matrix}"))
     assert "10 > 8 + 0.4" in warning
 
 
 @pytest.mark.parametrize("inertia", ["[1, 1, 1]", "[3, 2, 1]", "[1, 3, 2]", "[5, 4, 3]"])
 def test_a_body_that_exists_gets_no_warning(inertia):
-    assert warnings_of(config_of(VISCO_ELASTIC, f"body.inertia={inertia}")) == []
+    assert config_warnings(config_of(VISCO_ELASTIC, f"body.inertia={inertia}")) == []
 
 
 @pytest.mark.parametrize("inertia", ["[3.001, 2, 1]", "[1, 3.001, 2]", "[1, 2, 3.001]"])
 def test_which_moment_is_too_large_does_not_matter(inertia):
-    assert len(warnings_of(config_of(VISCO_ELASTIC, f"body.inertia={inertia}"))) == 1
+    assert len(config_warnings(config_of(VISCO_ELASTIC, f"body.inertia={inertia}"))) == 1

@@ -1,7 +1,7 @@
 import pytest
 from support.configs import VISCO_ELASTIC, edited
 
-from rbstab.config.build import problem_of, warnings_of
+from rbstab.config.build import config_warnings, problem_of
 from rbstab.config.load import load_config
 
 TEXT = edited("variant: visco-elastic", "variant: sliding")
@@ -70,7 +70,7 @@ def test_a_step_longer_than_the_samples_are_apart_is_warned_of(load):
     for h, warned in ((0.02, True), (0.01, False)):
         text = edited("  K_t:", f"  law: {{implicit: {h}}}\n  K_t:", TEXT)
         config = load(text, "integration.duration=1", "integration.samples=101")
-        assert any("steps of 0.01 s are made" in line for line in warnings_of(config)) == warned
+        assert any("steps of 0.01 s are made" in line for line in config_warnings(config)) == warned
 
 
 def test_a_misspelt_law_is_the_one_that_it_resembles(complaints):

@@ -5,9 +5,9 @@ import pytest
 from support.paper_runs import paper_config
 
 import rbstab
-from rbstab.experiment import proof_cache as kept_proofs
+from rbstab.experiment import proof_cache
 from rbstab.experiment.proof import Proof, proof_id, prove, start_level, starts_inside
-from rbstab.experiment.proof_cache import kept_proof, proof_for, proof_path
+from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
 from rbstab.experiment.run_to_file import finished_run, run_to_file
 from rbstab.experiment.stability import kind_of, stability_of
 
@@ -155,17 +155,17 @@ def counted(monkeypatch):
         made.append(config)
         return prove(config)
 
-    monkeypatch.setattr(kept_proofs, "prove", counting)
+    monkeypatch.setattr(proof_cache, "prove", counting)
     return made
 
 
 def test_a_proof_is_made_once_and_kept(tmp_path, counted):
     config = config_of("free")
-    assert kept_proof(tmp_path, config) is None
+    assert cached_proof(tmp_path, config) is None
     first = proof_for(tmp_path, config)
     other_start = config_of("free", initial=SLOW_START)
     assert proof_for(tmp_path, other_start) == first
-    assert kept_proof(tmp_path, other_start) == first
+    assert cached_proof(tmp_path, other_start) == first
     assert len(counted) == 1
 
 
@@ -173,8 +173,8 @@ def test_a_proof_is_made_once_and_kept(tmp_path, counted):
 def test_a_damaged_proof_is_made_again(tmp_path, counted, damage):
     config = config_of("free")
     first = proof_for(tmp_path, config)
-    proof_path(tmp_path, config).write_text(damage)
-    assert kept_proof(tmp_path, config) is None
+    proof_file(tmp_path, config).write_text(damage)
+    assert cached_proof(tmp_path, config) is None
     again = proof_for(tmp_path, config)
     assert again.model_copy(update={"seconds": first.seconds}) == first
     assert len(counted) == 2
@@ -183,8 +183,8 @@ def test_a_damaged_proof_is_made_again(tmp_path, counted, damage):
 def test_a_proof_of_something_else_is_not_believed(tmp_path):
     config, other = config_of("free"), config_of("permanent")
     proof_for(tmp_path, other)
-    proof_path(tmp_path, other).rename(proof_path(tmp_path, config))
-    assert kept_proof(tmp_path, config) is None
+    proof_file(tmp_path, other).rename(proof_file(tmp_path, config))
+    assert cached_proof(tmp_path, config) is None
 
 
 def test_a_finished_run_is_repeated_when_it_does_not_know_the_proof(tmp_path):
@@ -196,7 +196,7 @@ def test_a_finished_run_is_repeated_when_it_does_not_know_the_proof(tmp_path):
     assert finished_run(config, path, proof=proof) is None
     proved = run_to_file(config, path, proof=proof)
     assert proved.repeated
-    assert proved.kept_aside is None
+    assert proved.moved_aside is None
     assert rbstab.open_result(path).attributes["verdict"] == "certified"
     assert not run_to_file(config, path, proof=proof).repeated
     assert not run_to_file(config, path).repeated

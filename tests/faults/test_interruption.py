@@ -138,5 +138,5 @@ def test_a_damaged_result_is_neither_trusted_nor_overwritten(tmp_path):
         run_to_file(config_of(), path)
     assert path.read_bytes() == content
     filed = run_to_file(config_of(), path, force=True)
-    assert filed.kept_aside.read_bytes() == content
+    assert filed.moved_aside.read_bytes() == content
     assert open_result(path).status == "completed"

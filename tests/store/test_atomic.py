@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from support.results import assert_equal, result
 
-from rbstab.store.atomic import set_aside, write_whole
+from rbstab.store.atomic import move_aside, write_atomically
 from rbstab.store.errors import ResultExistsError, StoreError
 from rbstab.store.run_file import open_result, write_result
 
@@ -52,7 +52,7 @@ def unchanged(path):
 
 
 def test_success(path):
-    write_whole(path, NEW, replace=True)
+    write_atomically(path, NEW, replace=True)
     assert path.read_bytes() == NEW
     assert names(path.parent) == [path.name]
 
@@ -61,7 +61,7 @@ def test_fsync_fails(path, unchanged, monkeypatch):
     """A full disk is often told no earlier than here."""
     monkeypatch.setattr(os, "fsync", failing(errno.ENOSPC))
     with pytest.raises(OSError, match="No space left"):
-        write_whole(path, NEW, replace=True)
+        write_atomically(path, NEW, replace=True)
     assert unchanged()
 
 
@@ -72,7 +72,7 @@ def test_the_disk_takes_only_a_part(path, unchanged):
     resource.setrlimit(resource.RLIMIT_FSIZE, (len(NEW) // 2, old[1]))
     try:
         with pytest.raises(OSError, match="File too large"):
-            write_whole(path, NEW, replace=True)
+            write_atomically(path, NEW, replace=True)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, old)
         signal.signal(signal.SIGXFSZ, handler)
@@ -85,7 +85,7 @@ def test_the_name_cannot_be_given(tmp_path, stage, monkeypatch):
     monkeypatch.setattr(os, stage, failing(errno.EIO))
     monkeypatch.setattr(os, "rename", failing(errno.EIO))
     with pytest.raises(OSError, match="Input/output error"):
-        write_whole(path, NEW, replace=stage == "replace")
+        write_atomically(path, NEW, replace=stage == "replace")
     assert names(tmp_path) == []
 
 
@@ -96,7 +96,7 @@ def test_an_interruption_leaves_nothing(path, unchanged, monkeypatch, error):
 
     monkeypatch.setattr(os, "fsync", interrupt)
     with pytest.raises(error):
-        write_whole(path, NEW, replace=True)
+        write_atomically(path, NEW, replace=True)
     assert unchanged()
 
 
@@ -114,7 +114,7 @@ def test_content_is_on_the_disk_before_the_name(tmp_path, replace, content, monk
         fsync(descriptor)
 
     monkeypatch.setattr(os, "fsync", watched)
-    write_whole(path, content, replace=replace)
+    write_atomically(path, content, replace=replace)
     assert seen == [(f"file of {len(content)}", False), ("folder", True)]
 
 
@@ -126,15 +126,15 @@ def test_the_synced_folder_is_the_files_own(tmp_path, monkeypatch):
             seen.append(os.fstat(descriptor).st_ino)
 
     monkeypatch.setattr(os, "fsync", watched)
-    write_whole(tmp_path / "a.h5", NEW)
-    set_aside(tmp_path / "a.h5", tmp_path / "b.h5")
+    write_atomically(tmp_path / "a.h5", NEW)
+    move_aside(tmp_path / "a.h5", tmp_path / "b.h5")
     assert seen == [tmp_path.stat().st_ino] * 2
 
 
 def test_no_descriptor_is_left_open(tmp_path):
     before = len(list(Path("/proc/self/fd").iterdir()))
     for index in range(5):
-        write_whole(tmp_path / f"{index}.h5", NEW)
+        write_atomically(tmp_path / f"{index}.h5", NEW)
     assert len(list(Path("/proc/self/fd").iterdir())) == before
 
 
@@ -148,7 +148,7 @@ def test_a_folder_that_cannot_be_synced_is_no_failure(tmp_path, monkeypatch):
         fsync(descriptor)
 
     monkeypatch.setattr(os, "fsync", only_files)
-    write_whole(tmp_path / "a.h5", NEW)
+    write_atomically(tmp_path / "a.h5", NEW)
     assert (tmp_path / "a.h5").read_bytes() == NEW
 
 
@@ -157,7 +157,7 @@ def test_an_existing_file_is_not_overwritten(tmp_path):
     path.write_bytes(OLD)
     before = path.stat()
     with pytest.raises(ResultExistsError, match=r"a\.h5 exists already"):
-        write_whole(path, NEW)
+        write_atomically(path, NEW)
     assert path.read_bytes() == OLD
     assert (path.stat().st_ino, path.stat().st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
     assert names(tmp_path) == ["a.h5"]
@@ -168,7 +168,7 @@ def test_a_link_that_leads_nowhere_is_a_name_that_is_taken(tmp_path):
     path = tmp_path / "a.h5"
     path.symlink_to(tmp_path / "elsewhere" / "b.h5")
     with pytest.raises(ResultExistsError, match="exists already"):
-        write_whole(path, NEW)
+        write_atomically(path, NEW)
     assert path.is_symlink()
     assert names(tmp_path) == ["a.h5"]
 
@@ -178,21 +178,21 @@ def test_without_hard_links(tmp_path, monkeypatch, number):
     """As on exFAT and some network file systems."""
     monkeypatch.setattr(os, "link", failing(number))
     path = tmp_path / "a.h5"
-    write_whole(path, OLD)
+    write_atomically(path, OLD)
     assert path.read_bytes() == OLD
     with pytest.raises(ResultExistsError, match=r"a\.h5 exists already"):
-        write_whole(path, NEW)
+        write_atomically(path, NEW)
     assert path.read_bytes() == OLD
-    write_whole(path, NEW, replace=True)
+    write_atomically(path, NEW, replace=True)
     assert path.read_bytes() == NEW
     assert names(tmp_path) == ["a.h5"]
 
 
 def test_whoever_has_the_old_file_open_keeps_it(tmp_path):
     path = tmp_path / "a.h5"
-    write_whole(path, OLD)
+    write_atomically(path, OLD)
     with path.open("rb") as file:
-        write_whole(path, NEW, replace=True)
+        write_atomically(path, NEW, replace=True)
         assert file.read() == OLD
     assert path.read_bytes() == NEW
 
@@ -231,11 +231,11 @@ def test_two_writers_in_one_process(tmp_path, monkeypatch):
         monkeypatch.setattr(os, "link", link)
         link(old, new)
         with pytest.raises(ResultExistsError) as caught:
-            write_whole(path, OLD)
+            write_atomically(path, OLD)
         losses.append(caught.value)
 
     monkeypatch.setattr(os, "link", meanwhile)
-    write_whole(path, NEW)
+    write_atomically(path, NEW)
     assert losses
     assert path.read_bytes() == NEW
 
@@ -250,9 +250,9 @@ def test_what_a_killed_process_left_behind_is_not_reused(tmp_path, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(Path, "unlink", too_late)
-        write_whole(path, OLD)
+        write_atomically(path, OLD)
     assert len(names(tmp_path)) == 2
     assert path.stat().st_nlink == 2
     with pytest.raises(ResultExistsError):
-        write_whole(path, NEW)
+        write_atomically(path, NEW)
     assert path.read_bytes() == OLD

@@ -5,7 +5,7 @@ import subprocess
 import sys
 import time
 
-from rbstab.store.atomic import write_whole
+from rbstab.store.atomic import write_atomically
 
 SIZE = 4_000_000
 
@@ -76,7 +76,7 @@ def test_what_a_killed_writer_leaves_is_hidden_and_in_nobodys_way(tmp_path):
             writer.send_signal(signal.SIGKILL)
     left = [entry.name for entry in tmp_path.iterdir() if entry != path]
     assert all(name.startswith(".") and not name.endswith(".h5") for name in left)
-    write_whole(path, b"c" * SIZE, replace=True)
+    write_atomically(path, b"c" * SIZE, replace=True)
     assert path.read_bytes()[:1] == b"c"
     assert whole(path)
 

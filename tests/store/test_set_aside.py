@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from rbstab.store.atomic import set_aside
+from rbstab.store.atomic import move_aside
 from rbstab.store.errors import ResultExistsError
 
 
@@ -21,7 +21,7 @@ def _links(request, monkeypatch):
 @pytest.mark.usefixtures("_links")
 def test_moved(tmp_path):
     (tmp_path / "a").write_bytes(b"1")
-    set_aside(tmp_path / "a", tmp_path / "b")
+    move_aside(tmp_path / "a", tmp_path / "b")
     assert [entry.name for entry in tmp_path.iterdir()] == ["b"]
     assert (tmp_path / "b").read_bytes() == b"1"
 
@@ -31,7 +31,7 @@ def test_the_new_name_is_taken(tmp_path):
     (tmp_path / "a").write_bytes(b"1")
     (tmp_path / "b").write_bytes(b"2")
     with pytest.raises(ResultExistsError, match="b exists already"):
-        set_aside(tmp_path / "a", tmp_path / "b")
+        move_aside(tmp_path / "a", tmp_path / "b")
     assert (tmp_path / "a").read_bytes() == b"1"
     assert (tmp_path / "b").read_bytes() == b"2"
 
@@ -39,5 +39,5 @@ def test_the_new_name_is_taken(tmp_path):
 @pytest.mark.usefixtures("_links")
 def test_there_is_nothing(tmp_path):
     with pytest.raises(FileNotFoundError):
-        set_aside(tmp_path / "a", tmp_path / "b")
+        move_aside(tmp_path / "a", tmp_path / "b")
     assert list(tmp_path.iterdir()) == []

@@ -4,7 +4,7 @@ import threading
 
 from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.events import ShardDone
-from rbstab.sweep.sweep import Ways, sweep_to_folder
+from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
 from support.sweeps import FakeEngine, plan_of
 
 
@@ -33,7 +33,7 @@ class Listener:
 def swept(path, plan=None, listener=None, factory=FakeEngine, **ways):
     """Sweeps a plan whose engine is scipy by name, so that nothing is repeated as a single run."""
     listener = listener or Listener()
-    ways = Ways(**{"factory": factory, "shard_size": 10, "threads": 2, **ways})
+    ways = SweepOptions(**{"factory": factory, "shard_size": 10, "threads": 2, **ways})
     return sweep_to_folder(plan or plan_of(), path, ways, listener, listener.stop)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.integrate.status import RunStatus
-from rbstab.sweep.members.engine import Shard, without_result
+from rbstab.sweep.members.engine import Shard, columns_of_failed
 from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.members.traces import layout_of
@@ -53,7 +53,7 @@ class FakeEngine:
         time.sleep(self.delay * (stop - start))
         if any(start <= member < stop for member in self.raising):
             raise ZeroDivisionError("made up")
-        found = without_result(stop - start)
+        found = columns_of_failed(stop - start)
         spin = self.plan.values(start, stop)["initial.angular_velocity[0]"]
         for k, column in enumerate(COLUMNS):
             if column.dtype == "f8":

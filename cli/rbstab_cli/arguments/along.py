@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from rbstab.config.schema import Config
     from rbstab.experiment.locus import LocusPoint
 
-MOST_POINTS = 10_000
+MAX_POINTS = 10_000
 
 
 class Along(NamedTuple):
@@ -33,10 +33,10 @@ def parsed(text: str) -> Along:
     except ValueError:
         along = Along(key, 0.0, 0.0, 0)
     sound = 0 < along.start < float("inf") and 0 < along.end < float("inf")
-    if not (key and equals and sound and 1 <= along.points <= MOST_POINTS):
+    if not (key and equals and sound and 1 <= along.points <= MAX_POINTS):
         raise click.UsageError(
             f"--along {text}: expected KEY=FROM:TO:COUNT with factors above 0 and a count from 1 "
-            f"to {MOST_POINTS}, such as controller.K_r=0.01:1:41"
+            f"to {MAX_POINTS}, such as controller.K_r=0.01:1:41"
         )
     return along
 

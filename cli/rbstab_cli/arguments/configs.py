@@ -47,11 +47,11 @@ def end_with(problems: Iterable[str]) -> None:
 
 def say_warnings(configs: dict[str, "Config"]) -> None:
     """Prints what is odd about configs, by what they are called; each warning once for all."""
-    from rbstab.config.build import warnings_of
+    from rbstab.config.build import config_warnings
 
     warnings: dict[str, list[str]] = {}
     for label, config in configs.items():
-        for warning in warnings_of(config):
+        for warning in config_warnings(config):
             warnings.setdefault(warning, []).append(label)
     for warning, where in warnings.items():
         more = f" and {len(where) - 1} more" if len(where) > 1 else ""

@@ -10,7 +10,7 @@ from rbstab_cli import exit_codes
 
 if TYPE_CHECKING:
     from rbstab.sweep.sweep import Sweep
-    from rbstab_cli.output.sweep_progress import Teller
+    from rbstab_cli.output.sweep_progress import ProgressPrinter
     from rbstab_cli.sweep_run import Doing
 
 
@@ -40,12 +40,12 @@ def command(folder: Path, as_json: bool, quiet: bool) -> None:
 
 
 def _gathering(folder: Path, *, quiet: bool) -> "Doing":
-    from rbstab.sweep.sweep import Gathering, Happening, gather_folder
+    from rbstab.sweep.sweep import Gathering, SweepEvent, gather_folder
 
-    def gathering(told: "Teller", stop: Event) -> "Sweep":
+    def gathering(told: "ProgressPrinter", stop: Event) -> "Sweep":
         anew = False
 
-        def noticed(event: Happening | None) -> None:
+        def noticed(event: SweepEvent | None) -> None:
             nonlocal anew
             anew = anew or isinstance(event, Gathering)
             told(event)

@@ -120,13 +120,13 @@ class _Batch:
         self.exit_code = exit_codes.OK
 
     def run(self, label: str, config: "Config", target: Path) -> None:
-        from rbstab.experiment.proof_cache import kept_proof, proof_for
+        from rbstab.experiment.proof_cache import cached_proof, proof_for
         from rbstab.experiment.run_to_file import run_to_file
         from rbstab.integrate.engines import EngineMissingError
         from rbstab.store.errors import StoreError
         from rbstab_cli.output.progress import bar
 
-        find = proof_for if self.prove else kept_proof
+        find = proof_for if self.prove else cached_proof
         try:
             proof = find(self.output, config)
             with bar(
@@ -146,8 +146,8 @@ class _Batch:
 
     def _say(self, label: str, run: "FiledRun") -> None:
         result = run.result
-        if run.kept_aside is not None:
-            click.echo(f"{label}: the result that was there is now {run.kept_aside}", err=True)
+        if run.moved_aside is not None:
+            click.echo(f"{label}: the result that was there is now {run.moved_aside}", err=True)
         if result.status != "completed":
             click.echo(f"{label}: {result.status}: {result.attributes['status_detail']}", err=True)
         elif not self.quiet and not run.repeated:

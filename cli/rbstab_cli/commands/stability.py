@@ -65,8 +65,8 @@ def command(
     """
     from rbstab_cli.arguments.along import parsed, points_of
     from rbstab_cli.output.printed import printed_to
-    from rbstab_cli.output.stability_report import Answer, data_of
-    from rbstab_cli.output.stability_tables import print_answer
+    from rbstab_cli.output.stability_report import StabilityReport, data_of
+    from rbstab_cli.output.stability_tables import print_stability_report
     from rbstab_cli.output.text_file import refuse_taken
 
     if output is not None:
@@ -74,7 +74,7 @@ def command(
     loaded = load_all(configs, changes)
     wanted = [parsed(text) for text in alongs]
     answers = [
-        Answer(
+        StabilityReport(
             path,
             config,
             stability := _stability(config, results, search_only=search_only),
@@ -90,17 +90,17 @@ def command(
             print_json([data_of(answer) for answer in answers])
         else:
             for answer in answers:
-                print_answer(answer)
+                print_stability_report(answer)
 
 
 def _stability(config: "Config", results: Path, *, search_only: bool) -> "Stability":
     from rbstab.experiment.proof import prove
-    from rbstab.experiment.proof_cache import kept_proof, proof_for
+    from rbstab.experiment.proof_cache import cached_proof, proof_for
     from rbstab.experiment.stability import stability_of
     from rbstab.store.errors import StoreError
 
     if search_only:
-        proof = kept_proof(results, config) or prove(config, search_only=True)
+        proof = cached_proof(results, config) or prove(config, search_only=True)
         return stability_of(config, proof)
     try:
         proof = proof_for(results, config)

@@ -14,7 +14,7 @@ from rbstab_cli.arguments.plans import is_of_a_sweep, sweep_name
 if TYPE_CHECKING:
     from rbstab.sweep.folder.parts import Part
     from rbstab.sweep.plan.plan import Plan
-    from rbstab.sweep.sweep import Ways
+    from rbstab.sweep.sweep import SweepOptions
 
 
 def _part(_context: click.Context, _parameter: click.Parameter, text: str | None) -> "Part | None":
@@ -127,12 +127,12 @@ def command(
 
             report_status(status_of, as_json=as_json)
         elif plan is not None:
-            from rbstab.sweep.sweep import Ways
+            from rbstab.sweep.sweep import SweepOptions
 
             folder = output / sweep_name(plan)
             name = _engine(engine, folder, plan)
             loaded = _loaded(plan, (*changes, f"integration.engine={name}"))
-            ways = Ways(None, threads, shard_size, retry_failed, fail_fast, force, part)
+            ways = SweepOptions(None, threads, shard_size, retry_failed, fail_fast, force, part)
             if dry_run:
                 from rbstab_cli.output.sweep_report import report_estimate
 
@@ -166,7 +166,7 @@ def _engine(wanted: str | None, folder: Path, plan: Path) -> str:
 
 def _loaded(path: Path, changes: tuple[str, ...]) -> "Plan":
     """The plan; ends the command with exit code 2 and everything that is wrong."""
-    from rbstab.config.build import warnings_of
+    from rbstab.config.build import config_warnings
     from rbstab.config.errors import ConfigError
     from rbstab.sweep.plan.load import load_plan
 
@@ -176,14 +176,20 @@ def _loaded(path: Path, changes: tuple[str, ...]) -> "Plan":
         for problem in dict.fromkeys(map(str, error.problems)):
             click.echo(problem, err=True)
         raise click.exceptions.Exit(exit_codes.USAGE) from error
-    warnings = [warning for base in plan.bases.values() for warning in warnings_of(base)]
+    warnings = [warning for base in plan.bases.values() for warning in config_warnings(base)]
     for warning in dict.fromkeys(warnings):
         click.echo(f"warning: {path}: {warning}", err=True)
     return plan
 
 
 def _sweep(
-    plan: "Plan", folder: Path, ways: "Ways", cluster: str | None, *, as_json: bool, quiet: bool
+    plan: "Plan",
+    folder: Path,
+    ways: "SweepOptions",
+    cluster: str | None,
+    *,
+    as_json: bool,
+    quiet: bool,
 ) -> None:
     from rbstab.sweep.sweep import sweep_to_folder
     from rbstab_cli.sweep_run import carry_out

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rbstab_cli.arguments.along import Along
 
 
-class Answer(NamedTuple):
+class StabilityReport(NamedTuple):
     """A config, what is proved of it, its run if that was wanted, and its root loci."""
 
     path: Path
@@ -22,7 +22,7 @@ class Answer(NamedTuple):
     loci: "list[tuple[Along, list[LocusPoint]]]"
 
 
-def data_of(answer: Answer) -> dict[str, Any]:
+def data_of(answer: StabilityReport) -> dict[str, Any]:
     """Everything that is known of one config."""
     from rbstab_cli.output.certificate import lines_of
 

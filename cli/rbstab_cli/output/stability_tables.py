@@ -8,10 +8,10 @@ if TYPE_CHECKING:
     from rbstab.experiment.locus import LocusPoint
     from rbstab.experiment.stability import Stability
     from rbstab_cli.arguments.along import Along
-    from rbstab_cli.output.stability_report import Answer
+    from rbstab_cli.output.stability_report import StabilityReport
 
 
-def print_answer(answer: "Answer") -> None:
+def print_stability_report(answer: "StabilityReport") -> None:
     """Prints the statements about one config, and the tables that they come from."""
     from rbstab.config.errors import printable
     from rbstab_cli.output.certificate import show_certificate

@@ -13,7 +13,7 @@ import click
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from rbstab.sweep.sweep import Happening
+    from rbstab.sweep.sweep import SweepEvent
 
 EVERY = 10.0
 """s between two lines where there is no terminal."""
@@ -26,7 +26,7 @@ SMOOTH = 0.1
 """s between two changes of a bar."""
 
 
-class Teller:
+class ProgressPrinter:
     """Says what happens in a sweep.
 
     Args:
@@ -47,30 +47,30 @@ class Teller:
         self._rate = Rate()
         self._survey: Any = None
 
-    def __call__(self, event: "Happening | None") -> None:
+    def __call__(self, event: "SweepEvent | None") -> None:
         """Takes what happened; None where nothing has for a while."""
         from rbstab.sweep.execution.events import (
+            EngineFailed,
             NoWorkers,
-            OtherProcessor,
-            Resent,
+            ProcessorDiffers,
+            Rescheduled,
             ShardDone,
-            Trouble,
         )
-        from rbstab.sweep.sweep import Checking, Gathering, Started
+        from rbstab.sweep.sweep import Comparing, Gathering, Started
 
         if isinstance(event, Started):
             self._start(event)
         elif isinstance(event, ShardDone):
             self._show()
-        elif isinstance(event, Trouble):
+        elif isinstance(event, EngineFailed):
             self._tell_trouble(event)
-        elif isinstance(event, Resent):
+        elif isinstance(event, Rescheduled):
             self._tell_resent(event)
-        elif isinstance(event, OtherProcessor):
+        elif isinstance(event, ProcessorDiffers):
             self._say(f"warning: some shards come from another kind of processor: {event.name}")
         elif isinstance(event, NoWorkers):
             self._say("warning: the cluster has no workers; they are waited for")
-        elif isinstance(event, Checking):
+        elif isinstance(event, Comparing):
             text = f"comparing with scipy, {event.done} of {event.members} members"
             self._phase(text, first=event.done == 0)
         elif isinstance(event, Gathering):
@@ -84,8 +84,8 @@ class Teller:
         self._total = event.members
         self._survey = event.survey  # which keeps being filled
         self._rate(self._begin, self._done)
-        if event.kept_aside is not None:
-            self._say(f"the sweep that was there is now {event.kept_aside}")
+        if event.moved_aside is not None:
+            self._say(f"the sweep that was there is now {event.moved_aside}")
         if event.changed:
             self._say(f"warning: this sweep was begun with others: {', '.join(event.changed)}")
         if self._done and not self.quiet:
@@ -165,10 +165,10 @@ class Rate:
 
 
 @contextmanager
-def teller(interrupted: Event, *, quiet: bool) -> Iterator[Teller]:
+def progress_printer(interrupted: Event, *, quiet: bool) -> Iterator[ProgressPrinter]:
     """A teller, with a bar on stderr where that is a terminal."""
     if quiet or not sys.stderr.isatty():
-        yield Teller(interrupted, None, quiet=quiet)
+        yield ProgressPrinter(interrupted, None, quiet=quiet)
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -180,7 +180,7 @@ def teller(interrupted: Event, *, quiet: bool) -> Iterator[Teller]:
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        yield Teller(interrupted, bar, quiet=quiet)
+        yield ProgressPrinter(interrupted, bar, quiet=quiet)
 
 
 def duration(seconds: float) -> str:

@@ -8,7 +8,7 @@ import click
 
 if TYPE_CHECKING:
     from rbstab.sweep.plan.plan import Plan
-    from rbstab.sweep.sweep import Sweep, Ways
+    from rbstab.sweep.sweep import Sweep, SweepOptions
 
 ENOUGH = 16
 """Members of a variant on which an estimate may rest without a word."""
@@ -69,13 +69,13 @@ def report_status(path: Path, *, as_json: bool) -> None:
         StoreError: It is not the folder of a sweep, or cannot be read.
     """
     from rbstab.store.lock import is_locked
-    from rbstab.sweep.execution.execute import survey_of
+    from rbstab.sweep.execution.execute import shard_inventory
     from rbstab.sweep.folder.gather import counts_by_status, digest_of_shards, is_gathered
     from rbstab.sweep.folder.parts import running_parts
     from rbstab.sweep.folder.sweep_folder import open_folder
 
     folder = open_folder(path)
-    survey = survey_of(folder)
+    survey = shard_inventory(folder)
     damaged = [number for number in survey.missing if folder.shard_file(number).exists()]
     gathered = not survey.missing and is_gathered(folder, digest_of_shards(survey))
     by_status = counts_by_status(survey.counts)
@@ -105,7 +105,7 @@ def report_status(path: Path, *, as_json: bool) -> None:
     _print_statuses(by_status, manifest.members)
 
 
-def report_estimate(plan: "Plan", path: Path, ways: "Ways", *, as_json: bool) -> None:
+def report_estimate(plan: "Plan", path: Path, ways: "SweepOptions", *, as_json: bool) -> None:
     """Prints how much of a plan is to be done, and what it will take."""
     import shutil
 
@@ -148,16 +148,16 @@ def _few(calibrated: int) -> str:
     return f", from {calibrated} members of a variant" if 0 < calibrated < ENOUGH else ""
 
 
-def _extent(plan: "Plan", path: Path, ways: "Ways") -> tuple[int, int]:
+def _extent(plan: "Plan", path: Path, ways: "SweepOptions") -> tuple[int, int]:
     """How many members there are, of the part if it is one, and how many of them are done."""
-    from rbstab.sweep.execution.execute import survey_of
+    from rbstab.sweep.execution.execute import shard_inventory
     from rbstab.sweep.folder.open_folder import planned_folder
 
     folder, begun = planned_folder(path, plan, ways.shard_size)
     numbers = range(folder.shards) if ways.part is None else ways.part.of(folder.shards)
     if begun is False:
         click.echo(f"{path} holds a different sweep; --force moves it aside", err=True)
-    return folder.members_of(numbers), survey_of(folder, numbers).members if begun else 0
+    return folder.members_of(numbers), shard_inventory(folder, numbers).members if begun else 0
 
 
 def size(count: int) -> str:

@@ -16,12 +16,12 @@ def refuse_taken(path: Path, *, force: bool) -> None:
 
 def write_text(path: Path, text: str, *, force: bool) -> None:
     """Writes a file as a whole; ends the command with exit code 4 where that fails."""
-    from rbstab.store.atomic import write_whole
+    from rbstab.store.atomic import write_atomically
     from rbstab.store.errors import StoreError
 
     refuse_taken(path, force=force)
     try:
-        write_whole(path, text.encode(), replace=force)
+        write_atomically(path, text.encode(), replace=force)
     except (OSError, StoreError) as error:
         reason = getattr(error, "strerror", None) or error
         click.echo(f"{path}: cannot be written: {reason}", err=True)

@@ -15,7 +15,7 @@ from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
-LOOSEST_AUDIT = 1e-2
+MAX_AUDIT_BOUND = 1e-2
 """Of v(0): with more than this unaccounted for, v says nothing about the run."""
 
 AUDIT_PER_TOLERANCE = 1e4
@@ -27,7 +27,7 @@ ROUND_OFF = 1e-12
 DERIVATIVE_TOLERANCE = 1e-9
 """Of the largest power that is in the sum: the formula of v' and ∇v·f agree to round-off."""
 
-MOST_DERIVATIVES = 51
+MAX_DERIVATIVES = 51
 """Samples at which ∇v·f is taken, evenly spaced: more would cost more than the integration."""
 
 
@@ -92,7 +92,7 @@ class Evidence:
 
 def audit_bound(tolerance: float) -> float:
     """How large a residual may be, of v(0), for a run with a relative tolerance of its steps."""
-    return min(LOOSEST_AUDIT, AUDIT_PER_TOLERANCE * tolerance)
+    return min(MAX_AUDIT_BOUND, AUDIT_PER_TOLERANCE * tolerance)
 
 
 def checks_of(run: Evidence) -> list[Check]:
@@ -160,7 +160,7 @@ def _positive(run: Evidence) -> Check:
 def _rate(run: Evidence) -> Check:
     """V' is ∇v·f, by a complex step along the motion, which knows nothing of dissipation."""
     last = len(run.times) - 1
-    rows = np.unique(np.linspace(0, last, min(last + 1, MOST_DERIVATIVES)).round().astype(int))
+    rows = np.unique(np.linspace(0, last, min(last + 1, MAX_DERIVATIVES)).round().astype(int))
     apart = np.array([_rate_error(run, row) for row in rows])
     worst = int(apart.argmax())
     value, bound = float(apart[worst]), DERIVATIVE_TOLERANCE

@@ -18,7 +18,7 @@ GRADIENT_TOLERANCE = 1e-7
 """N m and N: the energy is wrong by the square of the gradient over a stiffness, so this leaves it
 exact to round-off for every stiffness above 1e-6."""
 
-MOST_STEPS = 100
+MAX_STEPS = 100
 """Steps of the descent: it takes some ten where there is a rest state to be found."""
 
 HESSIAN_STEP = 1e-6
@@ -87,7 +87,7 @@ def _descend(energy: Callable[[Array], Any], q: Array) -> Array:
         ]
         return 0.5 * (np.array(rows) + np.array(rows).T)
 
-    options = {"gtol": GRADIENT_TOLERANCE, "maxiter": MOST_STEPS}
+    options = {"gtol": GRADIENT_TOLERANCE, "maxiter": MAX_STEPS}
     found = minimize(energy, q, jac=gradient, hess=hessian, method="trust-exact", options=options)
     # One Newton step more costs nothing, and takes the position to round-off as well.
     polished = found.x - np.linalg.solve(hessian(found.x), gradient(found.x))

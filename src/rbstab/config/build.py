@@ -70,7 +70,7 @@ def system_of(config: Config) -> System:
     return System(body, tuple(elements), _coordinates(config.integration), anchor)
 
 
-def warnings_of(config: Config) -> list[str]:
+def config_warnings(config: Config) -> list[str]:
     """What is odd about a config, though it can be run."""
     found = []
     moments = triangle_violation(_matrix(config.body.inertia))

@@ -31,7 +31,7 @@ class Problem:
         return printable(f"{self.location}: {key}{self.problem}{expected}")
 
 
-MOST_PROBLEMS = 100
+MAX_PROBLEMS = 100
 """A file with more is not a config; the rest is only counted."""
 
 
@@ -49,9 +49,9 @@ class ConfigError(ValueError):
 
     def __init__(self, problems: list[Problem]) -> None:
         ordered = sorted(problems)
-        if len(ordered) > MOST_PROBLEMS:
-            last = ordered[MOST_PROBLEMS - 1]
-            more = f"{len(ordered) - MOST_PROBLEMS + 1} more problems are not listed"
-            ordered = [*ordered[: MOST_PROBLEMS - 1], Problem(last.location, "", more, "")]
+        if len(ordered) > MAX_PROBLEMS:
+            last = ordered[MAX_PROBLEMS - 1]
+            more = f"{len(ordered) - MAX_PROBLEMS + 1} more problems are not listed"
+            ordered = [*ordered[: MAX_PROBLEMS - 1], Problem(last.location, "", more, "")]
         self.problems = tuple(ordered)
         super().__init__("\n".join(str(problem) for problem in self.problems))

@@ -12,7 +12,7 @@ from rbstab.config.errors import ConfigError, Location, Problem
 from rbstab.config.messages import described, problems_of
 from rbstab.config.overrides import override
 from rbstab.config.schema import SCHEMA_VERSION, VARIANTS, Config
-from rbstab.config.source import DEEPEST, Source, read_source
+from rbstab.config.source import MAX_DEPTH, Source, read_source
 
 STAND_IN = "visco-elastic"
 """The variant against which a config of unknown variant is checked where variants agree."""
@@ -57,7 +57,7 @@ def source_of(document: str | FilePath | Mapping[str, Any], name: str = "config"
         ConfigError: It cannot be read, or is something else.
     """
     if isinstance(document, Mapping):
-        source = Source(_plain(document, DEEPEST), {(): Location(name)})
+        source = Source(_plain(document, MAX_DEPTH), {(): Location(name)})
     else:
         source = read_source(FilePath(document))
     if source.data is None:
@@ -154,7 +154,7 @@ def _plain(value: Any, levels: int) -> Any:
     """Mappings, sequences and arrays as the dicts and lists that a YAML file gives."""
     if levels < 0:
         problem = Problem(
-            Location("config"), "", "is nested too deeply", f"at most {DEEPEST} levels"
+            Location("config"), "", "is nested too deeply", f"at most {MAX_DEPTH} levels"
         )
         raise ConfigError([problem])
     if isinstance(value, Mapping):

@@ -106,12 +106,12 @@ def described(value: Any) -> str:
 
 def _number(value: float) -> str:
     """A number with the digits that tell it from others like it."""
-    if isinstance(value, int) and abs(value) >= LONGEST:
+    if isinstance(value, int) and abs(value) >= MAX_LENGTH:
         return "a whole number of more than 15 digits"
     return f"{value:.12g}"
 
 
-LONGEST = 10**15
+MAX_LENGTH = 10**15
 """Whole numbers from here on are not written out."""
 
 

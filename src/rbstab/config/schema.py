@@ -69,11 +69,11 @@ class Baumgarte(Section):
 
 Method = Literal["DOP853", "RK45", "LSODA", "Radau"]
 
-SMALLEST_SCIPY_RTOL = 2.3e-14
+MIN_SCIPY_RTOL = 2.3e-14
 """SciPy replaces a smaller one by 100 times round-off, with a warning only."""
 
 
-SHORTEST_INTERVAL = 1e-100
+MIN_INTERVAL = 1e-100
 """s: far below all physics, far above where floating point numbers run out."""
 
 
@@ -97,20 +97,20 @@ class Integration(Section):
     @classmethod
     def _apart(cls, samples: int, info: ValidationInfo) -> int:
         duration = info.data.get("duration")
-        if duration is not None and duration / (samples - 1) < SHORTEST_INTERVAL:
+        if duration is not None and duration / (samples - 1) < MIN_INTERVAL:
             raise complaint(
                 f"{samples} samples in {duration:g} s cannot be told apart",
-                f"expected them at least {SHORTEST_INTERVAL:g} s apart",
+                f"expected them at least {MIN_INTERVAL:g} s apart",
             )
         return samples
 
     @field_validator("rtol")
     @classmethod
     def _within_reach(cls, rtol: float, info: ValidationInfo) -> float:
-        if info.data.get("engine") == "scipy" and rtol < SMALLEST_SCIPY_RTOL:
+        if info.data.get("engine") == "scipy" and rtol < MIN_SCIPY_RTOL:
             raise complaint(
                 f"{rtol:g} is below what the engine scipy can do",
-                f"expected at least {SMALLEST_SCIPY_RTOL:g}",
+                f"expected at least {MIN_SCIPY_RTOL:g}",
             )
         return rtol
 

@@ -14,15 +14,15 @@ from typing import Any
 import yaml
 from yaml.reader import Reader
 
-from rbstab.config.errors import MOST_PROBLEMS, ConfigError, Location, Problem
+from rbstab.config.errors import MAX_PROBLEMS, ConfigError, Location, Problem
 
 Path = tuple[str | int, ...]
 """Keys and list indices from the root of the document to a value."""
 
-LARGEST_FILE = 1 << 20
+MAX_FILE_SIZE = 1 << 20
 """Bytes."""
 
-DEEPEST = 16
+MAX_DEPTH = 16
 """Mappings and lists inside each other."""
 
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
@@ -74,11 +74,11 @@ def read_source(path: FilePath) -> Source:
     name = str(path)
     try:
         with path.open("rb") as file:
-            raw = file.read(LARGEST_FILE + 1)
+            raw = file.read(MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise _single(Location(name), f"cannot be read: {reason}", "a YAML file") from error
-    if len(raw) > LARGEST_FILE:
+    if len(raw) > MAX_FILE_SIZE:
         raise _single(Location(name), "is larger than 1 MiB", "a config of a few kilobytes")
     raw = raw.removeprefix(codecs.BOM_UTF8)
     try:
@@ -146,7 +146,7 @@ class _Parser:
 
     def note(self, where: Location, problem: str, expected: str, path: Path = ()) -> None:
         self.problems.append(_problem(where, problem, expected, path))
-        if len(self.problems) >= MOST_PROBLEMS:
+        if len(self.problems) >= MAX_PROBLEMS:
             raise _UnreadableError
 
     def take(self, event: yaml.Event) -> None:
@@ -201,8 +201,8 @@ class _Parser:
         top.key = key
 
     def _start(self, container: dict[str, Any] | list[Any], where: Location) -> None:
-        if len(self.open) >= DEEPEST:
-            self.note(where, "is nested too deeply", f"at most {DEEPEST} levels")
+        if len(self.open) >= MAX_DEPTH:
+            self.note(where, "is nested too deeply", f"at most {MAX_DEPTH} levels")
             raise _UnreadableError
         top = self.open[-1] if self.open else None
         if top is not None and isinstance(top.container, dict) and top.key is None:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.certificate import (
-    LOOSEST_AUDIT,
+    MAX_AUDIT_BOUND,
     Check,
     Evidence,
     Verdict,
@@ -47,7 +47,7 @@ def certificate_of(
         scale=audit_scale(arrays["lyapunov"], arrays["energy"]),
         has_potential=not works_without_potential(problem.system),
         # Implicit steps are of first order, whatever the tolerance.
-        audit_bound=LOOSEST_AUDIT if implicit else audit_bound(problem.rtol),
+        audit_bound=MAX_AUDIT_BOUND if implicit else audit_bound(problem.rtol),
     )
     return checks_of(evidence)
 

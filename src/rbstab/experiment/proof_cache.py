@@ -11,18 +11,18 @@ from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import StoreError
 
 
-def proof_path(folder: Path, config: Config) -> Path:
+def proof_file(folder: Path, config: Config) -> Path:
     """Where the proof of a config is kept, in a folder of results."""
     return folder / "proofs" / f"{proof_id(config)}.json"
 
 
-def kept_proof(folder: Path, config: Config) -> Proof | None:
+def cached_proof(folder: Path, config: Config) -> Proof | None:
     """The proof of a config that is kept in a folder of results, if there is one.
 
     A file that is damaged or that another version has written is none.
     """
     with suppress(StoreError, ValidationError):
-        proof = Proof.model_validate(read_document(proof_path(folder, config)))
+        proof = Proof.model_validate(read_document(proof_file(folder, config)))
         if proof.id == proof_id(config):
             return proof
     return None
@@ -34,8 +34,8 @@ def proof_for(folder: Path, config: Config) -> Proof:
     Raises:
         StoreError: It cannot be written.
     """
-    found = kept_proof(folder, config)
+    found = cached_proof(folder, config)
     if found is None:
         found = prove(config)
-        write_document(proof_path(folder, config), found.model_dump(mode="json"))
+        write_document(proof_file(folder, config), found.model_dump(mode="json"))
     return found

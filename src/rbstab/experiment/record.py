@@ -89,7 +89,7 @@ def quantities_of(
     }
 
 
-def odd_of_motion(trajectory: Trajectory) -> list[str]:
+def motion_warnings(trajectory: Trajectory) -> list[str]:
     """Where θ1 or θ3 leave the range of eq. 5, which no equation notices."""
     found = []
     for index, name in ((0, "θ1"), (2, "θ3")):

@@ -10,7 +10,7 @@ from rbstab.experiment.proof import Proof
 from rbstab.experiment.simulate import simulate
 from rbstab.integrate.problem import Progress
 from rbstab.integrate.status import RunStatus
-from rbstab.store.atomic import set_aside
+from rbstab.store.atomic import move_aside
 from rbstab.store.errors import ResultExistsError, StoreError
 from rbstab.store.result import Result
 from rbstab.store.run_file import open_result, write_result
@@ -20,13 +20,13 @@ class FiledRun(NamedTuple):
     """A run that stands in a file.
 
     path is the file, result what it holds; repeated tells whether it was run now or found there;
-    kept_aside is where a different result of the same name went, if there was one.
+    moved_aside is where a different result of the same name went, if there was one.
     """
 
     path: Path
     result: Result
     repeated: bool
-    kept_aside: Path | None
+    moved_aside: Path | None
 
 
 def run_to_file(
@@ -53,7 +53,7 @@ def run_to_file(
     old = _existing(path, force=force)
     identical = old is not None and old.run_id == run_id(config)
     if old is not None and identical and not force and _is_final(old, config, proof):
-        return FiledRun(path, old, repeated=False, kept_aside=None)
+        return FiledRun(path, old, repeated=False, moved_aside=None)
     different = path.exists() and not identical
     if different and not force:
         _refuse(path, old)
@@ -61,12 +61,12 @@ def run_to_file(
     aside = None
     if different:
         aside = _free_name(path, old.run_id[:8] if old is not None else "damaged")
-        set_aside(path, aside)
+        move_aside(path, aside)
     if identical:
         _check_still_there(path, result)
     # A result that took the name meanwhile is met by the refusal of `write_result`.
     write_result(path, result, replace=identical)
-    return FiledRun(path, result, repeated=True, kept_aside=aside)
+    return FiledRun(path, result, repeated=True, moved_aside=aside)
 
 
 def finished_run(config: Config, path: Path, *, proof: Proof | None = None) -> Result | None:

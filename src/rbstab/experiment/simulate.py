@@ -5,14 +5,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rbstab.config.build import problem_of, warnings_of
+from rbstab.config.build import config_warnings, problem_of
 from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.experiment.certified import certificate_variables, proved_checks, verdict_of
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.provenance import provenance
-from rbstab.experiment.record import odd_of_motion, record_of
+from rbstab.experiment.record import motion_warnings, record_of
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Progress
 from rbstab.store.result import Result
@@ -51,7 +51,9 @@ def simulate(
         "variant": config.controller.variant,
         "status": str(trajectory.status),
         "status_detail": trajectory.detail,
-        "warnings": "\n".join([*warnings_of(config), *record.warnings, *odd_of_motion(trajectory)]),
+        "warnings": "\n".join(
+            [*config_warnings(config), *record.warnings, *motion_warnings(trajectory)]
+        ),
         "verdict": str(verdict_of(record.checks, config, proof)),
         "run_id": run_id(config),
         "engine": config.integration.engine,

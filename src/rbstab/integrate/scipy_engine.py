@@ -19,7 +19,7 @@ from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.scipy_flow import ScipyFlow
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.implicit import plain_stepper
-from rbstab.integrate.switching.laws import follow_sliding
+from rbstab.integrate.switching.laws import drive_sliding
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.derivatives import jacobian
@@ -43,7 +43,7 @@ def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
         warnings.simplefilter("ignore")
         switching = problem.switching
         if switching is not None:
-            return follow_sliding(
+            return drive_sliding(
                 problem,
                 switching,
                 lambda given: ScipyFlow(given, switching),

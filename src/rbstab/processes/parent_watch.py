@@ -8,7 +8,7 @@ from threading import Thread
 
 
 @contextmanager
-def lifeline() -> Iterator[Connection]:
+def parent_watch() -> Iterator[Connection]:
     """What loky's processes are given to `hold`, by the process that begins them."""
     # Imported late: only what begins processes needs it.
     from loky.backend import get_context
@@ -18,7 +18,7 @@ def lifeline() -> Iterator[Connection]:
         yield theirs
 
 
-def hold(line: Connection) -> None:
+def exit_with_parent(line: Connection) -> None:
     """Ends this process as soon as nobody holds the other end."""
     Thread(target=_wait, args=(line,), daemon=True).start()
 

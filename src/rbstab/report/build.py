@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 
 from rbstab.report.model.document import Block, Report, Section
-from rbstab.report.model.words import counted, foreign
+from rbstab.report.model.words import counted, untrusted
 from rbstab.report.reading.sources import Run, Sources
 from rbstab.report.runs.certificate_tables import certificate_section
 from rbstab.report.runs.config_tables import config_section
@@ -16,10 +16,10 @@ from rbstab.report.runs.sections import run_sections
 from rbstab.report.runs.tables import overview, summary_table
 from rbstab.report.sweeps.sections import sweep_sections
 
-LONGEST_COMMAND = 20_000
+MAX_COMMAND_LENGTH = 20_000
 """Characters: a command that is cut makes nothing again."""
 
-MOST_MOTIONS = 4
+MAX_MOTIONS = 4
 """Views that move: each has its own drawing area on a page."""
 
 
@@ -36,9 +36,9 @@ def report_of(sources: Sources, command: str, title: str | None = None) -> Repor
     """
     facts = facts_of(sources.runs)
     return Report(
-        title=foreign(title) if title else _title(sources),
+        title=untrusted(title) if title else _title(sources),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
-        command=foreign(command, LONGEST_COMMAND),
+        command=untrusted(command, MAX_COMMAND_LENGTH),
         sections=tuple(_sections(sources, facts)),
         unread=sources.unread,
     )
@@ -67,7 +67,7 @@ def _motions(runs: Sequence[Run]) -> Section | None:
     moving = [run for run in runs if run.config is not None and len(run.result["time"]) > 1]
     if not moving:
         return None
-    shown = moving[:MOST_MOTIONS]
+    shown = moving[:MAX_MOTIONS]
     blocks: list[Block] = [motion_of(run) for run in shown]
     if len(shown) < len(runs):
         blocks.insert(0, f"Shown are {counted(len(shown), 'run')} of {len(runs)}.")
@@ -77,7 +77,7 @@ def _motions(runs: Sequence[Run]) -> Section | None:
 def _title(sources: Sources) -> str:
     """That of the one result, or how many there are."""
     if len(sources.runs) == 1 and not sources.sweeps:
-        return foreign(sources.runs[0].result.attributes["title"])
+        return untrusted(sources.runs[0].result.attributes["title"])
     if len(sources.sweeps) == 1 and not sources.runs:
         return f"Sweep {sources.sweeps[0].label}"
     counts = ((len(sources.runs), "run"), (len(sources.sweeps), "sweep"))

@@ -13,7 +13,7 @@ PARTIAL = ".part"
 """How the name of a file ends that is being written."""
 
 
-def write_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
+def write_atomically(path: Path, content: bytes, *, replace: bool = False) -> None:
     """Writes a file so that at every instant it is absent, or what was there before, or complete.
 
     The content goes to a hidden file in the same folder, reaches the disk, and takes its name then.
@@ -27,12 +27,12 @@ def write_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
         ResultExistsError: The file exists and `replace` is not set.
         OSError: The disk is full, the folder cannot be written, and the like.
     """
-    with appearing(path, replace=replace) as partial, partial.open("xb") as file:
+    with atomic_path(path, replace=replace) as partial, partial.open("xb") as file:
         file.write(content)
 
 
 @contextmanager
-def appearing(path: Path, *, replace: bool = False) -> Iterator[Path]:
+def atomic_path(path: Path, *, replace: bool = False) -> Iterator[Path]:
     """The hidden name under which a file is to be written that takes its own name at the end.
 
     Args:
@@ -44,7 +44,7 @@ def appearing(path: Path, *, replace: bool = False) -> Iterator[Path]:
 
     Raises:
         ResultExistsError: The file exists and `replace` is not set.
-        OSError: As `write_whole`.
+        OSError: As `write_atomically`.
     """
     # A name that no other writer has: not another thread, and not a killed process of the same
     # number, whose remains can be a second name of the result itself.
@@ -62,7 +62,7 @@ def appearing(path: Path, *, replace: bool = False) -> Iterator[Path]:
         partial.unlink(missing_ok=True)
 
 
-def remove_remains(folder: Path, older_than: float = 0.0) -> None:
+def remove_partial_files(folder: Path, older_than: float = 0.0) -> None:
     """Removes what killed writers left in a folder.
 
     Args:
@@ -75,12 +75,12 @@ def remove_remains(folder: Path, older_than: float = 0.0) -> None:
                 remains.unlink()
 
 
-def set_aside(path: Path, new: Path) -> None:
+def move_aside(path: Path, new: Path) -> None:
     """Gives a file another name, which must be free.
 
     Raises:
         ResultExistsError: The new name is taken.
-        OSError: As `write_whole`.
+        OSError: As `write_atomically`.
     """
     _take_free_name(path, new)
     path.unlink(missing_ok=True)

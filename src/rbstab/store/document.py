@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from rbstab.store.atomic import write_whole
+from rbstab.store.atomic import write_atomically
 from rbstab.store.errors import NotAResultError, StoreError
 
 
@@ -25,7 +25,7 @@ def write_document(path: Path, data: dict[str, Any], *, replace: bool = True) ->
     text = json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, text.encode(), replace=replace)
+        write_atomically(path, text.encode(), replace=replace)
     except OSError as error:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
 

@@ -19,11 +19,11 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from rbstab.store.atomic import appearing
+from rbstab.store.atomic import atomic_path
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions import COORDINATES, Motions
 from rbstab.store.opening import array_of, check_version, opened, plain
-from rbstab.store.presence import is_there
+from rbstab.store.presence import path_exists
 from rbstab.store.result import Variable
 from rbstab.store.seal import check_seal, seal_line, stated_seal
 from rbstab.store.table import RUN
@@ -63,7 +63,7 @@ def write_motions(path: Path, motions: Motions) -> Stamp:
         if shutil.disk_usage(path.parent).free < size + ROOM:
             # Before HDF5 meets it, which does not always survive that.
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        with appearing(path, replace=True) as partial:
+        with atomic_path(path, replace=True) as partial:
             places = _laid_out(partial, motions)
             with partial.open("r+b", buffering=0) as file:
                 return _filled(file, places)
@@ -79,7 +79,7 @@ def stamp_of(path: Path) -> Stamp | None:
     Raises:
         StoreError: It cannot be read.
     """
-    if not is_there(path):
+    if not path_exists(path):
         return None
     digest = stated_seal(path)
     return Stamp(digest, path.stat().st_size) if digest is not None else None

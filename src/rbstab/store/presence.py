@@ -5,7 +5,7 @@ from pathlib import Path
 from rbstab.store.errors import StoreError
 
 
-def is_there(path: Path) -> bool:
+def path_exists(path: Path) -> bool:
     """Whether something has this path.
 
     Raises:

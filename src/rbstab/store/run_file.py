@@ -5,7 +5,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from rbstab.store.atomic import write_whole
+from rbstab.store.atomic import write_atomically
 from rbstab.store.digest import digest_of
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.opening import array_of, check_version, opened, plain
@@ -32,7 +32,7 @@ def write_result(path: str | Path, result: Result, *, replace: bool = False) -> 
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, sealed(_image(result)), replace=replace)
+        write_atomically(path, sealed(_image(result)), replace=replace)
     except FileExistsError as error:
         # mkdir's word for a file where a folder should be.
         raise StoreError(f"{path} cannot be written: Not a directory") from error

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rbstab.store.atomic import write_whole
+from rbstab.store.atomic import write_atomically
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.seal import digest_in, sealed, unsealed
 from rbstab.store.table import RUN, Arrays, Head, Layout, Table
@@ -51,7 +51,7 @@ def write_shard(path: Path, head: Head, arrays: Arrays) -> str:
     file.write(b"\n" + json.dumps(known, sort_keys=True).encode())
     content = sealed(file.getvalue())
     try:
-        write_whole(path, content, replace=True)
+        write_atomically(path, content, replace=True)
     except OSError as error:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
     return digest_in(content)

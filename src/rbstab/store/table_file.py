@@ -10,7 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from rbstab.store.atomic import appearing
+from rbstab.store.atomic import atomic_path
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.opening import array_of, check_version, opened, plain
 from rbstab.store.result import Variable
@@ -47,7 +47,7 @@ def write_table(path: Path, head: Head, parts: Iterable[Arrays]) -> None:
         if shutil.disk_usage(path.parent).free < needed:
             # Before HDF5 meets it, which does not always survive that.
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        with appearing(path, replace=True) as partial:
+        with atomic_path(path, replace=True) as partial:
             with h5py.File(partial, "w-", track_order=True, locking=False) as file:
                 _write(file, head, parts)
             seal(partial)

@@ -11,13 +11,19 @@ from typing import NamedTuple
 
 from rbstab.config.errors import ConfigError
 from rbstab.store.errors import NotAResultError
-from rbstab.sweep.execution.events import Happened
-from rbstab.sweep.execution.execute import Execution, Executor, Survey, survey_of
+from rbstab.sweep.execution.events import ExecutionEvent
+from rbstab.sweep.execution.execute import Execution, Executor, ShardInventory, shard_inventory
 from rbstab.sweep.execution.shard_process import ShardProcess
-from rbstab.sweep.execution.threads import Threads
-from rbstab.sweep.folder.disk_space import check_room
+from rbstab.sweep.execution.threads import ThreadExecutor
+from rbstab.sweep.folder.disk_space import check_disk_space
 from rbstab.sweep.folder.gather import digest_of_shards, gather, is_gathered
-from rbstab.sweep.folder.open_folder import Begun, begun, made, part_begun, remove_old_remains
+from rbstab.sweep.folder.open_folder import (
+    OpenFolder,
+    begun,
+    made,
+    open_for_part,
+    remove_old_partial_files,
+)
 from rbstab.sweep.folder.parts import Part, forget_parts
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder, open_folder
 from rbstab.sweep.members.comparison import ENGINE, Check, check_of
@@ -28,19 +34,19 @@ from rbstab.sweep.plan.plan import Plan, plan_id
 
 
 class Started(NamedTuple):
-    """The folder is there, and what is done already; for the rest see `Begun`.
+    """The folder is there, and what is done already; for the rest see `OpenFolder`.
 
     members is how many there are to be done in all, by this process.
     """
 
     folder: SweepFolder
-    survey: Survey
-    kept_aside: Path | None
+    survey: ShardInventory
+    moved_aside: Path | None
     changed: tuple[str, ...]
     members: int
 
 
-class Checking(NamedTuple):
+class Comparing(NamedTuple):
     """So many members have been compared with single runs, of so many."""
 
     done: int
@@ -51,7 +57,7 @@ class Gathering(NamedTuple):
     """The shards are being gathered."""
 
 
-Happening = Started | Happened | Checking | Gathering
+SweepEvent = Started | ExecutionEvent | Comparing | Gathering
 
 
 @dataclass(frozen=True)
@@ -67,14 +73,14 @@ class Sweep:
     """
 
     folder: SweepFolder
-    survey: Survey
+    survey: ShardInventory
     check: Check | None
     finished: bool
     part: Part | None = None
 
 
 @dataclass(frozen=True)
-class Ways:
+class SweepOptions:
     """How a sweep is done; nothing of it shows in the results.
 
     Args:
@@ -111,8 +117,8 @@ class Ways:
 def sweep_to_folder(
     plan: Plan,
     path: Path,
-    ways: Ways | None = None,
-    told: Callable[[Happening | None], None] = lambda _: None,
+    ways: SweepOptions | None = None,
+    told: Callable[[SweepEvent | None], None] = lambda _: None,
     stop: Event | None = None,
 ) -> Sweep:
     """Does what is not done yet of a sweep.
@@ -132,18 +138,18 @@ def sweep_to_folder(
         ExecutorError: The executor cannot go on.
     """
     stop = stop or Event()
-    ways = ways or Ways()
+    ways = ways or SweepOptions()
     executor = ways.executor or _threads(plan, ways)
     with _place(path, plan, ways) as place:
         folder = place.folder
         numbers = range(folder.shards) if ways.part is None else ways.part.of(folder.shards)
-        before = survey_of(folder, numbers)
-        survey = before.without_failed() if ways.retry_failed else before
-        check_room(plan, folder, survey.missing)
+        before = shard_inventory(folder, numbers)
+        survey = before.counting_failed_as_missing() if ways.retry_failed else before
+        check_disk_space(plan, folder, survey.missing)
         members = folder.members_of(numbers)
-        told(Started(folder, survey, place.kept_aside, place.changed, members))
+        told(Started(folder, survey, place.moved_aside, place.changed, members))
         Execution(plan, folder, executor, told, stop, ways.fail_fast).run(survey)
-        survey.filled_from(before)
+        survey.add_from(before)
         if ways.part is not None or survey.missing or stop.is_set():
             return Sweep(folder, survey, None, finished=False, part=ways.part)
         course = _Course(told, stop, ways.threads or processors())
@@ -152,7 +158,7 @@ def sweep_to_folder(
 
 def gather_folder(
     path: Path,
-    told: Callable[[Happening | None], None] = lambda _: None,
+    told: Callable[[SweepEvent | None], None] = lambda _: None,
     stop: Event | None = None,
 ) -> Sweep:
     """Joins the shards of a folder, if all are there, whoever has computed them.
@@ -176,28 +182,28 @@ def gather_folder(
     with made(path) as sure:
         folder = open_folder(path)
         plan = _stored_plan(folder)
-        survey = survey_of(folder)
+        survey = shard_inventory(folder)
         told(Started(folder, survey, None, (), folder.manifest.members))
         if survey.missing:
             return Sweep(folder, survey, None, finished=False)
         factory_for(plan.engine)
         if sure:
-            remove_old_remains(path)
+            remove_old_partial_files(path)
         return _joined(plan, folder, survey, _Course(told, stop or Event(), processors()))
 
 
-def _threads(plan: Plan, ways: Ways) -> Threads:
+def _threads(plan: Plan, ways: SweepOptions) -> ThreadExecutor:
     count = ways.threads or processors()
     if ways.factory is not None:
         # Whoever brings an engine may not be able to send it.
-        return Threads(ways.factory, count)
+        return ThreadExecutor(ways.factory, count)
     factory = factory_for(plan.engine)
-    return Threads(factory, count, partial(ShardProcess, factory=factory))
+    return ThreadExecutor(factory, count, partial(ShardProcess, factory=factory))
 
 
-def _place(path: Path, plan: Plan, ways: Ways) -> AbstractContextManager[Begun]:
+def _place(path: Path, plan: Plan, ways: SweepOptions) -> AbstractContextManager[OpenFolder]:
     if ways.part is not None:
-        return part_begun(path, plan, ways.shard_size, ways.part)
+        return open_for_part(path, plan, ways.shard_size, ways.part)
     return begun(path, plan, ways.shard_size, force=ways.force)
 
 
@@ -216,19 +222,19 @@ def _stored_plan(folder: SweepFolder) -> Plan:
 class _Course(NamedTuple):
     """Who learns what happens, what ends it early, and how many processes may compare members."""
 
-    told: Callable[[Happening | None], None]
+    told: Callable[[SweepEvent | None], None]
     stop: Event
     processes: int
 
 
-def _joined(plan: Plan, folder: SweepFolder, survey: Survey, course: _Course) -> Sweep:
+def _joined(plan: Plan, folder: SweepFolder, survey: ShardInventory, course: _Course) -> Sweep:
     """A sweep whose shards are all there: compared with single runs, and gathered."""
     told, stop, processes = course
     digest = digest_of_shards(survey)
     check = None
     if plan.engine != ENGINE:
         check = check_of(
-            plan, folder, digest, stop, lambda *count: told(Checking(*count)), processes
+            plan, folder, digest, stop, lambda *count: told(Comparing(*count)), processes
         )
         if check is None:
             return Sweep(folder, survey, None, finished=False)

@@ -9,7 +9,7 @@ from support.systems import VARIANTS
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.boxes import RANGE_END, box_around, hulls
-from rbstab.analysis.proof.branch_and_bound import SMALLEST_REACH, Outcome, prove
+from rbstab.analysis.proof.branch_and_bound import MIN_REACH, Outcome, prove
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.search import search
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
@@ -93,7 +93,7 @@ def test_zeros_about_to_part_are_never_called_proved(ratio):
     assert np.all(hull[0] < 0)
     assert np.all(hull[1] > 0)
     assert np.all(np.abs(hull) < 1e-4)
-    assert np.all(zeros.undecided.reach < SMALLEST_REACH)
+    assert np.all(zeros.undecided.reach < MIN_REACH)
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-5, 1e-7, 1e-9, 0.0, -1e-9, -1e-7, -1e-5, -1e-3])

@@ -10,16 +10,16 @@ from support.made_runs import made_file, made_result
 from support.results import result
 from support.sweeps import FakeEngine, plan_of
 
-from rbstab.report.reading.sources import LONGEST_LABEL, read_sources, unique_labels
+from rbstab.report.reading.sources import MAX_LABEL_LENGTH, read_sources, unique_labels
 from rbstab.store.run_file import write_result
-from rbstab.sweep.sweep import Ways, sweep_to_folder
+from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
 
 
 @pytest.fixture(scope="module")
 def sweep(tmp_path_factory):
     """The folder of a finished sweep."""
     folder = tmp_path_factory.mktemp("sweeps") / "plan"
-    sweep_to_folder(plan_of(60), folder, Ways(FakeEngine, 1, 30))
+    sweep_to_folder(plan_of(60), folder, SweepOptions(FakeEngine, 1, 30))
     return folder
 
 
@@ -214,7 +214,7 @@ def test_labels_are_short_and_their_own_whatever_the_files_are_called():
     labels = unique_labels([Path("/r", f"{name}.h5") for name in names])
     assert len(set(labels)) == len(labels)
     assert all(label.isprintable() for label in labels)
-    assert max(map(len, labels)) <= LONGEST_LABEL + len(" (1)")
+    assert max(map(len, labels)) <= MAX_LABEL_LENGTH + len(" (1)")
 
 
 def test_files_of_one_name_with_other_endings():

@@ -5,7 +5,7 @@ from support.figure_runs import figures_in, lines_of, run_of, without_config
 from rbstab.report.model.document import Section
 from rbstab.report.model.figure import Level, Points
 from rbstab.report.runs.figures import eigenvalues
-from rbstab.report.runs.figures.eigenvalues import MOST_LOCI, eigenvalue_blocks
+from rbstab.report.runs.figures.eigenvalues import MAX_LOCI, eigenvalue_blocks
 
 
 def blocks_of(*runs):
@@ -102,11 +102,11 @@ def test_where_nothing_can_be_computed_there_is_a_sentence(monkeypatch):
 
 
 def test_of_many_runs_the_first_have_loci():
-    runs = [run_of("sliding", number, f"run {number}") for number in range(MOST_LOCI + 1)]
+    runs = [run_of("sliding", number, f"run {number}") for number in range(MAX_LOCI + 1)]
     figures, text = blocks_of(*runs)
-    assert len(figures) == 1 + MOST_LOCI
-    assert len(points_of(figures["runs-eigenvalues"].panels[0])) == MOST_LOCI + 1
-    assert f"the first {MOST_LOCI} runs" in text
+    assert len(figures) == 1 + MAX_LOCI
+    assert len(points_of(figures["runs-eigenvalues"].panels[0])) == MAX_LOCI + 1
+    assert f"the first {MAX_LOCI} runs" in text
 
 
 def test_both_of_a_pair_are_slow_or_neither_is():

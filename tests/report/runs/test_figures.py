@@ -15,7 +15,7 @@ from support.figure_runs import (
 
 from rbstab.report.model.figure import Bars, Level, Points, Stack
 from rbstab.report.model.palette import COLOURS
-from rbstab.report.runs.sections import MOST_CURVES, run_sections
+from rbstab.report.runs.sections import MAX_CURVES, run_sections
 from rbstab.systems.quantities import BY_NAME
 
 
@@ -231,9 +231,9 @@ def test_no_runs_have_no_sections():
 
 def test_of_many_runs_there_are_distributions():
     kinds = ("embedded", "free", "permanent")
-    runs = [run_of(kinds[n % 3], n, f"run {n}") for n in range(MOST_CURVES + 1)]
+    runs = [run_of(kinds[n % 3], n, f"run {n}") for n in range(MAX_CURVES + 1)]
     (section,) = run_sections(runs)
-    assert f"{MOST_CURVES + 1} runs" in sentences([section])
+    assert f"{MAX_CURVES + 1} runs" in sentences([section])
     (figure,) = figures_in((section,)).values()
     assert [panel.x.label for panel in figure.panels] == [
         "settling time",
@@ -256,7 +256,7 @@ def test_of_many_runs_there_are_distributions():
 
 
 def test_up_to_that_many_there_are_curves():
-    runs = [without_config(run_of("free", n, f"run {n}")) for n in range(MOST_CURVES)]
+    runs = [without_config(run_of("free", n, f"run {n}")) for n in range(MAX_CURVES)]
     assert "runs-rotation" in figures_in(run_sections(runs))
 
 

@@ -9,7 +9,7 @@ from support.paper_runs import paper_config
 import rbstab
 from rbstab.config.load import load_config
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.motion import MOST_FRAMES, motion_of
+from rbstab.report.runs.motion import MAX_FRAMES, motion_of
 
 
 def run(variant: str, weighed: bool = False, **changes: Any) -> Run:
@@ -35,7 +35,7 @@ def test_the_contact_point_is_off_its_anchor_by_the_stored_displacement(
 def test_a_view_has_no_more_frames_than_it_needs_and_both_ends() -> None:
     source = run("visco-elastic", samples=4001)
     motion = motion_of(source)
-    assert MOST_FRAMES / 2 < len(motion.times) <= MOST_FRAMES
+    assert MAX_FRAMES / 2 < len(motion.times) <= MAX_FRAMES
     assert (motion.times[0], motion.times[-1]) == (0.0, 2.0)
     assert (np.diff(motion.times) > 0).all()
     steps = Rotation.from_quat(motion.rotations, scalar_first=True)

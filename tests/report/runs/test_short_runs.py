@@ -12,7 +12,7 @@ from support.figure_runs import (
     without_config,
 )
 
-from rbstab.report.runs.sections import MOST_CURVES, run_sections
+from rbstab.report.runs.sections import MAX_CURVES, run_sections
 from rbstab.report.writers.decimate import decimated
 from rbstab.report.writers.matplotlib_figures.renderer import png
 
@@ -73,8 +73,8 @@ def test_a_trust_that_is_not_known():
 
 def test_distributions_without_numbers():
     run = run_of("free")
-    odd = [broken(run_of("free", n, f"{n}"), np.nan) for n in range(MOST_CURVES)]
+    odd = [broken(run_of("free", n, f"{n}"), np.nan) for n in range(MAX_CURVES)]
     figures = figures_of(*odd, cut(run, 1))
     drawn(figures)
     figure = figures["runs-distributions"]
-    assert f"peak |E|: {MOST_CURVES}" in figure.caption
+    assert f"peak |E|: {MAX_CURVES}" in figure.caption

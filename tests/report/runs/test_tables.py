@@ -19,14 +19,14 @@ from support.made_runs import (
 
 from rbstab.config.load import load_config
 from rbstab.experiment.proof import Proof, ProvedRegion, ProvedState, proof_id
-from rbstab.experiment.proof_cache import proof_path
+from rbstab.experiment.proof_cache import proof_file
 from rbstab.report.model.document import Section, Table
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.runs.certificate_tables import MOST_IN_FULL, certificate_section
-from rbstab.report.runs.config_tables import MOST_KEYS, MOST_SIDE_BY_SIDE, config_section
+from rbstab.report.runs.certificate_tables import MAX_IN_FULL, certificate_section
+from rbstab.report.runs.config_tables import MAX_KEYS, MAX_SIDE_BY_SIDE, config_section
 from rbstab.report.runs.facts import facts_of
 from rbstab.report.runs.provenance_tables import (
-    MOST_COMMANDS,
+    MAX_COMMANDS,
     provenance_section,
     warnings_section,
 )
@@ -168,7 +168,7 @@ def keep_proof(folder, text, states, *, level=1e9):
         states=(state,) * states,
         region=region,
     )
-    write_document(proof_path(folder, config), proof.model_dump(mode="json"))
+    write_document(proof_file(folder, config), proof.model_dump(mode="json"))
 
 
 def _plain(text):
@@ -225,7 +225,7 @@ def test_equal_configs(tmp_path):
 
 
 def test_many_runs_have_a_row_each(tmp_path):
-    count = MOST_SIDE_BY_SIDE + 1
+    count = MAX_SIDE_BY_SIDE + 1
     spins = [f"initial.angular_velocity=[{k},0,0]" for k in range(count)]
     paths = [
         made_file(tmp_path / f"{k}.h5", made_config(f"body.mass={40 + k}", spins[k]))
@@ -239,7 +239,7 @@ def test_many_runs_have_a_row_each(tmp_path):
     [mass, spin] = table_of(section, "varied").rows
     assert [cell.text for cell in mass] == ["body.mass [kg]", str(count), "40", str(40 + count - 1)]
     assert [cell.text for cell in spin][1:] == [str(count), "-", "-"]
-    assert len(by_run.heads) <= 1 + MOST_KEYS
+    assert len(by_run.heads) <= 1 + MAX_KEYS
 
 
 def test_the_lines_of_a_certificate(tmp_path):
@@ -254,7 +254,7 @@ def test_the_lines_of_a_certificate(tmp_path):
 
 
 def test_of_many_certificates_only_what_is_violated_is_written_out(tmp_path):
-    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MOST_IN_FULL)]
+    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_IN_FULL)]
     bad = made_file(tmp_path / "bad.h5", verdicts={"audit": "violated"}, verdict="violated")
     lines = table_of(certificate_section(facts(*paths, bad)), "certificate-lines")
     assert [(row[0].text, row[1].text) for row in lines.rows] == [("bad", "audit")]
@@ -337,7 +337,7 @@ def test_the_commands_that_repeat_runs_do_not_get_in_each_others_way(tmp_path):
 
 
 def test_of_many_runs_the_command_is_said_once(tmp_path):
-    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MOST_COMMANDS + 1)]
+    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_COMMANDS + 1)]
     section = provenance_section(facts(*paths))
     assert [b.name for b in section.blocks if isinstance(b, Table)] == ["versions", "origins"]
     assert "rbstab show RESULT --config" in str(section.blocks[-1])

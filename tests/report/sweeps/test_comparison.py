@@ -5,7 +5,7 @@ import pytest
 from support.made_sweeps import GRID, SPIN
 from support.sections import figures, tables, texts
 
-from rbstab.report.sweeps.paired_conditions import circumstances_of
+from rbstab.report.sweeps.paired_conditions import paired_conditions_of
 from rbstab.report.sweeps.sections import sweep_sections
 
 VARIANTS = ["visco-elastic", "free", "permanent"]
@@ -36,7 +36,7 @@ def test_the_same_members_are_compared_in_pairs(made):
 
 def test_pairs_have_the_same_values(members):
     found = members(EACH, **DRAWN)
-    groups = circumstances_of(found)
+    groups = paired_conditions_of(found)
     assert groups.labels == tuple(VARIANTS)
     assert groups.pairs.shape == (50, 3)
     for name in ("body_mass", "initial_angular_velocity_0"):
@@ -47,7 +47,7 @@ def test_pairs_have_the_same_values(members):
 
 def test_pairs_of_a_grid(members):
     found = members(GRID | {"controller.variant": {"values": ["free", "visco-elastic"]}})
-    groups = circumstances_of(found)
+    groups = paired_conditions_of(found)
     assert groups.pairs.shape == (20, 2)
     for name in ("initial_angular_velocity_0", "initial_angular_velocity_1"):
         values = found.column(name)[groups.pairs]
@@ -74,7 +74,7 @@ def test_outcomes_and_quantiles_by_variant(made):
 
 def test_a_number_of_each_point_is_a_circumstance_too(members):
     vary = EACH | {"body.mass": {"each": {"values": [1, 2]}}}
-    groups = circumstances_of(members(vary, **DRAWN))
+    groups = paired_conditions_of(members(vary, **DRAWN))
     assert groups.labels[:3] == (
         "visco-elastic, mass = 1",
         "visco-elastic, mass = 2",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.made_sweeps import SPIN
 
-from rbstab.report.sweeps.parameters import MOST_CELLS, cut, shortened
+from rbstab.report.sweeps.parameters import MAX_CELLS, cut, shortened
 
 
 def test_a_list_has_a_cell_for_each_entry_in_ascending_order(members):
@@ -30,15 +30,15 @@ def test_equal_ratios_are_drawn_so(members, values):
 
 
 def test_entries_of_a_long_list_are_taken_together(members):
-    count = 2 * MOST_CELLS - 3
+    count = 2 * MAX_CELLS - 3
     (mass,) = members({"body.mass": {"linspace": [1, count, count]}}).parameters
     made = cut(mass)
-    assert len(made.middles) == MOST_CELLS - 1
+    assert len(made.middles) == MAX_CELLS - 1
     assert made.middles[:3].tolist() == [1.5, 3.5, 5.5]
     assert made.places[:5].tolist() == [0, 0, 1, 1, 2]
     # The last one is alone.
     assert made.middles[-1] == count
-    assert np.bincount(made.places).tolist() == [2] * (MOST_CELLS - 2) + [1]
+    assert np.bincount(made.places).tolist() == [2] * (MAX_CELLS - 2) + [1]
 
 
 @pytest.mark.parametrize(("word", "middles"), [("uniform", [2, 4]), ("loguniform", [1.4, 4.4])])

@@ -14,7 +14,7 @@ from rbstab.report.writers.matplotlib_figures.renderer import drawn
 from rbstab.store.errors import NotAResultError
 from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.sweep import Ways, sweep_to_folder
+from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
 
 DRAWN = {
     "body.mass": {"uniform": [1, 2]},
@@ -89,7 +89,7 @@ def test_a_real_sweep_says_what_it_is(tmp_path):
     vary = {f"{SPIN}[0]": {"linspace": [-4, 4, 3]}, "controller.K_r": {"scale": {"values": [1, 2]}}}
     plan = load_plan({"title": "Real", "base": data, "vary": vary})
     folder = tmp_path / "results" / "real"
-    sweep_to_folder(plan, folder, Ways(threads=1))
+    sweep_to_folder(plan, folder, SweepOptions(threads=1))
     sections = sweep_sections(SweepFile(2, "sweep-3", "real", folder / "sweep.h5"))
     check_sections(sections)
     facts = dict(texts(tables(sections)["sweep-3-facts"]))

@@ -56,7 +56,7 @@ def image_of(figure, dpi=60):
     return np.asarray(Image.open(BytesIO(png(figure, dpi=dpi))).convert("RGB"))
 
 
-MARKS = {
+SIGNATURES = {
     Line: Line(X, Y, "line"),
     Points: Points(X, Y, "points", symbol=3),
     Stack: Stack(X, np.column_stack([Y, -X, X]), ("a", "b", "c")),
@@ -68,10 +68,10 @@ MARKS = {
 
 
 def test_there_is_an_example_of_each_mark():
-    assert set(MARKS) == set(get_args(Mark))
+    assert set(SIGNATURES) == set(get_args(Mark))
 
 
-@pytest.mark.parametrize("kind", MARKS.values(), ids=lambda mark: type(mark).__name__)
+@pytest.mark.parametrize("kind", SIGNATURES.values(), ids=lambda mark: type(mark).__name__)
 @pytest.mark.parametrize("log", [False, True], ids=["linear", "log"])
 def test_each_mark_is_seen(kind, log):
     axis = Axis("q", "J", log=log)
@@ -83,7 +83,7 @@ def test_each_mark_is_seen(kind, log):
     assert (spread > 40).sum() > 20 or isinstance(kind, Level)
 
 
-@pytest.mark.parametrize("kind", MARKS.values(), ids=lambda mark: type(mark).__name__)
+@pytest.mark.parametrize("kind", SIGNATURES.values(), ids=lambda mark: type(mark).__name__)
 def test_labels_stand_in_the_legend(kind):
     drawing = drawn(figure_of(kind))
     labels = {"Stack": ["a", "b", "c"], "Cells": []}
@@ -329,8 +329,8 @@ def test_a_figure_without_panels_or_marks():
 def test_settings_neither_leave_nor_enter():
     figure = figure_of(Line(X, Y, "a"), Stack(X, X[:, None], ("b",)), y=Axis("y", log=True))
     expected, before = png(figure, dpi=50), dict(mpl.rcParams)
-    foreign = {"font.size": 30, "axes.grid": False, "axes.facecolor": "red", "lines.marker": "x"}
-    with mpl.rc_context(foreign):
+    untrusted = {"font.size": 30, "axes.grid": False, "axes.facecolor": "red", "lines.marker": "x"}
+    with mpl.rc_context(untrusted):
         changed = dict(mpl.rcParams)
         assert png(figure, dpi=50) == expected
         drawn(figure)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from support.made_runs import made_file
 
-from rbstab.report.build import MOST_MOTIONS, report_of
+from rbstab.report.build import MAX_MOTIONS, report_of
 from rbstab.report.model.document import Cell, Head, Motion, Report, Section, Table, Unread
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.writers.plain_data import data_of
@@ -134,11 +134,11 @@ def test_names_of_blocks_are_their_own(tmp_path):
 
 
 def test_only_the_first_runs_move(tmp_path):
-    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MOST_MOTIONS + 1)]
+    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_MOTIONS + 1)]
     report = report_of(read_sources(paths), "")
     [motion] = [section for section in report.sections if section.name == "motion"]
-    assert sum(isinstance(block, Motion) for block in motion.blocks) == MOST_MOTIONS
-    assert motion.blocks[0] == f"Shown are {MOST_MOTIONS} runs of {MOST_MOTIONS + 1}."
+    assert sum(isinstance(block, Motion) for block in motion.blocks) == MAX_MOTIONS
+    assert motion.blocks[0] == f"Shown are {MAX_MOTIONS} runs of {MAX_MOTIONS + 1}."
 
 
 def test_links_inside_a_report_lead_somewhere(tmp_path):

@@ -14,13 +14,19 @@ from support.sweeps import FakeEngine, plan_of, shard_files
 from rbstab.store.table_file import read_table
 from rbstab.sweep.execution import dask_executor as dask_execution
 from rbstab.sweep.execution.dask_executor import ClusterError, cluster
-from rbstab.sweep.execution.dask_worker import Order, OrderedPlan, WorkerDiffersError
-from rbstab.sweep.execution.events import NoWorkers, OtherProcessor, Resent, ShardDone, Trouble
+from rbstab.sweep.execution.dask_worker import Order, SweepPlugin, WorkerDiffersError
+from rbstab.sweep.execution.events import (
+    EngineFailed,
+    NoWorkers,
+    ProcessorDiffers,
+    Rescheduled,
+    ShardDone,
+)
 from rbstab.sweep.execution.machine_properties import difference, versions
 from rbstab.sweep.plan.dump import plan_data
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import plan_id
-from rbstab.sweep.sweep import Started, Ways, sweep_to_folder
+from rbstab.sweep.sweep import Started, SweepOptions, sweep_to_folder
 
 SLOW = functools.partial(FakeEngine, delay=1e-3)
 
@@ -55,11 +61,13 @@ class Told:
 def swept(address, path, plan, factory=FakeEngine, *, told=None, stop=None, **ways):
     ways = {"shard_size": 10, **ways}
     with cluster(address, plan.engine, factory) as executor:
-        return sweep_to_folder(plan, path, Ways(executor=executor, **ways), told or Told(), stop)
+        return sweep_to_folder(
+            plan, path, SweepOptions(executor=executor, **ways), told or Told(), stop
+        )
 
 
 def here(path, plan, factory=FakeEngine, **ways):
-    sweep_to_folder(plan, path, Ways(factory, **{"shard_size": 10, **ways}))
+    sweep_to_folder(plan, path, SweepOptions(factory, **{"shard_size": 10, **ways}))
     return path
 
 
@@ -79,7 +87,7 @@ def test_real_members_by_workers_and_by_threads(two_workers, tmp_path):
     told = Told()
     done = swept(two_workers.address, tmp_path / "a", plan, None, told=told, shard_size=20)
     assert done.finished
-    assert not told.of(Trouble)
+    assert not told.of(EngineFailed)
     assert set(read_table(tmp_path / "a" / "sweep.h5").words("status")) == {"completed"}
     assert same(tmp_path / "a", here(tmp_path / "b", plan, None, shard_size=20))
     traces = shard_files(tmp_path / "a", "traces")
@@ -114,7 +122,7 @@ def test_members_that_kill_every_worker_are_computed_here(tmp_path):
         told = Told(NoWorkers, 1, replaced)
         done = swept(processes.address, tmp_path / "a", plan, DeadlyEngine, told=told)
     assert done.finished
-    lost = [event for event in told.of(Resent) if event.start == 0]
+    lost = [event for event in told.of(Rescheduled) if event.start == 0]
     assert [event.here for event in lost] == [False, False, True]
     assert {type(event.error).__name__ for event in lost} == {"KilledWorker"}
     assert same(tmp_path / "a", here(tmp_path / "b", plan))
@@ -157,7 +165,7 @@ def test_no_more_is_with_the_cluster_than_its_workers_need(two_workers, tmp_path
             if isinstance(event, ShardDone):
                 flights.append(len(executor.client.futures))
 
-        sweep_to_folder(plan, tmp_path / "a", Ways(executor=executor, shard_size=2), told)
+        sweep_to_folder(plan, tmp_path / "a", SweepOptions(executor=executor, shard_size=2), told)
     assert len(flights) == 150
     assert 2 < max(flights) <= two_threads
 
@@ -168,7 +176,7 @@ def test_an_engine_that_raises_on_a_worker(two_workers, tmp_path):
     raising = functools.partial(FakeEngine, raising=(4,))
     done = swept(two_workers.address, tmp_path / "a", plan, raising, told=told, shard_size=3)
     assert done.finished
-    (trouble,) = told.of(Trouble)
+    (trouble,) = told.of(EngineFailed)
     assert (trouble.start, trouble.stop) == (3, 6)
     assert str(trouble.error) == "ZeroDivisionError: made up"
     here(tmp_path / "b", plan, raising, shard_size=3)
@@ -232,7 +240,7 @@ def test_another_processor_is_told_once(tmp_path):
     with LocalProcesses(tmp_path) as processes:
         processes.worker("--preload", str(tmp_path / "preload.py"))
         assert swept(processes.address, tmp_path / "a", plan_of(), told=told).finished
-    assert told.of(OtherProcessor) == [OtherProcessor("Abacus 9")]
+    assert told.of(ProcessorDiffers) == [ProcessorDiffers("Abacus 9")]
 
 
 def test_nobody_answers(tmp_path):
@@ -251,10 +259,10 @@ def test_nobody_answers(tmp_path):
 def test_an_order_gives_the_plan_that_was_meant():
     plan = plan_of(50)
     order = Order(plan_data(plan), plan_id(plan), "scipy", versions("scipy"))
-    assert plan_id(OrderedPlan(order).plan) == plan_id(plan)
+    assert plan_id(SweepPlugin(order).plan) == plan_id(plan)
     other = Order(plan_data(plan_of(51)), plan_id(plan), "scipy", versions("scipy"))
     with pytest.raises(WorkerDiffersError, match="another plan"):
-        _ = OrderedPlan(other).plan
+        _ = SweepPlugin(other).plan
 
 
 def test_the_data_of_a_plan_keep_every_bit():

@@ -10,10 +10,10 @@ from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.store.errors import StoreError
 from rbstab.store.table_file import read_table
-from rbstab.sweep.execution.events import ShardDone, Trouble
+from rbstab.sweep.execution.events import EngineFailed, ShardDone
 from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
 from rbstab.sweep.members.single import SingleRuns
-from rbstab.sweep.sweep import Started, Ways, sweep_to_folder
+from rbstab.sweep.sweep import Started, SweepOptions, sweep_to_folder
 
 
 def test_threads_shards_and_stops_do_not_show(tmp_path):
@@ -120,7 +120,7 @@ def test_an_engine_that_raises_ends_nothing(tmp_path):
     raising = functools.partial(FakeEngine, raising=(4,))
     done = swept(tmp_path / "a", plan, listener, factory=raising, shard_size=3)
     assert done.finished
-    (trouble,) = listener.of(Trouble)
+    (trouble,) = listener.of(EngineFailed)
     assert (trouble.start, trouble.stop) == (3, 6)
     assert counts_by_status(done.survey.counts) == {"completed": 12}
 
@@ -134,7 +134,7 @@ def test_an_engine_that_returns_nonsense(tmp_path):
 
     listener = Listener()
     assert swept(tmp_path / "a", plan_of(2, base=quick()), listener, factory=Wrong).finished
-    assert "steps" in str(listener.of(Trouble)[0].error)
+    assert "steps" in str(listener.of(EngineFailed)[0].error)
 
 
 @pytest.mark.parametrize("error", [MemoryError, KeyboardInterrupt])
@@ -144,7 +144,7 @@ def test_an_error_of_whoever_listens_loses_nothing(tmp_path, error):
             raise error
 
     slow = functools.partial(FakeEngine, delay=1e-3)
-    ways = Ways(factory=slow, shard_size=10, threads=2)
+    ways = SweepOptions(factory=slow, shard_size=10, threads=2)
     with pytest.raises(error):
         sweep_to_folder(plan_of(), tmp_path / "a", ways, told)
     time.sleep(0.05)
@@ -171,7 +171,7 @@ def quick(**integration):
 def test_real_members(tmp_path):
     """The single runs themselves, and their check: engines are independent of each other."""
     plan = plan_of(20, base=quick())
-    done = sweep_to_folder(plan, tmp_path / "a", Ways(threads=2))
+    done = sweep_to_folder(plan, tmp_path / "a", SweepOptions(threads=2))
     table = read_table(done.folder.sweep_file)
     assert set(table.words("status")) == {"completed"}
     assert np.isfinite(table["final_position"]).all()
@@ -182,11 +182,11 @@ def test_real_members(tmp_path):
 def test_the_check_finds_what_is_wrong(tmp_path, monkeypatch):
     monkeypatch.setattr("rbstab.sweep.members.comparison.SHARE", 7)
     plan = plan_of(20, base=quick(engine="heyoka"))
-    ways = Ways(lambda plan: SingleRuns(plan, "scipy"), shard_size=8)
+    ways = SweepOptions(lambda plan: SingleRuns(plan, "scipy"), shard_size=8)
     check = sweep_to_folder(plan, tmp_path / "a", ways).check
     assert (len(check.members), check.unlike) == (3, 0)
     assert set(check.differences.values()) == {0.0}
-    wrong = sweep_to_folder(plan, tmp_path / "b", Ways(FakeEngine)).check
+    wrong = sweep_to_folder(plan, tmp_path / "b", SweepOptions(FakeEngine)).check
     assert wrong.members == check.members
     assert wrong.unlike == 3  # the made up motion settles, and that of 0.02 s does not
     table = read_table(tmp_path / "b" / "sweep.h5")
@@ -198,4 +198,4 @@ def test_the_check_finds_what_is_wrong(tmp_path, monkeypatch):
 @pytest.mark.parametrize("wrong", [{"threads": 0}, {"threads": -1}, {"shard_size": 0}])
 def test_a_sweep_by_nobody_is_refused(wrong):
     with pytest.raises(ValueError, match=r"(threads|shard_size) is -?\d \(expected at least 1\)"):
-        Ways(**wrong)
+        SweepOptions(**wrong)

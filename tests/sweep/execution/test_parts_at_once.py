@@ -10,7 +10,7 @@ import pytest
 from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.store.table_file import read_table
-from rbstab.sweep.sweep import Ways, gather_folder, sweep_to_folder
+from rbstab.sweep.sweep import SweepOptions, gather_folder, sweep_to_folder
 
 pytestmark = pytest.mark.slow
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture
 def whole(tmp_path):
     """The same sweep by one process."""
-    sweep_to_folder(plan_of(1500), tmp_path / "whole", Ways(FakeEngine, 1, 50))
+    sweep_to_folder(plan_of(1500), tmp_path / "whole", SweepOptions(FakeEngine, 1, 50))
     return tmp_path / "whole"
 
 

@@ -18,9 +18,9 @@ from support.sweeps import FakeEngine, plan_of, shard_files, traced
 import rbstab.sweep.execution.compute_shard
 import rbstab.sweep.folder.sweep_folder
 from rbstab.store.errors import StoreError
-from rbstab.sweep.execution.events import Resent, ShardDone, Trouble
-from rbstab.sweep.execution.shard_process import ProcessLostError, ShardProcess
-from rbstab.sweep.execution.threads import Threads
+from rbstab.sweep.execution.events import EngineFailed, Rescheduled, ShardDone
+from rbstab.sweep.execution.shard_process import ShardProcess, WorkerDiedError
+from rbstab.sweep.execution.threads import ThreadExecutor
 from rbstab.sweep.members.engine import EngineError
 
 pytestmark = pytest.mark.slow
@@ -50,7 +50,7 @@ class Beside:
     def __init__(self, factory, here=FakeEngine, process=ShardProcess):
         self.begin = functools.partial(process, factory=factory)
         self.processes = []
-        self.threads = Threads(lambda plan: self._here(here, plan), 2, self._elsewhere)
+        self.threads = ThreadExecutor(lambda plan: self._here(here, plan), 2, self._elsewhere)
         self.happenings = self.threads.happenings
 
     def _elsewhere(self, plan):
@@ -100,7 +100,7 @@ def test_the_shard_of_a_process_that_dies_is_computed_here(tmp_path):
     plan = plan_of(60)
     swept(tmp_path / "a", plan)
     listener = beside(tmp_path / "b", plan, LostEngine, here=SLOW)
-    (lost,) = listener.of(Resent)
+    (lost,) = listener.of(Rescheduled)
     assert lost.start >= 30
     assert lost.here
     assert "exit code 9" in str(lost.error)
@@ -119,7 +119,7 @@ def hopeless(plan):
 
 def test_a_shard_that_cannot_be_computed_there_is_computed_here(tmp_path):
     listener = beside(tmp_path / "a", plan_of(60), hopeless, here=SLOW)
-    (lost,) = listener.of(Resent)
+    (lost,) = listener.of(Rescheduled)
     assert lost.here
     assert str(lost.error) == "MemoryError: made up"
     assert listener.computed == list(range(6))
@@ -128,7 +128,7 @@ def test_a_shard_that_cannot_be_computed_there_is_computed_here(tmp_path):
 def test_an_error_over_there_is_told_and_ends_nothing(tmp_path):
     raising = functools.partial(FakeEngine, raising=range(60))
     listener = beside(tmp_path / "a", traced(20), raising, here=SLOW)
-    troubles = listener.of(Trouble)
+    troubles = listener.of(EngineFailed)
     assert troubles
     assert {str(trouble.error) for trouble in troubles} == {"ZeroDivisionError: made up"}
     assert sum(event.members for event in listener.of(ShardDone)) == 20
@@ -169,13 +169,13 @@ def test_without_a_process_all_is_done_here(tmp_path, monkeypatch, where):
             raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
 
         monkeypatch.setattr("loky.backend.process.LokyProcess.start", refuse)
-        with pytest.raises(ProcessLostError, match="unavailable"):
+        with pytest.raises(WorkerDiedError, match="unavailable"):
             ShardProcess(plan, FakeEngine)
     else:
         engine = ShardProcess(plan, no_engine)
         with pytest.raises(EngineError, match="ZeroDivisionError: cannot be made"):
             engine.ready(30)
-    threads = Threads(SLOW, 3, lambda plan: ShardProcess(plan, no_engine))
+    threads = ThreadExecutor(SLOW, 3, lambda plan: ShardProcess(plan, no_engine))
     swept(tmp_path / "a", plan)
     assert swept(tmp_path / "b", plan, executor=threads).finished
     assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
@@ -183,7 +183,7 @@ def test_without_a_process_all_is_done_here(tmp_path, monkeypatch, where):
 
 def test_no_shard_waits_for_a_process_to_begin(tmp_path):
     listener, sleepy = Listener(), functools.partial(time.sleep, 60)
-    threads = Threads(FakeEngine, 2, lambda plan: ShardProcess(plan, sleepy))
+    threads = ThreadExecutor(FakeEngine, 2, lambda plan: ShardProcess(plan, sleepy))
     assert swept(tmp_path / "a", plan_of(60), listener, executor=threads).finished
     assert listener.computed == list(range(6))
     wait_for(lambda: not running(), 5)

@@ -10,13 +10,13 @@ import psutil
 import pytest
 from support.paper_runs import paper_config
 
-from rbstab.sweep.execution.single_run_pool import WORTH_IT, single_outcomes
+from rbstab.sweep.execution.single_run_pool import MIN_FOR_PROCESSES, run_singles
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 
 pytestmark = pytest.mark.slow
 
-MEMBERS = list(range(3, 3 + 2 * WORTH_IT, 2))
+MEMBERS = list(range(3, 3 + 2 * MIN_FOR_PROCESSES, 2))
 
 
 def plan():
@@ -44,14 +44,14 @@ def expected():
 
 
 def test_several_processes_find_what_one_finds():
-    found = dict(filter(None, single_outcomes(plan(), "scipy", MEMBERS, 2)))
+    found = dict(filter(None, run_singles(plan(), "scipy", MEMBERS, 2)))
     assert bits(found) == expected()
     assert len({outcome["run_id"].tobytes() for outcome in found.values()}) == len(MEMBERS)
 
 
 def test_the_work_of_a_process_that_dies_is_done_here():
     found, before = {}, {child.pid for child in psutil.Process().children(recursive=True)}
-    coming = single_outcomes(plan(), "scipy", MEMBERS, 2)
+    coming = run_singles(plan(), "scipy", MEMBERS, 2)
     for one in filter(None, coming):
         if not found:
             others = [
@@ -68,7 +68,7 @@ def test_the_work_of_a_process_that_dies_is_done_here():
 
 def test_few_members_are_followed_here():
     before = len(psutil.Process().children(recursive=True))
-    coming = single_outcomes(plan(), "scipy", MEMBERS[:3], 2)
+    coming = run_singles(plan(), "scipy", MEMBERS[:3], 2)
     assert next(coming)[0] == MEMBERS[0]
     assert len(psutil.Process().children(recursive=True)) == before
     assert [member for member, _ in coming] == MEMBERS[1:3]
@@ -76,7 +76,7 @@ def test_few_members_are_followed_here():
 
 def test_nothing_goes_on_when_nobody_waits_for_it():
     before = {child.pid for child in psutil.Process().children(recursive=True)}
-    coming = single_outcomes(plan(), "scipy", MEMBERS, 2)
+    coming = run_singles(plan(), "scipy", MEMBERS, 2)
     next(one for one in coming if one)
     coming.close()
     left = [

@@ -11,7 +11,7 @@ import rbstab
 from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import StoreError
 from rbstab.store.table_file import read_table
-from rbstab.sweep.execution.events import Trouble
+from rbstab.sweep.execution.events import EngineFailed
 from rbstab.sweep.folder.sweep_folder import open_folder
 from rbstab.sweep.sweep import Started
 
@@ -164,7 +164,7 @@ def test_an_engine_that_owes_traces(tmp_path):
 
     listener = Listener()
     swept(tmp_path / "a", traced(4), listener, factory=Forgetful)
-    assert "4 traces" in str(listener.of(Trouble)[0].error)
+    assert "4 traces" in str(listener.of(EngineFailed)[0].error)
     # Single runs took its place.
     run = rbstab.simulate(traced(4).config_of(2))
     found = rbstab.open_traces(tmp_path / "a").of(2)

@@ -28,7 +28,7 @@ def test_a_different_plan_is_refused_or_moves_the_old_one_aside(tmp_path):
     listener = Listener()
     swept(path, plan_of(59), listener, force=True)
     aside = tmp_path / f"a.{name}"
-    assert listener.of(Started)[0].kept_aside == aside
+    assert listener.of(Started)[0].moved_aside == aside
     assert shard_files(aside) == before
     swept(path, plan_of(58), force=True)
     swept(path, plan_of(60), force=True)
@@ -37,7 +37,7 @@ def test_a_different_plan_is_refused_or_moves_the_old_one_aside(tmp_path):
     # The same plan goes on: there is nothing to be moved.
     again = Listener()
     swept(path, plan_of(57), again, force=True)
-    assert (again.computed, again.of(Started)[0].kept_aside) == ([], None)
+    assert (again.computed, again.of(Started)[0].moved_aside) == ([], None)
 
 
 def test_a_title_is_no_difference(tmp_path):

@@ -15,14 +15,14 @@ from rbstab.store.errors import NotAResultError, ResultExistsError
 from rbstab.store.lock import FolderInUseError, locked
 from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.events import ShardDone
-from rbstab.sweep.folder.open_folder import LONGEST_WRITE, begun, part_begun
+from rbstab.sweep.folder.open_folder import MAX_WRITE_TIME, begun, open_for_part
 from rbstab.sweep.folder.parts import Part, part_of, parts_missing, running_parts
 from rbstab.sweep.folder.sweep_folder import open_folder
-from rbstab.sweep.sweep import Gathering, Started, Ways, gather_folder, sweep_to_folder
+from rbstab.sweep.sweep import Gathering, Started, SweepOptions, gather_folder, sweep_to_folder
 
 
 def swept(path, plan=None, factory=FakeEngine, told=lambda _: None, **ways):
-    ways = Ways(factory, **{"shard_size": 10, "threads": 1, **ways})
+    ways = SweepOptions(factory, **{"shard_size": 10, "threads": 1, **ways})
     return sweep_to_folder(plan or plan_of(), path, ways, told)
 
 
@@ -141,7 +141,7 @@ def test_gathering_what_is_no_sweep(tmp_path):
 
 def test_who_may_be_in_a_folder_together(tmp_path):
     path, plan = tmp_path / "a", plan_of()
-    with part_begun(path, plan, 10, Part(1, 3)), part_begun(path, plan, 10, Part(3, 3)):
+    with open_for_part(path, plan, 10, Part(1, 3)), open_for_part(path, plan, 10, Part(3, 3)):
         assert running_parts(path) == [Part(1, 3), Part(3, 3)]
         with pytest.raises(FolderInUseError, match=r"running: part 1/3, 3/3"):
             swept(path)
@@ -177,7 +177,7 @@ def test_a_manifest_that_appears_in_the_same_instant(tmp_path, monkeypatch):
     def overtaken(size):
         def link(old, new):
             monkeypatch.setattr(os, "link", real)
-            with part_begun(path, plan_of(), size, Part(2, 2)):
+            with open_for_part(path, plan_of(), size, Part(2, 2)):
                 pass
             real(old, new)
 
@@ -202,7 +202,7 @@ def remains(path, age):
 def test_what_another_part_is_writing_stays(tmp_path):
     path = tmp_path / "a"
     swept(path, part=Part(1, 3))
-    fresh, old = remains(path, 5), remains(path, 2 * LONGEST_WRITE)
+    fresh, old = remains(path, 5), remains(path, 2 * MAX_WRITE_TIME)
     swept(path, part=Part(2, 3))
     assert fresh.exists()
     assert old.exists()
@@ -224,7 +224,7 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch, number):
         fresh = remains(path, 5)
         with begun(path, plan, 10):
             assert fresh.exists()
-    with part_begun(path, plan, 10, Part(1, 2)), part_begun(path, plan, 10, Part(1, 2)):
+    with open_for_part(path, plan, 10, Part(1, 2)), open_for_part(path, plan, 10, Part(1, 2)):
         assert running_parts(path) == []
         fresh = remains(path, 5)
         with begun(path, plan, 10):

@@ -11,8 +11,8 @@ from support.sweeps import FakeEngine, shard_files, traced
 import rbstab
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.sweep.execution.estimate import PIECE, estimate
-from rbstab.sweep.folder.disk_space import bytes_of
-from rbstab.sweep.folder.open_folder import LARGEST_TRACES, good_shard_size
+from rbstab.sweep.folder.disk_space import sweep_bytes
+from rbstab.sweep.folder.open_folder import MAX_TRACE_BYTES, good_shard_size
 from rbstab.sweep.folder.sweep_folder import open_folder
 
 EVERY = {"traces": {"every": 7}}
@@ -137,12 +137,12 @@ def test_what_a_sweep_takes_on_the_disk(tmp_path, keep):
     plan = traced(2000, keep)
     swept(tmp_path / "a", plan, shard_size=1000)
     size = folder_size(tmp_path / "a", ".", "shards", "traces")
-    assert bytes_of(plan) == pytest.approx(size, rel=0.1)
+    assert sweep_bytes(plan) == pytest.approx(size, rel=0.1)
 
 
 def test_a_disk_without_room_is_told_before_anything_is_done(tmp_path, monkeypatch):
     plan = traced(2000)
-    free, listener = [bytes_of(plan) - 1], Listener()
+    free, listener = [sweep_bytes(plan) - 1], Listener()
     usage = type("Usage", (), {"free": property(lambda _: free[0])})
     monkeypatch.setattr("rbstab.sweep.folder.disk_space.shutil.disk_usage", lambda _: usage())
     with pytest.raises(StoreError, match=r"GB more, and .* GB are free"):
@@ -163,7 +163,7 @@ def test_shards_with_traces_are_small_enough_for_the_memory():
     assert good_shard_size(10**6, one_by_one=False, trace_bytes=400.0) == 4096
     for size in (40_000, 500_000, 10**7, 10**9):
         members = good_shard_size(10**6, one_by_one=False, trace_bytes=size)
-        assert members == 1 or LARGEST_TRACES / 2 < members * size <= LARGEST_TRACES
+        assert members == 1 or MAX_TRACE_BYTES / 2 < members * size <= MAX_TRACE_BYTES
     assert good_shard_size(10**6, one_by_one=True, trace_bytes=10**7) == 3
     assert good_shard_size(10**6, one_by_one=True, trace_bytes=10.0) == 16
 

@@ -5,7 +5,7 @@ from support.paper_runs import paper_config
 
 import rbstab
 from rbstab.experiment.proof_cache import proof_for
-from rbstab.sweep.members.convergence import CONVERGENCE, Certified
+from rbstab.sweep.members.convergence import CONVERGENCE, ProvedConvergence
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 
@@ -20,7 +20,7 @@ def plan_of(vary, weighed=True):
 
 def words(plan, folder):
     found = SingleRuns(plan).compute(0, plan.members).outcome
-    codes = Certified(plan, folder).of(0, plan.members, found["lyapunov_start"])
+    codes = ProvedConvergence(plan, folder).of(0, plan.members, found["lyapunov_start"])
     return [CONVERGENCE[code] for code in codes]
 
 

@@ -11,7 +11,7 @@ from rbstab.experiment.summary import summary_of
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.integrate.status import RunStatus
 from rbstab.sweep.members import engines, single
-from rbstab.sweep.members.engine import without_result
+from rbstab.sweep.members.engine import columns_of_failed
 from rbstab.sweep.members.engines import factory_for, fastest
 from rbstab.sweep.members.ensemble import ensemble_engine
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
@@ -95,7 +95,7 @@ vary:
 
 
 def test_members_without_result():
-    found = without_result(3)
+    found = columns_of_failed(3)
     assert list(found) == [column.name for column in COLUMNS]
     assert {len(values) for values in found.values()} == {3}
     assert {STATUSES[code] for code in found["status"]} == {RunStatus.SOLVER_FAILURE}

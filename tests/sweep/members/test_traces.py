@@ -14,7 +14,7 @@ from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import KEPT, checked_traces, layout_of, put_single
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.plan.trace_selection import Keep
+from rbstab.sweep.plan.trace_selection import TraceSelection
 
 VARIANTS = Path(__file__).parents[3] / "configs" / "sweeps" / "variants.yaml"
 
@@ -197,7 +197,9 @@ def test_members_that_slide():
 
 def test_variants_side_by_side():
     short = ("integration.duration=0.1", "integration.samples=11", "integration.rtol=1e-11")
-    plan = replace(load_plan(VARIANTS, short), keep=Keep(members=(1, 2998, 2999, 3000, 4999)))
+    plan = replace(
+        load_plan(VARIANTS, short), keep=TraceSelection(members=(1, 2998, 2999, 3000, 4999))
+    )
     traces = ensemble(plan).compute(2999, 3004).traces
     assert len(traces["lyapunov"]) == 2
     for place, member in enumerate((2999, 3000)):

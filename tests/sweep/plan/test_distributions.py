@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from rbstab.sweep.plan.distributions import (
-    SMALLEST,
+    MIN_VALUE,
     Geomspace,
     Linspace,
     Logspace,
@@ -17,7 +17,7 @@ from rbstab.sweep.plan.distributions import (
     Values,
 )
 
-U = np.concatenate([[SMALLEST, 1 - SMALLEST], np.linspace(0.001, 0.999, 777)])
+U = np.concatenate([[MIN_VALUE, 1 - MIN_VALUE], np.linspace(0.001, 0.999, 777)])
 
 NUMBERS = st.floats(-1e6, 1e6)
 
@@ -65,7 +65,7 @@ def test_quantiles_invert_the_distribution_function(ours, theirs):
     np.testing.assert_allclose(theirs.cdf(ours.quantile(inner)), inner, rtol=1e-9)
 
 
-@given(NUMBERS, st.floats(1e-6, 1e6), st.floats(SMALLEST, 1 - SMALLEST))
+@given(NUMBERS, st.floats(1e-6, 1e6), st.floats(MIN_VALUE, 1 - MIN_VALUE))
 def test_no_value_leaves_the_ends(a, width, u):
     positive = abs(a) + 1e-9
     for distribution in (
@@ -97,7 +97,7 @@ def test_a_coordinate_picks_each_entry_equally_often(length):
 
 
 def test_the_last_coordinate_picks_the_last_entry():
-    u = np.array([SMALLEST, 1 - SMALLEST])
+    u = np.array([MIN_VALUE, 1 - MIN_VALUE])
     for length in (1, 2, 3, 2**20 + 1, 10**8, *range(5, 2000, 3)):
         assert Linspace(0, length - 1, length).quantile(u).tolist() == [0, length - 1]
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from support.configs import BY_VARIANT, plain
 
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.plan.plan import MOST_MEMBERS
+from rbstab.sweep.plan.plan import MAX_MEMBERS
 
 GRID = """\
 base: visco-elastic.yaml
@@ -167,18 +167,18 @@ def test_no_value_is_negative_zero(load):
     assert not np.signbit(values["gravity[0]"]).any()
 
 
-MANY = {"body.mass": {"linspace": [1, 2, MOST_MEMBERS // 4]}, "gravity[0]": {"linspace": [0, 1, 4]}}
+MANY = {"body.mass": {"linspace": [1, 2, MAX_MEMBERS // 4]}, "gravity[0]": {"linspace": [0, 1, 4]}}
 
 
 @pytest.mark.parametrize("design", ["grid", "random", "sobol"])
 def test_the_largest_plans_need_no_memory(design):
     plan = {"base": plain(BY_VARIANT["free"]), "vary": MANY}
     if design != "grid":
-        plan |= {"design": design, "members": MOST_MEMBERS, "seed": 1}
+        plan |= {"design": design, "members": MAX_MEMBERS, "seed": 1}
     tracemalloc.start()
     loaded = load_plan(plan)
-    assert loaded.members == MOST_MEMBERS
-    last = loaded.values(MOST_MEMBERS - 2, MOST_MEMBERS)
+    assert loaded.members == MAX_MEMBERS
+    last = loaded.values(MAX_MEMBERS - 2, MAX_MEMBERS)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 5e6

@@ -9,7 +9,7 @@ from support.sweeps import traced
 
 import rbstab
 from rbstab.sweep.plan.load import KEYS, load_plan
-from rbstab.sweep.plan.plan import MOST_LATIN_MEMBERS, MOST_MEMBERS
+from rbstab.sweep.plan.plan import MAX_LATIN_MEMBERS, MAX_MEMBERS
 from rbstab.sweep.plan.read_distribution import WORDS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "sweeps.md").read_text()
@@ -40,8 +40,8 @@ def test_everything_is_described():
         assert f"| `{{{word}: [" in PAGE
     for key in KEYS:
         assert f"`{key}`" in PAGE
-    assert f"{MOST_MEMBERS:,}" in PAGE
-    assert f"{MOST_LATIN_MEMBERS:,}" in PAGE
+    assert f"{MAX_MEMBERS:,}" in PAGE
+    assert f"{MAX_LATIN_MEMBERS:,}" in PAGE
 
 
 def python_with(words):

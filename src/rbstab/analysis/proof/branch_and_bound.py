@@ -12,7 +12,7 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes, joined, no_boxes, whole_range
 from rbstab.analysis.proof.enclosure import enclosure, inverses
-from rbstab.analysis.proof.trigonometric import LARGEST_ANGLE, TrigonometricForm
+from rbstab.analysis.proof.trigonometric import MAX_ANGLE, TrigonometricForm
 from rbstab.analysis.proof.zero import Zero, isolated_zero, newton
 from rbstab.mechanics.numbers import Array
 
@@ -21,7 +21,7 @@ BATCH = 2048
 
 BOX_LIMIT = 400_000
 
-SMALLEST_REACH = 1e-7
+MIN_REACH = 1e-7
 """rad: boxes below this are not halved again. A zero that this cannot isolate is a double one, or
 all but one."""
 
@@ -70,7 +70,7 @@ class _Search:
         for Theta in points:
             known = any(zero.owns(Theta) for zero in self.zeros)
             in_vain = any(np.abs(Theta - other).max() < ARRIVED for other in self.refused)
-            if known or in_vain or np.any(np.abs(Theta) > LARGEST_ANGLE):
+            if known or in_vain or np.any(np.abs(Theta) > MAX_ANGLE):
                 continue
             zero = isolated_zero(self.form, Theta)
             if zero is None:
@@ -123,7 +123,7 @@ def prove(
         batch, waiting = waiting[-BATCH:], waiting[:-BATCH]
         examined += len(batch)
         left, axis = search.examine(batch)
-        small = left.reach.max(axis=1, initial=0.0) < SMALLEST_REACH
+        small = left.reach.max(axis=1, initial=0.0) < MIN_REACH
         undecided.append(left[small])
         waiting = joined([waiting, left[~small].halves(axis[~small])])
     open_boxes = search.open(joined([no_boxes(), waiting, *undecided]))

@@ -16,7 +16,7 @@ from rbstab.mechanics.numbers import Array
 ROUND_OFF = 2.0**-53
 """u: the relative error of one operation on doubles."""
 
-LARGEST_ANGLE = 4.0
+MAX_ANGLE = 4.0
 """rad: the bounds on round-off hold for angles up to this, which the range of eq. 5 is within."""
 
 Counts = tuple[int, int, int]
@@ -75,7 +75,7 @@ class TrigonometricForm:
         """The derivatives of order 0 to `order` at points, with proved bounds on their errors.
 
         Args:
-            Theta: Shape (m, 3), within ±`LARGEST_ANGLE`.
+            Theta: Shape (m, 3), within ±`MAX_ANGLE`.
             order: At most 3.
         """
         return self.derivatives(proved_circular(Theta, self._multiples[-1]), Theta, order)
@@ -115,7 +115,7 @@ class TrigonometricForm:
         for axes in product(range(3), repeat=level):
             weights = [self._multiples.astype(float) ** count for count in _counts(axes)]
             magnitudes[axes] = np.einsum("abc,a,b,c", np.abs(self.coefficients), *weights)
-        angles = np.full((1, 3), LARGEST_ANGLE)
+        angles = np.full((1, 3), MAX_ANGLE)
         widest = TrigonometricForm(np.abs(self.quadratic), np.abs(self.linear), self.coefficients)
         magnitudes = magnitudes + np.squeeze(widest._polynomial_part(angles, level))
         return roundings * ROUND_OFF * magnitudes + np.finfo(float).tiny

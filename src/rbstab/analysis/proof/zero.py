@@ -10,7 +10,7 @@ from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
 NEWTON_STEPS = 40
-LONGEST_STEP = 0.5
+MAX_STEP = 0.5
 """rad: longer Newton steps are cut to this, for beyond it the gradient has changed its course."""
 
 REACHES = np.geomspace(1e-15, 2.0, 200)
@@ -63,7 +63,7 @@ def newton(form: TrigonometricForm, starts: Array) -> tuple[Array, Array]:
         _, gradient, hessian = form.to_round_off(Theta, 2)
         step = np.einsum("mkl,ml->mk", inverses(hessian), gradient)
         last = np.abs(step).max(axis=1)
-        shortened = step * np.minimum(1.0, LONGEST_STEP / last)[:, np.newaxis]
+        shortened = step * np.minimum(1.0, MAX_STEP / last)[:, np.newaxis]
         # At a zero the step may be 0/0; a singular Hessian leads nowhere.
         Theta = Theta - np.where(np.isfinite(shortened), shortened, 0.0)
         if not np.any(last > 1e-13):

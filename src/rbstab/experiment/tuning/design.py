@@ -9,7 +9,7 @@ from rbstab.config.overrides import parse_key
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 
-LONGEST_TITLE = 200
+MAX_TITLE_LENGTH = 200
 
 
 class DesignError(ValueError):
@@ -86,5 +86,5 @@ def scaled(config: Config, designs: Sequence[Design], factors: Sequence[float]) 
 
 def retitled(config: Config, addition: str) -> Config:
     """The config with something added to its title."""
-    title = config.title[: LONGEST_TITLE - len(addition)] + addition
+    title = config.title[: MAX_TITLE_LENGTH - len(addition)] + addition
     return load_config({**resolved(config), "title": title})

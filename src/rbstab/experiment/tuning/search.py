@@ -17,7 +17,7 @@ from rbstab.mechanics.numbers import Array
 SAMPLES = 32
 """Configs that are tried all over the bounds, before gradients are followed."""
 
-MOST_STEPS = 40
+MAX_STEPS = 40
 """Steps of each descent."""
 
 STEEP = 10.0
@@ -89,7 +89,7 @@ class Search:
             return value / scale, slope / scale
 
         limits = [self.logs] * len(x)
-        options = {"maxiter": MOST_STEPS, "maxfun": 2 * MOST_STEPS}
+        options = {"maxiter": MAX_STEPS, "maxfun": 2 * MAX_STEPS}
         minimize(function, x, jac=True, method="L-BFGS-B", bounds=limits, options=options)
 
     def evaluated(self, x: Array, *, gradient: bool) -> tuple[float, Array]:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 
 T = TypeVar("T")
 
-MOST_KEPT = 32
+MAX_KEPT = 32
 """Things that a thread keeps: a sweep needs a few for each variant, but may vary its tolerance."""
 
 
@@ -34,7 +34,7 @@ def compiled_once(key: Hashable, make: Callable[[], T]) -> T:
     things = _kept.things
     if key not in things:
         things[key] = make()
-        if len(things) > MOST_KEPT:
+        if len(things) > MAX_KEPT:
             things.popitem(last=False)
     things.move_to_end(key)
     return cast("T", things[key])

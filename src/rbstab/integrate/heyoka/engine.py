@@ -20,7 +20,7 @@ from rbstab.integrate.heyoka.symbols import (
 )
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.laws import follow_sliding
+from rbstab.integrate.switching.laws import drive_sliding
 from rbstab.integrate.switching.modes import Switching
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
@@ -70,7 +70,7 @@ def _integrate_switching(
     from rbstab.integrate.heyoka.implicit_stepper import compiled_stepper
 
     with np.errstate(all="ignore"):
-        return follow_sliding(
+        return drive_sliding(
             problem,
             switching,
             lambda given: HeyokaFlow(given, switching),

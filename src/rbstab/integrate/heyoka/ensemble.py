@@ -19,7 +19,7 @@ from rbstab.integrate.heyoka.symbols import (
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import AUDIT_SIZE, System
 
-MOST_STEPS = 20_000
+MAX_STEPS = 20_000
 """Steps of a batch, after which a lane that is not done is taken out of it."""
 
 # Sweeps have threads of their own; heyoka's would only wait beside them, and not idly.
@@ -144,7 +144,7 @@ class Ensemble:
         integrator.set_time(float(self.times[0]))
         integrator.pars[:] = lanes.given[: len(integrator.pars), chosen]
         integrator.state[:] = lanes.begun[:, chosen]
-        _, found = integrator.propagate_grid(self.grid, max_steps=MOST_STEPS)
+        _, found = integrator.propagate_grid(self.grid, max_steps=MAX_STEPS)
         used = chosen.stop - chosen.start
         lanes.states[:, chosen] = found.transpose(1, 2, 0)[:, :used]
         outcomes = integrator.propagate_res[:used]

@@ -29,7 +29,7 @@ CLEARANCE = 1e-12
 """By which part of its last flight (of the layer's width) an axis is set off its threshold after a
 crossing: a root at the very start of a step makes heyoka's root isolation fail."""
 
-SHORTEST_STEP = 1e-18
+MIN_STEP = 1e-18
 """s: a crossing that is missed by a shorter step is not found at all."""
 
 FINER = 16
@@ -163,7 +163,7 @@ class _Run:
             if self.missed:
                 whole = abs(self.integrator.last_h)
                 largest = self._go_back()
-                if largest < SHORTEST_STEP:
+                if largest < MIN_STEP:
                     return self._saved_with(RunStatus.SOLVER_FAILURE)
             elif largest == np.inf or self.hits or outcome != hy.taylor_outcome.step_limit:
                 return self._reached(outcome)

@@ -1,6 +1,6 @@
 """Following a sliding connector sample by sample, and how far the result can be trusted.
 
-How a motion goes from one sample to the next is a `Follower`'s: exactly, switch by switch
+How a motion goes from one sample to the next is a `Driver`'s: exactly, switch by switch
 (`filippov`), or by implicit steps (`implicit`).
 """
 
@@ -62,7 +62,7 @@ class Sample(NamedTuple):
     discarded: float
 
 
-class Follower(Protocol):
+class Driver(Protocol):
     """One run of a problem."""
 
     log: SwitchLog
@@ -98,7 +98,7 @@ def at_start(problem: Problem, switching: Switching) -> Reached:
 
 
 def follow(
-    problem: Problem, make: Callable[[Problem], Follower], progress: Progress | None = None
+    problem: Problem, make: Callable[[Problem], Driver], progress: Progress | None = None
 ) -> Trajectory:
     """Follows a problem with a sliding connector to its end, in coordinates W.
 
@@ -137,7 +137,7 @@ def follow(
     return replace(plain, switches=switches, systems=systems)
 
 
-def _trusted_until(make: Callable[[Problem], Follower], problem: Problem, run: Trajectory) -> float:
+def _trusted_until(make: Callable[[Problem], Driver], problem: Problem, run: Trajectory) -> float:
     """The last sample up to which the motion does not depend on the last digit of its start.
 
     A second run starts one unit in the last place away in every state; where the two differ by more
@@ -181,7 +181,7 @@ def _trace(samples: list[Sample], log: SwitchLog) -> SwitchTrace:
     )
 
 
-def _reason(status: RunStatus, problem: Problem, driver: Follower) -> str:
+def _reason(status: RunStatus, problem: Problem, driver: Driver) -> str:
     return {
         RunStatus.RANGE_LEFT: f"cos θ2 fell to {problem.range_bound:g}",
         RunStatus.DIVERGED: "the state stopped being finite",

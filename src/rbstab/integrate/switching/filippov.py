@@ -43,7 +43,7 @@ COINCIDENT = 1e-9
 AT_SURFACE = 1e-13
 """Of |F| + κ|E|: axes that are this near to their thresholds of s = F + κE are there."""
 
-MOST_AT_ONCE = 100
+MAX_AT_ONCE = 100
 """Decisions at one instant, after which nothing will ever change."""
 
 LOOK_AGAIN_SHARE = 64
@@ -73,7 +73,7 @@ class Flow(Protocol):
 
 
 class FilippovDriver:
-    """One run through the modes of its connector, each switch at its time (a `Follower`)."""
+    """One run through the modes of its connector, each switch at its time (a `Driver`)."""
 
     def __init__(self, problem: Problem, switching: Switching, flow: Flow) -> None:
         self.problem = problem
@@ -96,7 +96,7 @@ class FilippovDriver:
                 begin = now.time
                 now = self._decided(self.flow.advance(now, end, self.log))
                 standing = standing + 1 if now.time == begin else 0
-                if standing > MOST_AT_ONCE:
+                if standing > MAX_AT_ONCE:
                     self.failure = "its switches do not end"
                     now = now._replace(status=RunStatus.SOLVER_FAILURE)
             yield self._sample(now)

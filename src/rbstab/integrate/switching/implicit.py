@@ -101,7 +101,7 @@ def plain_stepper(system: System) -> Stepper:
 
 
 class ImplicitDriver:
-    """One run by implicit steps (a `Follower`).
+    """One run by implicit steps (a `Driver`).
 
     Between two samples the steps are equal, and `Switching.step` or a little less.
     """

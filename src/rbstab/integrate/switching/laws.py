@@ -9,7 +9,7 @@ from rbstab.integrate.switching.implicit import ImplicitDriver, Stepper
 from rbstab.integrate.switching.modes import Switching
 
 
-def follow_sliding(
+def drive_sliding(
     problem: Problem,
     switching: Switching,
     flow: Callable[[Problem], Flow],

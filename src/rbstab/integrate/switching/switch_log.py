@@ -14,7 +14,7 @@ class Transition(StrEnum):
     RELEASE = "release"
 
 
-MOST_TRANSITIONS = 100_000
+MAX_TRANSITIONS = 100_000
 """Sticks and releases that are kept; the exact law makes a few, the implicit one up to a step's
 number."""
 
@@ -61,7 +61,7 @@ class SwitchLog:
 
     def transition(self, time: float, axis: int, what: Transition) -> None:
         """Notes a stick or a release, which is counted as a switch besides."""
-        if len(self.transitions) < MOST_TRANSITIONS:
+        if len(self.transitions) < MAX_TRANSITIONS:
             self.transitions.append((time, axis, what))
 
 

@@ -7,14 +7,14 @@ from pathlib import Path
 
 from rbstab.config.errors import printable
 
-LONGEST = 1000
+MAX_LENGTH = 1000
 """Characters of a foreign text that are shown: as many as the longest text of a config has."""
 
 NOTHING = "-"
 """Stands where there is nothing to be said."""
 
 
-def foreign(text: object, longest: int = LONGEST) -> str:
+def untrusted(text: object, longest: int = MAX_LENGTH) -> str:
     """A text that somebody else wrote, in one line, cut where it is too long.
 
     What could steer a terminal or turn the direction of writing is spelled out.

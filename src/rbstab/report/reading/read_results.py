@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rbstab.experiment.stored_config import StoredConfig, stored_config
-from rbstab.processes.parent_watch import hold, lifeline
+from rbstab.processes.parent_watch import exit_with_parent, parent_watch
 from rbstab.report.model.document import Unread
-from rbstab.report.model.words import foreign
+from rbstab.report.model.words import untrusted
 from rbstab.report.reading.untrusted import SWEEP, content_of, file_of
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
 from rbstab.sweep.sweep import processors
 
-WORTH_IT = 200
+MIN_FOR_PROCESSES = 200
 """Results for which the start of further processes is made up."""
 
 PIECE = 25
@@ -45,7 +45,7 @@ def read_all(paths: Sequence[Path]) -> Iterator[Read | Unread]:
     HDF5 makes most of the work, and lets only one thread of a process do it.
     """
     done = 0
-    if len(paths) >= WORTH_IT and processors() > 1:
+    if len(paths) >= MIN_FOR_PROCESSES and processors() > 1:
         # A process that dies takes its pool with it: the rest is read here.
         with suppress(BrokenProcessPool):
             for found in _by_pool(paths):
@@ -63,16 +63,16 @@ def read_one(path: Path) -> Read | Unread:
             return ReadSweep(file)
         return ReadRun(file, content, stored_config(content))
     except (StoreError, OSError, ValueError) as error:
-        return Unread(foreign(path), _reason(path, error))
+        return Unread(untrusted(path), _reason(path, error))
 
 
 def _by_pool(paths: Sequence[Path]) -> Iterator[Read | Unread]:
     # Imported late: only reports of many results need it.
     from loky import ProcessPoolExecutor
 
-    with lifeline() as line:
+    with parent_watch() as line:
         count = min(processors(), len(paths) // PIECE)
-        pool = ProcessPoolExecutor(count, initializer=hold, initargs=(line,))
+        pool = ProcessPoolExecutor(count, initializer=exit_with_parent, initargs=(line,))
         try:
             yield from pool.map(read_one, paths, chunksize=PIECE)
         finally:
@@ -84,4 +84,4 @@ def _reason(path: Path, error: Exception) -> str:
     text = str(error)
     for lead in (f"{path} ", f"{path}: "):
         text = text.removeprefix(lead)
-    return foreign(text)
+    return untrusted(text)

@@ -13,14 +13,14 @@ import numpy as np
 from rbstab.config.schema import Config
 from rbstab.experiment.summary import Summary, summary_of, without_work
 from rbstab.report.model.document import Unread
-from rbstab.report.model.words import foreign
+from rbstab.report.model.words import untrusted
 from rbstab.report.reading.read_results import ReadRun, ReadSweep, read_all
 from rbstab.report.reading.untrusted import file_of
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
 from rbstab.sweep.members.outcome import settling_times
 
-LONGEST_LABEL = 48
+MAX_LABEL_LENGTH = 48
 """Characters: it stands in legends."""
 
 
@@ -163,7 +163,7 @@ def unique_labels(paths: list[Path]) -> list[str]:
         for k in clashing:
             depths[k] += 1
             labels[k] = "/".join(parts[k][-depths[k] :])
-    short = [foreign(label, LONGEST_LABEL) for label in labels]
+    short = [untrusted(label, MAX_LABEL_LENGTH) for label in labels]
     counts, used = Counter(short), Counter[str]()
     for k, label in enumerate(short):
         if counts[label] > 1:

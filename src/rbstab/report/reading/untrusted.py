@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from rbstab.experiment.stored_certificate import CertificateLine
-from rbstab.report.model.words import foreign
+from rbstab.report.model.words import untrusted
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result
@@ -113,7 +113,7 @@ def _check_certificate(file: Path, result: Result) -> None:
 def _told(result: Result) -> Result:
     """The same with every text of it fit to be shown."""
     attributes: dict[str, Any] = {
-        name: "\n".join(map(foreign, value.splitlines())) if isinstance(value, str) else value
+        name: "\n".join(map(untrusted, value.splitlines())) if isinstance(value, str) else value
         for name, value in result.attributes.items()
     }
     variables = {name: _told_variable(variable) for name, variable in result.variables.items()}
@@ -121,8 +121,8 @@ def _told(result: Result) -> Result:
 
 
 def _told_variable(variable: Variable) -> Variable:
-    told = variable._replace(unit=foreign(variable.unit), long_name=foreign(variable.long_name))
+    told = variable._replace(unit=untrusted(variable.unit), long_name=untrusted(variable.long_name))
     if variable.data.dtype.kind not in "OUT":
         return told
-    words = [foreign(word) for word in variable.data.ravel().tolist()]
+    words = [untrusted(word) for word in variable.data.ravel().tolist()]
     return told._replace(data=np.array(words, dtype=object).reshape(variable.data.shape))

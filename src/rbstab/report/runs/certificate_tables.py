@@ -9,7 +9,7 @@ from rbstab.report.model.words import NOTHING, counted
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.tables import quantity, verdict_cell
 
-MOST_IN_FULL = 8
+MAX_IN_FULL = 8
 """Runs whose certificates are written out; of more, what is violated is."""
 
 LINE_HEADS = (
@@ -26,7 +26,7 @@ LINE_HEADS = (
 def certificate_section(facts: Sequence[RunFacts]) -> Section:
     """A matrix of verdicts, and the lines behind them."""
     blocks: list[Block] = [_matrix(facts)]
-    in_full = len(facts) <= MOST_IN_FULL
+    in_full = len(facts) <= MAX_IN_FULL
     lines = [
         (one, line)
         for one in facts

@@ -5,14 +5,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
-from rbstab.report.model.words import NOTHING, counted, foreign, number
+from rbstab.report.model.words import NOTHING, counted, number, untrusted
 from rbstab.report.runs.facts import RunFacts
 from rbstab.sweep.folder.layout import UNITS
 
-MOST_SIDE_BY_SIDE = 6
+MAX_SIDE_BY_SIDE = 6
 """Runs with a column each; of more, a run has a row."""
 
-MOST_KEYS = 12
+MAX_KEYS = 12
 """Columns of that other table."""
 
 LEFT_OUT = ("schema_version", "reference")
@@ -50,14 +50,14 @@ def config_section(facts: Sequence[RunFacts]) -> Section | None:
 def _differences(configs: Mapping[str, Flat], keys: Sequence[str]) -> list[Block]:
     if not keys:
         return ["The configs of all runs say the same."]
-    if len(configs) <= MOST_SIDE_BY_SIDE:
+    if len(configs) <= MAX_SIDE_BY_SIDE:
         rows = tuple(
             (Cell(_named(key)), *(_cell(config.get(key)) for config in configs.values()))
             for key in keys
         )
         heads = (Head("key"), *(Head(label) for label in configs))
         return [Table("differences", "One row for each key that differs", heads, rows)]
-    shown = keys[:MOST_KEYS]
+    shown = keys[:MAX_KEYS]
     return [_extent(configs, keys), _by_run(configs, shown, left_out=len(keys) - len(shown))]
 
 
@@ -78,7 +78,7 @@ def _extent(configs: Mapping[str, Flat], keys: Sequence[str]) -> Table:
 def _by_run(configs: Mapping[str, Flat], keys: Sequence[str], left_out: int) -> Table:
     heads = (
         Head("run"),
-        *(Head(foreign(key), UNITS.get(key, ""), _numeric(key, configs)) for key in keys),
+        *(Head(untrusted(key), UNITS.get(key, ""), _numeric(key, configs)) for key in keys),
     )
     rows = tuple(
         (Cell(label), *(_cell(config.get(key)) for key in keys))
@@ -110,7 +110,7 @@ def _differs(key: str, configs: Sequence[Flat]) -> bool:
 
 def _named(key: str) -> str:
     unit = UNITS.get(key, "")
-    return foreign(f"{key} [{unit}]" if unit else key)
+    return untrusted(f"{key} [{unit}]" if unit else key)
 
 
 def _is_number(value: object) -> TypeGuard[int | float]:
@@ -120,7 +120,7 @@ def _is_number(value: object) -> TypeGuard[int | float]:
 def _cell(value: object) -> Cell:
     if _is_number(value):
         return Cell(number(value, 12), float(value))
-    return Cell(NOTHING if value is None else foreign(_words(value)))
+    return Cell(NOTHING if value is None else untrusted(_words(value)))
 
 
 def _words(value: object) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from rbstab.analysis.certificate import Verdict
 from rbstab.experiment.certified import proved_checks
 from rbstab.experiment.proof import Proof
-from rbstab.experiment.proof_cache import kept_proof, proof_path
+from rbstab.experiment.proof_cache import cached_proof, proof_file
 from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
 from rbstab.experiment.summary import Comparison, comparisons_of
 from rbstab.report.reading.sources import Run
@@ -64,9 +64,9 @@ def _proof(run: Run, known: dict[Path, Proof | None]) -> Proof | None:
     """The kept proof beside a result; many runs have the same."""
     if run.config is None:
         return None
-    path = proof_path(run.path.parent, run.config)
+    path = proof_file(run.path.parent, run.config)
     if path not in known:
-        known[path] = kept_proof(run.path.parent, run.config)
+        known[path] = cached_proof(run.path.parent, run.config)
     return known[path]
 
 

@@ -10,7 +10,7 @@ from rbstab.report.model.document import Motion
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.solid import bone_of, semi_axes
 
-MOST_FRAMES = 360
+MAX_FRAMES = 360
 """More are not seen; a page keeps only where the body is in each."""
 
 
@@ -49,13 +49,13 @@ def motion_of(run: Run) -> Motion:
 def _kept(times: Array, places: Array, turns: Rotation) -> Array:
     """The numbers of the frames: closer in time where the body moves more."""
     count = len(times)
-    if count <= MOST_FRAMES:
+    if count <= MAX_FRAMES:
         return np.arange(count)
     steps = (turns[:-1].inv() * turns[1:]).magnitude()
     steps = steps + np.linalg.norm(np.diff(places, axis=0), axis=1)
     shares = [_share(np.diff(times)), _share(steps)]
     path = np.concatenate([[0.0], np.cumsum(sum(shares))])
-    wanted = np.linspace(0.0, path[-1], MOST_FRAMES)
+    wanted = np.linspace(0.0, path[-1], MAX_FRAMES)
     return np.unique([0, *np.searchsorted(path, wanted).clip(max=count - 1), count - 1])
 
 

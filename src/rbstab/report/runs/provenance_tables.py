@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
-from rbstab.report.model.words import NOTHING, foreign, listed, number, shell_word
+from rbstab.report.model.words import NOTHING, listed, number, shell_word, untrusted
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.tables import quantity
 
-MOST_COMMANDS = 24
+MAX_COMMANDS = 24
 """Runs whose commands are written out."""
 
 OF_ONE_RUN = ("steps", "evaluations", "wall_time")
@@ -56,7 +56,7 @@ def _origin(facts: RunFacts) -> dict[str, str]:
         for key in ("method", "rtol", "atol"):
             if key in integration:
                 value = integration[key]
-                found[key] = number(value, 12) if isinstance(value, float) else foreign(value)
+                found[key] = number(value, 12) if isinstance(value, float) else untrusted(value)
     return found
 
 
@@ -89,7 +89,7 @@ def _by_run(facts: Sequence[RunFacts]) -> Table:
     rows = tuple(
         (
             Cell(one.run.label),
-            Cell(foreign(one.run.path)),
+            Cell(untrusted(one.run.path)),
             Cell(one.run.result.run_id),
             *(Cell(origin.get(name, NOTHING)) for name in own),
             _attribute(one, "steps", 12),
@@ -108,7 +108,7 @@ def _attribute(facts: RunFacts, name: str, digits: int) -> Cell:
 
 def _commands(facts: Sequence[RunFacts]) -> list[Block]:
     """How runs are repeated: from their stored configs, into another folder."""
-    if len(facts) > MOST_COMMANDS:
+    if len(facts) > MAX_COMMANDS:
         return [
             "Each run is repeated from its stored config: "
             "rbstab show RESULT --config > NAME.yaml && rbstab run NAME.yaml -o again"
@@ -135,4 +135,4 @@ def repeating(path: Path, name: str) -> str:
     """The command that repeats the run of a result into the folder `again`, by a name."""
     # Beside a result there may be the config that somebody has written by hand.
     file, config = shell_word(path), shell_word(Path(f"{name}-again.yaml"))
-    return foreign(f"rbstab show {file} --config > {config} && rbstab run {config} -o again")
+    return untrusted(f"rbstab show {file} --config > {config} && rbstab run {config} -o again")

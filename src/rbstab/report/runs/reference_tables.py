@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from rbstab.experiment.summary import Comparison
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
-from rbstab.report.model.words import foreign, listed, number, vector
+from rbstab.report.model.words import listed, number, untrusted, vector
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.tables import CENTIMETRES
 
@@ -36,8 +36,8 @@ def _sentences(facts: Sequence[RunFacts]) -> list[str]:
     for one in facts:
         reference = one.run.config.reference if one.run.config is not None else None
         if reference is not None:
-            note = f": {foreign(reference.note)}" if reference.note else ""
-            labels.setdefault(f"{foreign(reference.source)}{note}", []).append(one.run.label)
+            note = f": {untrusted(reference.note)}" if reference.note else ""
+            labels.setdefault(f"{untrusted(reference.source)}{note}", []).append(one.run.label)
     return [f"{listed(runs)}: {sentence}." for sentence, runs in labels.items()]
 
 

@@ -12,7 +12,7 @@ from rbstab.report.runs.figures.phase import overlaid_phases, phase_figure
 from rbstab.report.runs.figures.sliding import sliding_figures
 from rbstab.report.runs.figures.states import overlaid_states, state_figures
 
-MOST_CURVES = 24
+MAX_CURVES = 24
 """Runs that are drawn as curves: of more, nobody could tell the curves apart."""
 
 
@@ -20,7 +20,7 @@ def run_sections(runs: Sequence[Run]) -> tuple[Section, ...]:
     """The figures of runs.
 
     Args:
-        runs: The runs. Of more than `MOST_CURVES` only distributions are drawn.
+        runs: The runs. Of more than `MAX_CURVES` only distributions are drawn.
 
     Returns:
         "runs-compared" (several runs) or "runs-decay" (one), "runs-eigenvalues", and for each run
@@ -28,9 +28,9 @@ def run_sections(runs: Sequence[Run]) -> tuple[Section, ...]:
     """
     if not runs:
         return ()
-    if len(runs) > MOST_CURVES:
+    if len(runs) > MAX_CURVES:
         said = (
-            f"These are {len(runs)} runs. Of more than {MOST_CURVES} no curves are drawn, but how "
+            f"These are {len(runs)} runs. Of more than {MAX_CURVES} no curves are drawn, but how "
             "their outcomes are spread."
         )
         blocks: tuple[Block, ...] = (said, distribution_figure(runs))

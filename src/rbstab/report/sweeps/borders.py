@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from rbstab.mechanics.numbers import Array
 from rbstab.report.sweeps.members import ENDS, SETTLED, Members
 
-MOST_SEARCHED = 20_000
+MAX_SEARCHED = 20_000
 """Members among which neighbours are looked for where they were drawn."""
 
 NEIGHBOURS = 8
@@ -119,9 +119,9 @@ def _searched(members: Members) -> Array:
     assert members.plan.design is not None
     points = members.plan.design.points
     groups = len(members) // points
-    first = np.arange(min(points, max(1, MOST_SEARCHED // groups)))
+    first = np.arange(min(points, max(1, MAX_SEARCHED // groups)))
     found: Array = (np.arange(groups)[:, np.newaxis] * points + first).ravel()
-    return found[:MOST_SEARCHED]
+    return found[:MAX_SEARCHED]
 
 
 def _smallest(values: Array) -> list[int]:

@@ -8,7 +8,7 @@ from rbstab.report.model.figure import Axis, Figure, Intervals, Panel
 from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.fractions import CONFIDENCE, Fraction, fraction, how_drawn, intervals
 from rbstab.report.sweeps.members import ENDS, SETTLED, Members
-from rbstab.report.sweeps.paired_conditions import Circumstances, circumstances_of
+from rbstab.report.sweeps.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.quantities import (
     Quantity,
     peak_displacement,
@@ -24,7 +24,7 @@ SPREAD = (0.05, 0.5, 0.95)
 
 def comparison_blocks(name: str, members: Members) -> list[Block]:
     """The groups of a sweep side by side; nothing where there is only one."""
-    groups = circumstances_of(members)
+    groups = paired_conditions_of(members)
     if groups is None:
         return []
     settled = _settled(members, groups)
@@ -45,7 +45,7 @@ def _quantities(members: Members) -> list[Quantity]:
     return [quantity for quantity in found if np.isfinite(quantity.values).any()]
 
 
-def _settled(members: Members, groups: Circumstances) -> list[Fraction]:
+def _settled(members: Members, groups: PairedConditions) -> list[Fraction]:
     yes = members.ends == ENDS.index(SETTLED)
     return [fraction(label, yes[groups.codes == k]) for k, label in enumerate(groups.labels)]
 
@@ -53,7 +53,7 @@ def _settled(members: Members, groups: Circumstances) -> list[Fraction]:
 def _ends(
     name: str,
     members: Members,
-    groups: Circumstances,
+    groups: PairedConditions,
     settled: list[Fraction],
     *,
     drawn: bool,
@@ -74,7 +74,7 @@ def _ends(
     return Table(f"{name}-compared", "How members ended", tuple(heads), tuple(rows), note)
 
 
-def _quantiles(name: str, groups: Circumstances, found: list[Quantity]) -> Table:
+def _quantiles(name: str, groups: PairedConditions, found: list[Quantity]) -> Table:
     heads = (
         Head("quantity"),
         Head("members"),
@@ -93,7 +93,7 @@ def _quantiles(name: str, groups: Circumstances, found: list[Quantity]) -> Table
 
 def _figure(
     name: str,
-    groups: Circumstances,
+    groups: PairedConditions,
     settled: list[Fraction],
     found: list[Quantity],
     *,
@@ -110,7 +110,7 @@ def _figure(
     return Figure(f"{name}-side-by-side", "Side by side", tuple(panels), 2, caption=caption)
 
 
-def _spread(groups: Circumstances, quantity: Quantity) -> Intervals:
+def _spread(groups: PairedConditions, quantity: Quantity) -> Intervals:
     rows = [
         quantiles_of(quantity.values[groups.codes == k], SPREAD) for k in range(len(groups.labels))
     ]
@@ -118,7 +118,7 @@ def _spread(groups: Circumstances, quantity: Quantity) -> Intervals:
     return Intervals(np.arange(float(len(rows))), middle, low, high)
 
 
-def _pairs(name: str, groups: Circumstances, found: list[Quantity]) -> Table:
+def _pairs(name: str, groups: PairedConditions, found: list[Quantity]) -> Table:
     """Differences between members that differ in their group alone, to the first group."""
     assert groups.pairs is not None
     heads = (

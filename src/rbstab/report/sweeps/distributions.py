@@ -11,7 +11,7 @@ from rbstab.report.sweeps.table_entries import number, whole
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 
-MOST_BARS = 60
+MAX_BARS = 60
 
 AXES = ("first axis", "second axis", "third axis")
 
@@ -76,7 +76,7 @@ def histogram(values: Array, *, log: bool) -> Bars:
     """The bars of the finite numbers (on a logarithmic axis: of those above 0)."""
     chosen = values[np.isfinite(values) & ((values > 0) | (not log))]
     scaled = np.log10(chosen) if log else chosen
-    count = int(np.clip(np.sqrt(len(scaled)), 5, MOST_BARS))
+    count = int(np.clip(np.sqrt(len(scaled)), 5, MAX_BARS))
     heights, edges = np.histogram(scaled, bins=count)
     return Bars(10.0**edges if log else edges, heights.astype(float))
 

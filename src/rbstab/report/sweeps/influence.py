@@ -12,7 +12,7 @@ from rbstab.report.sweeps.table_entries import number
 BINS = 20
 """Groups, of about equally many members, into which a parameter is cut."""
 
-SMALLEST_GROUP = 25
+MIN_GROUP = 25
 """Members of a group: with fewer, chance looks like influence."""
 
 NOTE = (
@@ -91,6 +91,6 @@ def _groups(parameter: Parameter) -> Array:
     values = parameter.values
     if parameter.listed and len(parameter.entries) <= BINS:
         return np.searchsorted(parameter.entries, values)
-    bins = max(2, min(BINS, len(values) // SMALLEST_GROUP))
+    bins = max(2, min(BINS, len(values) // MIN_GROUP))
     edges = np.quantile(values, np.linspace(0, 1, bins + 1)[1:-1])
     return np.searchsorted(edges, values, side="right")

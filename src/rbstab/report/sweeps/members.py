@@ -14,7 +14,7 @@ from rbstab.store.errors import NotAResultError
 from rbstab.store.table import RUN, Table
 from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.layout import safe_name
-from rbstab.sweep.members.convergence import NO_PROOF, Certified
+from rbstab.sweep.members.convergence import NO_PROOF, ProvedConvergence
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan
@@ -120,8 +120,8 @@ class Members:
         return np.full(len(self), NO_PROOF, dtype=np.int8)
 
     @cached_property
-    def _certified(self) -> Certified | None:
-        return Certified(self.plan, self.results) if self.plan is not None else None
+    def _certified(self) -> ProvedConvergence | None:
+        return ProvedConvergence(self.plan, self.results) if self.plan is not None else None
 
 
 def read_members(path: Path) -> Members:

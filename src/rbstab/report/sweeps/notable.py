@@ -20,7 +20,7 @@ OUTCOMES = {
     "lyapunov_start": ("v(0)", "J"),
 }
 
-MOST_COLUMNS = 4
+MAX_COLUMNS = 4
 """Parameters that have a column each."""
 
 
@@ -86,7 +86,7 @@ def _varied(members: Members) -> list[str]:
 
 def _parameter_heads(members: Members) -> list[Head]:
     columns = [members.table.layout[name] for name in _varied(members)]
-    if len(columns) > MOST_COLUMNS:
+    if len(columns) > MAX_COLUMNS:
         return [Head("parameters")]
     return [Head(shortened(c.long_name), c.unit, numbers=not c.flags) for c in columns]
 
@@ -97,7 +97,7 @@ def _parameters(members: Members, k: int) -> list[Cell]:
     for name in _varied(members):
         flags, value = members.table.layout[name].flags, members.column(name)[k]
         cells.append(Cell(flags[int(value)]) if flags else number(float(value), 6))
-    if len(cells) <= MOST_COLUMNS:
+    if len(cells) <= MAX_COLUMNS:
         return cells
     labels = [shortened(members.table.layout[name].long_name) for name in _varied(members)]
     said = (f"{label} = {cell.text}" for label, cell in zip(labels, cells, strict=True))

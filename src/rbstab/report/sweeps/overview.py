@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from rbstab.report.model.document import Cell, Head, Table
-from rbstab.report.model.words import counted, foreign, shell_word
+from rbstab.report.model.words import counted, shell_word, untrusted
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.table_entries import facts, number
 from rbstab.store.table import Table as Columns
@@ -17,14 +17,14 @@ def overview_table(name: str, members: Members, path: Path) -> Table:
     table = members.table
     told = table.attributes
     rows = {
-        "title": foreign(told.get("title", "")),
-        "file": foreign(path),
-        "plan": foreign(told.get("plan_id", "")),
+        "title": untrusted(told.get("title", "")),
+        "file": untrusted(path),
+        "plan": untrusted(told.get("plan_id", "")),
         "members": _members(members),
-        "engine": foreign(told.get("engine", "")),
+        "engine": untrusted(told.get("engine", "")),
         "design": _design(members.plan, str(told.get("design", ""))),
         "repeated with scipy": _check(table),
-        "digest of the results": foreign(told.get("arrays_digest", "")),
+        "digest of the results": untrusted(told.get("arrays_digest", "")),
         "computed": _versions(table),
     }
     if (path.parent / PLAN_FILE).is_file():
@@ -54,7 +54,7 @@ def varied_table(name: str, plan: Plan) -> Table:
 
 def _moves(axis: Axis) -> str:
     together = (
-        f"together with others, as {foreign(axis.name)}" if len(axis.columns) > 1 else "by itself"
+        f"together with others, as {untrusted(axis.name)}" if len(axis.columns) > 1 else "by itself"
     )
     return f"{together}, each with every point" if axis.each else together
 
@@ -87,9 +87,8 @@ def _check(table: Columns) -> str:
         return said
     differences, columns = table["check_difference"], table["check_column"]
     worst = int(differences.argmax())
-    return (
-        f"{said}; largest relative difference {differences[worst]:.2g} ({foreign(columns[worst])})"
-    )
+    where = untrusted(columns[worst])
+    return f"{said}; largest relative difference {differences[worst]:.2g} ({where})"
 
 
 def _versions(table: Columns) -> str:
@@ -100,4 +99,4 @@ def _versions(table: Columns) -> str:
         if name.endswith("_version")
     )
     commit = f" (commit {told['commit']})" if told.get("commit") else ""
-    return foreign(f"{told.get('created', '')} by {packages}{commit}").strip()
+    return untrusted(f"{told.get('created', '')} by {packages}{commit}").strip()

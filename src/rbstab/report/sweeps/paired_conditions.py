@@ -8,7 +8,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.parameters import Parameter
 
-MOST = 12
+MAX_SHOWN = 12
 """Groups that are compared with each other; more of them are better seen in a map."""
 
 
@@ -19,7 +19,7 @@ class Slice(NamedTuple):
     chosen: Array | None
 
 
-class Circumstances(NamedTuple):
+class PairedConditions(NamedTuple):
     """Groups of members.
 
     labels are the names of the groups, codes the group of each member, shape (n,); pairs has the
@@ -32,7 +32,7 @@ class Circumstances(NamedTuple):
     pairs: Array | None
 
 
-def circumstances_of(members: Members) -> Circumstances | None:
+def paired_conditions_of(members: Members) -> PairedConditions | None:
     """The groups of a sweep; None where there is nothing, or too much, to compare."""
     plan = members.plan
     if plan is None:
@@ -40,7 +40,7 @@ def circumstances_of(members: Members) -> Circumstances | None:
     variant = [p for p in members.parameters if p.axis.words]
     each = {axis.name for axis in plan.axes if axis.each}
     chosen = [p for p in members.parameters if p.axis.words or p.name in each]
-    if np.prod([float(len(p.entries)) for p in chosen]) > MOST:
+    if np.prod([float(len(p.entries)) for p in chosen]) > MAX_SHOWN:
         chosen = variant
     if not chosen:
         return None
@@ -55,7 +55,7 @@ def circumstances_of(members: Members) -> Circumstances | None:
             for entry in parameter.entries.tolist()
         ]
     pairs = _pairs(members, [p.name for p in chosen])
-    return Circumstances(tuple(chosen), tuple(labels), codes, pairs)
+    return PairedConditions(tuple(chosen), tuple(labels), codes, pairs)
 
 
 def _said(parameter: Parameter, entry: float) -> str:

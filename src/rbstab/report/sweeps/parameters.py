@@ -8,7 +8,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
-from rbstab.report.model.words import foreign
+from rbstab.report.model.words import untrusted
 from rbstab.store.table import Table
 from rbstab.sweep.folder.layout import safe_name
 from rbstab.sweep.plan.axes import VARIANT, Column
@@ -17,7 +17,7 @@ from rbstab.sweep.plan.distributions import FiniteList, Geomspace, Logspace, Log
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.read_vary import VARIED
 
-MOST_CELLS = 256
+MAX_CELLS = 256
 """Along an axis of a map: a page shows no more, and a file of millions is no report."""
 
 _LOGARITHMIC = (Geomspace, Logspace, LogUniform)
@@ -72,11 +72,11 @@ def parameters_of(plan: Plan, table: Table) -> tuple[Parameter, ...]:
     return tuple(p for p in found if len(p.values) and p.values.min() < p.values.max())
 
 
-def cut(parameter: Parameter, most: int = MOST_CELLS) -> Cut:
+def cut(parameter: Parameter, most: int = MAX_CELLS) -> Cut:
     """A parameter cut into cells.
 
     A list has a cell for each entry, or for some neighbouring ones where there are more than
-    `MOST_CELLS`; what is drawn has cells that are equally wide.
+    `MAX_CELLS`; what is drawn has cells that are equally wide.
 
     Args:
         parameter: The parameter.
@@ -86,7 +86,7 @@ def cut(parameter: Parameter, most: int = MOST_CELLS) -> Cut:
     if parameter.listed:
         entries = parameter.entries
         places = np.searchsorted(entries, values)
-        together = -(-len(entries) // MOST_CELLS)
+        together = -(-len(entries) // MAX_CELLS)
         starts = np.arange(0, len(entries), together)
         scaled = np.log(entries) if axis.log else entries.astype(float)
         sizes = np.diff([*starts, len(entries)])
@@ -109,7 +109,7 @@ def _parameter(axis: Varied, table: Table) -> Parameter:
     listed = isinstance(column.distribution, FiniteList)
     log = isinstance(column.distribution, _LOGARITHMIC) and bool((values > 0).all())
     others = [c.key for c in axis.columns if c is not column]
-    label = shortened(foreign(stored.long_name))
+    label = shortened(untrusted(stored.long_name))
     if others:
         label += f" (with {', '.join(map(shortened, others))})"
     drawn = Axis(label, stored.unit, log=log, words=stored.flags)

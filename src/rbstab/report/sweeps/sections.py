@@ -1,7 +1,7 @@
 """What a report says of a sweep."""
 
 from rbstab.report.model.document import Block, Section
-from rbstab.report.model.words import foreign
+from rbstab.report.model.words import untrusted
 from rbstab.report.reading.sources import SweepFile
 from rbstab.report.sweeps.comparison import comparison_blocks
 from rbstab.report.sweeps.distributions import distribution_blocks
@@ -29,7 +29,7 @@ def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
     members = read_members(sweep.path)
     name = sweep.name
     parts: list[tuple[str, str, list[Block]]] = [
-        ("", foreign(members.table.attributes.get("title", "")), _facts(sweep, members)),
+        ("", untrusted(members.table.attributes.get("title", "")), _facts(sweep, members)),
         ("maps", "maps", map_blocks(name, members)),
         ("distributions", "distributions", distribution_blocks(name, members)),
         ("comparison", "side by side", comparison_blocks(name, members)),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Figure, Line, Mark, Panel, Stack
 
-MOST = 800
+MAX_SHOWN = 800
 """Points of a curve at most, give or take its gaps: two for each dot of a printed panel."""
 
 TOLERANCE = 1 / 4000
@@ -24,7 +24,7 @@ Kept = NDArray[np.intp]
 """Which points are kept, ascending."""
 
 
-def decimated(figure: Figure, *, most: int = MOST, tolerance: float = TOLERANCE) -> Figure:
+def decimated(figure: Figure, *, most: int = MAX_SHOWN, tolerance: float = TOLERANCE) -> Figure:
     """A figure whose lines and stacks have no more points than can be told apart.
 
     Args:
@@ -38,7 +38,9 @@ def decimated(figure: Figure, *, most: int = MOST, tolerance: float = TOLERANCE)
     )
 
 
-def kept_points(x: Array, y: Array, *, most: int = MOST, tolerance: Array | None = None) -> Kept:
+def kept_points(
+    x: Array, y: Array, *, most: int = MAX_SHOWN, tolerance: Array | None = None
+) -> Kept:
     """Which points of a curve are to be drawn.
 
     The first and the last point are, and the lowest and the highest one. A gap (a point that is not

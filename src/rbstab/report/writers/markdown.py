@@ -12,8 +12,8 @@ from markupsafe import Markup, escape
 from rbstab.config.errors import printable
 from rbstab.report.model.document import Motion, Report, Table
 from rbstab.report.model.figure import Figure
-from rbstab.report.writers.signature import MARKS
-from rbstab.store.atomic import write_whole
+from rbstab.report.writers.signature import SIGNATURES
+from rbstab.store.atomic import write_atomically
 
 PICTURE = re.compile(r"[a-z0-9-]+\.[0-9a-f]{12}\.png")
 """How the pictures of reports are called: a figure, and what it looks like."""
@@ -40,7 +40,7 @@ def write_markdown(report: Report, path: Path) -> None:
     folder = path.with_name(f"{path.stem}_files")
     pictures = _write_pictures(report, folder)
     links = {name: quote(f"{folder.name}/{picture}") for name, picture in pictures.items()}
-    write_whole(path, markdown(report, links).encode() + MARKS["md"], replace=True)
+    write_atomically(path, markdown(report, links).encode() + SIGNATURES["md"], replace=True)
     if folder.is_dir():
         for old in folder.iterdir():
             if PICTURE.fullmatch(old.name) and old.name not in pictures.values():
@@ -88,6 +88,6 @@ def _write_pictures(report: Report, folder: Path) -> dict[str, str]:
         folder.mkdir(exist_ok=True)
         content = png(figure, dpi=DOTS_PER_INCH)
         name = f"{figure.name}.{hashlib.sha256(content).hexdigest()[:12]}.png"
-        write_whole(folder / name, content, replace=True)
+        write_atomically(folder / name, content, replace=True)
         found[figure.name] = name
     return found

@@ -11,7 +11,7 @@ from rbstab.report.model.figure import Figure
 from rbstab.report.writers.matplotlib_figures.renderer import WIDTH, png
 from rbstab.report.writers.pdf_pages import GREY, SMALL, Paper, Picture
 from rbstab.report.writers.pdf_tables import lies, write_table
-from rbstab.store.atomic import write_whole
+from rbstab.store.atomic import write_atomically
 
 MILLIMETRES = 25.4
 """To an inch."""
@@ -27,7 +27,7 @@ def write_pdf(report: Report, path: Path) -> None:
     Raises:
         OSError: The disk is full, the folder cannot be written, and the like.
     """
-    write_whole(path, pdf_of(report), replace=True)
+    write_atomically(path, pdf_of(report), replace=True)
 
 
 def pdf_of(report: Report) -> bytes:

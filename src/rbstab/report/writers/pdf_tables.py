@@ -21,10 +21,10 @@ SIZES = (8.0, 7.0, 6.0)
 PADDING = 1.2
 """mm on each side of a text."""
 
-WIDEST = 50.0
+MAX_WIDTH = 50.0
 """mm: texts of more than that are broken."""
 
-LONGEST = 400
+MAX_LENGTH = 400
 """Letters of a cell; a row has to fit on a page."""
 
 TONES = {"good": (0, 105, 75), "bad": (175, 55, 0), "odd": (140, 100, 0)}
@@ -103,7 +103,7 @@ def _write_part(paper: Paper, table: Table, columns: Sequence[int], fit: Fit) ->
 
 def _text(paper: Paper, cell: Cell) -> str:
     text = paper.plain(cell.text)
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
+    return text if len(text) <= MAX_LENGTH else f"{text[: MAX_LENGTH - 1]}…"
 
 
 def _widths(paper: Paper, table: Table, size: float) -> list[float]:
@@ -117,7 +117,7 @@ def _widths(paper: Paper, table: Table, size: float) -> list[float]:
         paper.set_font(FAMILY, size=size)
         for row in table.rows:
             widest = max(widest, paper.get_string_width(_text(paper, row[number])))
-        widths.append(min(widest + 0.3, WIDEST) + 2 * PADDING)
+        widths.append(min(widest + 0.3, MAX_WIDTH) + 2 * PADDING)
     return widths
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 _WORDS = b"made by rbstab report"
 
-MARKS = {
+SIGNATURES = {
     "html": b"<!-- " + _WORDS + b" -->\n",
     "md": b"\n<!-- " + _WORDS + b" -->\n",
     "pdf": b"%" + _WORDS + b"\n",
@@ -21,7 +21,7 @@ def is_report(path: Path) -> bool:
     """
     with path.open("rb") as file:
         size = file.seek(0, 2)
-        longest = max(map(len, MARKS.values()))
+        longest = max(map(len, SIGNATURES.values()))
         file.seek(max(0, size - longest))
         end = file.read()
-    return any(end.endswith(mark) for mark in MARKS.values())
+    return any(end.endswith(mark) for mark in SIGNATURES.values())

@@ -4,8 +4,8 @@ from io import StringIO
 from pathlib import Path
 
 from rbstab.report.model.document import Report
-from rbstab.report.writers.signature import MARKS, is_report
-from rbstab.store.atomic import write_whole
+from rbstab.report.writers.signature import SIGNATURES, is_report
+from rbstab.store.atomic import write_atomically
 from rbstab.store.errors import ResultExistsError, StoreError
 
 SUFFIXES = {
@@ -66,7 +66,7 @@ def _write_html(report: Report, path: Path) -> None:
     # Each format is imported late: it brings a library that the others do not need.
     from rbstab.report.writers.html import page
 
-    write_whole(path, page(report).encode() + MARKS["html"], replace=True)
+    write_atomically(path, page(report).encode() + SIGNATURES["html"], replace=True)
 
 
 def _write_markdown(report: Report, path: Path) -> None:
@@ -78,7 +78,7 @@ def _write_markdown(report: Report, path: Path) -> None:
 def _write_pdf(report: Report, path: Path) -> None:
     from rbstab.report.writers.pdf import pdf_of
 
-    write_whole(path, pdf_of(report) + MARKS["pdf"], replace=True)
+    write_atomically(path, pdf_of(report) + SIGNATURES["pdf"], replace=True)
 
 
 def _write_text(report: Report, path: Path) -> None:
@@ -90,7 +90,7 @@ def _write_text(report: Report, path: Path) -> None:
     console = Console(file=text, width=TEXT_WIDTH, highlight=False, color_system=None)
     print_report(report, console)
     lines = [line.rstrip() for line in text.getvalue().splitlines()]
-    write_whole(path, "\n".join([*lines, ""]).encode() + MARKS["text"], replace=True)
+    write_atomically(path, "\n".join([*lines, ""]).encode() + SIGNATURES["text"], replace=True)
 
 
 _WRITERS = {"html": _write_html, "md": _write_markdown, "pdf": _write_pdf, "text": _write_text}

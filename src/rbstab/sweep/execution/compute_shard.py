@@ -6,7 +6,7 @@ import numpy as np
 
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.execution.events import ShardDone, Trouble
+from rbstab.sweep.execution.events import EngineFailed, ShardDone
 from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.members.engine import MemberEngine, Shard
 from rbstab.sweep.members.outcome import COLUMNS
@@ -15,9 +15,9 @@ from rbstab.sweep.members.traces import checked_traces
 from rbstab.sweep.plan.plan import Plan
 
 
-def follow_shard(
+def compute_shard(
     plan: Plan, folder: SweepFolder, number: int, engine: MemberEngine
-) -> Iterator[Trouble | ShardDone]:
+) -> Iterator[EngineFailed | ShardDone]:
     """Follows the members of a shard, writes it, and tells what happens.
 
     Raises:
@@ -27,7 +27,7 @@ def follow_shard(
     start, stop = folder.bounds(number)
     troubles: list[Exception] = []
     shard = computed(plan, engine, start, stop, troubles.append)
-    yield from (Trouble(start, stop, error) for error in troubles)
+    yield from (EngineFailed(start, stop, error) for error in troubles)
     yield written(folder, number, shard)
 
 

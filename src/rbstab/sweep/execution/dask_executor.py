@@ -19,23 +19,23 @@ from typing import Any
 from distributed import Client, Future
 
 from rbstab.integrate.engines import EngineMissingError
-from rbstab.sweep.execution.compute_shard import follow_shard
+from rbstab.sweep.execution.compute_shard import compute_shard
 from rbstab.sweep.execution.dask_worker import (
     Computed,
     Order,
-    OrderedPlan,
+    SweepPlugin,
     compute,
     refuse_other_versions,
 )
 from rbstab.sweep.execution.events import (
-    Happened,
+    EngineFailed,
+    ExecutionEvent,
     NoWorkers,
-    OtherProcessor,
-    Resent,
+    ProcessorDiffers,
+    Rescheduled,
     ShardDone,
-    Trouble,
 )
-from rbstab.sweep.execution.execute import ExecutorError, Work
+from rbstab.sweep.execution.execute import ExecutorError, WorkQueue
 from rbstab.sweep.execution.machine_properties import processor, versions
 from rbstab.sweep.members.engine import EngineFactory, MemberEngine
 from rbstab.sweep.members.engines import factory_for
@@ -139,17 +139,17 @@ class DaskCluster:
         self.address = address
         self.factory = factory
 
-    def happenings(self, work: Work) -> Generator[Happened | None]:
+    def happenings(self, work: WorkQueue) -> Generator[ExecutionEvent | None]:
         """What comes of the shards; None for each idle tick."""
         plan = work.plan
         here = versions(plan.engine)
         order = Order(plan_data(plan), plan_id(plan), plan.engine, here, self.factory)
         name = f"rbstab-{order.plan_id[:8]}-{token_hex(4)}"
         try:
-            self.client.register_plugin(OrderedPlan(order), name=name)
+            self.client.register_plugin(SweepPlugin(order), name=name)
         except (OSError, TimeoutError) as error:
             raise self._lost() from error
-        flight = _Flight(self.client, name, work, self.factory or factory_for(plan.engine))
+        flight = _PendingShards(self.client, name, work, self.factory or factory_for(plan.engine))
         try:
             yield from flight.happenings()
         except (OSError, TimeoutError) as error:
@@ -169,12 +169,12 @@ class _SchedulerGoneError(OSError):
 
 
 @dataclass
-class _Flight:
+class _PendingShards:
     """The shards that are with the cluster, and what comes back."""
 
     client: Client
     name: str
-    work: Work
+    work: WorkQueue
     factory: EngineFactory
     flying: dict[Any, tuple[int, Future[Computed]]] = field(default_factory=dict)
     sendings: Counter[int] = field(default_factory=Counter)
@@ -185,7 +185,7 @@ class _Flight:
     engine: MemberEngine | None = None
     processors: set[str] = field(default_factory=lambda: {processor()})
 
-    def happenings(self) -> Generator[Happened | None]:
+    def happenings(self) -> Generator[ExecutionEvent | None]:
         """Sends what there is room for, and takes what comes, until nothing is left."""
         while True:
             threads = self._look()
@@ -230,7 +230,7 @@ class _Flight:
         self.flying[key] = number, future
         future.add_done_callback(self.back.put)
 
-    def _landed(self, future: Future[Computed]) -> Iterator[Happened | None]:
+    def _landed(self, future: Future[Computed]) -> Iterator[ExecutionEvent | None]:
         """What has become of a shard."""
         number, _ = self.flying.pop(future.key)
         start, stop = self.work.folder.bounds(number)
@@ -244,7 +244,7 @@ class _Flight:
             if self.client.status != "running":
                 raise _SchedulerGoneError from error
             here = self.sendings[number] >= SENDINGS
-            yield Resent(start, stop, error, here)
+            yield Rescheduled(start, stop, error, here)
             if here:
                 yield from self._compute_here(number)
             else:
@@ -252,16 +252,16 @@ class _Flight:
             return
         if found.processor not in self.processors:
             self.processors.add(found.processor)
-            yield OtherProcessor(found.processor)
+            yield ProcessorDiffers(found.processor)
         if found.trouble is not None:
-            yield Trouble(start, stop, found.trouble)
+            yield EngineFailed(start, stop, found.trouble)
         yield self.work.keep(number, found.shard)
 
-    def _compute_here(self, number: int) -> Iterator[Happened]:
+    def _compute_here(self, number: int) -> Iterator[ExecutionEvent]:
         """Computes a shard of which the cluster has made nothing."""
         plan = self.work.plan
         self.engine = self.engine or self.factory(plan)
-        for event in follow_shard(plan, self.work.folder, number, self.engine):
+        for event in compute_shard(plan, self.work.folder, number, self.engine):
             if isinstance(event, ShardDone):
-                self.work.heed(event)
+                self.work.stop_if_failed(event)
             yield event

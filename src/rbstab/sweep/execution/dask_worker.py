@@ -51,7 +51,7 @@ class Order:
     factory: EngineFactory | None = None
 
 
-class OrderedPlan(WorkerPlugin):
+class SweepPlugin(WorkerPlugin):
     """Brings an order to every worker there is, and to those that come later.
 
     Args:
@@ -120,5 +120,5 @@ def refuse_other_versions(ours: dict[str, str], theirs: dict[str, str], where: s
 def compute(name: str, start: int, stop: int) -> Computed:
     """Some members of an ordered plan, on the worker that runs this."""
     plugin = get_worker().plugins[name]
-    assert isinstance(plugin, OrderedPlan)
+    assert isinstance(plugin, SweepPlugin)
     return plugin.compute(start, stop)

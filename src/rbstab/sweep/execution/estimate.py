@@ -7,8 +7,8 @@ from math import prod
 from typing import NamedTuple
 
 from rbstab.config.source import key_of
-from rbstab.sweep.execution.single_run_pool import WORTH_IT
-from rbstab.sweep.folder.disk_space import bytes_of
+from rbstab.sweep.execution.single_run_pool import MIN_FOR_PROCESSES
+from rbstab.sweep.folder.disk_space import sweep_bytes
 from rbstab.sweep.members.comparison import ENGINE, SHARE, is_comparable
 from rbstab.sweep.members.engine import EngineFactory, MemberEngine
 from rbstab.sweep.members.single import SingleRuns
@@ -21,13 +21,13 @@ CALIBRATION = 3.0
 LOOKS = 256
 """Places of a plan that are looked at for the variants of their members."""
 
-SHORTEST_BLOCK = 64
+MIN_BLOCK = 64
 """Members: variants in shorter blocks are followed together, for pieces would hold several."""
 
 PIECES = 4
 """Places of a variant that are followed before longer pieces: no odd one speaks for all."""
 
-MOST_PIECES = 16
+MAX_PIECES = 16
 """Places that are followed where there is no time for longer pieces."""
 
 GROWTH = 4
@@ -76,11 +76,11 @@ def estimate(
         clock: Tells the time, s.
     """
     if not remaining:
-        return Estimate(0.0, 0.0, 0, bytes_of(plan))
+        return Estimate(0.0, 0.0, 0, sweep_bytes(plan))
     engine, places, block = factory(plan), _places(plan), _block(plan)
     variants = _by_variant(plan, places)
     kinds = list(variants.values())
-    if block < SHORTEST_BLOCK:
+    if block < MIN_BLOCK:
         kinds, block = [places], plan.members
     each, calibrated = 0.0, plan.members
     for members in kinds:
@@ -90,7 +90,7 @@ def estimate(
         calibrated = min(calibrated, cost.members)
     seconds = remaining * each / min(threads, remaining)
     return Estimate(
-        seconds, _check_seconds(plan, variants, threads, clock), calibrated, bytes_of(plan)
+        seconds, _check_seconds(plan, variants, threads, clock), calibrated, sweep_bytes(plan)
     )
 
 
@@ -149,7 +149,7 @@ def _cost(engine: MemberEngine, pieces: _Pieces, allowed: float, clock: Clock) -
             left = allowed - (clock() - begin)
             time_for_longer = PIECES * GROWTH * seconds / count < left
             longer = time_for_longer and GROWTH * length <= pieces.block
-            if left <= 0 or count == MOST_PIECES or (count >= PIECES and longer):
+            if left <= 0 or count == MAX_PIECES or (count >= PIECES and longer):
                 break
         if left <= 0 or not longer:
             return _Cost(seconds / (count * length), count * length)
@@ -165,7 +165,7 @@ def _check_seconds(plan: Plan, variants: dict[str, list[int]], threads: int, clo
         if is_comparable(variant):
             each += len(members) / LOOKS * _timed(single, members[0], 1, clock)
     checked = -(-plan.members // SHARE)
-    return checked * each / (threads if checked >= WORTH_IT else 1)
+    return checked * each / (threads if checked >= MIN_FOR_PROCESSES else 1)
 
 
 def _timed(engine: MemberEngine, start: int, count: int, clock: Clock) -> float:

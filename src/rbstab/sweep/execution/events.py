@@ -14,7 +14,7 @@ class ShardDone(NamedTuple):
     facts: ShardFacts
 
 
-class Trouble(NamedTuple):
+class EngineFailed(NamedTuple):
     """An engine raised an error on members start to stop, which are followed one by one instead."""
 
     start: int
@@ -22,7 +22,7 @@ class Trouble(NamedTuple):
     error: Exception
 
 
-class Resent(NamedTuple):
+class Rescheduled(NamedTuple):
     """Who computed members start to stop was lost; they are computed again (here: by us)."""
 
     start: int
@@ -31,7 +31,7 @@ class Resent(NamedTuple):
     here: bool
 
 
-class OtherProcessor(NamedTuple):
+class ProcessorDiffers(NamedTuple):
     """Shards come from a processor that is not of the kind of this process's own."""
 
     name: str
@@ -41,7 +41,7 @@ class NoWorkers(NamedTuple):
     """Nobody is there who computes; they are waited for."""
 
 
-Happened = ShardDone | Trouble | Resent | OtherProcessor | NoWorkers
+ExecutionEvent = ShardDone | EngineFailed | Rescheduled | ProcessorDiffers | NoWorkers
 
-Told = Callable[[Happened | None], None]
+Told = Callable[[ExecutionEvent | None], None]
 """Called, in the thread that executes, for everything that happens; None: nothing for a while."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.execution.compute_shard import written
-from rbstab.sweep.execution.events import Happened, ShardDone, Told
+from rbstab.sweep.execution.events import ExecutionEvent, ShardDone, Told
 from rbstab.sweep.folder.sweep_folder import ShardFacts, SweepFolder
 from rbstab.sweep.members.engine import Shard
 from rbstab.sweep.members.outcome import STATUSES
@@ -23,7 +23,7 @@ from rbstab.sweep.plan.plan import Plan
 
 
 @dataclass
-class Survey:
+class ShardInventory:
     """What is there of a sweep: the facts of each whole shard, and the numbers of all others."""
 
     done: dict[int, ShardFacts] = field(default_factory=dict)
@@ -46,19 +46,19 @@ class Survey:
         found = [f.first_failed for f in self.done.values() if f.first_failed is not None]
         return min(found, default=None)
 
-    def without_failed(self) -> "Survey":
+    def counting_failed_as_missing(self) -> "ShardInventory":
         """The same where shards with members that failed count as missing."""
         failed = [k for k, facts in self.done.items() if facts.first_failed is not None]
         done = {k: facts for k, facts in self.done.items() if k not in failed}
-        return Survey(done, sorted([*self.missing, *failed]))
+        return ShardInventory(done, sorted([*self.missing, *failed]))
 
-    def filled_from(self, other: "Survey") -> None:
+    def add_from(self, other: "ShardInventory") -> None:
         """Takes what another survey has and this one misses."""
         self.done = other.done | self.done
         self.missing = [k for k in self.missing if k not in self.done]
 
 
-def survey_of(folder: SweepFolder, numbers: Iterable[int] | None = None) -> Survey:
+def shard_inventory(folder: SweepFolder, numbers: Iterable[int] | None = None) -> ShardInventory:
     """What is there of a sweep; every shard is read and verified.
 
     Args:
@@ -68,7 +68,7 @@ def survey_of(folder: SweepFolder, numbers: Iterable[int] | None = None) -> Surv
     Raises:
         StoreError: A shard cannot be read.
     """
-    survey = Survey()
+    survey = ShardInventory()
     for number in range(folder.shards) if numbers is None else numbers:
         facts = folder.facts(number)
         if facts is None:
@@ -79,7 +79,7 @@ def survey_of(folder: SweepFolder, numbers: Iterable[int] | None = None) -> Surv
 
 
 @dataclass(frozen=True)
-class Work:
+class WorkQueue:
     """What an executor has to do, and where to leave it.
 
     Args:
@@ -110,7 +110,7 @@ class Work:
         except IndexError:
             return None
 
-    def heed(self, done: ShardDone) -> None:
+    def stop_if_failed(self, done: ShardDone) -> None:
         """Stops, if that is wanted, at the first shard with a member that failed."""
         if self.fail_fast and done.facts.first_failed is not None:
             self.stop.set()
@@ -122,14 +122,14 @@ class Work:
             StoreError: It cannot be written.
         """
         done = written(self.folder, number, shard)
-        self.heed(done)
+        self.stop_if_failed(done)
         return done
 
 
 class Executor(Protocol):
     """Who computes shards: this machine, or a cluster."""
 
-    def happenings(self, work: Work) -> Generator[Happened | None]:
+    def happenings(self, work: WorkQueue) -> Generator[ExecutionEvent | None]:
         """Computes and keeps the wanted shards, and tells what happens; None now and then.
 
         It ends when all are kept, or none is wanted any more and those that were begun are kept.
@@ -161,7 +161,7 @@ class Execution:
     stop: Event = field(default_factory=Event)
     fail_fast: bool = False
 
-    def run(self, survey: Survey) -> None:
+    def run(self, survey: ShardInventory) -> None:
         """Computes what is missing, and puts it into the survey.
 
         Args:
@@ -175,7 +175,7 @@ class Execution:
         if self.fail_fast and survey.first_failed is not None:
             return
         wanted = deque(sorted(survey.missing))
-        work = Work(self.plan, self.folder, wanted, self.stop, self.fail_fast)
+        work = WorkQueue(self.plan, self.folder, wanted, self.stop, self.fail_fast)
         with closing(self.executor.happenings(work)) as happenings:
             for happened in happenings:
                 if isinstance(happened, ShardDone):

@@ -16,8 +16,8 @@ from typing import Any
 
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.store.errors import StoreError
-from rbstab.sweep.execution.compute_shard import follow_shard
-from rbstab.sweep.execution.events import ShardDone, Trouble
+from rbstab.sweep.execution.compute_shard import compute_shard
+from rbstab.sweep.execution.events import EngineFailed, ShardDone
 from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.members.engine import EngineError, EngineFactory
 from rbstab.sweep.plan.plan import Plan
@@ -26,7 +26,7 @@ Order = tuple[SweepFolder, int]
 """The shard of this number is wanted in this folder."""
 
 
-class ProcessLostError(Exception):
+class WorkerDiedError(Exception):
     """The process has ended, or could not begin."""
 
 
@@ -49,7 +49,7 @@ class ShardProcess:
             context = get_context("loky")
             self._connection, theirs = context.Pipe()
         except (ImportError, OSError) as error:
-            raise ProcessLostError(str(error)) from error
+            raise WorkerDiedError(str(error)) from error
         self._process = context.Process(target=_serve, args=(theirs, plan, factory), daemon=True)
         try:
             with _no_interrupts():
@@ -57,7 +57,7 @@ class ShardProcess:
         except (OSError, AttributeError) as error:
             # The latter where this process has no stdout, which loky wants to flush.
             self._connection.close()
-            raise ProcessLostError(str(error)) from error
+            raise WorkerDiedError(str(error)) from error
         finally:
             theirs.close()
         self._ready = False
@@ -74,7 +74,7 @@ class ShardProcess:
             self._ready = True
         return self._ready
 
-    def make(self, folder: SweepFolder, number: int) -> list[Trouble | ShardDone]:
+    def make(self, folder: SweepFolder, number: int) -> list[EngineFailed | ShardDone]:
         """Computes and writes a shard, and returns what happened.
 
         Raises:
@@ -88,7 +88,7 @@ class ShardProcess:
             self._connection.send(order)
         except OSError as error:
             raise self._lost() from error
-        found: list[Trouble | ShardDone] = self._received()
+        found: list[EngineFailed | ShardDone] = self._received()
         return found
 
     def close(self) -> None:
@@ -107,9 +107,9 @@ class ShardProcess:
             raise found
         return found
 
-    def _lost(self) -> ProcessLostError:
+    def _lost(self) -> WorkerDiedError:
         self.close()
-        return ProcessLostError(f"its process has ended (exit code {self._process.exitcode})")
+        return WorkerDiedError(f"its process has ended (exit code {self._process.exitcode})")
 
 
 def _serve(orders: Connection, plan: Plan, factory: EngineFactory) -> None:
@@ -131,7 +131,7 @@ def _compute(
     orders: Connection, plan: Plan, factory: EngineFactory, next_order: Callable[[], Order]
 ) -> None:
     """One shard after the other; where the engine itself fails, the process ends with that."""
-    answer: list[Trouble | ShardDone] | Exception = []
+    answer: list[EngineFailed | ShardDone] | Exception = []
     try:
         engine = factory(plan)
         while True:
@@ -140,7 +140,7 @@ def _compute(
                 orders.send(answer)
             folder, number = next_order()
             try:
-                answer = [_in_words(event) for event in follow_shard(plan, folder, number, engine)]
+                answer = [_in_words(event) for event in compute_shard(plan, folder, number, engine)]
             except (StoreError, EngineMissingError) as error:
                 answer = error
     except Exception as error:
@@ -149,8 +149,8 @@ def _compute(
         os._exit(1)
 
 
-def _in_words(event: Trouble | ShardDone) -> Trouble | ShardDone:
-    if isinstance(event, Trouble):
+def _in_words(event: EngineFailed | ShardDone) -> EngineFailed | ShardDone:
+    if isinstance(event, EngineFailed):
         return event._replace(error=EngineError.of(event.error))
     return event
 

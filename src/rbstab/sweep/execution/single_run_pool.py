@@ -8,20 +8,20 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 
 from rbstab.mechanics.numbers import Array
-from rbstab.processes.parent_watch import hold, lifeline
+from rbstab.processes.parent_watch import exit_with_parent, parent_watch
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.plan import Plan
 
 TICK = 0.2
 """s between two looks at silent processes."""
 
-WORTH_IT = 16
+MIN_FOR_PROCESSES = 16
 """Members for which the start of further processes is made up."""
 
 Outcome = dict[str, Array]
 
 
-def single_outcomes(
+def run_singles(
     plan: Plan, engine: str, members: Sequence[int], processes: int
 ) -> Generator[tuple[int, Outcome] | None]:
     """Follows some members as single runs.
@@ -37,7 +37,7 @@ def single_outcomes(
         Closing the generator ends the processes.
     """
     left = list(members)
-    if processes > 1 and len(left) >= WORTH_IT:
+    if processes > 1 and len(left) >= MIN_FOR_PROCESSES:
         # A process that dies (for want of memory, say) takes its pool with it: the rest is done
         # here.
         with suppress(BrokenProcessPool):
@@ -57,7 +57,7 @@ def _by_pool(
     # Imported late: only long comparisons need it.
     from loky import ProcessPoolExecutor
 
-    with lifeline() as line:
+    with parent_watch() as line:
         pool = ProcessPoolExecutor(processes, initializer=_begin, initargs=(plan, engine, line))
         try:
             pending: set[Future[tuple[int, Outcome]]] = {
@@ -81,7 +81,7 @@ def _begin(plan: Plan, engine: str, line: Connection) -> None:
     global _singles  # noqa: PLW0603 (what a process keeps between its tasks)
     # A terminal interrupts all processes; only the first one decides what that means.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    hold(line)
+    exit_with_parent(line)
     _singles = SingleRuns(plan, engine)
 
 

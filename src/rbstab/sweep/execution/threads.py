@@ -6,10 +6,10 @@ from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import NamedTuple
 
-from rbstab.sweep.execution.compute_shard import follow_shard
-from rbstab.sweep.execution.events import Happened, Resent, ShardDone, Trouble
-from rbstab.sweep.execution.execute import Work
-from rbstab.sweep.execution.shard_process import ProcessLostError, ShardProcess
+from rbstab.sweep.execution.compute_shard import compute_shard
+from rbstab.sweep.execution.events import EngineFailed, ExecutionEvent, Rescheduled, ShardDone
+from rbstab.sweep.execution.execute import WorkQueue
+from rbstab.sweep.execution.shard_process import ShardProcess, WorkerDiedError
 from rbstab.sweep.members.engine import EngineError, EngineFactory
 from rbstab.sweep.plan.plan import Plan
 
@@ -23,14 +23,14 @@ class _Ended(NamedTuple):
     error: BaseException | None
 
 
-Report = Happened | _Ended
+Report = ExecutionEvent | _Ended
 """What a thread says."""
 
-Say = Callable[[Happened], None]
+Say = Callable[[ExecutionEvent], None]
 """Says it."""
 
 
-class Threads:
+class ThreadExecutor:
     """An executor: each shard is computed and written by one thread, which has its own engine.
 
     Args:
@@ -50,7 +50,7 @@ class Threads:
         self.count = count
         self.elsewhere = elsewhere
 
-    def happenings(self, work: Work) -> Generator[Happened | None]:
+    def happenings(self, work: WorkQueue) -> Generator[ExecutionEvent | None]:
         """What the threads report, until all of them have ended; None for each idle tick."""
         reports: SimpleQueue[Report] = SimpleQueue()
         left, errors = min(self.count, len(work.wanted)), []
@@ -77,18 +77,18 @@ class Threads:
         if errors:
             raise errors[0]
 
-    def _work(self, work: Work, report: Say) -> None:
+    def _work(self, work: WorkQueue, report: Say) -> None:
         """One shard after the other, by an engine of this process."""
         engine = None
         while (number := work.next()) is not None:
             engine = engine or self.factory(work.plan)
-            _tell(follow_shard(work.plan, work.folder, number, engine), work, report)
+            _tell(compute_shard(work.plan, work.folder, number, engine), work, report)
 
-    def _work_elsewhere(self, work: Work, report: Say) -> None:
+    def _work_elsewhere(self, work: WorkQueue, report: Say) -> None:
         """The same by another process, and here once that is lost."""
         assert self.elsewhere is not None
         # A system that has no room for another process, or lets none begin, still has this one.
-        with suppress(ProcessLostError, EngineError), closing(self.elsewhere(work.plan)) as process:
+        with suppress(WorkerDiedError, EngineError), closing(self.elsewhere(work.plan)) as process:
             # No shard waits for a process to begin: others are faster with it.
             while not process.ready(TICK):
                 if work.over:
@@ -96,21 +96,23 @@ class Threads:
             while (number := work.next()) is not None:
                 try:
                     _tell(process.make(work.folder, number), work, report)
-                except (ProcessLostError, EngineError) as lost:
-                    report(Resent(*work.folder.bounds(number), lost, here=True))
+                except (WorkerDiedError, EngineError) as lost:
+                    report(Rescheduled(*work.folder.bounds(number), lost, here=True))
                     work.wanted.appendleft(number)
                     break
         self._work(work, report)
 
 
-def _tell(events: Iterable[Trouble | ShardDone], work: Work, report: Say) -> None:
+def _tell(events: Iterable[EngineFailed | ShardDone], work: WorkQueue, report: Say) -> None:
     for event in events:
         if isinstance(event, ShardDone):
-            work.heed(event)
+            work.stop_if_failed(event)
         report(event)
 
 
-def _reporting(does: Callable[[Work, Say], None], work: Work, report: Callable[..., None]) -> None:
+def _reporting(
+    does: Callable[[WorkQueue, Say], None], work: WorkQueue, report: Callable[..., None]
+) -> None:
     """What one thread does, to its end."""
     error = None
     try:

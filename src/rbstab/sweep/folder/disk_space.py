@@ -13,7 +13,7 @@ _NUMBER = 8
 """Bytes of the number of a member."""
 
 
-def bytes_of(plan: Plan) -> int:
+def sweep_bytes(plan: Plan) -> int:
     """What a sweep takes on the disk: its shards, their traces, and the file that gathers them."""
     traces = plan.keep.count(plan.members)
     return plan.members * (_of_shard() + _gathered(plan)) + traces * trace_size(plan)
@@ -24,7 +24,7 @@ def trace_size(plan: Plan) -> int:
     return layout_of(plan).size + _NUMBER if plan.keep.count(plan.members) else 0
 
 
-def check_room(plan: Plan, folder: SweepFolder, missing: Iterable[int]) -> None:
+def check_disk_space(plan: Plan, folder: SweepFolder, missing: Iterable[int]) -> None:
     """Makes sure that the disk has room for what is still to be written.
 
     Args:

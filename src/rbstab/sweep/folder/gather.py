@@ -14,11 +14,11 @@ from rbstab.store.errors import NotAResultError
 from rbstab.store.result import Variable
 from rbstab.store.table import Column, Head
 from rbstab.store.table_file import read_table, write_table
-from rbstab.sweep.execution.execute import Survey
+from rbstab.sweep.execution.execute import ShardInventory
 from rbstab.sweep.folder.layout import OUTCOME, grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.members.comparison import Check
-from rbstab.sweep.members.convergence import COLUMN, Certified
+from rbstab.sweep.members.convergence import COLUMN, ProvedConvergence
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
@@ -27,7 +27,7 @@ HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no
 """The column of a plan that keeps traces."""
 
 
-def digest_of_shards(survey: Survey) -> str:
+def digest_of_shards(survey: ShardInventory) -> str:
     """The digest of all shards of a sweep that is done."""
     digests = [facts.digest for _, facts in sorted(survey.done.items())]
     return hashlib.sha256(" ".join(digests).encode()).hexdigest()
@@ -81,7 +81,7 @@ def gather(plan: Plan, folder: SweepFolder, shards_digest: str, check: Check | N
 
 
 def _parts(plan: Plan, folder: SweepFolder) -> Iterator[dict[str, Array]]:
-    certified = Certified(plan, folder.path.parent)
+    certified = ProvedConvergence(plan, folder.path.parent)
     for number in range(folder.shards):
         table = folder.read(number)
         if table is None:

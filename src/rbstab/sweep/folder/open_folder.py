@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rbstab.experiment.provenance import provenance
-from rbstab.store.atomic import PARTIAL, remove_remains, write_whole
+from rbstab.store.atomic import PARTIAL, remove_partial_files, write_atomically
 from rbstab.store.document import write_document
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
 from rbstab.store.lock import LOCK, FolderInUseError, locked
-from rbstab.store.presence import is_there
+from rbstab.store.presence import path_exists
 from rbstab.sweep.folder.disk_space import trace_size
 from rbstab.sweep.folder.parts import Part, running_parts
 from rbstab.sweep.folder.sweep_folder import (
@@ -30,26 +30,26 @@ from rbstab.sweep.plan.trace_selection import SUMMARY
 
 _NOT_OVERWRITTEN = "it is not overwritten: choose another folder with -o, or move it aside"
 
-LONGEST_WRITE = 3600.0
+MAX_WRITE_TIME = 3600.0
 """s after which a temporary file in a folder that parts share is taken for that of a killed one."""
 
 
-class Begun(NamedTuple):
+class OpenFolder(NamedTuple):
     """A folder in which a sweep may go on.
 
-    kept_aside is where another sweep of its name went, if there was one; changed says which
+    moved_aside is where another sweep of its name went, if there was one; changed says which
     versions are not those with which the sweep was begun.
     """
 
     folder: SweepFolder
-    kept_aside: Path | None
+    moved_aside: Path | None
     changed: tuple[str, ...]
 
 
 @contextmanager
 def begun(
     path: Path, plan: Plan, shard_size: int | None, *, force: bool = False
-) -> Iterator[Begun]:
+) -> Iterator[OpenFolder]:
     """The folder of a plan, made where it is not there, and locked.
 
     Args:
@@ -72,20 +72,22 @@ def begun(
             if different is None:
                 folder = _ready(path, plan, wanted, fixed_size=fixed)
                 if sure:
-                    remove_old_remains(path)
-                yield Begun(folder, aside, _changed(path, wanted))
+                    remove_old_partial_files(path)
+                yield OpenFolder(folder, aside, _changed(path, wanted))
                 return
             if not force:
                 raise ResultExistsError(f"{path} {different}; {_NOT_OVERWRITTEN} with --force")
             if os.name != "nt":
-                aside = _set_aside(path)
+                aside = _move_aside(path)
         if os.name == "nt":
             # No folder is moved there that has an open file, as is the lock.
-            aside = _set_aside(path)
+            aside = _move_aside(path)
 
 
 @contextmanager
-def part_begun(path: Path, plan: Plan, shard_size: int | None, part: Part) -> Iterator[Begun]:
+def open_for_part(
+    path: Path, plan: Plan, shard_size: int | None, part: Part
+) -> Iterator[OpenFolder]:
     """The folder of a plan for one of its parts, which shares it with the others.
 
     Raises:
@@ -100,7 +102,7 @@ def part_begun(path: Path, plan: Plan, shard_size: int | None, part: Part) -> It
         if different is not None:
             raise ResultExistsError(f"{path} {different}; {_NOT_OVERWRITTEN}")
         folder = _ready(path, plan, wanted, fixed_size=fixed)
-        yield Begun(folder, None, _changed(path, wanted))
+        yield OpenFolder(folder, None, _changed(path, wanted))
 
 
 def planned_folder(
@@ -116,14 +118,14 @@ def planned_folder(
         StoreError: What is there cannot be read.
     """
     planned = SweepFolder(path, _manifest(plan, shard_size))
-    if not is_there(path / MANIFEST):
+    if not path_exists(path / MANIFEST):
         return planned, None
     found = open_folder(path)
     same = found.manifest.plan_id == planned.manifest.plan_id
     return (found if same else planned), same
 
 
-LARGEST_TRACES = 32e6
+MAX_TRACE_BYTES = 32e6
 """Bytes of the traces of a shard, which are in memory, once for each thread."""
 
 
@@ -137,7 +139,7 @@ def good_shard_size(members: int, *, one_by_one: bool, trace_bytes: float = 0.0)
         one_by_one: Whether any of them are followed by themselves, which takes much longer.
         trace_bytes: What is kept of the motion of a member, on average.
     """
-    most = max(1, int(LARGEST_TRACES / trace_bytes)) if trace_bytes else 4096
+    most = max(1, int(MAX_TRACE_BYTES / trace_bytes)) if trace_bytes else 4096
     if one_by_one:
         return min(16, most)
     size = min(4096, max(1024, members // 64 // 64 * 64), most)
@@ -187,7 +189,7 @@ def _by_parts(path: Path) -> str:
 
 def _difference(path: Path, wanted: Manifest, *, fixed_size: bool) -> str | None:
     """What keeps the sweep from going on in a folder."""
-    if not is_there(path / MANIFEST):
+    if not path_exists(path / MANIFEST):
         names = [f.name for f in path.iterdir() if f.name not in (PLAN_FILE, SHARDS, TRACES)]
         strange = [n for n in names if not n.startswith(LOCK) and not n.endswith(PARTIAL)]
         return f"holds other things ({min(strange)})" if strange else None
@@ -217,13 +219,13 @@ def _ready(path: Path, plan: Plan, manifest: Manifest, *, fixed_size: bool) -> S
 
     Others may be making it at the same time, of the same plan: the first manifest counts.
     """
-    begins = not is_there(path / MANIFEST)
+    begins = not path_exists(path / MANIFEST)
     try:
         for name in (SHARDS, TRACES)[: 2 if manifest.keep != SUMMARY else 1]:
             (path / name).mkdir(exist_ok=True)
         text = plan_yaml(plan).encode()
         if _content(path / PLAN_FILE) != text:
-            write_whole(path / PLAN_FILE, text, replace=True)
+            write_atomically(path / PLAN_FILE, text, replace=True)
     except OSError as error:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
     if begins:
@@ -242,7 +244,7 @@ def _content(path: Path) -> bytes | None:
     return None
 
 
-def remove_old_remains(path: Path) -> None:
+def remove_old_partial_files(path: Path) -> None:
     """Removes what killed processes have left in a folder; its lock must be held alone.
 
     Where parts have been at work, some locks may be known on one machine only, and what a part on
@@ -250,10 +252,10 @@ def remove_old_remains(path: Path) -> None:
     """
     shared = any(path.glob(f"{LOCK}.*"))
     for place in (path, path / SHARDS, path / TRACES):
-        remove_remains(place, LONGEST_WRITE if shared else 0.0)
+        remove_partial_files(place, MAX_WRITE_TIME if shared else 0.0)
 
 
-def _set_aside(path: Path) -> Path:
+def _move_aside(path: Path) -> Path:
     try:
         middle = open_folder(path).manifest.plan_id[:8]
     except StoreError:

@@ -12,7 +12,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions import Motions, joined
 from rbstab.store.motions_file import check_motions, read_motions
-from rbstab.store.presence import is_there
+from rbstab.store.presence import path_exists
 from rbstab.store.shard_file import read_shard
 from rbstab.sweep.folder.layout import OUTCOME
 from rbstab.sweep.folder.sweep_folder import SweepFolder, open_folder, traces_stamp
@@ -123,8 +123,8 @@ def open_traces(path: str | Path) -> SweepTraces:
         number
         for number in range(folder.shards)
         if folder.has_traces(number)
-        and is_there(folder.shard_file(number))
-        and is_there(folder.traces_file(number))
+        and path_exists(folder.shard_file(number))
+        and path_exists(folder.traces_file(number))
     )
     if not shards:
         kept = folder.manifest.keep.count(folder.manifest.members)

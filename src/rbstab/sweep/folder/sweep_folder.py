@@ -12,7 +12,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.document import read_document
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions_file import Stamp, stamp_of, write_motions
-from rbstab.store.presence import is_there
+from rbstab.store.presence import path_exists
 from rbstab.store.shard_file import DIGEST, SHARD, read_shard, write_shard
 from rbstab.store.table import RUN, Head, Table
 from rbstab.store.table_file import read_table
@@ -20,7 +20,7 @@ from rbstab.sweep.folder.layout import OUTCOME
 from rbstab.sweep.members.engine import FAILED_CODES
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.traces import motions_of
-from rbstab.sweep.plan.trace_selection import SUMMARY, Keep
+from rbstab.sweep.plan.trace_selection import SUMMARY, TraceSelection
 
 MANIFEST = "manifest.json"
 PLAN_FILE = "plan.yaml"
@@ -54,7 +54,7 @@ class Manifest:
     shard_size: int
     engine: str
     versions: dict[str, str]
-    keep: Keep = SUMMARY
+    keep: TraceSelection = SUMMARY
     schema_version: int = MANIFEST_VERSION
 
 
@@ -164,7 +164,7 @@ class SweepFolder:
             StoreError: It cannot be read, or was written by a newer rbstab.
         """
         path = self.shard_file(number)
-        if not is_there(path):
+        if not path_exists(path):
             return None
         try:
             table = read_shard(path, OUTCOME)
@@ -215,7 +215,7 @@ def open_folder(path: Path) -> SweepFolder:
         NotAResultError: It is none, or its manifest is damaged.
         StoreError: It cannot be read, or was written by a newer rbstab.
     """
-    if not is_there(path / MANIFEST):
+    if not path_exists(path / MANIFEST):
         raise NotAResultError(f"{path} is not the folder of a sweep")
     data = read_document(path / MANIFEST)
     version = data.get("schema_version")
@@ -224,7 +224,7 @@ def open_folder(path: Path) -> SweepFolder:
     if version != MANIFEST_VERSION:
         raise StoreError(f"{path} was written by a newer rbstab, please update")
     try:
-        keep = Keep(**{**data["keep"], "members": tuple(data["keep"]["members"])})
+        keep = TraceSelection(**{**data["keep"], "members": tuple(data["keep"]["members"])})
         return SweepFolder(path, Manifest(**{**data, "keep": keep}))
     except (TypeError, KeyError) as error:
         raise NotAResultError(f"{path / MANIFEST} is damaged: {error}") from error
@@ -245,14 +245,14 @@ def open_sweep(path: str | Path) -> Table:
     if not path.is_dir():
         return read_table(path)
     file = path / SWEEP_FILE
-    if not is_there(file):
+    if not path_exists(file):
         raise unfinished(open_folder(path))
     return read_table(file)
 
 
 def unfinished(folder: SweepFolder) -> StoreError:
     """What is said of a sweep whose shards are not gathered."""
-    there = sum(is_there(folder.shard_file(number)) for number in range(folder.shards))
+    there = sum(path_exists(folder.shard_file(number)) for number in range(folder.shards))
     return StoreError(
         f"{folder.path} is a sweep that is not finished: {there} of {folder.shards} shards are "
         "there; the `rbstab sweep` that began it goes on with it"

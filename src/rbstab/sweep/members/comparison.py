@@ -14,7 +14,7 @@ from rbstab.config.source import key_of
 from rbstab.mechanics.numbers import Array
 from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.sweep.execution.single_run_pool import single_outcomes
+from rbstab.sweep.execution.single_run_pool import run_singles
 from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.sweep.plan.axes import VARIANT
@@ -116,7 +116,7 @@ def _followed(
     """The outcomes of some members as single runs, in their order; None where it was stopped."""
     told(0, len(members))
     outcomes: dict[int, dict[str, Array]] = {}
-    with closing(single_outcomes(plan, ENGINE, members, processes)) as coming:
+    with closing(run_singles(plan, ENGINE, members, processes)) as coming:
         while not stop.is_set():
             try:
                 found = next(coming)

@@ -7,7 +7,7 @@ import numpy as np
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.experiment.proof import ROUND_OFF
-from rbstab.experiment.proof_cache import kept_proof
+from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.switching_record import resting_system
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Column
@@ -22,7 +22,7 @@ COLUMN = Column((), "i1", "1", "convergence to the lowest rest state, by a kept 
 """The column `convergence` of a sweep."""
 
 
-class Certified:
+class ProvedConvergence:
     """What kept proofs say of the members that share them.
 
     Members share a proof where the plan varies nothing but their start; of others nothing is said.
@@ -59,7 +59,7 @@ class Certified:
         if any(column.path[0] != "initial" for column in self.plan.columns_of(variant)):
             return None
         base = self.plan.base_of(variant)
-        proof = kept_proof(results, base)
+        proof = cached_proof(results, base)
         if proof is None or proof.region is None:
             return None
         rest = nearest_rest_state(resting_system(problem_of(base))).energy

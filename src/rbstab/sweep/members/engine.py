@@ -58,7 +58,7 @@ EngineFactory = Callable[[Plan], MemberEngine]
 """Makes an engine for one thread."""
 
 
-def without_result(members: int) -> dict[str, Array]:
+def columns_of_failed(members: int) -> dict[str, Array]:
     """The columns of members of which nothing is known but that their integration failed."""
     found = {}
     for column in COLUMNS:

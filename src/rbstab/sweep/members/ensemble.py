@@ -22,7 +22,7 @@ from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.binding import Binding
-from rbstab.sweep.members.engine import MemberEngine, Shard, without_result
+from rbstab.sweep.members.engine import MemberEngine, Shard, columns_of_failed
 from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import STATUSES, Traces, outcome_of
 from rbstab.sweep.members.rest_energies import RestEnergies
@@ -61,7 +61,7 @@ class EnsembleEngine:
         """The members from number `start` up to `stop`."""
         values = self.plan.values(start, stop)
         members = stop - start
-        found = without_result(members)
+        found = columns_of_failed(members)
         found["run_id"] = run_ids(self.plan, start, stop)
         chosen = self.plan.keep.traces(start, stop)
         places = np.cumsum(chosen) - 1

@@ -8,7 +8,7 @@ from rbstab.integrate.heyoka.compiled_scalar import CompiledScalar
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
-MOST_STEPS = 30
+MAX_STEPS = 30
 
 ROUND_OFF = 1e-12
 """Of an energy (or 1 J): how much a step may seem to rise."""
@@ -40,7 +40,7 @@ class RestEnergies:
         sound = np.ones(q.shape[1], dtype=bool)
         with np.errstate(all="ignore"):
             here = self.energy.at(parameters, q)
-            for _ in range(MOST_STEPS):
+            for _ in range(MAX_STEPS):
                 sound &= _convex(here.hessian)
                 moving = sound & (np.abs(here.gradient).max(axis=1) > GRADIENT_TOLERANCE)
                 if not moving.any():

@@ -6,14 +6,14 @@ import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
-from rbstab.config.schema import SMALLEST_SCIPY_RTOL, Config
+from rbstab.config.schema import MIN_SCIPY_RTOL, Config
 from rbstab.experiment.record import quantities_of
 from rbstab.experiment.switching_record import resting_system, works_without_potential
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.members.engine import Shard, without_result
+from rbstab.sweep.members.engine import Shard, columns_of_failed
 from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import STATUSES, Traces, outcome_of
 from rbstab.sweep.members.traces import TIME, layout_of, put_single
@@ -39,7 +39,7 @@ class SingleRuns:
 
     def compute(self, start: int, stop: int) -> Shard:
         """The members from number `start` up to `stop`."""
-        found = without_result(stop - start)
+        found = columns_of_failed(stop - start)
         found["run_id"] = run_ids(self._plan, start, stop)
         chosen = self._plan.keep.traces(start, stop)
         places = np.cumsum(chosen) - 1
@@ -63,7 +63,7 @@ class SingleRuns:
         # What no column shows is not asked for: how far a motion that slides can be trusted.
         problem = replace(problem_of(config), diagnosed=False)
         if self._engine == "scipy":
-            problem = replace(problem, rtol=max(problem.rtol, SMALLEST_SCIPY_RTOL))
+            problem = replace(problem, rtol=max(problem.rtol, MIN_SCIPY_RTOL))
         return problem
 
     def _follow(self, problem: Problem) -> tuple[Trajectory, dict[str, Array]]:

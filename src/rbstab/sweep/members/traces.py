@@ -11,7 +11,7 @@ from rbstab.store.motions import Motions
 from rbstab.store.result import Variable
 from rbstab.store.table import AXES, RUN
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.plan.trace_selection import Keep
+from rbstab.sweep.plan.trace_selection import TraceSelection
 from rbstab.systems.quantities import BY_NAME
 
 TIME = "time"
@@ -115,7 +115,7 @@ def checked_traces(
 
 
 def motions_of(
-    traces: Mapping[str, Array], keep: Keep, start: int, stop: int, plan_id: str
+    traces: Mapping[str, Array], keep: TraceSelection, start: int, stop: int, plan_id: str
 ) -> Motions:
     """The traces of a shard as they are stored."""
 

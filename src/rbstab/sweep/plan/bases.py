@@ -12,14 +12,14 @@ from rbstab.config.messages import described
 from rbstab.config.overrides import override
 from rbstab.config.schema import VARIANTS, Config
 from rbstab.config.source import Source
-from rbstab.sweep.plan.problems import Findings
+from rbstab.sweep.plan.problems import ProblemCollector
 
 SHARED = ("controller", "initial", "integration")
 """The sections whose keys depend on the variant."""
 
 
 def read_bases(
-    findings: Findings, folder: FilePath, variants: tuple[str, ...], changes: Iterable[str]
+    findings: ProblemCollector, folder: FilePath, variants: tuple[str, ...], changes: Iterable[str]
 ) -> dict[str, Config]:
     """The base for each variant; empty, with notes, where something is wrong.
 
@@ -56,7 +56,7 @@ def read_bases(
     return bases if len(findings.problems) == before else {}
 
 
-def _source_of_base(findings: Findings, folder: FilePath) -> Source | None:
+def _source_of_base(findings: ProblemCollector, folder: FilePath) -> Source | None:
     base = findings.source.data.get("base")
     if "base" not in findings.source.data:
         findings.note(("base",), "is missing", "it is required")
@@ -72,7 +72,7 @@ def _source_of_base(findings: Findings, folder: FilePath) -> Source | None:
     return None
 
 
-def _read(findings: Findings, path: FilePath) -> Source | None:
+def _read(findings: ProblemCollector, path: FilePath) -> Source | None:
     try:
         return source_of(path)
     except ConfigError as error:

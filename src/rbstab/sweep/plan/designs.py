@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.plan.distributions import SMALLEST
+from rbstab.sweep.plan.distributions import MIN_VALUE
 
 SOBOL_BITS = 32
 """Those of a Sobol coordinate; 2³² points are more than a plan may have."""
@@ -93,7 +93,7 @@ class LatinHypercubeDesign(Design):
             u[j] = (
                 intervals[start:stop] + _uniforms(self.seed, 2 * j + 1, start, stop)
             ) / self.points
-        return np.clip(u, SMALLEST, 1 - SMALLEST)
+        return np.clip(u, MIN_VALUE, 1 - MIN_VALUE)
 
 
 DESIGNS: dict[str, type[Design]] = {

@@ -10,7 +10,7 @@ from scipy.special import ndtri
 
 from rbstab.mechanics.numbers import Array
 
-SMALLEST = 2.0**-53
+MIN_VALUE = 2.0**-53
 """Coordinates of a design lie between this and one less this: no quantile is infinite."""
 
 
@@ -190,7 +190,7 @@ class Normal(_Pair):
     @property
     def ends(self) -> tuple[float, float]:
         """The values at the outermost coordinates, about eight standard deviations away."""
-        low, high = self.quantile(np.array([SMALLEST, 1 - SMALLEST])).tolist()
+        low, high = self.quantile(np.array([MIN_VALUE, 1 - MIN_VALUE])).tolist()
         return low, high
 
     def quantile(self, u: Array) -> Array:

@@ -8,7 +8,7 @@ from rbstab.sweep.plan.axes import Axis, Column
 from rbstab.sweep.plan.bases import SHARED
 from rbstab.sweep.plan.load import GRID
 from rbstab.sweep.plan.plan import PLAN_VERSION, Plan
-from rbstab.sweep.plan.trace_selection import Keep
+from rbstab.sweep.plan.trace_selection import TraceSelection
 
 
 def plan_yaml(plan: Plan) -> str:
@@ -69,7 +69,7 @@ def _column(column: Column) -> dict[str, Any]:
     return {"scale": found} if column.scale else found
 
 
-def _keep(keep: Keep) -> Any:
+def _keep(keep: TraceSelection) -> Any:
     if keep.every == 1:
         return "traces"
     if keep.every:

@@ -8,11 +8,11 @@ from rbstab.config.messages import described
 from rbstab.config.source import Path, key_of
 from rbstab.sweep.plan.axes import VARIANT, Column, at
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.plan.problems import Findings
+from rbstab.sweep.plan.problems import ProblemCollector
 from rbstab.sweep.plan.read_vary import VARIED
 
 
-def check_keys(findings: Findings, plan: Plan) -> None:
+def check_keys(findings: ProblemCollector, plan: Plan) -> None:
     """Notes each column whose key no base has, and each that is not for numbers."""
     for column in plan.columns:
         if column.path == VARIANT:

@@ -13,15 +13,15 @@ from rbstab.sweep.plan.designs import DESIGNS, Design, LatinHypercubeDesign
 from rbstab.sweep.plan.distributions import Values
 from rbstab.sweep.plan.keys import check_keys
 from rbstab.sweep.plan.plan import (
-    LONGEST_TITLE,
-    MOST_LATIN_MEMBERS,
-    MOST_MEMBERS,
+    MAX_LATIN_MEMBERS,
+    MAX_MEMBERS,
+    MAX_TITLE_LENGTH,
     PLAN_VERSION,
     Plan,
 )
-from rbstab.sweep.plan.problems import Findings
+from rbstab.sweep.plan.problems import ProblemCollector
 from rbstab.sweep.plan.read_vary import read_vary
-from rbstab.sweep.plan.trace_selection import Keep
+from rbstab.sweep.plan.trace_selection import TraceSelection
 from rbstab.sweep.plan.validity import problems_of_members
 
 KEYS = ("schema_version", "title", "base", "vary", "design", "members", "seed", "keep")
@@ -53,7 +53,7 @@ def load_plan(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str] =
             `file:line:column: key: what is wrong (what was expected)`.
     """
     folder = FilePath() if isinstance(plan, Mapping) else FilePath(plan).parent
-    findings = Findings(source_of(plan, "plan"))
+    findings = ProblemCollector(source_of(plan, "plan"))
     data = findings.source.data
     findings.unknown_keys((), data, KEYS)
     _check_version(findings)
@@ -74,7 +74,7 @@ def load_plan(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str] =
     return made
 
 
-def _check_version(findings: Findings) -> None:
+def _check_version(findings: ProblemCollector) -> None:
     version = findings.source.data.get("schema_version", PLAN_VERSION)
     if isinstance(version, int) and not isinstance(version, bool) and version != PLAN_VERSION:
         what = f"is {version}, which this version of rbstab does not know"
@@ -83,21 +83,21 @@ def _check_version(findings: Findings) -> None:
         findings.is_no(("schema_version",), version, str(PLAN_VERSION))
 
 
-def _title(findings: Findings) -> str:
+def _title(findings: ProblemCollector) -> str:
     title = findings.source.data.get("title", "untitled")
     if not isinstance(title, str):
         findings.is_no(("title",), title, "a text")
     elif not title:
         findings.note(("title",), "is empty", "expected a text")
-    elif len(title) > LONGEST_TITLE:
+    elif len(title) > MAX_TITLE_LENGTH:
         found = f"has {len(title)} characters"
-        findings.note(("title",), found, f"expected at most {LONGEST_TITLE}")
+        findings.note(("title",), found, f"expected at most {MAX_TITLE_LENGTH}")
     elif "\0" in title:
         findings.note(("title",), "has a null character", "expected a text that HDF5 can hold")
     return str(title)
 
 
-def _design_word(findings: Findings) -> str | None:
+def _design_word(findings: ProblemCollector) -> str | None:
     """The name of the design, or None with a note."""
     word = findings.source.data.get("design", GRID)
     if isinstance(word, str) and word in (GRID, *DESIGNS):
@@ -106,7 +106,7 @@ def _design_word(findings: Findings) -> str | None:
     return None
 
 
-def _design(findings: Findings, word: str | None, axes: tuple[Axis, ...]) -> Design | None:
+def _design(findings: ProblemCollector, word: str | None, axes: tuple[Axis, ...]) -> Design | None:
     """The design; None for a grid, and with notes where it is wrong."""
     data = findings.source.data
     if word == GRID:
@@ -128,18 +128,18 @@ def _design(findings: Findings, word: str | None, axes: tuple[Axis, ...]) -> Des
     drawn = sum(not axis.each for axis in axes)
     if axes and not drawn:
         findings.note(("design",), "has nothing to draw", "expected a key without `each`")
-    if word == LatinHypercubeDesign.word and members > MOST_LATIN_MEMBERS:
+    if word == LatinHypercubeDesign.word and members > MAX_LATIN_MEMBERS:
         problem = f"is {members}, more than a latin hypercube may have"
-        findings.note(("members",), problem, f"expected at most {MOST_LATIN_MEMBERS}")
+        findings.note(("members",), problem, f"expected at most {MAX_LATIN_MEMBERS}")
     _check_cap(findings, [axis for axis in axes if axis.each], members)
     return DESIGNS[word](drawn, members, seed)
 
 
-def _check_cap(findings: Findings, counted: Iterable[Axis], points: int) -> None:
+def _check_cap(findings: ProblemCollector, counted: Iterable[Axis], points: int) -> None:
     members = points * prod(axis.length or 1 for axis in counted)
-    if members > MOST_MEMBERS:
+    if members > MAX_MEMBERS:
         problem = f"makes {_approximately(members)} members"
-        findings.note(("vary",), problem, f"expected at most {MOST_MEMBERS}")
+        findings.note(("vary",), problem, f"expected at most {MAX_MEMBERS}")
 
 
 def _approximately(number: int) -> str:
@@ -147,14 +147,14 @@ def _approximately(number: int) -> str:
     return text if len(text) <= 15 else f"about 10^{len(text) - 1}"
 
 
-def _keep(findings: Findings) -> Keep:
+def _keep(findings: ProblemCollector) -> TraceSelection:
     keep = findings.source.data.get("keep", "summary")
     forms = "summary, traces, {traces: [number, ...]} or {traces: {every: n}}"
     if keep in ("summary", "traces"):
-        return Keep(every=int(keep == "traces"))
+        return TraceSelection(every=int(keep == "traces"))
     if not isinstance(keep, dict) or not keep:
         findings.is_no(("keep",), keep, forms)
-        return Keep()
+        return TraceSelection()
     findings.unknown_keys(("keep",), keep, ("traces",))
     path, traces = ("keep", "traces"), keep.get("traces", {})
     if isinstance(traces, dict):
@@ -162,15 +162,15 @@ def _keep(findings: Findings) -> Keep:
             findings.note((*path, "every"), "is missing", "it is required")
         findings.unknown_keys(path, traces, ("every",))
         every = findings.whole((*path, "every"), traces.get("every", 1), 1)
-        return Keep(every=every or 0)
+        return TraceSelection(every=every or 0)
     if not isinstance(traces, list):
         findings.is_no(path, traces, "[number, ...] or {every: n}")
-        return Keep()
+        return TraceSelection()
     numbers = {findings.whole((*path, index), entry, 0) for index, entry in enumerate(traces)}
-    return Keep(members=tuple(sorted(number for number in numbers if number is not None)))
+    return TraceSelection(members=tuple(sorted(number for number in numbers if number is not None)))
 
 
-def _check_kept(findings: Findings, plan: Plan) -> None:
+def _check_kept(findings: ProblemCollector, plan: Plan) -> None:
     """Notes the members that are to be kept and are not there."""
     if plan.keep.members:
         for index, number in enumerate(findings.source.data["keep"]["traces"]):

@@ -17,17 +17,17 @@ from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VARIANT, Axis, Column, at
 from rbstab.sweep.plan.designs import Design
 from rbstab.sweep.plan.distributions import FiniteList
-from rbstab.sweep.plan.trace_selection import Keep
+from rbstab.sweep.plan.trace_selection import TraceSelection
 
 PLAN_VERSION = 1
 
-MOST_MEMBERS = 100_000_000
+MAX_MEMBERS = 100_000_000
 """Of a plan: a billion would take two cores most of a day and fill a disk."""
 
-MOST_LATIN_MEMBERS = 2_000_000
+MAX_LATIN_MEMBERS = 2_000_000
 """Points of a latin hypercube, whose intervals are kept in memory."""
 
-LONGEST_TITLE = 200
+MAX_TITLE_LENGTH = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Plan:
     bases: Mapping[str, Config]
     axes: tuple[Axis, ...]
     design: Design | None
-    keep: Keep
+    keep: TraceSelection
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -142,7 +142,7 @@ class Plan:
     def title_of(self, variant: str, index: int) -> str:
         """The title of a member of a variant."""
         suffix = f", member {index}"
-        return self.bases[variant].title[: LONGEST_TITLE - len(suffix)] + suffix
+        return self.bases[variant].title[: MAX_TITLE_LENGTH - len(suffix)] + suffix
 
     def data_of(self, variant: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """The base of a variant as plain data with some columns' values put in, not validated."""

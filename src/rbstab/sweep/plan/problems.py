@@ -10,7 +10,7 @@ from rbstab.config.messages import described
 from rbstab.config.source import Path, Source, key_of
 
 
-class Findings:
+class ProblemCollector:
     """The source of a plan and its problems so far."""
 
     def __init__(self, source: Source) -> None:

@@ -19,7 +19,7 @@ from rbstab.sweep.plan.distributions import (
     Uniform,
     Values,
 )
-from rbstab.sweep.plan.problems import Findings
+from rbstab.sweep.plan.problems import ProblemCollector
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ WORDS = (Values.word, *_FORMS)
 
 
 def read_distribution(
-    findings: Findings, path: Path, value: Any, *, names: bool
+    findings: ProblemCollector, path: Path, value: Any, *, names: bool
 ) -> Distribution | None:
     """A distribution, or None with notes of what is wrong.
 
@@ -91,7 +91,7 @@ def read_distribution(
     return _numbers(findings, inside, value[word], _FORMS[word])
 
 
-def _values(findings: Findings, path: Path, value: Any, *, names: bool) -> Values | None:
+def _values(findings: ProblemCollector, path: Path, value: Any, *, names: bool) -> Values | None:
     if not isinstance(value, list) or not value:
         findings.is_no(path, value, "a list of values")
         return None
@@ -102,7 +102,7 @@ def _values(findings: Findings, path: Path, value: Any, *, names: bool) -> Value
     return Values(numbers) if len(numbers) == len(entries) else None
 
 
-def _variants(findings: Findings, path: Path, value: list[Any]) -> Values | None:
+def _variants(findings: ProblemCollector, path: Path, value: list[Any]) -> Values | None:
     """A list of variants; what is none is noted and taken for one, so that others are checked."""
     known = [entry for entry in value if isinstance(entry, str) and entry in VARIANTS]
     for index, entry in enumerate(value):
@@ -112,7 +112,9 @@ def _variants(findings: Findings, path: Path, value: list[Any]) -> Values | None
     return Values(entries) if entries else None
 
 
-def _numbers(findings: Findings, path: Path, value: Any, form: _Form) -> Distribution | None:
+def _numbers(
+    findings: ProblemCollector, path: Path, value: Any, form: _Form
+) -> Distribution | None:
     if not isinstance(value, list):
         findings.is_no(path, value, form.shown)
         return None

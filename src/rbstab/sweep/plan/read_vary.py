@@ -7,13 +7,13 @@ from rbstab.config.overrides import parse_key
 from rbstab.config.source import Path
 from rbstab.sweep.plan.axes import VARIANT, Axis, Column
 from rbstab.sweep.plan.distributions import FiniteList
-from rbstab.sweep.plan.problems import Findings
+from rbstab.sweep.plan.problems import ProblemCollector
 from rbstab.sweep.plan.read_distribution import WORDS, read_distribution
 
 VARIED = ("body", "gravity", "controller", "initial")
 """The sections whose numbers may vary; how a motion is followed is the same for all members."""
 
-MOST_COLUMNS = 200
+MAX_COLUMNS = 200
 """No config has as many numbers."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_ -]*")
@@ -22,7 +22,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_ -]*")
 _FORM = f"a mapping of one of {', '.join(WORDS)}, scale, each, zip"
 
 
-def read_vary(findings: Findings, *, grid: bool) -> tuple[Axis, ...]:
+def read_vary(findings: ProblemCollector, *, grid: bool) -> tuple[Axis, ...]:
     """The axes of a plan, without those that are wrong, of which there are notes.
 
     Args:
@@ -39,8 +39,8 @@ def read_vary(findings: Findings, *, grid: bool) -> tuple[Axis, ...]:
     found = [_axis(findings, name, value) for name, value in vary.items()]
     axes = tuple(axis for axis in found if axis is not None)
     columns = sum(len(axis.columns) for axis in axes)
-    if columns > MOST_COLUMNS:
-        findings.note(("vary",), f"moves {columns} values", f"expected at most {MOST_COLUMNS}")
+    if columns > MAX_COLUMNS:
+        findings.note(("vary",), f"moves {columns} values", f"expected at most {MAX_COLUMNS}")
         return ()
     for axis in axes:
         _check_lists(findings, axis, grid=grid)
@@ -48,7 +48,7 @@ def read_vary(findings: Findings, *, grid: bool) -> tuple[Axis, ...]:
     return axes
 
 
-def _axis(findings: Findings, name: str, value: Any) -> Axis | None:
+def _axis(findings: ProblemCollector, name: str, value: Any) -> Axis | None:
     path: Path = ("vary", name)
     each = isinstance(value, dict) and list(value) == ["each"]
     if each:
@@ -72,7 +72,7 @@ def _axis(findings: Findings, name: str, value: Any) -> Axis | None:
     return Axis(name, kept, each) if len(kept) == len(columns) else None
 
 
-def _column(findings: Findings, place: Path, key: str, value: Any) -> Column | None:
+def _column(findings: ProblemCollector, place: Path, key: str, value: Any) -> Column | None:
     path = parse_key(key)
     if path is None or path[0] not in VARIED:
         expected = f"expected a key of {', '.join(VARIED[:-1])} or {VARIED[-1]}"
@@ -94,7 +94,7 @@ def _column(findings: Findings, place: Path, key: str, value: Any) -> Column | N
     return Column(path, distribution, scale, own) if distribution is not None else None
 
 
-def _check_lists(findings: Findings, axis: Axis, *, grid: bool) -> None:
+def _check_lists(findings: ProblemCollector, axis: Axis, *, grid: bool) -> None:
     """A counted axis needs lists, and lists that move together are equally long."""
     if axis.each and grid:
         problem = "has no effect in a grid, which has every entry anyway"
@@ -112,7 +112,7 @@ def _check_lists(findings: Findings, axis: Axis, *, grid: bool) -> None:
             findings.note(column.place, f"is no list, as {where} needs", f"expected {lists}")
 
 
-def _check_disjoint(findings: Findings, axes: tuple[Axis, ...]) -> None:
+def _check_disjoint(findings: ProblemCollector, axes: tuple[Axis, ...]) -> None:
     """No two columns move the same value."""
     seen: list[Column] = []
     for axis in axes:

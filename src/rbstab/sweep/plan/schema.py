@@ -5,7 +5,7 @@ from typing import Any
 from rbstab.config.schema import VARIANTS
 from rbstab.sweep.plan.designs import DESIGNS
 from rbstab.sweep.plan.load import GRID
-from rbstab.sweep.plan.plan import LONGEST_TITLE, MOST_MEMBERS, PLAN_VERSION
+from rbstab.sweep.plan.plan import MAX_MEMBERS, MAX_TITLE_LENGTH, PLAN_VERSION
 
 _NUMBER = {"type": "number"}
 _COUNT = {"type": "integer", "minimum": 1}
@@ -59,7 +59,7 @@ def plan_json_schema() -> dict[str, Any]:
     named = {"anyOf": [numbers, _only("every", _COUNT)]}
     properties = {
         "schema_version": {"const": PLAN_VERSION},
-        "title": {"type": "string", "minLength": 1, "maxLength": LONGEST_TITLE},
+        "title": {"type": "string", "minLength": 1, "maxLength": MAX_TITLE_LENGTH},
         "base": {
             "type": ["string", "object"],
             "description": "path of a config, relative to the plan, or a config",
@@ -71,7 +71,7 @@ def plan_json_schema() -> dict[str, Any]:
             "description": "keys of the base, and where their values come from",
         },
         "design": {"enum": [GRID, *DESIGNS]},
-        "members": {**_COUNT, "maximum": MOST_MEMBERS, "description": "not for a grid"},
+        "members": {**_COUNT, "maximum": MAX_MEMBERS, "description": "not for a grid"},
         "seed": {"type": "integer", "minimum": 0, "description": "not for a grid"},
         "keep": {"anyOf": [{"enum": ["summary", "traces"]}, _only("traces", named)]},
     }

@@ -9,7 +9,7 @@ from rbstab.mechanics.numbers import Array
 
 
 @dataclass(frozen=True)
-class Keep:
+class TraceSelection:
     """The members with traces: every n-th, or some by number; of all others only the summary.
 
     Args:
@@ -34,5 +34,5 @@ class Keep:
         return -(-members // self.every) if self.every else len(self.members)
 
 
-SUMMARY = Keep()
+SUMMARY = TraceSelection()
 """No traces."""

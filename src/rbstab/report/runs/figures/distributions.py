@@ -8,7 +8,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Bars, Figure, Panel
 from rbstab.report.reading.sources import Run
 
-MOST_BARS = 40
+MAX_BARS = 40
 
 
 def distribution_figure(runs: Sequence[Run]) -> Figure:
@@ -48,7 +48,7 @@ def _histogram(values: Array, axis: Axis) -> Panel:
     if not len(values):
         return Panel(axis, count, ())
     # As many bars as tell a normal distribution best (Sturges' rule undersmooths, the root not).
-    bars = int(np.clip(np.sqrt(len(values)), 5, MOST_BARS))
+    bars = int(np.clip(np.sqrt(len(values)), 5, MAX_BARS))
     seen = np.log10(values) if axis.log else values
     heights, edges = np.histogram(seen, bins=bars)
     return Panel(axis, count, (Bars(10.0**edges if axis.log else edges, heights.astype(float)),))

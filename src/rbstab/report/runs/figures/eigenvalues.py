@@ -21,7 +21,7 @@ FACTORS = np.geomspace(0.1, 10.0, 41)
 
 NOMINAL = len(FACTORS) // 2
 
-MOST_LOCI = 6
+MAX_LOCI = 6
 """Each costs 41 rest states and linearisations."""
 
 SLOW = 10.0
@@ -46,8 +46,8 @@ class Roots(NamedTuple):
 def eigenvalue_blocks(runs: Sequence[Run]) -> tuple[Block, ...]:
     """Figures of the eigenvalues of runs, and sentences where there are none."""
     readable = [run for run in runs if run.config is not None]
-    only_nominal = [_roots(run, FACTORS[NOMINAL : NOMINAL + 1]) for run in readable[MOST_LOCI:]]
-    swept = [_roots(run, FACTORS) for run in readable[:MOST_LOCI]]
+    only_nominal = [_roots(run, FACTORS[NOMINAL : NOMINAL + 1]) for run in readable[MAX_LOCI:]]
+    swept = [_roots(run, FACTORS) for run in readable[:MAX_LOCI]]
     loci = [roots for roots in swept if roots is not None]
     found = [*loci, *(roots for roots in only_nominal if roots is not None)]
     blocks: list[Block] = []
@@ -181,6 +181,6 @@ def _sentences(runs: Sequence[Run], readable: list[Run], found: list[Run]) -> li
             "No eigenvalues are drawn of runs without a rest state in the range of eq. 5: "
             f"{', '.join(restless)}."
         )
-    if len(readable) > MOST_LOCI:
-        said.append(f"Root loci are drawn of the first {MOST_LOCI} runs only.")
+    if len(readable) > MAX_LOCI:
+        said.append(f"Root loci are drawn of the first {MAX_LOCI} runs only.")
     return said

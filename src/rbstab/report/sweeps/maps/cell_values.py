@@ -13,7 +13,7 @@ from rbstab.report.sweeps.members import ENDS, SETTLED, Members
 from rbstab.report.sweeps.parameters import Cut
 from rbstab.report.sweeps.quantities import Quantity
 
-FEWEST = 5
+MIN_MEMBERS = 5
 """Members in a cell of drawn values below which it stays empty: they would say little."""
 
 
@@ -47,7 +47,7 @@ class Area(NamedTuple):
     @property
     def fewest(self) -> int:
         """How many members a cell needs to be filled."""
-        return FEWEST if self.x.drawn or self.y.drawn else 1
+        return MIN_MEMBERS if self.x.drawn or self.y.drawn else 1
 
 
 def area_of(x: Cut, y: Cut, chosen: Array | None = None) -> Area:

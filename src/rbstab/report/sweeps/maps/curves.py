@@ -14,7 +14,7 @@ from rbstab.report.sweeps.quantities import mapped, varies
 
 AXES = ("first axis", "second axis", "third axis")
 
-MOST_POINTS = 500
+MAX_POINTS = 500
 """Members whose outcomes are drawn one by one."""
 
 
@@ -79,5 +79,5 @@ def _ends(
     for colour, (order, part) in enumerate(zip(orders, slices, strict=True)):
         line = replace(_line(parameter, order, places, part.title, colour), step=True)
         alone = Points(line.x, line.y, line.label, colour, colour)
-        marks.append(alone if len(order) <= MOST_POINTS else line)
+        marks.append(alone if len(order) <= MAX_POINTS else line)
     return Panel(parameter.axis, Axis("outcome", words=words), tuple(marks))

@@ -4,23 +4,23 @@ import numpy as np
 
 from rbstab.report.model.document import Block
 from rbstab.report.sweeps.influence import Influence
-from rbstab.report.sweeps.maps.cell_values import FEWEST
+from rbstab.report.sweeps.maps.cell_values import MIN_MEMBERS
 from rbstab.report.sweeps.maps.curves import curves
 from rbstab.report.sweeps.maps.figures import map_figures, scatter_figure
 from rbstab.report.sweeps.members import ENDS, Members
-from rbstab.report.sweeps.paired_conditions import Slice, circumstances_of
+from rbstab.report.sweeps.paired_conditions import Slice, paired_conditions_of
 from rbstab.report.sweeps.parameters import Parameter, cut
 
-MOST_SLICES = 6
+MAX_SLICES = 6
 """Maps of one quantity side by side."""
 
 PER_CELL = 20
 """Members that a cell of drawn values has on average."""
 
-MOST_DRAWN_CELLS = 100
+MAX_DRAWN_CELLS = 100
 """Along an axis of drawn values."""
 
-FEWEST_DRAWN = 320
+MIN_DRAWN = 320
 """Members below which drawn ones are shown one by one: there would be too few cells."""
 
 
@@ -31,7 +31,7 @@ def map_blocks(name: str, members: Members) -> list[Block]:
         name: Of the sweep, with which the names of figures begin.
         members: The members.
     """
-    groups = circumstances_of(members)
+    groups = paired_conditions_of(members)
     apart = groups.parameters if groups is not None else ()
     free = [p for p in members.parameters if p not in apart]
     slices = [Slice("", None)]
@@ -77,14 +77,14 @@ def _of_drawn(
     first, second = [p for k in influence.order if (p := influence.parameters[k]) in free][:2]
     blocks: list[Block] = [influence.table(f"{name}-influence"), *_alike(members)]
     said = "Over the two parameters with the largest sum of correlation ratios."
-    if len(members) // len(slices) < FEWEST_DRAWN:
+    if len(members) // len(slices) < MIN_DRAWN:
         if np.count_nonzero(members.counts) > 1:
             blocks.append(scatter_figure(name, members, (first, second), slices, said))
         return blocks
     most = drawn_cells(len(members) // len(slices))
     said += (
         f" Cells hold the share or the median of their members, about {PER_CELL} or "
-        f"more on average; a cell with fewer than {FEWEST} is empty."
+        f"more on average; a cell with fewer than {MIN_MEMBERS} is empty."
     )
     return blocks + map_figures(name, members, (cut(first, most), cut(second, most)), slices, said)
 
@@ -99,12 +99,12 @@ def _alike(members: Members) -> list[Block]:
 
 def drawn_cells(members: int) -> int:
     """The cells along an axis of drawn values, for so many members."""
-    return int(np.clip(np.sqrt(members / PER_CELL), 2, MOST_DRAWN_CELLS))
+    return int(np.clip(np.sqrt(members / PER_CELL), 2, MAX_DRAWN_CELLS))
 
 
 def _slices_along(parameter: Parameter) -> list[Slice]:
     entries = parameter.entries
-    picked = np.unique(np.linspace(0, len(entries) - 1, MOST_SLICES).round().astype(int))
+    picked = np.unique(np.linspace(0, len(entries) - 1, MAX_SLICES).round().astype(int))
     return [
         Slice(f"{parameter.axis.label} = {entry:.4g}", np.flatnonzero(parameter.values == entry))
         for entry in entries[picked].tolist()

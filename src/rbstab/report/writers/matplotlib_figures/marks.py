@@ -38,7 +38,7 @@ SYMBOLS: tuple[dict[str, Any], ...] = (
 )
 """Disc, cross, open square, open diamond."""
 
-LARGEST = 1e150
+MAX_VALUE = 1e150
 """What is larger is not drawn: the limits of an axis would overflow."""
 
 LEVEL: dict[str, Any] = {"color": "#555555", "linewidth": 0.9, "linestyle": (0, (4, 3))}
@@ -195,9 +195,9 @@ def _level(level: Level, axes: Axes, panel: Panel) -> dict[str, Artist]:
 def shown(values: Array, axis: Axis) -> Array:
     """Values as they are drawn on an axis: NaN where that is not possible."""
     values = np.asarray(values, dtype=float)
-    possible = np.isfinite(values) & (np.abs(np.where(np.isnan(values), 0.0, values)) < LARGEST)
+    possible = np.isfinite(values) & (np.abs(np.where(np.isnan(values), 0.0, values)) < MAX_VALUE)
     if axis.log:
-        possible &= values > 1.0 / LARGEST
+        possible &= values > 1.0 / MAX_VALUE
     return np.where(possible, values, np.nan)
 
 

@@ -21,7 +21,7 @@ from rbstab.report.writers.matplotlib_figures.marks import draw
 WIDTH = 6.7
 """in: the text of an A4 page."""
 
-TALLEST = 9.0
+MAX_HEIGHT = 9.0
 """in: what a page can hold beside a caption."""
 
 STYLE = {
@@ -115,7 +115,7 @@ def _panel_height(figure: Figure, rows: int, columns: int) -> float:
     natural = 2.0 if rows < 3 or maps or words else 1.3
     if rows == columns == 1:
         natural = 2.8
-    return min(natural, TALLEST / rows)
+    return min(natural, MAX_HEIGHT / rows)
 
 
 def _filled(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str, Artist]:

@@ -11,7 +11,7 @@ from rbstab.report.writers.plotly_figures.text import plain
 WIDE, NARROW = 880, 340
 """Widths, in pixels of CSS, for which a figure is laid out: a page, and a telephone."""
 
-MOST_UNIFIED = 8
+MAX_UNIFIED = 8
 """With more curves in a panel than these, the pointer names one of them, not all."""
 
 JSON = dict[str, Any]
@@ -68,9 +68,7 @@ def _in_panel(shape: JSON, upright: bool, number: int) -> JSON:
 
 
 def _layout(figure: Figure, placing: Placing, shapes: list[JSON], scales: dict[str, JSON]) -> JSON:
-    unified = figure.shares_time and all(
-        len(panel.marks) <= MOST_UNIFIED for panel in figure.panels
-    )
+    unified = figure.shares_time and all(len(panel.marks) <= MAX_UNIFIED for panel in figure.panels)
     layout: JSON = {
         **laid_out(placing),
         "shapes": shapes,

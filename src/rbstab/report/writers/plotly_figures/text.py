@@ -7,7 +7,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 
-LONGEST_TICK = 28
+MAX_TICK_LENGTH = 28
 """Letters of a word at an axis; plotly loses its way among longer ones."""
 
 SINGLE = np.finfo(np.float32)
@@ -20,7 +20,7 @@ def plain(text: str) -> str:
 
 def tick(text: str) -> str:
     """A word at an axis, as `plain`, cut where it is too long."""
-    return plain(text if len(text) <= LONGEST_TICK else f"{text[: LONGEST_TICK - 1]}…")
+    return plain(text if len(text) <= MAX_TICK_LENGTH else f"{text[: MAX_TICK_LENGTH - 1]}…")
 
 
 def numbers(array: Array) -> dict[str, Any]:

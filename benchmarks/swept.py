@@ -105,11 +105,11 @@ class Sweeping:
             tempfile.TemporaryDirectory(dir="results") as folder,
             begun(Path(folder) / "sweep", self.plan, None) as place,
         ):
-            survey = shard_inventory(place.folder)
+            inventory = shard_inventory(place.folder)
             threads = ThreadExecutor(lambda _: self.engine, 1 + len(free), lambda _: free.pop())
             begin = time.perf_counter()
-            Execution(self.plan, place.folder, threads).run(survey)
+            Execution(self.plan, place.folder, threads).run(inventory)
             stored = time.perf_counter()
             if gathered:
-                gather(self.plan, place.folder, digest_of_shards(survey), None)
+                gather(self.plan, place.folder, digest_of_shards(inventory), None)
             return stored - begin, time.perf_counter() - stored

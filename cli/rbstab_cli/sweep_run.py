@@ -35,8 +35,8 @@ def carry_out(do: Doing, *, fail_fast: bool, as_json: bool, quiet: bool) -> None
     stop, interrupted = Event(), Event()
     try:
         with ending_in_order(stop, interrupted):
-            with progress_printer(interrupted, quiet=quiet) as told:
-                done = do(told, stop)
+            with progress_printer(interrupted, quiet=quiet) as on_event:
+                done = do(on_event, stop)
             report_sweep(done, as_json=as_json)
             _say_end(done, fail_fast=fail_fast, interrupted=interrupted.is_set(), quiet=quiet)
     except KeyboardInterrupt:
@@ -59,21 +59,21 @@ def _end_at_once() -> None:
 
 def _is_done_part(done: "Sweep", *, fail_fast: bool) -> bool:
     """Whether it is a part of which nothing is left, and nothing was to stop it."""
-    stopped = fail_fast and done.survey.first_failed is not None
-    return done.part is not None and not done.survey.missing and not stopped
+    stopped = fail_fast and done.inventory.first_failed is not None
+    return done.part is not None and not done.inventory.missing and not stopped
 
 
 def _exit_code(done: "Sweep", *, fail_fast: bool, interrupted: bool) -> int:
     if done.finished or _is_done_part(done, fail_fast=fail_fast):
         # The first status is that of a member that completed; a part may have no members.
-        found = done.survey.counts[0] or not done.survey.members
+        found = done.inventory.counts[0] or not done.inventory.members
         return exit_codes.OK if found else exit_codes.NOT_COMPLETED
     return exit_codes.INTERRUPTED if interrupted else exit_codes.NOT_COMPLETED
 
 
 def _say_end(done: "Sweep", *, fail_fast: bool, interrupted: bool, quiet: bool) -> None:
     """How it ended, and what comes next."""
-    stored = f"{done.survey.members} of {done.folder.manifest.members} members are stored."
+    stored = f"{done.inventory.members} of {done.folder.manifest.members} members are stored."
     if done.finished:
         if not quiet:
             click.echo(f"-> {done.folder.sweep_file}", err=True)
@@ -84,10 +84,10 @@ def _say_end(done: "Sweep", *, fail_fast: bool, interrupted: bool, quiet: bool) 
         click.echo(f"Interrupted: {_of_part(done) or stored}", err=True)
         click.echo("The same command goes on from there.", err=True)
     elif fail_fast:
-        first = done.survey.first_failed
+        first = done.inventory.first_failed
         click.echo(f"Stopped: member {first} failed; {_of_part(done) or stored}", err=True)
         click.echo("Without --fail-fast the same command goes on from there.", err=True)
-    elif done.survey.missing:
+    elif done.inventory.missing:
         _say_missing(done)
 
 
@@ -95,8 +95,10 @@ def _of_part(done: "Sweep") -> str:
     """How many shards of its part are done; nothing where it is no part."""
     if done.part is None:
         return ""
-    shards = len(done.survey.done)
-    return f"{shards} of {shards + len(done.survey.missing)} shards of part {done.part} are stored."
+    shards = len(done.inventory.done)
+    return (
+        f"{shards} of {shards + len(done.inventory.missing)} shards of part {done.part} are stored."
+    )
 
 
 def _part_done(done: "Sweep") -> str:
@@ -112,7 +114,7 @@ def _say_missing(done: "Sweep") -> None:
     """What keeps shards from being gathered, and what to do."""
     from rbstab.sweep.folder.parts import parts_missing
 
-    missing = done.survey.missing
+    missing = done.inventory.missing
     ranges = [f"{first} to {stop - 1}" for first, stop in done.folder.ranges(missing)]
     parts = list(map(str, parts_missing(done.folder.path, missing)))
     of_parts = f", of part {_some(parts)}" if parts else ""

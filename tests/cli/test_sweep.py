@@ -74,10 +74,10 @@ def test_a_sweep(rbstab, name):
 @pytest.mark.usefixtures("plan")
 def test_traces(rbstab):
     Path("plan.yaml").write_text(f"{PLAN}keep: {{traces: {{every: 3}}}}\n")
-    told = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--engine", "heyoka").stdout)
+    on_event = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--engine", "heyoka").stdout)
     Path("plan.yaml").write_text(PLAN)
     without = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--engine", "heyoka").stdout)
-    assert told["bytes"] > without["bytes"]
+    assert on_event["bytes"] > without["bytes"]
     Path("plan.yaml").write_text(f"{PLAN}keep: {{traces: {{every: 3}}}}\n")
     done = rbstab(*SWEEP, "--engine", "heyoka")
     assert done.exit_code == 0, done.output

@@ -30,11 +30,11 @@ class Listener:
         return sorted(event.number for event in self.of(ShardDone))
 
 
-def swept(path, plan=None, listener=None, factory=FakeEngine, **ways):
+def swept(path, plan=None, listener=None, factory=FakeEngine, **options):
     """Sweeps a plan whose engine is scipy by name, so that nothing is repeated as a single run."""
     listener = listener or Listener()
-    ways = SweepOptions(**{"factory": factory, "shard_size": 10, "threads": 2, **ways})
-    return sweep_to_folder(plan or plan_of(), path, ways, listener, listener.stop)
+    options = SweepOptions(**{"factory": factory, "shard_size": 10, "threads": 2, **options})
+    return sweep_to_folder(plan or plan_of(), path, options, listener, listener.stop)
 
 
 def digest_of(path):

@@ -42,13 +42,13 @@ def command(folder: Path, as_json: bool, quiet: bool) -> None:
 def _gathering(folder: Path, *, quiet: bool) -> "Doing":
     from rbstab.sweep.sweep import Gathering, SweepEvent, gather_folder
 
-    def gathering(told: "ProgressPrinter", stop: Event) -> "Sweep":
+    def gathering(on_event: "ProgressPrinter", stop: Event) -> "Sweep":
         anew = False
 
         def noticed(event: SweepEvent | None) -> None:
             nonlocal anew
             anew = anew or isinstance(event, Gathering)
-            told(event)
+            on_event(event)
 
         done = gather_folder(folder, noticed, stop)
         if done.finished and not anew and not quiet:

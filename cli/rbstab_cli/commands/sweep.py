@@ -132,13 +132,13 @@ def command(
             folder = output / sweep_name(plan)
             name = _engine(engine, folder, plan)
             loaded = _loaded(plan, (*changes, f"integration.engine={name}"))
-            ways = SweepOptions(None, threads, shard_size, retry_failed, fail_fast, force, part)
+            options = SweepOptions(None, threads, shard_size, retry_failed, fail_fast, force, part)
             if dry_run:
                 from rbstab_cli.output.sweep_report import report_estimate
 
-                report_estimate(loaded, folder, ways, as_json=as_json)
+                report_estimate(loaded, folder, options, as_json=as_json)
             else:
-                _sweep(loaded, folder, ways, dask, as_json=as_json, quiet=quiet)
+                _sweep(loaded, folder, options, dask, as_json=as_json, quiet=quiet)
     except StoreError as error:
         click.echo(f"{plan or status_of}: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
@@ -185,7 +185,7 @@ def _loaded(path: Path, changes: tuple[str, ...]) -> "Plan":
 def _sweep(
     plan: "Plan",
     folder: Path,
-    ways: "SweepOptions",
+    options: "SweepOptions",
     cluster: str | None,
     *,
     as_json: bool,
@@ -198,10 +198,10 @@ def _sweep(
         if cluster is not None:
             from rbstab_cli.arguments.cluster import connected
 
-            ways = replace(ways, executor=stack.enter_context(connected(cluster, plan)))
+            options = replace(options, executor=stack.enter_context(connected(cluster, plan)))
         carry_out(
-            lambda told, stop: sweep_to_folder(plan, folder, ways, told, stop),
-            fail_fast=ways.fail_fast,
+            lambda on_event, stop: sweep_to_folder(plan, folder, options, on_event, stop),
+            fail_fast=options.fail_fast,
             as_json=as_json,
             quiet=quiet,
         )

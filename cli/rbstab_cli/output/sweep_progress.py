@@ -82,7 +82,7 @@ class ProgressPrinter:
     def _start(self, event: Any) -> None:
         self._begin = self._last = time.monotonic()
         self._total = event.members
-        self._survey = event.survey  # which keeps being filled
+        self._survey = event.inventory  # which keeps being filled
         self._rate(self._begin, self._done)
         if event.moved_aside is not None:
             self._say(f"the sweep that was there is now {event.moved_aside}")

@@ -18,7 +18,7 @@ def report_sweep(done: "Sweep", *, as_json: bool) -> None:
     """Prints what has become of the members."""
     from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
 
-    by_status = counts_by_status(done.survey.counts)
+    by_status = counts_by_status(done.inventory.counts)
     summary = sweep_summary(done.folder.sweep_file) if done.finished else None
     if as_json:
         from rbstab_cli.output.json_output import print_json
@@ -27,8 +27,8 @@ def report_sweep(done: "Sweep", *, as_json: bool) -> None:
         facts = _facts(done.folder.path, done.folder.manifest, by_status)
         found = summary._asdict() if summary is not None else {}
         facts |= _facts_of_part(done) | {"finished": done.finished, "check": check}
-        if done.survey.missing:
-            facts["missing"] = done.folder.ranges(done.survey.missing)
+        if done.inventory.missing:
+            facts["missing"] = done.folder.ranges(done.inventory.missing)
         print_json(found | facts)
         return
     _print_statuses(by_status, members_in(done))
@@ -58,7 +58,7 @@ def _facts_of_part(done: "Sweep") -> dict[str, Any]:
     if done.part is None:
         return {}
     shards = len(done.part.of(done.folder.shards))
-    numbers = {"shards": shards, "done_shards": shards - len(done.survey.missing)}
+    numbers = {"shards": shards, "done_shards": shards - len(done.inventory.missing)}
     return {"part": done.part._asdict() | numbers | {"members": members_in(done)}}
 
 
@@ -75,10 +75,10 @@ def report_status(path: Path, *, as_json: bool) -> None:
     from rbstab.sweep.folder.sweep_folder import open_folder
 
     folder = open_folder(path)
-    survey = shard_inventory(folder)
-    damaged = [number for number in survey.missing if folder.shard_file(number).exists()]
-    gathered = not survey.missing and is_gathered(folder, digest_of_shards(survey))
-    by_status = counts_by_status(survey.counts)
+    inventory = shard_inventory(folder)
+    damaged = [number for number in inventory.missing if folder.shard_file(number).exists()]
+    gathered = not inventory.missing and is_gathered(folder, digest_of_shards(inventory))
+    by_status = counts_by_status(inventory.counts)
     parts = running_parts(path)
     running = bool(parts) or is_locked(path)
     manifest = folder.manifest
@@ -95,8 +95,8 @@ def report_status(path: Path, *, as_json: bool) -> None:
         "plan": manifest.plan_id[:8],
         "engine": manifest.engine,
         "members": str(manifest.members),
-        "done": f"{survey.members} ({survey.members / manifest.members:.1%})",
-        "shards": f"{len(survey.done)} of {folder.shards}, {len(damaged)} damaged",
+        "done": f"{inventory.members} ({inventory.members / manifest.members:.1%})",
+        "shards": f"{len(inventory.done)} of {folder.shards}, {len(damaged)} damaged",
         "traces": f"of {kept} members, when all are done" if kept else "none",
         "running": ", ".join(f"part {part}" for part in parts) or ("yes" if running else "no"),
         "gathered": f"{folder.sweep_file}" if gathered else "no",
@@ -105,7 +105,7 @@ def report_status(path: Path, *, as_json: bool) -> None:
     _print_statuses(by_status, manifest.members)
 
 
-def report_estimate(plan: "Plan", path: Path, ways: "SweepOptions", *, as_json: bool) -> None:
+def report_estimate(plan: "Plan", path: Path, options: "SweepOptions", *, as_json: bool) -> None:
     """Prints how much of a plan is to be done, and what it will take."""
     import shutil
 
@@ -114,11 +114,11 @@ def report_estimate(plan: "Plan", path: Path, ways: "SweepOptions", *, as_json: 
     from rbstab.sweep.sweep import processors
     from rbstab_cli.output.sweep_progress import duration
 
-    members, done = _extent(plan, path, ways)
-    threads = ways.threads or processors()
-    factory = ways.factory or factory_for(plan.engine)
+    members, done = _extent(plan, path, options)
+    threads = options.threads or processors()
+    factory = options.factory or factory_for(plan.engine)
     found = estimate(plan, members - done, factory, threads)
-    if ways.part is not None:
+    if options.part is not None:
         # A part compares and gathers nothing.
         share = members / plan.members
         found = found._replace(check_seconds=0.0, bytes=round(found.bytes * share))
@@ -134,7 +134,7 @@ def report_estimate(plan: "Plan", path: Path, ways: "SweepOptions", *, as_json: 
         "folder": str(path),
         "engine": f"{plan.engine}, {threads} threads",
         "members": " x ".join(map(str, plan.dimensions.values())) + f" = {plan.members}",
-        **({f"of part {ways.part}": str(members)} if ways.part is not None else {}),
+        **({f"of part {options.part}": str(members)} if options.part is not None else {}),
         "done": str(done),
         "time": f"about {duration(found.seconds)}{_few(found.calibrated)}",
         "comparison with scipy": f"about {duration(found.check_seconds)}",
@@ -148,13 +148,13 @@ def _few(calibrated: int) -> str:
     return f", from {calibrated} members of a variant" if 0 < calibrated < ENOUGH else ""
 
 
-def _extent(plan: "Plan", path: Path, ways: "SweepOptions") -> tuple[int, int]:
+def _extent(plan: "Plan", path: Path, options: "SweepOptions") -> tuple[int, int]:
     """How many members there are, of the part if it is one, and how many of them are done."""
     from rbstab.sweep.execution.execute import shard_inventory
     from rbstab.sweep.folder.open_folder import planned_folder
 
-    folder, begun = planned_folder(path, plan, ways.shard_size)
-    numbers = range(folder.shards) if ways.part is None else ways.part.of(folder.shards)
+    folder, begun = planned_folder(path, plan, options.shard_size)
+    numbers = range(folder.shards) if options.part is None else options.part.of(folder.shards)
     if begun is False:
         click.echo(f"{path} holds a different sweep; --force moves it aside", err=True)
     return folder.members_of(numbers), shard_inventory(folder, numbers).members if begun else 0

@@ -19,9 +19,9 @@ from rbstab.sweep.folder.disk_space import check_disk_space
 from rbstab.sweep.folder.gather import digest_of_shards, gather, is_gathered
 from rbstab.sweep.folder.open_folder import (
     OpenFolder,
-    begun,
-    made,
+    locked_folder,
     open_for_part,
+    open_for_sweep,
     remove_old_partial_files,
 )
 from rbstab.sweep.folder.parts import Part, forget_parts
@@ -40,7 +40,7 @@ class Started(NamedTuple):
     """
 
     folder: SweepFolder
-    survey: ShardInventory
+    inventory: ShardInventory
     moved_aside: Path | None
     changed: tuple[str, ...]
     members: int
@@ -66,14 +66,14 @@ class Sweep:
 
     Attributes:
         folder: Where it is.
-        survey: Which shards are done; of a part, its own.
+        inventory: Which shards are done; of a part, its own.
         check: The comparison with single runs, where it was made.
         finished: Whether everything is done and gathered.
         part: Which part it is, where it is one.
     """
 
     folder: SweepFolder
-    survey: ShardInventory
+    inventory: ShardInventory
     check: Check | None
     finished: bool
     part: Part | None = None
@@ -117,8 +117,8 @@ class SweepOptions:
 def sweep_to_folder(
     plan: Plan,
     path: Path,
-    ways: SweepOptions | None = None,
-    told: Callable[[SweepEvent | None], None] = lambda _: None,
+    options: SweepOptions | None = None,
+    on_event: Callable[[SweepEvent | None], None] = lambda _: None,
     stop: Event | None = None,
 ) -> Sweep:
     """Does what is not done yet of a sweep.
@@ -126,8 +126,8 @@ def sweep_to_folder(
     Args:
         plan: The plan.
         path: The folder of the sweep.
-        ways: How, other than by default.
-        told: Called in this thread for everything that happens, and with None now and then.
+        options: How, other than by default.
+        on_event: Called in this thread for everything that happens, and with None now and then.
         stop: May be set, by any thread, to end after the shards that are being computed.
 
     Raises:
@@ -138,34 +138,34 @@ def sweep_to_folder(
         ExecutorError: The executor cannot go on.
     """
     stop = stop or Event()
-    ways = ways or SweepOptions()
-    executor = ways.executor or _threads(plan, ways)
-    with _place(path, plan, ways) as place:
+    options = options or SweepOptions()
+    executor = options.executor or _threads(plan, options)
+    with _place(path, plan, options) as place:
         folder = place.folder
-        numbers = range(folder.shards) if ways.part is None else ways.part.of(folder.shards)
+        numbers = range(folder.shards) if options.part is None else options.part.of(folder.shards)
         before = shard_inventory(folder, numbers)
-        survey = before.counting_failed_as_missing() if ways.retry_failed else before
-        check_disk_space(plan, folder, survey.missing)
+        inventory = before.counting_failed_as_missing() if options.retry_failed else before
+        check_disk_space(plan, folder, inventory.missing)
         members = folder.members_of(numbers)
-        told(Started(folder, survey, place.moved_aside, place.changed, members))
-        Execution(plan, folder, executor, told, stop, ways.fail_fast).run(survey)
-        survey.add_from(before)
-        if ways.part is not None or survey.missing or stop.is_set():
-            return Sweep(folder, survey, None, finished=False, part=ways.part)
-        course = _Course(told, stop, ways.threads or processors())
-        return _joined(plan, folder, survey, course)
+        on_event(Started(folder, inventory, place.moved_aside, place.changed, members))
+        Execution(plan, folder, executor, on_event, stop, options.fail_fast).run(inventory)
+        inventory.add_from(before)
+        if options.part is not None or inventory.missing or stop.is_set():
+            return Sweep(folder, inventory, None, finished=False, part=options.part)
+        course = _Course(on_event, stop, options.threads or processors())
+        return _joined(plan, folder, inventory, course)
 
 
 def gather_folder(
     path: Path,
-    told: Callable[[SweepEvent | None], None] = lambda _: None,
+    on_event: Callable[[SweepEvent | None], None] = lambda _: None,
     stop: Event | None = None,
 ) -> Sweep:
     """Joins the shards of a folder, if all are there, whoever has computed them.
 
     Args:
         path: The folder of a sweep.
-        told: Called in this thread for everything that happens.
+        on_event: Called in this thread for everything that happens.
         stop: May be set, by any thread, to end before all is done.
 
     Returns:
@@ -179,32 +179,32 @@ def gather_folder(
     """
     # Looked at first: no folder is made here.
     open_folder(path)
-    with made(path) as sure:
+    with locked_folder(path) as sure:
         folder = open_folder(path)
         plan = _stored_plan(folder)
-        survey = shard_inventory(folder)
-        told(Started(folder, survey, None, (), folder.manifest.members))
-        if survey.missing:
-            return Sweep(folder, survey, None, finished=False)
+        inventory = shard_inventory(folder)
+        on_event(Started(folder, inventory, None, (), folder.manifest.members))
+        if inventory.missing:
+            return Sweep(folder, inventory, None, finished=False)
         factory_for(plan.engine)
         if sure:
             remove_old_partial_files(path)
-        return _joined(plan, folder, survey, _Course(told, stop or Event(), processors()))
+        return _joined(plan, folder, inventory, _Course(on_event, stop or Event(), processors()))
 
 
-def _threads(plan: Plan, ways: SweepOptions) -> ThreadExecutor:
-    count = ways.threads or processors()
-    if ways.factory is not None:
+def _threads(plan: Plan, options: SweepOptions) -> ThreadExecutor:
+    count = options.threads or processors()
+    if options.factory is not None:
         # Whoever brings an engine may not be able to send it.
-        return ThreadExecutor(ways.factory, count)
+        return ThreadExecutor(options.factory, count)
     factory = factory_for(plan.engine)
     return ThreadExecutor(factory, count, partial(ShardProcess, factory=factory))
 
 
-def _place(path: Path, plan: Plan, ways: SweepOptions) -> AbstractContextManager[OpenFolder]:
-    if ways.part is not None:
-        return open_for_part(path, plan, ways.shard_size, ways.part)
-    return begun(path, plan, ways.shard_size, force=ways.force)
+def _place(path: Path, plan: Plan, options: SweepOptions) -> AbstractContextManager[OpenFolder]:
+    if options.part is not None:
+        return open_for_part(path, plan, options.shard_size, options.part)
+    return open_for_sweep(path, plan, options.shard_size, force=options.force)
 
 
 def _stored_plan(folder: SweepFolder) -> Plan:
@@ -222,27 +222,27 @@ def _stored_plan(folder: SweepFolder) -> Plan:
 class _Course(NamedTuple):
     """Who learns what happens, what ends it early, and how many processes may compare members."""
 
-    told: Callable[[SweepEvent | None], None]
+    on_event: Callable[[SweepEvent | None], None]
     stop: Event
     processes: int
 
 
-def _joined(plan: Plan, folder: SweepFolder, survey: ShardInventory, course: _Course) -> Sweep:
+def _joined(plan: Plan, folder: SweepFolder, inventory: ShardInventory, course: _Course) -> Sweep:
     """A sweep whose shards are all there: compared with single runs, and gathered."""
-    told, stop, processes = course
-    digest = digest_of_shards(survey)
+    on_event, stop, processes = course
+    digest = digest_of_shards(inventory)
     check = None
     if plan.engine != ENGINE:
         check = check_of(
-            plan, folder, digest, stop, lambda *count: told(Comparing(*count)), processes
+            plan, folder, digest, stop, lambda *count: on_event(Comparing(*count)), processes
         )
         if check is None:
-            return Sweep(folder, survey, None, finished=False)
+            return Sweep(folder, inventory, None, finished=False)
     if not is_gathered(folder, digest):
-        told(Gathering())
+        on_event(Gathering())
         gather(plan, folder, digest, check)
     forget_parts(folder.path)
-    return Sweep(folder, survey, check, finished=True)
+    return Sweep(folder, inventory, check, finished=True)
 
 
 def processors() -> int:

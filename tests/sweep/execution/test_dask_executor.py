@@ -40,7 +40,7 @@ def two_workers(tmp_path_factory):
         yield processes
 
 
-class Told:
+class EventRecorder:
     """Keeps what happens, and does something at the n-th event of a kind."""
 
     def __init__(self, kind=ShardDone, count=0, act=lambda: None):
@@ -58,16 +58,20 @@ class Told:
         return [event for event in self.events if isinstance(event, kind)]
 
 
-def swept(address, path, plan, factory=FakeEngine, *, told=None, stop=None, **ways):
-    ways = {"shard_size": 10, **ways}
+def swept(address, path, plan, factory=FakeEngine, *, on_event=None, stop=None, **options):
+    options = {"shard_size": 10, **options}
     with cluster(address, plan.engine, factory) as executor:
         return sweep_to_folder(
-            plan, path, SweepOptions(executor=executor, **ways), told or Told(), stop
+            plan,
+            path,
+            SweepOptions(executor=executor, **options),
+            on_event or EventRecorder(),
+            stop,
         )
 
 
-def here(path, plan, factory=FakeEngine, **ways):
-    sweep_to_folder(plan, path, SweepOptions(factory, **{"shard_size": 10, **ways}))
+def here(path, plan, factory=FakeEngine, **options):
+    sweep_to_folder(plan, path, SweepOptions(factory, **{"shard_size": 10, **options}))
     return path
 
 
@@ -84,10 +88,10 @@ def same(one, other):
 def test_real_members_by_workers_and_by_threads(two_workers, tmp_path):
     base = {**plain(FREE), "integration": {"engine": "heyoka", "duration": 0.2, "samples": 5}}
     plan = plan_of(150, base=base, keep={"traces": {"every": 7}})
-    told = Told()
-    done = swept(two_workers.address, tmp_path / "a", plan, None, told=told, shard_size=20)
+    on_event = EventRecorder()
+    done = swept(two_workers.address, tmp_path / "a", plan, None, on_event=on_event, shard_size=20)
     assert done.finished
-    assert not told.of(EngineFailed)
+    assert not on_event.of(EngineFailed)
     assert set(read_table(tmp_path / "a" / "sweep.h5").words("status")) == {"completed"}
     assert same(tmp_path / "a", here(tmp_path / "b", plan, None, shard_size=20))
     traces = shard_files(tmp_path / "a", "traces")
@@ -100,10 +104,10 @@ def test_a_worker_is_killed_midway(tmp_path):
     plan = plan_of(600)
     with LocalProcesses(tmp_path) as processes:
         victim, _ = processes.worker(), processes.worker()
-        told = Told(ShardDone, 5, lambda: processes.kill(victim))
-        done = swept(processes.address, tmp_path / "a", plan, SLOW, told=told)
+        on_event = EventRecorder(ShardDone, 5, lambda: processes.kill(victim))
+        done = swept(processes.address, tmp_path / "a", plan, SLOW, on_event=on_event)
     assert done.finished
-    assert len(told.of(ShardDone)) == 60
+    assert len(on_event.of(ShardDone)) == 60
     assert same(tmp_path / "a", here(tmp_path / "b", plan))
 
 
@@ -119,10 +123,10 @@ def test_members_that_kill_every_worker_are_computed_here(tmp_path):
 
         replaced()
         replaced()
-        told = Told(NoWorkers, 1, replaced)
-        done = swept(processes.address, tmp_path / "a", plan, DeadlyEngine, told=told)
+        on_event = EventRecorder(NoWorkers, 1, replaced)
+        done = swept(processes.address, tmp_path / "a", plan, DeadlyEngine, on_event=on_event)
     assert done.finished
-    lost = [event for event in told.of(Rescheduled) if event.start == 0]
+    lost = [event for event in on_event.of(Rescheduled) if event.start == 0]
     assert [event.here for event in lost] == [False, False, True]
     assert {type(event.error).__name__ for event in lost} == {"KilledWorker"}
     assert same(tmp_path / "a", here(tmp_path / "b", plan))
@@ -133,9 +137,9 @@ def test_the_scheduler_is_lost_and_the_sweep_goes_on_elsewhere(tmp_path):
     plan = plan_of(600)
     with LocalProcesses(tmp_path) as processes:
         processes.worker()
-        told = Told(ShardDone, 5, lambda: processes.kill(processes.scheduler))
+        on_event = EventRecorder(ShardDone, 5, lambda: processes.kill(processes.scheduler))
         with pytest.raises(ClusterError, match="does not answer any more"):
-            swept(processes.address, tmp_path / "a", plan, SLOW, told=told)
+            swept(processes.address, tmp_path / "a", plan, SLOW, on_event=on_event)
     stored = shard_files(tmp_path / "a")
     assert 5 <= len(stored) < 60
     here(tmp_path / "a", plan)
@@ -145,14 +149,16 @@ def test_the_scheduler_is_lost_and_the_sweep_goes_on_elsewhere(tmp_path):
 
 def test_stopping_and_going_on(two_workers, tmp_path):
     plan, stop = plan_of(300), threading.Event()
-    told = Told(ShardDone, 3, stop.set)
-    assert not swept(two_workers.address, tmp_path / "a", plan, SLOW, told=told, stop=stop).finished
-    first = len(told.of(ShardDone))
+    on_event = EventRecorder(ShardDone, 3, stop.set)
+    assert not swept(
+        two_workers.address, tmp_path / "a", plan, SLOW, on_event=on_event, stop=stop
+    ).finished
+    first = len(on_event.of(ShardDone))
     # What was with the cluster when it was stopped is stored too.
     assert len(shard_files(tmp_path / "a")) == first < 30
-    told = Told()
-    assert swept(two_workers.address, tmp_path / "a", plan, told=told).finished
-    assert len(told.of(ShardDone)) == 30 - first
+    on_event = EventRecorder()
+    assert swept(two_workers.address, tmp_path / "a", plan, on_event=on_event).finished
+    assert len(on_event.of(ShardDone)) == 30 - first
     assert same(tmp_path / "a", here(tmp_path / "b", plan))
 
 
@@ -161,22 +167,26 @@ def test_no_more_is_with_the_cluster_than_its_workers_need(two_workers, tmp_path
     with cluster(two_workers.address, "scipy", SLOW) as executor:
         two_threads = dask_execution.IN_STOCK * 2 + dask_execution.SPARE
 
-        def told(event):
+        def on_event(event):
             if isinstance(event, ShardDone):
                 flights.append(len(executor.client.futures))
 
-        sweep_to_folder(plan, tmp_path / "a", SweepOptions(executor=executor, shard_size=2), told)
+        sweep_to_folder(
+            plan, tmp_path / "a", SweepOptions(executor=executor, shard_size=2), on_event
+        )
     assert len(flights) == 150
     assert 2 < max(flights) <= two_threads
 
 
 def test_an_engine_that_raises_on_a_worker(two_workers, tmp_path):
     base = {**plain(FREE), "integration": {"duration": 0.02, "samples": 3, "rtol": 1e-6}}
-    plan, told = plan_of(12, base=base), Told()
+    plan, on_event = plan_of(12, base=base), EventRecorder()
     raising = functools.partial(FakeEngine, raising=(4,))
-    done = swept(two_workers.address, tmp_path / "a", plan, raising, told=told, shard_size=3)
+    done = swept(
+        two_workers.address, tmp_path / "a", plan, raising, on_event=on_event, shard_size=3
+    )
     assert done.finished
-    (trouble,) = told.of(EngineFailed)
+    (trouble,) = on_event.of(EngineFailed)
     assert (trouble.start, trouble.stop) == (3, 6)
     assert str(trouble.error) == "ZeroDivisionError: made up"
     here(tmp_path / "b", plan, raising, shard_size=3)
@@ -185,13 +195,18 @@ def test_an_engine_that_raises_on_a_worker(two_workers, tmp_path):
 
 def test_the_first_failure_stops_a_cluster_too(two_workers, tmp_path):
     failing = functools.partial(FakeEngine, failing=(17,), delay=1e-3)
-    told = Told()
+    on_event = EventRecorder()
     done = swept(
-        two_workers.address, tmp_path / "a", plan_of(600), failing, told=told, fail_fast=True
+        two_workers.address,
+        tmp_path / "a",
+        plan_of(600),
+        failing,
+        on_event=on_event,
+        fail_fast=True,
     )
     assert not done.finished
-    assert done.survey.first_failed == 17
-    assert len(told.of(ShardDone)) < 60
+    assert done.inventory.first_failed == 17
+    assert len(on_event.of(ShardDone)) < 60
 
 
 WRONG_VERSION = """
@@ -207,9 +222,9 @@ def test_workers_of_another_version_are_refused(tmp_path):
     options = ("--preload", str(tmp_path / "preload.py"))
     with LocalProcesses(tmp_path) as processes:
         # One that comes when the sweep has begun is refused at its first shard.
-        told = Told(Started, 1, lambda: processes.worker(*options))
+        on_event = EventRecorder(Started, 1, lambda: processes.worker(*options))
         with pytest.raises(WorkerDiffersError, match=r"a worker has rbstab 99.0, not "):
-            swept(processes.address, tmp_path / "a", plan_of(), told=told)
+            swept(processes.address, tmp_path / "a", plan_of(), on_event=on_event)
         assert shard_files(tmp_path / "a") == {}
         with pytest.raises(WorkerDiffersError, match=r"the worker tcp:.* other bits"):
             swept(processes.address, tmp_path / "b", plan_of())
@@ -236,11 +251,11 @@ def test_another_processor_is_told_once(tmp_path):
         "from rbstab.sweep.execution import machine_properties\n"
         f"machine_properties.CPU_INFO = pathlib.Path({str(tmp_path / 'cpuinfo')!r})\n"
     )
-    told = Told()
+    on_event = EventRecorder()
     with LocalProcesses(tmp_path) as processes:
         processes.worker("--preload", str(tmp_path / "preload.py"))
-        assert swept(processes.address, tmp_path / "a", plan_of(), told=told).finished
-    assert told.of(ProcessorDiffers) == [ProcessorDiffers("Abacus 9")]
+        assert swept(processes.address, tmp_path / "a", plan_of(), on_event=on_event).finished
+    assert on_event.of(ProcessorDiffers) == [ProcessorDiffers("Abacus 9")]
 
 
 def test_nobody_answers(tmp_path):

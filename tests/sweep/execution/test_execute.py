@@ -89,7 +89,7 @@ def test_members_that_fail(tmp_path):
     done = swept(path, factory=failing)
     assert done.finished
     expected = {"completed": 57, "diverged": 3}
-    assert counts_by_status(done.survey.counts) == expected
+    assert counts_by_status(done.inventory.counts) == expected
     assert sweep_summary(path / "sweep.h5").by_status == expected
     assert read_table(path / "sweep.h5").words("status")[17] == "diverged"
     listener = Listener()
@@ -105,7 +105,7 @@ def test_stopping_at_the_first_that_fails(tmp_path):
     done = swept(path, listener=listener, factory=failing, fail_fast=True, threads=1)
     assert not done.finished
     assert listener.computed == [0, 1]
-    assert done.survey.first_failed == 17
+    assert done.inventory.first_failed == 17
     listener = Listener()
     assert not swept(path, listener=listener, fail_fast=True).finished
     assert listener.computed == []
@@ -122,7 +122,7 @@ def test_an_engine_that_raises_ends_nothing(tmp_path):
     assert done.finished
     (trouble,) = listener.of(EngineFailed)
     assert (trouble.start, trouble.stop) == (3, 6)
-    assert counts_by_status(done.survey.counts) == {"completed": 12}
+    assert counts_by_status(done.inventory.counts) == {"completed": 12}
 
 
 def test_an_engine_that_returns_nonsense(tmp_path):
@@ -139,14 +139,14 @@ def test_an_engine_that_returns_nonsense(tmp_path):
 
 @pytest.mark.parametrize("error", [MemoryError, KeyboardInterrupt])
 def test_an_error_of_whoever_listens_loses_nothing(tmp_path, error):
-    def told(event):
+    def on_event(event):
         if isinstance(event, ShardDone):
             raise error
 
     slow = functools.partial(FakeEngine, delay=1e-3)
-    ways = SweepOptions(factory=slow, shard_size=10, threads=2)
+    options = SweepOptions(factory=slow, shard_size=10, threads=2)
     with pytest.raises(error):
-        sweep_to_folder(plan_of(), tmp_path / "a", ways, told)
+        sweep_to_folder(plan_of(), tmp_path / "a", options, on_event)
     time.sleep(0.05)
     assert swept(tmp_path / "a").finished
 
@@ -182,8 +182,8 @@ def test_real_members(tmp_path):
 def test_the_check_finds_what_is_wrong(tmp_path, monkeypatch):
     monkeypatch.setattr("rbstab.sweep.members.comparison.SHARE", 7)
     plan = plan_of(20, base=quick(engine="heyoka"))
-    ways = SweepOptions(lambda plan: SingleRuns(plan, "scipy"), shard_size=8)
-    check = sweep_to_folder(plan, tmp_path / "a", ways).check
+    options = SweepOptions(lambda plan: SingleRuns(plan, "scipy"), shard_size=8)
+    check = sweep_to_folder(plan, tmp_path / "a", options).check
     assert (len(check.members), check.unlike) == (3, 0)
     assert set(check.differences.values()) == {0.0}
     wrong = sweep_to_folder(plan, tmp_path / "b", SweepOptions(FakeEngine)).check

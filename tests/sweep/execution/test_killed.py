@@ -16,13 +16,13 @@ import functools, sys
 from pathlib import Path
 from support.sweeps import FakeEngine, traced
 from rbstab.sweep.execution.events import ShardDone
-from rbstab.sweep.sweep import Ways, sweep_to_folder
-def told(event):
+from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
+def on_event(event):
     if isinstance(event, ShardDone):
         print(event.number, flush=True)
 factory = functools.partial(FakeEngine, delay=float(sys.argv[2]))
-ways = Ways(factory=factory, shard_size=50, threads=2)
-sweep_to_folder(traced(1500, sys.argv[3]), Path(sys.argv[1]), ways, told)
+options = SweepOptions(factory=factory, shard_size=50, threads=2)
+sweep_to_folder(traced(1500, sys.argv[3]), Path(sys.argv[1]), options, on_event)
 """
 
 

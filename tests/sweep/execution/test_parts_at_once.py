@@ -31,14 +31,14 @@ import functools, sys, time
 from pathlib import Path
 from support.sweeps import FakeEngine, plan_of
 from rbstab.sweep.folder.parts import part_of
-from rbstab.sweep.sweep import Ways, sweep_to_folder
+from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
 path, part, delay = sys.argv[1:]
 factory = functools.partial(FakeEngine, delay=float(delay))
 plan = plan_of(1500)
 print("ready", flush=True)
 sys.stdin.readline()
-done = sweep_to_folder(plan, Path(path), Ways(factory, 1, 50, part=part_of(part)))
-print(len(done.survey.done), flush=True)
+done = sweep_to_folder(plan, Path(path), SweepOptions(factory, 1, 50, part=part_of(part)))
+print(len(done.inventory.done), flush=True)
 """
 
 
@@ -88,7 +88,7 @@ def test_parts_that_are_killed_and_go_on(tmp_path, whole):
             time.sleep(rng.uniform(0, 0.1))
             process.kill()
         ended(started)
-    assert gather_folder(path).survey.missing
+    assert gather_folder(path).inventory.missing
     assert [code for code, _ in ended(processes(path, *names))] == [0, 0, 0]
     assert gather_folder(path).finished
     assert shard_files(path) == shard_files(whole)

@@ -51,7 +51,7 @@ class Beside:
         self.begin = functools.partial(process, factory=factory)
         self.processes = []
         self.threads = ThreadExecutor(lambda plan: self._here(here, plan), 2, self._elsewhere)
-        self.happenings = self.threads.happenings
+        self.events = self.threads.events
 
     def _elsewhere(self, plan):
         self.processes.append(self.begin(plan))
@@ -157,7 +157,7 @@ def test_a_failed_member_over_there_stops_where_that_is_wanted(tmp_path):
     )
     assert not done.finished
     assert len(listener.computed) < 100
-    assert done.survey.first_failed is not None
+    assert done.inventory.first_failed is not None
 
 
 @pytest.mark.parametrize("where", ["there", "start"])
@@ -231,9 +231,9 @@ import sys
 from pathlib import Path
 from support.sweeps import plan_of
 from test_shard_process import SLOW, Beside
-from rbstab.sweep.sweep import Ways, sweep_to_folder
-ways = Ways(executor=Beside(SLOW, SLOW), shard_size=10)
-sweep_to_folder(plan_of(3000), Path(sys.argv[1]), ways, lambda event: print(event, flush=True))
+from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
+options = SweepOptions(executor=Beside(SLOW, SLOW), shard_size=10)
+sweep_to_folder(plan_of(3000), Path(sys.argv[1]), options, lambda event: print(event, flush=True))
 """
 
 

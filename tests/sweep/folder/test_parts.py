@@ -15,15 +15,15 @@ from rbstab.store.errors import NotAResultError, ResultExistsError
 from rbstab.store.lock import FolderInUseError, locked
 from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.events import ShardDone
-from rbstab.sweep.folder.open_folder import MAX_WRITE_TIME, begun, open_for_part
+from rbstab.sweep.folder.open_folder import MAX_WRITE_TIME, open_for_part, open_for_sweep
 from rbstab.sweep.folder.parts import Part, part_of, parts_missing, running_parts
 from rbstab.sweep.folder.sweep_folder import open_folder
 from rbstab.sweep.sweep import Gathering, Started, SweepOptions, gather_folder, sweep_to_folder
 
 
-def swept(path, plan=None, factory=FakeEngine, told=lambda _: None, **ways):
-    ways = SweepOptions(factory, **{"shard_size": 10, "threads": 1, **ways})
-    return sweep_to_folder(plan or plan_of(), path, ways, told)
+def swept(path, plan=None, factory=FakeEngine, on_event=lambda _: None, **options):
+    options = SweepOptions(factory, **{"shard_size": 10, "threads": 1, **options})
+    return sweep_to_folder(plan or plan_of(), path, options, on_event)
 
 
 def digest_of(path):
@@ -63,7 +63,7 @@ def test_the_parts_of_a_sweep_one_after_the_other(tmp_path):
     path, plan = tmp_path / "a", plan_of(60)
     for number in (3, 1, 4, 2):
         done = swept(path, plan, part=Part(number, 4))
-        assert (done.finished, done.survey.missing, done.check) == (False, [], None)
+        assert (done.finished, done.inventory.missing, done.check) == (False, [], None)
         assert not (path / "sweep.h5").exists()
     gathered = gather_folder(path)
     assert gathered.finished
@@ -79,7 +79,7 @@ def test_a_part_computes_what_is_missing_of_it(tmp_path):
     swept(path, part=Part(2, 3))
     assert [Path(name).stem for name in shard_files(path)] == ["00000001", "00000004"]
     open_folder(path).shard_file(4).write_bytes(b"damaged")
-    swept(path, part=Part(2, 3), told=events.append)
+    swept(path, part=Part(2, 3), on_event=events.append)
     assert [event.number for event in events if isinstance(event, ShardDone)] == [4]
     (started,) = [event for event in events if isinstance(event, Started)]
     assert started.members == 20
@@ -87,7 +87,7 @@ def test_a_part_computes_what_is_missing_of_it(tmp_path):
 
 def test_a_part_without_shards(tmp_path):
     done = swept(tmp_path / "a", part=Part(50, 50))
-    assert (done.survey.members, done.survey.missing, done.finished) == (0, [], False)
+    assert (done.inventory.members, done.inventory.missing, done.finished) == (0, [], False)
 
 
 def test_gathering_where_shards_are_missing(tmp_path):
@@ -96,9 +96,9 @@ def test_gathering_where_shards_are_missing(tmp_path):
         swept(path, part=Part(number, 3))
     open_folder(path).shard_file(0).write_bytes(b"damaged")
     done = gather_folder(path)
-    assert (done.finished, done.survey.missing) == (False, [0, 1, 4])
-    assert done.folder.ranges(done.survey.missing) == [(0, 20), (40, 50)]
-    assert parts_missing(path, done.survey.missing) == [Part(1, 3), Part(2, 3)]
+    assert (done.finished, done.inventory.missing) == (False, [0, 1, 4])
+    assert done.folder.ranges(done.inventory.missing) == [(0, 20), (40, 50)]
+    assert parts_missing(path, done.inventory.missing) == [Part(1, 3), Part(2, 3)]
     assert not (path / "sweep.h5").exists()
     assert parts_missing(tmp_path, [1]) == []
 
@@ -220,14 +220,14 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch, number):
 
     path, plan = tmp_path / "a", plan_of()
     monkeypatch.setattr("fcntl.flock", unknown)
-    with begun(path, plan, 10):
+    with open_for_sweep(path, plan, 10):
         fresh = remains(path, 5)
-        with begun(path, plan, 10):
+        with open_for_sweep(path, plan, 10):
             assert fresh.exists()
     with open_for_part(path, plan, 10, Part(1, 2)), open_for_part(path, plan, 10, Part(1, 2)):
         assert running_parts(path) == []
         fresh = remains(path, 5)
-        with begun(path, plan, 10):
+        with open_for_sweep(path, plan, 10):
             assert fresh.exists()
         swept(path, plan)
     assert gather_folder(path).finished
@@ -237,6 +237,6 @@ def test_a_part_that_fails_fast_stops_itself_alone(tmp_path):
     path = tmp_path / "a"
     failing = functools.partial(FakeEngine, failing=(15,))
     done = swept(path, factory=failing, part=Part(2, 3), fail_fast=True)
-    assert (done.survey.first_failed, done.survey.missing) == (15, [4])
+    assert (done.inventory.first_failed, done.inventory.missing) == (15, [4])
     done = swept(path, factory=failing, part=Part(1, 3), fail_fast=True)
-    assert (done.survey.first_failed, done.survey.missing) == (None, [])
+    assert (done.inventory.first_failed, done.inventory.missing) == (None, [])

@@ -19,7 +19,7 @@ def test_what_is_stored(tmp_path):
     plan = plan_of()
     done = swept(tmp_path / "a", plan)
     assert done.finished
-    assert counts_by_status(done.survey.counts) == {"completed": 60}
+    assert counts_by_status(done.inventory.counts) == {"completed": 60}
     table = read_table(tmp_path / "a" / "sweep.h5")
     engine = FakeEngine(plan)
     expected = engine.compute(0, 60).outcome

@@ -139,7 +139,7 @@ class DaskCluster:
         self.address = address
         self.factory = factory
 
-    def happenings(self, work: WorkQueue) -> Generator[ExecutionEvent | None]:
+    def events(self, work: WorkQueue) -> Generator[ExecutionEvent | None]:
         """What comes of the shards; None for each idle tick."""
         plan = work.plan
         here = versions(plan.engine)
@@ -151,7 +151,7 @@ class DaskCluster:
             raise self._lost() from error
         flight = _PendingShards(self.client, name, work, self.factory or factory_for(plan.engine))
         try:
-            yield from flight.happenings()
+            yield from flight.events()
         except (OSError, TimeoutError) as error:
             raise self._lost() from error
         finally:
@@ -185,7 +185,7 @@ class _PendingShards:
     engine: MemberEngine | None = None
     processors: set[str] = field(default_factory=lambda: {processor()})
 
-    def happenings(self) -> Generator[ExecutionEvent | None]:
+    def events(self) -> Generator[ExecutionEvent | None]:
         """Sends what there is room for, and takes what comes, until nothing is left."""
         while True:
             threads = self._look()

@@ -43,5 +43,5 @@ class NoWorkers(NamedTuple):
 
 ExecutionEvent = ShardDone | EngineFailed | Rescheduled | ProcessorDiffers | NoWorkers
 
-Told = Callable[[ExecutionEvent | None], None]
+EventCallback = Callable[[ExecutionEvent | None], None]
 """Called, in the thread that executes, for everything that happens; None: nothing for a while."""

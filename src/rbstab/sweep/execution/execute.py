@@ -15,7 +15,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.execution.compute_shard import written
-from rbstab.sweep.execution.events import ExecutionEvent, ShardDone, Told
+from rbstab.sweep.execution.events import EventCallback, ExecutionEvent, ShardDone
 from rbstab.sweep.folder.sweep_folder import ShardFacts, SweepFolder
 from rbstab.sweep.members.engine import Shard
 from rbstab.sweep.members.outcome import STATUSES
@@ -53,7 +53,7 @@ class ShardInventory:
         return ShardInventory(done, sorted([*self.missing, *failed]))
 
     def add_from(self, other: "ShardInventory") -> None:
-        """Takes what another survey has and this one misses."""
+        """Takes what another inventory has and this one misses."""
         self.done = other.done | self.done
         self.missing = [k for k in self.missing if k not in self.done]
 
@@ -68,14 +68,14 @@ def shard_inventory(folder: SweepFolder, numbers: Iterable[int] | None = None) -
     Raises:
         StoreError: A shard cannot be read.
     """
-    survey = ShardInventory()
+    inventory = ShardInventory()
     for number in range(folder.shards) if numbers is None else numbers:
         facts = folder.facts(number)
         if facts is None:
-            survey.missing.append(number)
+            inventory.missing.append(number)
         else:
-            survey.done[number] = facts
-    return survey
+            inventory.done[number] = facts
+    return inventory
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ class WorkQueue:
 class Executor(Protocol):
     """Who computes shards: this machine, or a cluster."""
 
-    def happenings(self, work: WorkQueue) -> Generator[ExecutionEvent | None]:
+    def events(self, work: WorkQueue) -> Generator[ExecutionEvent | None]:
         """Computes and keeps the wanted shards, and tells what happens; None now and then.
 
         It ends when all are kept, or none is wanted any more and those that were begun are kept.
@@ -149,7 +149,7 @@ class Execution:
         plan: The plan.
         folder: Where it is stored; its lock is held.
         executor: Computes the shards.
-        told: Learns what happens.
+        on_event: Learns what happens.
         stop: Set (by anybody) when no further shard is to be begun.
         fail_fast: Stop at the first member that failed.
     """
@@ -157,28 +157,28 @@ class Execution:
     plan: Plan
     folder: SweepFolder
     executor: Executor
-    told: Told = lambda _: None
+    on_event: EventCallback = lambda _: None
     stop: Event = field(default_factory=Event)
     fail_fast: bool = False
 
-    def run(self, survey: ShardInventory) -> None:
-        """Computes what is missing, and puts it into the survey.
+    def run(self, inventory: ShardInventory) -> None:
+        """Computes what is missing, and puts it into the inventory.
 
         Args:
-            survey: Of the folder.
+            inventory: Of the folder.
 
         Raises:
             StoreError: A shard cannot be written.
             EngineMissingError: An engine cannot be used.
             ExecutorError: The executor cannot go on.
         """
-        if self.fail_fast and survey.first_failed is not None:
+        if self.fail_fast and inventory.first_failed is not None:
             return
-        wanted = deque(sorted(survey.missing))
+        wanted = deque(sorted(inventory.missing))
         work = WorkQueue(self.plan, self.folder, wanted, self.stop, self.fail_fast)
-        with closing(self.executor.happenings(work)) as happenings:
-            for happened in happenings:
+        with closing(self.executor.events(work)) as events:
+            for happened in events:
                 if isinstance(happened, ShardDone):
-                    survey.done[happened.number] = happened.facts
-                self.told(happened)
-        survey.missing = [k for k in survey.missing if k not in survey.done]
+                    inventory.done[happened.number] = happened.facts
+                self.on_event(happened)
+        inventory.missing = [k for k in inventory.missing if k not in inventory.done]

@@ -50,7 +50,7 @@ class ThreadExecutor:
         self.count = count
         self.elsewhere = elsewhere
 
-    def happenings(self, work: WorkQueue) -> Generator[ExecutionEvent | None]:
+    def events(self, work: WorkQueue) -> Generator[ExecutionEvent | None]:
         """What the threads report, until all of them have ended; None for each idle tick."""
         reports: SimpleQueue[Report] = SimpleQueue()
         left, errors = min(self.count, len(work.wanted)), []

@@ -27,9 +27,9 @@ HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no
 """The column of a plan that keeps traces."""
 
 
-def digest_of_shards(survey: ShardInventory) -> str:
+def digest_of_shards(inventory: ShardInventory) -> str:
     """The digest of all shards of a sweep that is done."""
-    digests = [facts.digest for _, facts in sorted(survey.done.items())]
+    digests = [facts.digest for _, facts in sorted(inventory.done.items())]
     return hashlib.sha256(" ".join(digests).encode()).hexdigest()
 
 

@@ -47,7 +47,7 @@ class OpenFolder(NamedTuple):
 
 
 @contextmanager
-def begun(
+def open_for_sweep(
     path: Path, plan: Plan, shard_size: int | None, *, force: bool = False
 ) -> Iterator[OpenFolder]:
     """The folder of a plan, made where it is not there, and locked.
@@ -67,7 +67,7 @@ def begun(
     wanted = _manifest(plan, shard_size)
     fixed = shard_size is not None
     while True:
-        with made(path) as sure:
+        with locked_folder(path) as sure:
             different = _difference(path, wanted, fixed_size=fixed)
             if different is None:
                 folder = _ready(path, plan, wanted, fixed_size=fixed)
@@ -97,7 +97,7 @@ def open_for_part(
     """
     wanted = _manifest(plan, shard_size)
     fixed = shard_size is not None
-    with made(path, part):
+    with locked_folder(path, part):
         different = _difference(path, wanted, fixed_size=fixed)
         if different is not None:
             raise ResultExistsError(f"{path} {different}; {_NOT_OVERWRITTEN}")
@@ -158,7 +158,7 @@ def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
 
 
 @contextmanager
-def made(path: Path, part: Part | None = None) -> Iterator[bool]:
+def locked_folder(path: Path, part: Part | None = None) -> Iterator[bool]:
     """The folder, made and locked: for this process alone, or for a part beside other parts.
 
     Yields:

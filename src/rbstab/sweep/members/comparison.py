@@ -76,7 +76,7 @@ def check_of(  # noqa: PLR0913, PLR0917 (what is compared, and how that is told 
     folder: SweepFolder,
     shards_digest: str,
     stop: Event,
-    told: Callable[[int, int], None],
+    on_event: Callable[[int, int], None],
     processes: int = 1,
 ) -> Check | None:
     """The check of a sweep whose shards are all there: that of its folder, or a new one.
@@ -86,7 +86,7 @@ def check_of(  # noqa: PLR0913, PLR0917 (what is compared, and how that is told 
         folder: The folder.
         shards_digest: Of all its shards.
         stop: Set when it is to end early.
-        told: Called with how many members were compared, and how many are to be.
+        on_event: Called with how many members were compared, and how many are to be.
         processes: How many may follow them.
 
     Returns:
@@ -99,7 +99,7 @@ def check_of(  # noqa: PLR0913, PLR0917 (what is compared, and how that is told 
     if kept is not None and kept.shards_digest == shards_digest:
         return kept
     members = members_to_check(plan, folder.manifest.plan_id)
-    theirs = _followed(plan, members, stop, told, processes)
+    theirs = _followed(plan, members, stop, on_event, processes)
     if theirs is None:
         return None
     unlike, differences = (
@@ -111,10 +111,14 @@ def check_of(  # noqa: PLR0913, PLR0917 (what is compared, and how that is told 
 
 
 def _followed(
-    plan: Plan, members: list[int], stop: Event, told: Callable[[int, int], None], processes: int
+    plan: Plan,
+    members: list[int],
+    stop: Event,
+    on_event: Callable[[int, int], None],
+    processes: int,
 ) -> list[dict[str, Array]] | None:
     """The outcomes of some members as single runs, in their order; None where it was stopped."""
-    told(0, len(members))
+    on_event(0, len(members))
     outcomes: dict[int, dict[str, Array]] = {}
     with closing(run_singles(plan, ENGINE, members, processes)) as coming:
         while not stop.is_set():
@@ -124,7 +128,7 @@ def _followed(
                 return [outcomes[member] for member in members]
             if found is not None:
                 outcomes[found[0]] = found[1]
-                told(len(outcomes), len(members))
+                on_event(len(outcomes), len(members))
     return None
 
 

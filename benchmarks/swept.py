@@ -6,11 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rbstab.config.load import load_config, resolved
-from rbstab.sweep.execution.execute import Execution, shard_inventory
-from rbstab.sweep.execution.shard_process import ShardProcess
-from rbstab.sweep.execution.threads import ThreadExecutor
+from rbstab.sweep.execution.execute import Execution
+from rbstab.sweep.execution.shard_worker import ShardWorker
+from rbstab.sweep.execution.thread_executor import ThreadExecutor
 from rbstab.sweep.folder.gather import digest_of_shards, gather
-from rbstab.sweep.folder.open_folder import begun
+from rbstab.sweep.folder.open_folder import open_for_sweep
+from rbstab.sweep.folder.shard_inventory import shard_inventory
 from rbstab.sweep.members.engine import MemberEngine
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.ensemble import EnsembleEngine
@@ -34,14 +35,14 @@ def plan_of(members: int, samples: int = 201, keep: str = "summary") -> Plan:
     return load_plan({"base": base, "vary": vary, **drawn, "keep": keep})
 
 
-class _LastingProcess(ShardProcess):
+class _LastingWorker(ShardWorker):
     """A process that stays for the next sweep."""
 
     @property
     def pid(self) -> int:
         """The number of its process."""
-        assert self._process.pid is not None
-        return self._process.pid
+        assert self._worker._process.pid is not None
+        return self._worker._process.pid
 
     def close(self) -> None:
         """Leaves the process as it is; it ends with this one."""
@@ -64,7 +65,7 @@ class Sweeping:
 
     def __init__(self, plan: Plan, threads: int) -> None:
         self.plan = plan
-        self.others = [_LastingProcess(plan, warm_engine) for _ in range(threads - 1)]
+        self.others = [_LastingWorker(plan, warm_engine) for _ in range(threads - 1)]
         self.engine = warm_engine(plan)
         for other in self.others:
             while not other.ready(1.0):
@@ -75,7 +76,7 @@ class Sweeping:
         assert isinstance(self.engine, EnsembleEngine)
         structure = self.engine.structures["visco-elastic"]
         looped = min(LOOPED, self.plan.members)
-        parameters, begun = structure.binding.of(self.plan.values(0, looped))
+        parameters, starts = structure.binding.of(self.plan.values(0, looped))
         ensemble = structure.ensemble
         integrator, batch, given = ensemble.integrator, ensemble.batch, parameters[ensemble.open]
 
@@ -86,7 +87,7 @@ class Sweeping:
                 integrator.pars[: len(given)] = given[:, first : first + batch]
                 integrator.pars[len(given) :] = 1e3
                 integrator.state[:] = 0.0
-                integrator.state[: len(begun)] = begun[:, first : first + batch]
+                integrator.state[: len(starts)] = starts[:, first : first + batch]
                 integrator.propagate_grid(ensemble.grid)
             return (time.perf_counter() - begin) / looped
 
@@ -103,7 +104,7 @@ class Sweeping:
         free = list(self.others)
         with (
             tempfile.TemporaryDirectory(dir="results") as folder,
-            begun(Path(folder) / "sweep", self.plan, None) as place,
+            open_for_sweep(Path(folder) / "sweep", self.plan, None) as place,
         ):
             inventory = shard_inventory(place.folder)
             threads = ThreadExecutor(lambda _: self.engine, 1 + len(free), lambda _: free.pop())

@@ -27,7 +27,7 @@ def carry_out(do: Doing, *, fail_fast: bool, as_json: bool, quiet: bool) -> None
         as_json: Whether to print JSON.
         quiet: Whether to say only what is wrong.
     """
-    from rbstab.sweep.execution.execute import ExecutorError
+    from rbstab.sweep.execution.work_queue import ExecutorError
     from rbstab_cli.interrupts import ending_in_order
     from rbstab_cli.output.sweep_progress import progress_printer
     from rbstab_cli.output.sweep_report import report_sweep

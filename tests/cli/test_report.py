@@ -12,7 +12,8 @@ from cli.conftest import Invoke
 from support.made_runs import PEAKS, made_config, made_file
 from support.sweeps import FakeEngine, plan_of
 
-from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
+from rbstab.sweep.options import SweepOptions
+from rbstab.sweep.sweep import sweep_to_folder
 
 
 @pytest.fixture

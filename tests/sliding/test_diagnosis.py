@@ -23,7 +23,7 @@ def test_the_motion_is_the_same_without_it(engine, law, monkeypatch):
     at_start = following.at_start
     for module in ("filippov", "implicit"):
         monkeypatch.setattr(
-            f"rbstab.integrate.{module}.at_start",
+            f"rbstab.integrate.switching.{module}.at_start",
             lambda problem, switching: starts.append(problem) or at_start(problem, switching),
         )
     run = follow(engine, replace(problem, diagnosed=False))

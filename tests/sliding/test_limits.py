@@ -8,7 +8,8 @@ from scipy.optimize import brentq
 from support.sliding import ball_in_a_V, connector, follow, paper_problem, pushed_ball
 
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.filippov import FilippovDriver, Hit, Reached
+from rbstab.integrate.switching.driver import Hit, Reached
+from rbstab.integrate.switching.filippov import FilippovDriver
 from rbstab.integrate.switching.modes import Modes, instant, system_under
 
 ENGINES = ["heyoka", "scipy"]

@@ -9,8 +9,7 @@ from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.integrate.engines import engine
-from rbstab.integrate.problem import Problem
-from rbstab.integrate.switching.modes import Switching
+from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.coordinates import ContactCoordinates

@@ -4,7 +4,8 @@ import threading
 
 from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.events import ShardDone
-from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
+from rbstab.sweep.options import SweepOptions
+from rbstab.sweep.sweep import sweep_to_folder
 from support.sweeps import FakeEngine, plan_of
 
 

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from rbstab.sweep.execution.execute import Executor
+    from rbstab.sweep.execution.work_queue import Executor
     from rbstab.sweep.plan.plan import Plan
 
 
 @contextmanager
 def connected(address: str, plan: "Plan") -> "Iterator[Executor]":
     """The cluster at an address, for members of a plan; ends the command where there is none."""
-    from rbstab.sweep.execution.execute import ExecutorError
+    from rbstab.sweep.execution.work_queue import ExecutorError
 
     try:
         from rbstab.sweep.execution.dask_executor import cluster

@@ -40,7 +40,8 @@ def command(folder: Path, as_json: bool, quiet: bool) -> None:
 
 
 def _gathering(folder: Path, *, quiet: bool) -> "Doing":
-    from rbstab.sweep.sweep import Gathering, SweepEvent, gather_folder
+    from rbstab.sweep.execution.events import Gathering, SweepEvent
+    from rbstab.sweep.sweep import gather_folder
 
     def gathering(on_event: "ProgressPrinter", stop: Event) -> "Sweep":
         anew = False

@@ -13,8 +13,8 @@ from rbstab_cli.arguments.plans import is_of_a_sweep, sweep_name
 
 if TYPE_CHECKING:
     from rbstab.sweep.folder.parts import Part
+    from rbstab.sweep.options import SweepOptions
     from rbstab.sweep.plan.plan import Plan
-    from rbstab.sweep.sweep import SweepOptions
 
 
 def _part(_context: click.Context, _parameter: click.Parameter, text: str | None) -> "Part | None":
@@ -127,7 +127,7 @@ def command(
 
             report_status(status_of, as_json=as_json)
         elif plan is not None:
-            from rbstab.sweep.sweep import SweepOptions
+            from rbstab.sweep.options import SweepOptions
 
             folder = output / sweep_name(plan)
             name = _engine(engine, folder, plan)

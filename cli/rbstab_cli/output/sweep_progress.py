@@ -13,7 +13,7 @@ import click
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from rbstab.sweep.sweep import SweepEvent
+    from rbstab.sweep.execution.events import SweepEvent
 
 EVERY = 10.0
 """s between two lines where there is no terminal."""
@@ -50,13 +50,15 @@ class ProgressPrinter:
     def __call__(self, event: "SweepEvent | None") -> None:
         """Takes what happened; None where nothing has for a while."""
         from rbstab.sweep.execution.events import (
+            Comparing,
             EngineFailed,
+            Gathering,
             NoWorkers,
             ProcessorDiffers,
             Rescheduled,
             ShardDone,
+            Started,
         )
-        from rbstab.sweep.sweep import Comparing, Gathering, Started
 
         if isinstance(event, Started):
             self._start(event)
@@ -86,8 +88,10 @@ class ProgressPrinter:
         self._rate(self._begin, self._done)
         if event.moved_aside is not None:
             self._say(f"the sweep that was there is now {event.moved_aside}")
-        if event.changed:
-            self._say(f"warning: this sweep was begun with others: {', '.join(event.changed)}")
+        if event.changed_versions:
+            self._say(
+                f"warning: this sweep was begun with others: {', '.join(event.changed_versions)}"
+            )
         if self._done and not self.quiet:
             self._say(f"{self._done} of {self._total} members are done already")
         if self._bar is not None:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    from rbstab.sweep.options import SweepOptions
     from rbstab.sweep.plan.plan import Plan
-    from rbstab.sweep.sweep import Sweep, SweepOptions
+    from rbstab.sweep.sweep import Sweep
 
 ENOUGH = 16
 """Members of a variant on which an estimate may rest without a word."""
@@ -23,7 +24,7 @@ def report_sweep(done: "Sweep", *, as_json: bool) -> None:
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
-        check = asdict(done.check) if done.check is not None else None
+        check = asdict(done.comparison) if done.comparison is not None else None
         facts = _facts(done.folder.path, done.folder.manifest, by_status)
         found = summary._asdict() if summary is not None else {}
         facts |= _facts_of_part(done) | {"finished": done.finished, "check": check}
@@ -42,8 +43,10 @@ def report_sweep(done: "Sweep", *, as_json: bool) -> None:
         "settling time, median": f"{number(summary.settling_median)} s" if summary.settled else "-",
         "worst |r| / v(0)": number(summary.worst_residual, 2),
     }
-    if done.check is not None and done.check.members:
-        rows["repeated with scipy"] = f"{len(done.check.members)} members, {_differences(done)}"
+    if done.comparison is not None and done.comparison.members:
+        rows["repeated with scipy"] = (
+            f"{len(done.comparison.members)} members, {_differences(done)}"
+        )
     _print_facts(rows)
 
 
@@ -69,12 +72,12 @@ def report_status(path: Path, *, as_json: bool) -> None:
         StoreError: It is not the folder of a sweep, or cannot be read.
     """
     from rbstab.store.lock import is_locked
-    from rbstab.sweep.execution.execute import shard_inventory
     from rbstab.sweep.folder.gather import counts_by_status, digest_of_shards, is_gathered
     from rbstab.sweep.folder.parts import running_parts
-    from rbstab.sweep.folder.sweep_folder import open_folder
+    from rbstab.sweep.folder.shard_inventory import shard_inventory
+    from rbstab.sweep.folder.sweep_folder import read_folder
 
-    folder = open_folder(path)
+    folder = read_folder(path)
     inventory = shard_inventory(folder)
     damaged = [number for number in inventory.missing if folder.shard_file(number).exists()]
     gathered = not inventory.missing and is_gathered(folder, digest_of_shards(inventory))
@@ -109,13 +112,13 @@ def report_estimate(plan: "Plan", path: Path, options: "SweepOptions", *, as_jso
     """Prints how much of a plan is to be done, and what it will take."""
     import shutil
 
+    from rbstab.processes.processors import processor_count
     from rbstab.sweep.execution.estimate import estimate
     from rbstab.sweep.members.engines import factory_for
-    from rbstab.sweep.sweep import processors
     from rbstab_cli.output.sweep_progress import duration
 
     members, done = _extent(plan, path, options)
-    threads = options.threads or processors()
+    threads = options.threads or processor_count()
     factory = options.factory or factory_for(plan.engine)
     found = estimate(plan, members - done, factory, threads)
     if options.part is not None:
@@ -150,8 +153,8 @@ def _few(calibrated: int) -> str:
 
 def _extent(plan: "Plan", path: Path, options: "SweepOptions") -> tuple[int, int]:
     """How many members there are, of the part if it is one, and how many of them are done."""
-    from rbstab.sweep.execution.execute import shard_inventory
     from rbstab.sweep.folder.open_folder import planned_folder
+    from rbstab.sweep.folder.shard_inventory import shard_inventory
 
     folder, begun = planned_folder(path, plan, options.shard_size)
     numbers = range(folder.shards) if options.part is None else options.part.of(folder.shards)
@@ -183,10 +186,10 @@ def _differences(done: "Sweep") -> str:
     """The largest difference of all columns, and whether there are members that are unlike."""
     from rbstab_cli.output.tables import number
 
-    assert done.check is not None
-    differences = done.check.differences
+    assert done.comparison is not None
+    differences = done.comparison.differences
     worst = max(differences, key=lambda name: differences[name])
-    unlike = f"{done.check.unlike} unlike, " if done.check.unlike else ""
+    unlike = f"{done.comparison.unlike} unlike, " if done.comparison.unlike else ""
     return f"{unlike}largest relative difference {number(differences[worst], 2)} ({worst})"
 
 

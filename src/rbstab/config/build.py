@@ -13,8 +13,7 @@ from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
-from rbstab.integrate.problem import Problem
-from rbstab.integrate.switching.modes import Switching
+from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
 from rbstab.mechanics.body import Body, triangle_violation
 from rbstab.mechanics.motion import motion_from_centre, motion_from_contact

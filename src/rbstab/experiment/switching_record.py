@@ -6,8 +6,8 @@ import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.problem import Problem
+from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.integrate.switching.modes import Modes, connector_of, system_under
-from rbstab.integrate.switching.switch_log import SwitchTrace
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.coordinates import ReducedCoordinates
 from rbstab.systems.system import System

@@ -7,13 +7,36 @@ from typing import Protocol
 import numpy as np
 
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.modes import Switching
-from rbstab.integrate.switching.switch_log import SwitchTrace
+from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import AUDIT_SIZE, System
 
 Progress = Callable[[float], None]
 """Called with the time reached, s, after every step."""
+
+
+@dataclass(frozen=True)
+class Switching:
+    """How the modes of a sliding connector change, besides what the connector itself says.
+
+    Args:
+        layered: Whether a boundary layer replaces the sign.
+        step: The step of the implicit law, s; 0: the law is followed exactly.
+        stick_energy: On s = E an axis sticks when its chatter energy is below this, J; 0: never.
+        switch_limit: The run stops after so many switches.
+        stored_switches: Switches whose time and axis are kept; later ones are only counted.
+    """
+
+    layered: bool = False
+    step: float = 0.0
+    stick_energy: float = 0.0
+    switch_limit: int = 10_000_000
+    stored_switches: int = 100_000
+
+    @property
+    def sticks(self) -> bool:
+        """Whether axes that chatter may be taken to stick."""
+        return self.stick_energy > 0 and not self.layered and self.step == 0
 
 
 @dataclass(frozen=True, eq=False)

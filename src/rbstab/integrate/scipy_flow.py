@@ -6,10 +6,10 @@ import numpy as np
 import scipy.integrate
 from scipy.optimize import brentq
 
-from rbstab.integrate.problem import Problem
+from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.driver import Hit, Reached
-from rbstab.integrate.switching.modes import Switching, connector_of, system_under, thresholds
+from rbstab.integrate.switching.modes import connector_of, system_under, thresholds
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array

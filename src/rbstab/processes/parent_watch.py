@@ -1,4 +1,7 @@
-"""Processes that do not outlive their parent, however it ends: a pipe that it alone holds open."""
+"""A pipe by which worker processes notice that their parent has died, and exit.
+
+The parent alone holds the other end open, so the system closes it however the parent ends.
+"""
 
 import os
 from collections.abc import Iterator
@@ -9,8 +12,8 @@ from threading import Thread
 
 @contextmanager
 def parent_watch() -> Iterator[Connection]:
-    """What loky's processes are given to `hold`, by the process that begins them."""
-    # Imported late: only what begins processes needs it.
+    """Open the pipe in the parent; the workers pass what is yielded to `exit_with_parent`."""
+    # Imported late: only a parent of worker processes needs it.
     from loky.backend import get_context
 
     theirs, ours = get_context("loky").Pipe(duplex=False)
@@ -19,7 +22,11 @@ def parent_watch() -> Iterator[Connection]:
 
 
 def exit_with_parent(line: Connection) -> None:
-    """Ends this process as soon as nobody holds the other end."""
+    """End this process as soon as its parent has died.
+
+    Args:
+        line: What `parent_watch` yielded in the parent.
+    """
     Thread(target=_wait, args=(line,), daemon=True).start()
 
 

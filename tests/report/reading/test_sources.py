@@ -12,7 +12,8 @@ from support.sweeps import FakeEngine, plan_of
 
 from rbstab.report.reading.sources import MAX_LABEL_LENGTH, read_sources, unique_labels
 from rbstab.store.run_file import write_result
-from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
+from rbstab.sweep.options import SweepOptions
+from rbstab.sweep.sweep import sweep_to_folder
 
 
 @pytest.fixture(scope="module")

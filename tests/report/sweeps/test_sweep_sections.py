@@ -13,8 +13,9 @@ from rbstab.report.sweeps.sections import sweep_sections
 from rbstab.report.writers.matplotlib_figures.renderer import drawn
 from rbstab.store.errors import NotAResultError
 from rbstab.sweep.members.outcome import COLUMNS
+from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
+from rbstab.sweep.sweep import sweep_to_folder
 
 DRAWN = {
     "body.mass": {"uniform": [1, 2]},

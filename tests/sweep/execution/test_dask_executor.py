@@ -14,19 +14,21 @@ from support.sweeps import FakeEngine, plan_of, shard_files
 from rbstab.store.table_file import read_table
 from rbstab.sweep.execution import dask_executor as dask_execution
 from rbstab.sweep.execution.dask_executor import ClusterError, cluster
-from rbstab.sweep.execution.dask_worker import Order, SweepPlugin, WorkerDiffersError
+from rbstab.sweep.execution.dask_worker import SweepPlugin, SweepTask, WorkerDiffersError
 from rbstab.sweep.execution.events import (
     EngineFailed,
     NoWorkers,
     ProcessorDiffers,
     Rescheduled,
     ShardDone,
+    Started,
 )
 from rbstab.sweep.execution.machine_properties import difference, versions
+from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.dump import plan_data
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import plan_id
-from rbstab.sweep.sweep import Started, SweepOptions, sweep_to_folder
+from rbstab.sweep.sweep import sweep_to_folder
 
 SLOW = functools.partial(FakeEngine, delay=1e-3)
 
@@ -165,7 +167,7 @@ def test_stopping_and_going_on(two_workers, tmp_path):
 def test_no_more_is_with_the_cluster_than_its_workers_need(two_workers, tmp_path):
     flights, plan = [], plan_of(300)
     with cluster(two_workers.address, "scipy", SLOW) as executor:
-        two_threads = dask_execution.IN_STOCK * 2 + dask_execution.SPARE
+        two_threads = dask_execution.SHARDS_PER_THREAD * 2 + dask_execution.SPARE_SHARDS
 
         def on_event(event):
             if isinstance(event, ShardDone):
@@ -186,9 +188,9 @@ def test_an_engine_that_raises_on_a_worker(two_workers, tmp_path):
         two_workers.address, tmp_path / "a", plan, raising, on_event=on_event, shard_size=3
     )
     assert done.finished
-    (trouble,) = on_event.of(EngineFailed)
-    assert (trouble.start, trouble.stop) == (3, 6)
-    assert str(trouble.error) == "ZeroDivisionError: made up"
+    (failed,) = on_event.of(EngineFailed)
+    assert (failed.start, failed.stop) == (3, 6)
+    assert str(failed.error) == "ZeroDivisionError: made up"
     here(tmp_path / "b", plan, raising, shard_size=3)
     assert same(tmp_path / "a", tmp_path / "b")
 
@@ -273,9 +275,9 @@ def test_nobody_answers(tmp_path):
 
 def test_an_order_gives_the_plan_that_was_meant():
     plan = plan_of(50)
-    order = Order(plan_data(plan), plan_id(plan), "scipy", versions("scipy"))
-    assert plan_id(SweepPlugin(order).plan) == plan_id(plan)
-    other = Order(plan_data(plan_of(51)), plan_id(plan), "scipy", versions("scipy"))
+    task = SweepTask(plan_data(plan), plan_id(plan), "scipy", versions("scipy"))
+    assert plan_id(SweepPlugin(task).plan) == plan_id(plan)
+    other = SweepTask(plan_data(plan_of(51)), plan_id(plan), "scipy", versions("scipy"))
     with pytest.raises(WorkerDiffersError, match="another plan"):
         _ = SweepPlugin(other).plan
 

@@ -10,10 +10,11 @@ from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.store.errors import StoreError
 from rbstab.store.table_file import read_table
-from rbstab.sweep.execution.events import EngineFailed, ShardDone
+from rbstab.sweep.execution.events import EngineFailed, ShardDone, Started
 from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
 from rbstab.sweep.members.single import SingleRuns
-from rbstab.sweep.sweep import Started, SweepOptions, sweep_to_folder
+from rbstab.sweep.options import SweepOptions
+from rbstab.sweep.sweep import sweep_to_folder
 
 
 def test_threads_shards_and_stops_do_not_show(tmp_path):
@@ -180,13 +181,13 @@ def test_real_members(tmp_path):
 
 
 def test_the_check_finds_what_is_wrong(tmp_path, monkeypatch):
-    monkeypatch.setattr("rbstab.sweep.members.comparison.SHARE", 7)
+    monkeypatch.setattr("rbstab.sweep.members.scipy_comparison.MEMBERS_PER_SAMPLE", 7)
     plan = plan_of(20, base=quick(engine="heyoka"))
     options = SweepOptions(lambda plan: SingleRuns(plan, "scipy"), shard_size=8)
-    check = sweep_to_folder(plan, tmp_path / "a", options).check
+    check = sweep_to_folder(plan, tmp_path / "a", options).comparison
     assert (len(check.members), check.unlike) == (3, 0)
     assert set(check.differences.values()) == {0.0}
-    wrong = sweep_to_folder(plan, tmp_path / "b", SweepOptions(FakeEngine)).check
+    wrong = sweep_to_folder(plan, tmp_path / "b", SweepOptions(FakeEngine)).comparison
     assert wrong.members == check.members
     assert wrong.unlike == 3  # the made up motion settles, and that of 0.02 s does not
     table = read_table(tmp_path / "b" / "sweep.h5")

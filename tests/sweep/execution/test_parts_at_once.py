@@ -10,7 +10,8 @@ import pytest
 from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.store.table_file import read_table
-from rbstab.sweep.sweep import SweepOptions, gather_folder, sweep_to_folder
+from rbstab.sweep.options import SweepOptions
+from rbstab.sweep.sweep import gather_folder, sweep_to_folder
 
 pytestmark = pytest.mark.slow
 

@@ -89,8 +89,8 @@ def test_nothing_goes_on_when_nobody_waits_for_it():
 
 COMPARER = """
 from test_single_run_pool import MEMBERS, plan
-from rbstab.sweep.execution.single_run_pool import single_outcomes
-for one in single_outcomes(plan(), "scipy", MEMBERS * 50, 2):
+from rbstab.sweep.execution.single_run_pool import run_singles
+for one in run_singles(plan(), "scipy", MEMBERS * 50, 2):
     print(one, flush=True)
 """
 

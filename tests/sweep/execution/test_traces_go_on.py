@@ -11,9 +11,8 @@ import rbstab
 from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import StoreError
 from rbstab.store.table_file import read_table
-from rbstab.sweep.execution.events import EngineFailed
-from rbstab.sweep.folder.sweep_folder import open_folder
-from rbstab.sweep.sweep import Started
+from rbstab.sweep.execution.events import EngineFailed, Started
+from rbstab.sweep.folder.sweep_folder import read_folder
 
 EVERY = {"traces": {"every": 7}}
 
@@ -98,7 +97,7 @@ def test_looking_how_far_a_sweep_is_reads_no_traces(tmp_path, monkeypatch):
         return opened[-1]
 
     monkeypatch.setattr(type(tmp_path), "open", watched)
-    folder = open_folder(tmp_path / "a")
+    folder = read_folder(tmp_path / "a")
     assert all(folder.facts(number) is not None for number in range(6))
     assert len(opened) == 6
     assert all(file.taken < 100 for file in opened)
@@ -189,4 +188,4 @@ def test_a_manifest_of_a_newer_version(tmp_path):
     ):
         write_document(path / "manifest.json", manifest | change)
         with pytest.raises(StoreError, match=error):
-            open_folder(path)
+            read_folder(path)

@@ -12,15 +12,15 @@ from support.sweeps import FakeEngine, plan_of, shard_files
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
 from rbstab.store.lock import FolderInUseError, locked
 from rbstab.store.table_file import read_table
+from rbstab.sweep.execution.events import Started
 from rbstab.sweep.folder.open_folder import planned_folder
-from rbstab.sweep.folder.sweep_folder import open_folder, open_sweep
-from rbstab.sweep.sweep import Started
+from rbstab.sweep.folder.sweep_folder import open_sweep, read_folder
 
 
 def test_a_different_plan_is_refused_or_moves_the_old_one_aside(tmp_path):
     path = tmp_path / "a"
     swept(path)
-    before, name = shard_files(path), open_folder(path).manifest.plan_id[:8]
+    before, name = shard_files(path), read_folder(path).manifest.plan_id[:8]
     for other in ({"plan": plan_of(59)}, {"shard_size": 20}):
         with pytest.raises(ResultExistsError, match="--force"):
             swept(path, **other)
@@ -57,13 +57,13 @@ def test_other_things_in_the_folder(tmp_path):
     with pytest.raises(StoreError, match="cannot be written"):
         swept(tmp_path / "file")
     with pytest.raises(NotAResultError):
-        open_folder(tmp_path)
+        read_folder(tmp_path)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="other systems say something else")
 def test_a_folder_of_which_nothing_can_be_known(tmp_path):
     nowhere = tmp_path / ("a" * 300)
-    for look in (open_folder, lambda path: planned_folder(path, plan_of(60), None)):
+    for look in (read_folder, lambda path: planned_folder(path, plan_of(60), None)):
         with pytest.raises(StoreError, match="cannot be read: File name too long"):
             look(nowhere)
 
@@ -93,7 +93,7 @@ def test_other_versions_are_told(tmp_path, monkeypatch):
     monkeypatch.setattr(np, "__version__", "99.0")
     listener = Listener()
     swept(tmp_path / "a", listener=listener)
-    (changed,) = listener.of(Started)[0].changed
+    (changed,) = listener.of(Started)[0].changed_versions
     assert changed.startswith("numpy ")
     assert changed.endswith(" -> 99.0")
 

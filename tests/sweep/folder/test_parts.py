@@ -14,11 +14,12 @@ from support.sweeps import FakeEngine, plan_of, shard_files
 from rbstab.store.errors import NotAResultError, ResultExistsError
 from rbstab.store.lock import FolderInUseError, locked
 from rbstab.store.table_file import read_table
-from rbstab.sweep.execution.events import ShardDone
+from rbstab.sweep.execution.events import Gathering, ShardDone, Started
 from rbstab.sweep.folder.open_folder import MAX_WRITE_TIME, open_for_part, open_for_sweep
 from rbstab.sweep.folder.parts import Part, part_of, parts_missing, running_parts
-from rbstab.sweep.folder.sweep_folder import open_folder
-from rbstab.sweep.sweep import Gathering, Started, SweepOptions, gather_folder, sweep_to_folder
+from rbstab.sweep.folder.sweep_folder import read_folder
+from rbstab.sweep.options import SweepOptions
+from rbstab.sweep.sweep import gather_folder, sweep_to_folder
 
 
 def swept(path, plan=None, factory=FakeEngine, on_event=lambda _: None, **options):
@@ -63,7 +64,7 @@ def test_the_parts_of_a_sweep_one_after_the_other(tmp_path):
     path, plan = tmp_path / "a", plan_of(60)
     for number in (3, 1, 4, 2):
         done = swept(path, plan, part=Part(number, 4))
-        assert (done.finished, done.inventory.missing, done.check) == (False, [], None)
+        assert (done.finished, done.inventory.missing, done.comparison) == (False, [], None)
         assert not (path / "sweep.h5").exists()
     gathered = gather_folder(path)
     assert gathered.finished
@@ -78,7 +79,7 @@ def test_a_part_computes_what_is_missing_of_it(tmp_path):
     events = []
     swept(path, part=Part(2, 3))
     assert [Path(name).stem for name in shard_files(path)] == ["00000001", "00000004"]
-    open_folder(path).shard_file(4).write_bytes(b"damaged")
+    read_folder(path).shard_file(4).write_bytes(b"damaged")
     swept(path, part=Part(2, 3), on_event=events.append)
     assert [event.number for event in events if isinstance(event, ShardDone)] == [4]
     (started,) = [event for event in events if isinstance(event, Started)]
@@ -94,7 +95,7 @@ def test_gathering_where_shards_are_missing(tmp_path):
     path = tmp_path / "a"
     for number in (1, 3):
         swept(path, part=Part(number, 3))
-    open_folder(path).shard_file(0).write_bytes(b"damaged")
+    read_folder(path).shard_file(0).write_bytes(b"damaged")
     done = gather_folder(path)
     assert (done.finished, done.inventory.missing) == (False, [0, 1, 4])
     assert done.folder.ranges(done.inventory.missing) == [(0, 20), (40, 50)]
@@ -167,7 +168,7 @@ def test_another_plan_or_shard_size_is_refused(tmp_path):
         swept(path, plan_of(59), part=Part(2, 3))
     swept(path, part=Part(2, 3), shard_size=None)  # that of the folder
     assert before.items() <= shard_files(path).items()
-    assert open_folder(path).manifest.shard_size == 10
+    assert read_folder(path).manifest.shard_size == 10
 
 
 def test_a_manifest_that_appears_in_the_same_instant(tmp_path, monkeypatch):
@@ -189,7 +190,7 @@ def test_a_manifest_that_appears_in_the_same_instant(tmp_path, monkeypatch):
     shutil.rmtree(path)
     monkeypatch.setattr(os, "link", overtaken(20))
     swept(path, part=Part(1, 2), shard_size=None)
-    assert open_folder(path).manifest.shard_size == 20
+    assert read_folder(path).manifest.shard_size == 20
 
 
 def remains(path, age):

@@ -13,7 +13,7 @@ from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.sweep.execution.estimate import PIECE, estimate
 from rbstab.sweep.folder.disk_space import sweep_bytes
 from rbstab.sweep.folder.open_folder import MAX_TRACE_BYTES, good_shard_size
-from rbstab.sweep.folder.sweep_folder import open_folder
+from rbstab.sweep.folder.sweep_folder import read_folder
 
 EVERY = {"traces": {"every": 7}}
 
@@ -124,7 +124,7 @@ def test_a_file_is_verified_once(tmp_path, monkeypatch):
 
 def test_a_shard_names_its_traces(tmp_path):
     swept(tmp_path / "a", traced(60, {"traces": [3]}))
-    folder = open_folder(tmp_path / "a")
+    folder = read_folder(tmp_path / "a")
     attributes = folder.read(0).attributes
     file = folder.traces_file(0)
     assert attributes["traces_bytes"] == file.stat().st_size

@@ -18,10 +18,9 @@ from rbstab.integrate.heyoka.symbols import (
     state_symbols,
     symbols_of,
 )
-from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
+from rbstab.integrate.problem import Problem, Progress, Switching, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.laws import drive_sliding
-from rbstab.integrate.switching.modes import Switching
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array

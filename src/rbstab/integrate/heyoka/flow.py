@@ -8,7 +8,7 @@ import numpy as np
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.heyoka.switched_system import Switched, WeakChatter, switched_system
 from rbstab.integrate.heyoka.symbols import energy_scale, parameter_values
-from rbstab.integrate.problem import Problem
+from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.driver import Hit, Reached
 from rbstab.integrate.switching.filippov import COINCIDENT
@@ -16,7 +16,6 @@ from rbstab.integrate.switching.modes import (
     FAR,
     ROUND_OFF,
     Modes,
-    Switching,
     connector_of,
     system_under,
     thresholds,

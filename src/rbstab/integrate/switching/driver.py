@@ -11,11 +11,12 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
+from rbstab.integrate.problem import Problem, Progress, Switching, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.integrate.switching.chatter import chatter_energy
-from rbstab.integrate.switching.modes import Modes, Switching, initial_modes, system_under
-from rbstab.integrate.switching.switch_log import SwitchLog, SwitchTrace
+from rbstab.integrate.switching.modes import Modes, initial_modes, system_under
+from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System

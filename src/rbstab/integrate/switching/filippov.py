@@ -10,21 +10,21 @@ from typing import Protocol
 
 import numpy as np
 
-from rbstab.integrate.problem import Problem
+from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switch_trace import Transition
 from rbstab.integrate.switching.chatter import chatter_energy, stick
 from rbstab.integrate.switching.driver import Hit, Reached, Sample, at_start
 from rbstab.integrate.switching.modes import (
     ROUND_OFF,
     Modes,
-    Switching,
     connector_of,
     instant,
     modes_on_surface,
     system_under,
     thresholds,
 )
-from rbstab.integrate.switching.switch_log import SwitchLog, Transition
+from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.numbers import Array
 
 LOOK_AGAIN = 32

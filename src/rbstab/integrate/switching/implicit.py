@@ -16,11 +16,12 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from rbstab.integrate.problem import Problem
+from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switch_trace import Transition
 from rbstab.integrate.switching.driver import Reached, Sample, at_start
-from rbstab.integrate.switching.modes import ROUND_OFF, Modes, Switching, connector_of, system_under
-from rbstab.integrate.switching.switch_log import SwitchLog, Transition
+from rbstab.integrate.switching.modes import ROUND_OFF, Modes, connector_of, system_under
+from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.coordinates import PartlyHeldCoordinates

@@ -2,11 +2,10 @@
 
 from collections.abc import Callable
 
-from rbstab.integrate.problem import Problem, Progress, Trajectory
+from rbstab.integrate.problem import Problem, Progress, Switching, Trajectory
 from rbstab.integrate.switching.driver import follow
 from rbstab.integrate.switching.filippov import FilippovDriver, Flow
 from rbstab.integrate.switching.implicit import ImplicitDriver, Stepper
-from rbstab.integrate.switching.modes import Switching
 
 
 def drive_sliding(

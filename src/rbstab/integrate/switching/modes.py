@@ -1,12 +1,13 @@
 """The modes of a sliding connector, and the system that each combination of them makes."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.integrate.problem import Switching
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
 from rbstab.mechanics.numbers import Array
@@ -18,30 +19,6 @@ FAR = 1e300
 
 ROUND_OFF = 1e-9
 """By how much an equivalent force may exceed its bound, relative to it, when it is released."""
-
-
-@dataclass(frozen=True)
-class Switching:
-    """How the modes of a sliding connector change, besides what the connector itself says.
-
-    Args:
-        layered: Whether a boundary layer replaces the sign.
-        step: The step of the implicit law, s; 0: the law is followed exactly.
-        stick_energy: On s = E an axis sticks when its chatter energy is below this, J; 0: never.
-        switch_limit: The run stops after so many switches.
-        stored_switches: Switches whose time and axis are kept; later ones are only counted.
-    """
-
-    layered: bool = False
-    step: float = 0.0
-    stick_energy: float = 0.0
-    switch_limit: int = 10_000_000
-    stored_switches: int = 100_000
-
-    @property
-    def sticks(self) -> bool:
-        """Whether axes that chatter may be taken to stick."""
-        return self.stick_energy > 0 and not self.layered and self.step == 0
 
 
 class Modes(NamedTuple):

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rbstab.experiment.stored_config import StoredConfig, stored_config
-from rbstab.processes.parent_watch import exit_with_parent, parent_watch
+from rbstab.processes.processors import processor_count
+from rbstab.processes.workers import worker_pool
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.untrusted import SWEEP, content_of, file_of
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
-from rbstab.sweep.sweep import processors
 
 MIN_FOR_PROCESSES = 200
 """Results for which the start of further processes is made up."""
@@ -45,10 +45,10 @@ def read_all(paths: Sequence[Path]) -> Iterator[Read | Unread]:
     HDF5 makes most of the work, and lets only one thread of a process do it.
     """
     done = 0
-    if len(paths) >= MIN_FOR_PROCESSES and processors() > 1:
+    if len(paths) >= MIN_FOR_PROCESSES and processor_count() > 1:
         # A process that dies takes its pool with it: the rest is read here.
         with suppress(BrokenProcessPool):
-            for found in _by_pool(paths):
+            for found in _read_in_pool(paths):
                 done += 1
                 yield found
     yield from map(read_one, paths[done:])
@@ -66,17 +66,9 @@ def read_one(path: Path) -> Read | Unread:
         return Unread(untrusted(path), _reason(path, error))
 
 
-def _by_pool(paths: Sequence[Path]) -> Iterator[Read | Unread]:
-    # Imported late: only reports of many results need it.
-    from loky import ProcessPoolExecutor
-
-    with parent_watch() as line:
-        count = min(processors(), len(paths) // PIECE)
-        pool = ProcessPoolExecutor(count, initializer=exit_with_parent, initargs=(line,))
-        try:
-            yield from pool.map(read_one, paths, chunksize=PIECE)
-        finally:
-            pool.shutdown(wait=True, kill_workers=True)
+def _read_in_pool(paths: Sequence[Path]) -> Iterator[Read | Unread]:
+    with worker_pool(min(processor_count(), len(paths) // PIECE)) as pool:
+        yield from pool.map(read_one, paths, chunksize=PIECE)
 
 
 def _reason(path: Path, error: Exception) -> str:

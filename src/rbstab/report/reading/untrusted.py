@@ -13,7 +13,7 @@ from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result
 from rbstab.store.table_file import read_table
-from rbstab.sweep.folder.sweep_folder import MANIFEST, SWEEP_FILE, open_folder, unfinished
+from rbstab.sweep.folder.sweep_folder import MANIFEST, SWEEP_FILE, read_folder, unfinished
 from rbstab.systems.quantities import QUANTITIES
 
 SWEEP: Literal["sweep"] = "sweep"
@@ -56,7 +56,7 @@ def file_of(path: Path) -> Path:
         raise NotAResultError(
             f"{path} is a folder, but not that of a sweep; name the files in it, as {path}/*.h5"
         )
-    raise unfinished(open_folder(path))
+    raise unfinished(read_folder(path))
 
 
 def content_of(file: Path) -> Result | Literal["sweep"]:

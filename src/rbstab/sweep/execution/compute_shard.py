@@ -1,4 +1,4 @@
-"""One shard: its members are followed, whatever their engine does, and it is written."""
+"""Compute one shard, whatever its engine does, and write it."""
 
 from collections.abc import Callable, Iterator
 
@@ -18,21 +18,21 @@ from rbstab.sweep.plan.plan import Plan
 def compute_shard(
     plan: Plan, folder: SweepFolder, number: int, engine: MemberEngine
 ) -> Iterator[EngineFailed | ShardDone]:
-    """Follows the members of a shard, writes it, and tells what happens.
+    """Integrate the members of a shard, write it, and yield the events.
 
     Raises:
         EngineMissingError: The engine cannot be used.
         StoreError: The shard cannot be written.
     """
     start, stop = folder.bounds(number)
-    troubles: list[Exception] = []
-    shard = computed(plan, engine, start, stop, troubles.append)
-    yield from (EngineFailed(start, stop, error) for error in troubles)
-    yield written(folder, number, shard)
+    errors: list[Exception] = []
+    shard = compute_members(plan, engine, start, stop, errors.append)
+    yield from (EngineFailed(start, stop, error) for error in errors)
+    yield store_shard(folder, number, shard)
 
 
-def written(folder: SweepFolder, number: int, shard: Shard) -> ShardDone:
-    """Writes a shard.
+def store_shard(folder: SweepFolder, number: int, shard: Shard) -> ShardDone:
+    """Write a shard.
 
     Raises:
         StoreError: It cannot be written.
@@ -41,46 +41,46 @@ def written(folder: SweepFolder, number: int, shard: Shard) -> ShardDone:
     return ShardDone(number, stop - start, folder.write(number, shard.outcome, shard.traces))
 
 
-def computed(
+def compute_members(
     plan: Plan,
     engine: MemberEngine,
     start: int,
     stop: int,
-    troubled: Callable[[Exception], None],
+    on_error: Callable[[Exception], None],
 ) -> Shard:
-    """A shard, by an engine or, where that raises an error, member by member.
+    """Integrate members with an engine or, where it raises an error, one by one.
 
     Args:
         plan: The plan.
-        engine: Follows the members.
+        engine: Integrates the members.
         start: The first one.
-        stop: Behind the last one.
-        troubled: Called with the engine's error.
+        stop: The one after the last.
+        on_error: Called with the engine's error.
 
     Raises:
         EngineMissingError: The engine cannot be used.
     """
     try:
-        return _checked(plan, engine, start, stop)
+        return _computed(plan, engine, start, stop)
     except EngineMissingError:
         raise
     except Exception as error:
-        # No member may end the sweep: they are followed alone, each with a status of its own.
-        troubled(error)
-        return _checked(plan, SingleRuns(plan), start, stop)
+        # No member may end the sweep: each is rerun alone, and gets a status of its own.
+        on_error(error)
+        return _computed(plan, SingleRuns(plan), start, stop)
 
 
-def _checked(plan: Plan, engine: MemberEngine, start: int, stop: int) -> Shard:
+def _computed(plan: Plan, engine: MemberEngine, start: int, stop: int) -> Shard:
     shard = engine.compute(start, stop)
     traces = checked_traces(shard.traces, plan, start, stop)
-    return Shard(checked(shard, stop - start), traces)
+    return Shard(checked_columns(shard, stop - start), traces)
 
 
-def checked(shard: Shard, members: int) -> dict[str, Array]:
-    """The columns of a shard in their types.
+def checked_columns(shard: Shard, members: int) -> dict[str, Array]:
+    """Return the columns of a shard in their types.
 
     Raises:
-        ValueError: A column is missing, or has not an entry for each member.
+        ValueError: A column is missing, or does not have one entry for each member.
     """
     found = {}
     for column in COLUMNS:

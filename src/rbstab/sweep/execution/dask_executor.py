@@ -1,8 +1,8 @@
-"""Shards by the workers of a Dask cluster; this process alone writes them.
+"""An executor whose shards are computed by the workers of a Dask cluster; this process writes them.
 
-Dask is given no more than its workers need for the moment, and knows nothing of what is done: a
-sweep goes on from its own files. Whatever happens to workers, each shard is computed at last, here
-if need be.
+The cluster gets only as many shards as its workers need at the moment, and keeps no record of what
+is done: a sweep resumes from its own files. Whatever happens to the workers, each shard is computed
+in the end, in this process if necessary.
 """
 
 import time
@@ -22,8 +22,8 @@ from rbstab.integrate.engines import EngineMissingError
 from rbstab.sweep.execution.compute_shard import compute_shard
 from rbstab.sweep.execution.dask_worker import (
     Computed,
-    Order,
     SweepPlugin,
+    SweepTask,
     compute,
     refuse_other_versions,
 )
@@ -35,8 +35,8 @@ from rbstab.sweep.execution.events import (
     Rescheduled,
     ShardDone,
 )
-from rbstab.sweep.execution.execute import ExecutorError, WorkQueue
 from rbstab.sweep.execution.machine_properties import processor, versions
+from rbstab.sweep.execution.work_queue import ExecutorError, WorkQueue
 from rbstab.sweep.members.engine import EngineFactory, MemberEngine
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.dump import plan_data
@@ -45,20 +45,20 @@ from rbstab.sweep.plan.plan import plan_id
 TIME_LIMIT = 10.0
 """s in which a scheduler must answer."""
 
-TICK = 0.2
+POLL_INTERVAL = 0.2
 """s between two looks at a silent cluster."""
 
-LOOK = 2.0
-"""s between two looks at how many workers there are."""
+COUNT_INTERVAL = 2.0
+"""s between two counts of the workers' threads."""
 
-IN_STOCK = 2
+SHARDS_PER_THREAD = 2
 """Shards for each thread of a worker: one that it computes, and one that waits beside it."""
 
-SPARE = 2
-"""Shards on their way."""
+SPARE_SHARDS = 2
+"""Shards in transit."""
 
-SENDINGS = 3
-"""How often a shard is given to the cluster, which tries several workers each time."""
+MAX_SUBMISSIONS = 3
+"""How often a shard is submitted to the cluster, which tries several workers each time."""
 
 
 class ClusterError(ExecutorError):
@@ -72,16 +72,16 @@ def cluster(
     factory: EngineFactory | None = None,
     time_limit: float | None = None,
 ) -> Iterator["DaskCluster"]:
-    """The connection to a cluster.
+    """Connect to a cluster.
 
     Args:
-        address: Of its scheduler, as tcp://host:8786, or the path of its JSON file.
-        engine: What members are to be followed with.
-        factory: Makes engines on the workers; default what belongs to the engine.
+        address: Of its scheduler, such as tcp://host:8786, or the path of its JSON file.
+        engine: Name of the engine that integrates members.
+        factory: Makes engines on the workers; default the factory of `engine`.
         time_limit: In which the scheduler must answer, s; default `TIME_LIMIT`.
 
     Raises:
-        ClusterError: The scheduler does not answer, or the address is none.
+        ClusterError: The scheduler does not answer, or the address is wrong.
         WorkerDiffersError: A worker has other versions than this process.
     """
     time_limit = time_limit or TIME_LIMIT
@@ -90,7 +90,7 @@ def cluster(
         _check_workers(client, engine)
         yield DaskCluster(client, address, factory)
     finally:
-        # A scheduler that is gone is told nothing any more.
+        # The scheduler may be gone; then there is nothing to close.
         with suppress(OSError, TimeoutError):
             client.close(timeout=time_limit)
 
@@ -108,16 +108,16 @@ def _client(address: str, time_limit: float) -> Client:
 
 
 def _check_workers(client: Client, engine: str) -> None:
-    """Refuses workers of other versions; those that come later are asked with their first shard."""
+    """Refuse workers with other versions; later ones are checked at their first shard."""
     ours = versions(engine)
     try:
         found = client.run(versions, engine, on_error="return")
     except Exception as error:
-        # Of any kind: it may be what a worker says that has no rbstab.
+        # An error of any type: a worker without rbstab raises its own.
         raise ClusterError(f"the workers cannot be asked: {error}") from error
     for worker, theirs in found.items():
         if isinstance(theirs, OSError):
-            continue  # it is gone
+            continue  # this worker is gone
         if isinstance(theirs, BaseException):
             raise ClusterError(
                 f"the worker {worker} cannot compute: {type(theirs).__name__}: {theirs}"
@@ -129,9 +129,9 @@ class DaskCluster:
     """An executor: the workers of a Dask cluster compute shards, and this process writes them.
 
     Args:
-        client: Connected to the cluster.
+        client: The connection to the cluster.
         address: Of its scheduler, for messages.
-        factory: Makes engines; default what belongs to the engine of the plan.
+        factory: Makes engines; default the factory of the plan's engine.
     """
 
     def __init__(self, client: Client, address: str, factory: EngineFactory | None = None) -> None:
@@ -139,23 +139,24 @@ class DaskCluster:
         self.address = address
         self.factory = factory
 
-    def events(self, work: WorkQueue) -> Generator[ExecutionEvent | None]:
-        """What comes of the shards; None for each idle tick."""
-        plan = work.plan
+    def events(self, queue: WorkQueue) -> Generator[ExecutionEvent | None]:
+        """Yield the events of the shards, and None when idle."""
+        plan = queue.plan
         here = versions(plan.engine)
-        order = Order(plan_data(plan), plan_id(plan), plan.engine, here, self.factory)
-        name = f"rbstab-{order.plan_id[:8]}-{token_hex(4)}"
+        task = SweepTask(plan_data(plan), plan_id(plan), plan.engine, here, self.factory)
+        name = f"rbstab-{task.plan_id[:8]}-{token_hex(4)}"
         try:
-            self.client.register_plugin(SweepPlugin(order), name=name)
+            self.client.register_plugin(SweepPlugin(task), name=name)
         except (OSError, TimeoutError) as error:
             raise self._lost() from error
-        flight = _PendingShards(self.client, name, work, self.factory or factory_for(plan.engine))
+        factory = self.factory or factory_for(plan.engine)
+        pending = _PendingShards(self.client, name, queue, factory)
         try:
-            yield from flight.events()
+            yield from pending.events()
         except (OSError, TimeoutError) as error:
             raise self._lost() from error
         finally:
-            flight.cancel()
+            pending.cancel()
             with suppress(OSError, TimeoutError, ValueError):
                 if self.client.status == "running":
                     self.client.unregister_worker_plugin(name)
@@ -170,70 +171,70 @@ class _SchedulerGoneError(OSError):
 
 @dataclass
 class _PendingShards:
-    """The shards that are with the cluster, and what comes back."""
+    """The shards that were submitted to the cluster, and the queue of finished futures."""
 
     client: Client
     name: str
-    work: WorkQueue
+    queue: WorkQueue
     factory: EngineFactory
-    flying: dict[Any, tuple[int, Future[Computed]]] = field(default_factory=dict)
-    sendings: Counter[int] = field(default_factory=Counter)
-    back: SimpleQueue[Future[Computed]] = field(default_factory=SimpleQueue)
-    room: int = SPARE
-    looked: float = float("-inf")
-    deserted: bool = False
+    submitted: dict[Any, tuple[int, Future[Computed]]] = field(default_factory=dict)
+    submissions: Counter[int] = field(default_factory=Counter)
+    finished: SimpleQueue[Future[Computed]] = field(default_factory=SimpleQueue)
+    capacity: int = SPARE_SHARDS
+    counted_at: float = float("-inf")
+    without_workers: bool = False
     engine: MemberEngine | None = None
     processors: set[str] = field(default_factory=lambda: {processor()})
 
     def events(self) -> Generator[ExecutionEvent | None]:
-        """Sends what there is room for, and takes what comes, until nothing is left."""
+        """Submit shards up to the capacity and take finished ones, until none is left."""
         while True:
-            threads = self._look()
-            if threads == 0 and not self.deserted:
+            threads = self._count_threads()
+            if threads == 0 and not self.without_workers:
                 yield NoWorkers()
-            self.deserted = threads == 0 if threads is not None else self.deserted
-            while len(self.flying) < self.room and (number := self.work.next()) is not None:
-                self._send(number)
-            if not self.flying:
+            self.without_workers = threads == 0 if threads is not None else self.without_workers
+            while len(self.submitted) < self.capacity and (number := self.queue.next()) is not None:
+                self._submit(number)
+            if not self.submitted:
                 return
             try:
-                future = self.back.get(timeout=TICK)
+                future = self.finished.get(timeout=POLL_INTERVAL)
             except Empty:
                 yield None
                 continue
-            yield from self._landed(future)
+            yield from self._take(future)
 
     def cancel(self) -> None:
-        """Takes back what is with the cluster."""
-        futures = [future for _, future in self.flying.values()]
-        self.flying.clear()
+        """Cancel the shards that are submitted."""
+        futures = [future for _, future in self.submitted.values()]
+        self.submitted.clear()
         with suppress(OSError, TimeoutError, ValueError):
             if futures and self.client.status == "running":
                 self.client.cancel(futures)
 
-    def _look(self) -> int | None:
-        """Whether the scheduler is there, and now and then how many threads the workers have."""
+    def _count_threads(self) -> int | None:
+        """The number of the workers' threads; None where it was counted a moment ago."""
         if self.client.status != "running":
             raise _SchedulerGoneError
         now = time.monotonic()
-        if now - self.looked < LOOK:
+        if now - self.counted_at < COUNT_INTERVAL:
             return None
         threads = sum(self.client.nthreads().values())
-        self.room, self.looked = IN_STOCK * threads + SPARE, now
+        self.capacity, self.counted_at = SHARDS_PER_THREAD * threads + SPARE_SHARDS, now
         return threads
 
-    def _send(self, number: int) -> None:
-        self.sendings[number] += 1
-        key = f"{self.name}-{number}-{self.sendings[number]}"
-        bounds = self.work.folder.bounds(number)
+    def _submit(self, number: int) -> None:
+        self.submissions[number] += 1
+        key = f"{self.name}-{number}-{self.submissions[number]}"
+        bounds = self.queue.folder.bounds(number)
         future = self.client.submit(compute, self.name, *bounds, key=key, pure=False)
-        self.flying[key] = number, future
-        future.add_done_callback(self.back.put)
+        self.submitted[key] = number, future
+        future.add_done_callback(self.finished.put)
 
-    def _landed(self, future: Future[Computed]) -> Iterator[ExecutionEvent | None]:
-        """What has become of a shard."""
-        number, _ = self.flying.pop(future.key)
-        start, stop = self.work.folder.bounds(number)
+    def _take(self, future: Future[Computed]) -> Iterator[ExecutionEvent | None]:
+        """Write a shard that is finished, or run it again where its worker died."""
+        number, _ = self.submitted.pop(future.key)
+        start, stop = self.queue.folder.bounds(number)
         try:
             found = future.result()
         except ExecutorError:
@@ -243,25 +244,25 @@ class _PendingShards:
         except (Exception, CancelledError) as error:
             if self.client.status != "running":
                 raise _SchedulerGoneError from error
-            here = self.sendings[number] >= SENDINGS
+            here = self.submissions[number] >= MAX_SUBMISSIONS
             yield Rescheduled(start, stop, error, here)
             if here:
                 yield from self._compute_here(number)
             else:
-                self._send(number)
+                self._submit(number)
             return
         if found.processor not in self.processors:
             self.processors.add(found.processor)
             yield ProcessorDiffers(found.processor)
-        if found.trouble is not None:
-            yield EngineFailed(start, stop, found.trouble)
-        yield self.work.keep(number, found.shard)
+        if found.error is not None:
+            yield EngineFailed(start, stop, found.error)
+        yield self.queue.store(number, found.shard)
 
     def _compute_here(self, number: int) -> Iterator[ExecutionEvent]:
-        """Computes a shard of which the cluster has made nothing."""
-        plan = self.work.plan
+        """Compute a shard in this process that the cluster could not compute."""
+        plan = self.queue.plan
         self.engine = self.engine or self.factory(plan)
-        for event in compute_shard(plan, self.work.folder, number, self.engine):
+        for event in compute_shard(plan, self.queue.folder, number, self.engine):
             if isinstance(event, ShardDone):
-                self.work.stop_if_failed(event)
+                self.queue.stop_if_failed(event)
             yield event

@@ -1,6 +1,6 @@
-"""What a worker of a Dask cluster does of a sweep: it computes shards, and hands them back.
+"""What runs on a worker of a Dask cluster: compute shards and return them.
 
-Only `dask_execution.py`, and a worker that it has sent a plan to, imports this.
+Imported by `dask_executor.py`, and by the workers that it sends a plan to.
 """
 
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 from distributed import get_worker
 from distributed.diagnostics.plugin import WorkerPlugin
 
-from rbstab.sweep.execution.compute_shard import computed
-from rbstab.sweep.execution.execute import ExecutorError
+from rbstab.sweep.execution.compute_shard import compute_members
 from rbstab.sweep.execution.machine_properties import difference, processor, versions
+from rbstab.sweep.execution.work_queue import ExecutorError
 from rbstab.sweep.members.engine import EngineError, EngineFactory, MemberEngine, Shard
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
@@ -21,27 +21,27 @@ from rbstab.sweep.plan.plan import Plan, plan_id
 
 
 class WorkerDiffersError(ExecutorError):
-    """What a worker computes would have other bits than what the others do."""
+    """A worker has other versions, so that its results would differ in their bits."""
 
 
 class Computed(NamedTuple):
-    """A shard, what the engine raised on it (or nothing), and on which processor it was made."""
+    """A shard, the error of its engine if there was one, and the processor that computed it."""
 
     shard: Shard
-    trouble: EngineError | None
+    error: EngineError | None
     processor: str
 
 
 @dataclass(frozen=True)
-class Order:
-    """What every worker has to know once.
+class SweepTask:
+    """What a worker needs to know of a sweep.
 
     Args:
-        plan: As plain data.
+        plan: The plan as plain data.
         plan_id: Of the plan.
         engine: Of the plan.
-        versions: That a worker must have.
-        factory: Makes engines; default what belongs to the engine.
+        versions: Those that a worker must have.
+        factory: Makes engines; default the factory of the engine.
     """
 
     plan: dict[str, Any]
@@ -52,64 +52,64 @@ class Order:
 
 
 class SweepPlugin(WorkerPlugin):
-    """Brings an order to every worker there is, and to those that come later.
+    """A plugin that brings a sweep to every worker, also to those that join later.
 
     Args:
-        order: The order.
+        task: The sweep.
     """
 
-    def __init__(self, order: Order) -> None:
-        self.order = order
+    def __init__(self, task: SweepTask) -> None:
+        self.task = task
 
     def setup(self, worker: Any) -> None:
-        """Takes the order; all that takes time waits for the first shard."""
+        """Prepare the worker; the plan is loaded at its first shard."""
         self._engines, self._lock = local(), Lock()
 
     def compute(self, start: int, stop: int) -> Computed:
-        """Some members, by the engine of this thread."""
-        troubles: list[EngineError] = []
+        """Integrate some members with the engine of this thread."""
+        errors: list[EngineError] = []
 
-        def troubled(error: Exception) -> None:
-            troubles.append(EngineError.of(error))
+        def on_error(error: Exception) -> None:
+            errors.append(EngineError.of(error))
 
         with self._lock:
             plan = self.plan
-        shard = computed(plan, self._engine(plan), start, stop, troubled)
-        return Computed(shard, troubles[0] if troubles else None, self.processor)
+        shard = compute_members(plan, self._engine(plan), start, stop, on_error)
+        return Computed(shard, errors[0] if errors else None, self.processor)
 
     def _engine(self, plan: Plan) -> MemberEngine:
         found: MemberEngine | None = getattr(self._engines, "engine", None)
         if found is None:
-            found = (self.order.factory or factory_for(self.order.engine))(plan)
+            found = (self.task.factory or factory_for(self.task.engine))(plan)
             self._engines.engine = found
         return found
 
     @cached_property
     def plan(self) -> Plan:
-        """The plan, loaded again here, if it is the same one."""
+        """The plan, loaded from its data, and verified by its id."""
         try:
-            theirs = versions(self.order.engine)
+            theirs = versions(self.task.engine)
         except ImportError as error:
             raise WorkerDiffersError(f"a worker cannot compute: {error}") from error
-        refuse_other_versions(self.order.versions, theirs)
-        plan = load_plan(self.order.plan)
-        if plan_id(plan) != self.order.plan_id:
+        refuse_other_versions(self.task.versions, theirs)
+        plan = load_plan(self.task.plan)
+        if plan_id(plan) != self.task.plan_id:
             raise WorkerDiffersError(
-                f"a worker reads another plan ({plan_id(plan)[:8]}, not {self.order.plan_id[:8]})"
+                f"a worker reads another plan ({plan_id(plan)[:8]}, not {self.task.plan_id[:8]})"
             )
         return plan
 
     @cached_property
     def processor(self) -> str:
-        """The kind of this worker's processor."""
+        """The type of this worker's processor."""
         return processor()
 
 
 def refuse_other_versions(ours: dict[str, str], theirs: dict[str, str], where: str = "") -> None:
-    """Refuses a worker that has not the versions of the process that writes.
+    """Refuse a worker whose versions differ from those of the process that writes.
 
     Raises:
-        WorkerDiffersError: It has not.
+        WorkerDiffersError: They differ.
     """
     different = difference(ours, theirs)
     if different:
@@ -118,7 +118,7 @@ def refuse_other_versions(ours: dict[str, str], theirs: dict[str, str], where: s
 
 
 def compute(name: str, start: int, stop: int) -> Computed:
-    """Some members of an ordered plan, on the worker that runs this."""
+    """Integrate some members of a sweep, on the worker that runs this."""
     plugin = get_worker().plugins[name]
     assert isinstance(plugin, SweepPlugin)
     return plugin.compute(start, stop)

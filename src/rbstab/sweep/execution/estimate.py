@@ -9,8 +9,8 @@ from typing import NamedTuple
 from rbstab.config.source import key_of
 from rbstab.sweep.execution.single_run_pool import MIN_FOR_PROCESSES
 from rbstab.sweep.folder.disk_space import sweep_bytes
-from rbstab.sweep.members.comparison import ENGINE, SHARE, is_comparable
 from rbstab.sweep.members.engine import EngineFactory, MemberEngine
+from rbstab.sweep.members.scipy_comparison import ENGINE, MEMBERS_PER_SAMPLE, is_comparable
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.plan import Plan
@@ -164,7 +164,7 @@ def _check_seconds(plan: Plan, variants: dict[str, list[int]], threads: int, clo
     for variant, members in variants.items():
         if is_comparable(variant):
             each += len(members) / LOOKS * _timed(single, members[0], 1, clock)
-    checked = -(-plan.members // SHARE)
+    checked = -(-plan.members // MEMBERS_PER_SAMPLE)
     return checked * each / (threads if checked >= MIN_FOR_PROCESSES else 1)
 
 

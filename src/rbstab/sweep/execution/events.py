@@ -1,9 +1,26 @@
-"""What happens while a sweep is executed."""
+"""Events of a running sweep."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import NamedTuple
 
-from rbstab.sweep.folder.sweep_folder import ShardFacts
+from rbstab.sweep.folder.shard_inventory import ShardInventory
+from rbstab.sweep.folder.sweep_folder import ShardFacts, SweepFolder
+
+
+class Started(NamedTuple):
+    """The folder is open; its stored shards have been read.
+
+    inventory lists the shards that are stored and those that are missing; moved_aside and
+    changed_versions are those of `OpenFolder`; members is how many this process has to have done
+    in the end, those that are stored included.
+    """
+
+    folder: SweepFolder
+    inventory: ShardInventory
+    moved_aside: Path | None
+    changed_versions: tuple[str, ...]
+    members: int
 
 
 class ShardDone(NamedTuple):
@@ -15,7 +32,7 @@ class ShardDone(NamedTuple):
 
 
 class EngineFailed(NamedTuple):
-    """An engine raised an error on members start to stop, which are followed one by one instead."""
+    """The batch engine raised an error; members start to stop are rerun one by one."""
 
     start: int
     stop: int
@@ -23,7 +40,7 @@ class EngineFailed(NamedTuple):
 
 
 class Rescheduled(NamedTuple):
-    """Who computed members start to stop was lost; they are computed again (here: by us)."""
+    """The worker computing members start to stop died; they run again (here: in this process)."""
 
     start: int
     stop: int
@@ -32,16 +49,31 @@ class Rescheduled(NamedTuple):
 
 
 class ProcessorDiffers(NamedTuple):
-    """Shards come from a processor that is not of the kind of this process's own."""
+    """A shard was computed on another kind of processor than this process has."""
 
     name: str
 
 
 class NoWorkers(NamedTuple):
-    """Nobody is there who computes; they are waited for."""
+    """No worker is connected; waiting."""
+
+
+class Comparing(NamedTuple):
+    """Members are being rerun with SciPy: how many are done, of how many."""
+
+    done: int
+    members: int
+
+
+class Gathering(NamedTuple):
+    """The shards are being gathered into one file."""
 
 
 ExecutionEvent = ShardDone | EngineFailed | Rescheduled | ProcessorDiffers | NoWorkers
+"""Events of an executor."""
 
-EventCallback = Callable[[ExecutionEvent | None], None]
-"""Called, in the thread that executes, for everything that happens; None: nothing for a while."""
+SweepEvent = Started | ExecutionEvent | Comparing | Gathering
+"""Events of a sweep."""
+
+EventCallback = Callable[[SweepEvent | None], None]
+"""Called with each event in the executing thread, and with None when idle."""

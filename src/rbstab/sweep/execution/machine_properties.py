@@ -1,4 +1,4 @@
-"""What of a machine shows in the bits of results: its versions, and its kind of processor."""
+"""Machine properties that affect result bits: library versions and processor type."""
 
 import platform
 from importlib import import_module
@@ -11,16 +11,16 @@ CPU_INFO = Path("/proc/cpuinfo")
 
 
 def versions(engine: str) -> dict[str, str]:
-    """The versions here of the program and of all packages behind the numbers of an engine."""
+    """Return the versions of the program and of all packages behind the numbers of an engine."""
     names = sorted({*PACKAGES[engine], *PACKAGES["scipy"]})
     found = {"rbstab": version("rbstab"), "its commit": commit()}
     return found | {name: import_module(name).__version__ for name in names}
 
 
 def difference(ours: dict[str, str], theirs: dict[str, str]) -> str:
-    """Which versions are not the same, in words; nothing where all are.
+    """Return the versions that differ, in words; an empty text where none does.
 
-    A program that was installed from a package knows no commit.
+    A program that was installed from a package has no commit to compare.
     """
     return ", ".join(
         f"{name} {theirs.get(name, '?')}, not {ours[name]}"
@@ -30,7 +30,7 @@ def difference(ours: dict[str, str], theirs: dict[str, str]) -> str:
 
 
 def processor() -> str:
-    """The kind of this machine's processor, in words."""
+    """Return the type of this machine's processor, in words."""
     try:
         lines = CPU_INFO.read_text().splitlines()
     except OSError:

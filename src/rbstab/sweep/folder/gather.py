@@ -14,12 +14,12 @@ from rbstab.store.errors import NotAResultError
 from rbstab.store.result import Variable
 from rbstab.store.table import Column, Head
 from rbstab.store.table_file import read_table, write_table
-from rbstab.sweep.execution.execute import ShardInventory
 from rbstab.sweep.folder.layout import OUTCOME, grid_extras, varied_arrays, varied_layout
+from rbstab.sweep.folder.shard_inventory import ShardInventory
 from rbstab.sweep.folder.sweep_folder import SweepFolder
-from rbstab.sweep.members.comparison import Check
 from rbstab.sweep.members.convergence import COLUMN, ProvedConvergence
 from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.members.scipy_comparison import ScipyComparison
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
 
@@ -44,14 +44,16 @@ def is_gathered(folder: SweepFolder, shards_digest: str) -> bool:
     return attributes.get("shards_digest") == shards_digest
 
 
-def gather(plan: Plan, folder: SweepFolder, shards_digest: str, check: Check | None) -> None:
+def gather(
+    plan: Plan, folder: SweepFolder, shards_digest: str, comparison: ScipyComparison | None
+) -> None:
     """Writes the file of the sweep; only one shard is in memory at a time. The shards are kept.
 
     Args:
         plan: The plan.
         folder: The folder, with all shards.
         shards_digest: Of all shards.
-        check: The comparison with single runs, if there is one.
+        comparison: The comparison with SciPy, if there is one.
 
     Raises:
         StoreError: The file cannot be written, or a shard is not there any more.
@@ -64,13 +66,13 @@ def gather(plan: Plan, folder: SweepFolder, shards_digest: str, check: Check | N
         "design": plan.design.word if plan.design is not None else "grid",
         "shard_size": manifest.shard_size,
         "shards_digest": shards_digest,
-        "checked_members": len(check.members) if check is not None else 0,
-        "checked_unlike": check.unlike if check is not None else 0,
+        "checked_members": len(comparison.members) if comparison is not None else 0,
+        "checked_unlike": comparison.unlike if comparison is not None else 0,
         **provenance(manifest.engine),
     }
     extras = grid_extras(plan)
-    if check is not None and check.differences:
-        extras |= _check_extras(check)
+    if comparison is not None and comparison.differences:
+        extras |= _comparison_extras(comparison)
     text = np.array(plan_yaml(plan), dtype=object)
     extras["plan"] = Variable((), text, "", "resolved plan, YAML")
     layout = varied_layout(plan) | OUTCOME | {"convergence": COLUMN}
@@ -92,10 +94,10 @@ def _parts(plan: Plan, folder: SweepFolder) -> Iterator[dict[str, Array]]:
         yield varied_arrays(plan, *bounds) | arrays
 
 
-def _check_extras(check: Check) -> dict[str, Variable]:
+def _comparison_extras(comparison: ScipyComparison) -> dict[str, Variable]:
     along = ("check_number",)
-    names = np.array(list(check.differences), dtype=object)
-    largest = np.array(list(check.differences.values()))
+    names = np.array(list(comparison.differences), dtype=object)
+    largest = np.array(list(comparison.differences.values()))
     what = "largest difference to single runs by scipy, over the largest number of the column"
     return {
         "check_column": Variable(along, names, "", "columns that were compared"),

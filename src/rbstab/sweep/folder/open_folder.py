@@ -22,7 +22,7 @@ from rbstab.sweep.folder.sweep_folder import (
     TRACES,
     Manifest,
     SweepFolder,
-    open_folder,
+    read_folder,
 )
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan, plan_id
@@ -35,15 +35,15 @@ MAX_WRITE_TIME = 3600.0
 
 
 class OpenFolder(NamedTuple):
-    """A folder in which a sweep may go on.
+    """The folder of a sweep, open for writing.
 
-    moved_aside is where another sweep of its name went, if there was one; changed says which
-    versions are not those with which the sweep was begun.
+    moved_aside is where a different sweep of the same name was moved, if there was one;
+    changed_versions are the versions that differ from those that the sweep was started with.
     """
 
     folder: SweepFolder
     moved_aside: Path | None
-    changed: tuple[str, ...]
+    changed_versions: tuple[str, ...]
 
 
 @contextmanager
@@ -120,7 +120,7 @@ def planned_folder(
     planned = SweepFolder(path, _manifest(plan, shard_size))
     if not path_exists(path / MANIFEST):
         return planned, None
-    found = open_folder(path)
+    found = read_folder(path)
     same = found.manifest.plan_id == planned.manifest.plan_id
     return (found if same else planned), same
 
@@ -194,7 +194,7 @@ def _difference(path: Path, wanted: Manifest, *, fixed_size: bool) -> str | None
         strange = [n for n in names if not n.startswith(LOCK) and not n.endswith(PARTIAL)]
         return f"holds other things ({min(strange)})" if strange else None
     try:
-        found = open_folder(path).manifest
+        found = read_folder(path).manifest
     except NotAResultError as error:
         return f"cannot be gone on with ({error})"
     if found.plan_id != wanted.plan_id:
@@ -206,7 +206,7 @@ def _difference(path: Path, wanted: Manifest, *, fixed_size: bool) -> str | None
 
 def _changed(path: Path, new: Manifest) -> tuple[str, ...]:
     """The versions that are not those with which the sweep was begun, in words."""
-    old = open_folder(path).manifest
+    old = read_folder(path).manifest
     return tuple(
         f"{name.removesuffix('_version')} {old.versions.get(name, '?')} -> {version}"
         for name, version in new.versions.items()
@@ -235,7 +235,7 @@ def _ready(path: Path, plan: Plan, manifest: Manifest, *, fixed_size: bool) -> S
         different = _difference(path, manifest, fixed_size=fixed_size)
         if different is not None:
             raise ResultExistsError(f"{path} {different}, by another process in this instant")
-    return open_folder(path)
+    return read_folder(path)
 
 
 def _content(path: Path) -> bytes | None:
@@ -257,7 +257,7 @@ def remove_old_partial_files(path: Path) -> None:
 
 def _move_aside(path: Path) -> Path:
     try:
-        middle = open_folder(path).manifest.plan_id[:8]
+        middle = read_folder(path).manifest.plan_id[:8]
     except StoreError:
         middle = "damaged"
     names = [path.with_name(f"{path.name}.{middle}")]

@@ -15,7 +15,7 @@ from rbstab.store.motions_file import check_motions, read_motions
 from rbstab.store.presence import path_exists
 from rbstab.store.shard_file import read_shard
 from rbstab.sweep.folder.layout import OUTCOME
-from rbstab.sweep.folder.sweep_folder import SweepFolder, open_folder, traces_stamp
+from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder, traces_stamp
 from rbstab.sweep.members.traces import TIME
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def open_traces(path: str | Path) -> SweepTraces:
         NotAResultError: It is no folder of a sweep.
         StoreError: It has no traces, or cannot be read.
     """
-    folder = open_folder(Path(path))
+    folder = read_folder(Path(path))
     shards = tuple(
         number
         for number in range(folder.shards)

@@ -27,7 +27,7 @@ PLAN_FILE = "plan.yaml"
 SHARDS = "shards"
 TRACES = "traces"
 SWEEP_FILE = "sweep.h5"
-CHECK_FILE = "check.json"
+COMPARISON_FILE = "check.json"
 
 MANIFEST_VERSION = 2
 """Version 1 knew no traces, and its shards were HDF5."""
@@ -92,9 +92,9 @@ class SweepFolder:
         return self.path / SWEEP_FILE
 
     @property
-    def check_file(self) -> Path:
+    def comparison_file(self) -> Path:
         """Where the comparison with single runs is kept."""
-        return self.path / CHECK_FILE
+        return self.path / COMPARISON_FILE
 
     def shard_file(self, number: int) -> Path:
         """The file of a shard."""
@@ -208,7 +208,7 @@ def facts_of(status: Array, first: int, attributes: Mapping[str, str | int | flo
     return ShardFacts(counts, first_failed, str(attributes[DIGEST]))
 
 
-def open_folder(path: Path) -> SweepFolder:
+def read_folder(path: Path) -> SweepFolder:
     """The folder of a sweep, as it stands there.
 
     Raises:
@@ -246,7 +246,7 @@ def open_sweep(path: str | Path) -> Table:
         return read_table(path)
     file = path / SWEEP_FILE
     if not path_exists(file):
-        raise unfinished(open_folder(path))
+        raise unfinished(read_folder(path))
     return read_table(file)
 
 
@@ -262,5 +262,5 @@ def unfinished(folder: SweepFolder) -> StoreError:
 def engine_of(path: Path) -> str | None:
     """The engine of the sweep that stands in a folder, if there is one."""
     with suppress(StoreError):
-        return open_folder(path).manifest.engine
+        return read_folder(path).manifest.engine
     return None

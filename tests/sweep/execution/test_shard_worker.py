@@ -17,10 +17,11 @@ from support.sweeps import FakeEngine, plan_of, shard_files, traced
 
 import rbstab.sweep.execution.compute_shard
 import rbstab.sweep.folder.sweep_folder
+from rbstab.processes.workers import WorkerDiedError
 from rbstab.store.errors import StoreError
 from rbstab.sweep.execution.events import EngineFailed, Rescheduled, ShardDone
-from rbstab.sweep.execution.shard_process import ShardProcess, WorkerDiedError
-from rbstab.sweep.execution.threads import ThreadExecutor
+from rbstab.sweep.execution.shard_worker import ShardWorker
+from rbstab.sweep.execution.thread_executor import ThreadExecutor
 from rbstab.sweep.members.engine import EngineError
 
 pytestmark = pytest.mark.slow
@@ -47,7 +48,7 @@ class Beside:
     So that both do something, however long a process takes to begin.
     """
 
-    def __init__(self, factory, here=FakeEngine, process=ShardProcess):
+    def __init__(self, factory, here=FakeEngine, process=ShardWorker):
         self.begin = functools.partial(process, factory=factory)
         self.processes = []
         self.threads = ThreadExecutor(lambda plan: self._here(here, plan), 2, self._elsewhere)
@@ -73,7 +74,7 @@ def beside(path, plan, factory, **options):
     executor = Beside(factory, **options)
     done = swept(path, plan, listener, executor=executor, shard_size=10)
     assert done.finished
-    assert not any(process._process.is_alive() for process in executor.processes)
+    assert not any(process._worker._process.is_alive() for process in executor.processes)
     return listener
 
 
@@ -83,10 +84,10 @@ def test_a_process_stores_what_a_thread_stores(tmp_path, keep):
     swept(tmp_path / "a", plan, threads=1)
     elsewhere = []
 
-    class Counted(ShardProcess):
-        def make(self, folder, number):
+    class Counted(ShardWorker):
+        def compute(self, folder, number):
             elsewhere.append(number)
-            return super().make(folder, number)
+            return super().compute(folder, number)
 
     executor = Beside(SLOW, SLOW, process=Counted)
     assert swept(tmp_path / "b", plan, executor=executor, shard_size=10).finished
@@ -113,7 +114,7 @@ def hopeless(plan):
         raise MemoryError("made up")
 
     # In the process beside this one alone: not even one by one can members be followed there.
-    rbstab.sweep.execution.compute_shard.computed = no_memory
+    rbstab.sweep.execution.compute_shard.compute_members = no_memory
     return FakeEngine(plan)
 
 
@@ -170,12 +171,12 @@ def test_without_a_process_all_is_done_here(tmp_path, monkeypatch, where):
 
         monkeypatch.setattr("loky.backend.process.LokyProcess.start", refuse)
         with pytest.raises(WorkerDiedError, match="unavailable"):
-            ShardProcess(plan, FakeEngine)
+            ShardWorker(plan, FakeEngine)
     else:
-        engine = ShardProcess(plan, no_engine)
+        engine = ShardWorker(plan, no_engine)
         with pytest.raises(EngineError, match="ZeroDivisionError: cannot be made"):
             engine.ready(30)
-    threads = ThreadExecutor(SLOW, 3, lambda plan: ShardProcess(plan, no_engine))
+    threads = ThreadExecutor(SLOW, 3, lambda plan: ShardWorker(plan, no_engine))
     swept(tmp_path / "a", plan)
     assert swept(tmp_path / "b", plan, executor=threads).finished
     assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
@@ -183,7 +184,7 @@ def test_without_a_process_all_is_done_here(tmp_path, monkeypatch, where):
 
 def test_no_shard_waits_for_a_process_to_begin(tmp_path):
     listener, sleepy = Listener(), functools.partial(time.sleep, 60)
-    threads = ThreadExecutor(FakeEngine, 2, lambda plan: ShardProcess(plan, sleepy))
+    threads = ThreadExecutor(FakeEngine, 2, lambda plan: ShardWorker(plan, sleepy))
     assert swept(tmp_path / "a", plan_of(60), listener, executor=threads).finished
     assert listener.computed == list(range(6))
     wait_for(lambda: not running(), 5)
@@ -201,7 +202,7 @@ def ignored_end():
 @pytest.mark.skipif(os.name != "posix", reason="no such signal here")
 @pytest.mark.parametrize("ready", [True, False])
 def test_a_process_ends_where_nobody_heeds_the_signal(ignored_end, ready):
-    process = ShardProcess(plan_of(60), FakeEngine)
+    process = ShardWorker(plan_of(60), FakeEngine)
     if ready:
         assert process.ready(30)
     closing = threading.Thread(target=process.close, daemon=True)
@@ -230,7 +231,7 @@ SWEEPER = """
 import sys
 from pathlib import Path
 from support.sweeps import plan_of
-from test_shard_process import SLOW, Beside
+from test_shard_worker import SLOW, Beside
 from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
 options = SweepOptions(executor=Beside(SLOW, SLOW), shard_size=10)
 sweep_to_folder(plan_of(3000), Path(sys.argv[1]), options, lambda event: print(event, flush=True))

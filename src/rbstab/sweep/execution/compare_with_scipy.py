@@ -1,0 +1,106 @@
+"""Rerun sampled members with SciPy, compare them with the stored ones, and keep the comparison."""
+
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import asdict
+from itertools import groupby
+from pathlib import Path
+from threading import Event
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.store.document import read_document, write_document
+from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.sweep.execution.single_run_pool import run_singles
+from rbstab.sweep.folder.sweep_folder import SweepFolder
+from rbstab.sweep.members.scipy_comparison import (
+    ENGINE,
+    ScipyComparison,
+    compare,
+    members_to_compare,
+)
+from rbstab.sweep.plan.plan import Plan
+
+ComparedCallback = Callable[[int, int], None]
+"""Called with how many members are compared, and how many there are to compare."""
+
+
+def compare_with_scipy(  # noqa: PLR0913, PLR0917 (what is compared; how to report it and stop it)
+    plan: Plan,
+    folder: SweepFolder,
+    shards_digest: str,
+    stop: Event,
+    on_compared: ComparedCallback,
+    processes: int = 1,
+) -> ScipyComparison | None:
+    """Return the comparison of a sweep: the one kept in its folder, or a new one.
+
+    Args:
+        plan: The plan.
+        folder: The folder, with all shards.
+        shards_digest: Of all its shards.
+        stop: Any thread may set it to end early.
+        on_compared: Called after each member.
+        processes: How many processes may run members.
+
+    Returns:
+        The comparison, which is kept in the folder; None where it was stopped.
+
+    Raises:
+        StoreError: A shard is not there any more, or the comparison cannot be written.
+    """
+    kept = read_comparison(folder.comparison_file)
+    if kept is not None and kept.shards_digest == shards_digest:
+        return kept
+    members = members_to_compare(plan, folder.manifest.plan_id)
+    theirs = _run(plan, members, stop, on_compared, processes)
+    if theirs is None:
+        return None
+    unlike, differences = compare(_stored(folder, members), _joined(theirs)) if members else (0, {})
+    comparison = ScipyComparison(shards_digest, tuple(members), unlike, differences)
+    write_document(folder.comparison_file, asdict(comparison))
+    return comparison
+
+
+def read_comparison(path: Path) -> ScipyComparison | None:
+    """Read a comparison; None where the file is absent or damaged."""
+    try:
+        data = read_document(path)
+        return ScipyComparison(**{**data, "members": tuple(data["members"])})
+    except (StoreError, TypeError, KeyError):
+        return None
+
+
+def _run(
+    plan: Plan, members: list[int], stop: Event, on_compared: ComparedCallback, processes: int
+) -> list[dict[str, Array]] | None:
+    """The outcomes of some members as single runs, in their order; None where it was stopped."""
+    on_compared(0, len(members))
+    outcomes: dict[int, dict[str, Array]] = {}
+    with closing(run_singles(plan, ENGINE, members, processes)) as results:
+        while not stop.is_set():
+            try:
+                found = next(results)
+            except StopIteration:
+                return [outcomes[member] for member in members]
+            if found is not None:
+                outcomes[found[0]] = found[1]
+                on_compared(len(outcomes), len(members))
+    return None
+
+
+def _stored(folder: SweepFolder, members: list[int]) -> dict[str, Array]:
+    """The stored columns of some members, ascending."""
+    rows: list[dict[str, Array]] = []
+    for number, some in groupby(members, lambda member: member // folder.manifest.shard_size):
+        table = folder.read(number)
+        if table is None:
+            raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
+        chosen = np.array(list(some)) - folder.bounds(number)[0]
+        rows.append({name: table.arrays[name][chosen] for name in table.layout})
+    return _joined(rows)
+
+
+def _joined(rows: list[dict[str, Array]]) -> dict[str, Array]:
+    return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}

@@ -1,0 +1,91 @@
+"""Compare members with single runs by SciPy: which members, and how far the results agree."""
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from rbstab.config.source import key_of
+from rbstab.mechanics.numbers import Array
+from rbstab.sweep.members.outcome import COLUMNS
+from rbstab.sweep.plan.axes import VARIANT
+from rbstab.sweep.plan.plan import Plan
+
+ENGINE = "scipy"
+
+MEMBERS_PER_SAMPLE = 1000
+"""One of so many members is rerun."""
+
+_NOT_COMPARED = ("run_id", "status", "steps")
+
+_SCALE = {"energy_residual": "lyapunov_start"}
+"""The column that a difference is divided by, for columns that hold nothing but errors."""
+
+
+@dataclass(frozen=True)
+class ScipyComparison:
+    """The comparison of sampled members with single runs by SciPy.
+
+    Args:
+        shards_digest: Of the shards that were compared.
+        members: The members.
+        unlike: How many ended with another status, or have a number where the single run has none.
+        differences: For each column the largest difference, over the largest number in it.
+    """
+
+    shards_digest: str
+    members: tuple[int, ...]
+    unlike: int
+    differences: dict[str, float]
+
+
+def members_to_compare(plan: Plan, seed: str) -> list[int]:
+    """Draw a random member of every thousand, among the variants that are comparable.
+
+    Args:
+        plan: The plan.
+        seed: The same seed gives the same members.
+    """
+    found = []
+    for start in range(0, plan.members, MEMBERS_PER_SAMPLE):
+        stop = min(start + MEMBERS_PER_SAMPLE, plan.members)
+        digest = hashlib.sha256(f"{seed} {start}".encode()).digest()
+        member = start + int.from_bytes(digest[:8], "big") % (stop - start)
+        values = plan.values(member, member + 1, [key_of(VARIANT)])
+        if is_comparable(plan.variant_of({key: column[0] for key, column in values.items()})):
+            found.append(member)
+    return found
+
+
+def is_comparable(variant: str) -> bool:
+    """Whether two engines find the same trajectories: not for a variant that may be chaotic."""
+    return variant != "sliding"
+
+
+def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict[str, float]]:
+    """Return how many members are unlike, and the largest differences of the others.
+
+    Args:
+        ours: The columns of some members.
+        theirs: The same columns of their single runs.
+
+    Returns:
+        `unlike` and `differences` of a `ScipyComparison`.
+    """
+    columns = [column.name for column in COLUMNS if column.name not in _NOT_COMPARED]
+    alike = ours["status"] == theirs["status"]
+    for name in columns:
+        same = np.isnan(ours[name]) == np.isnan(theirs[name])
+        alike &= same.reshape(len(same), -1).all(axis=1)
+    differences = {}
+    for name in columns:
+        a, b, scale = (
+            np.nan_to_num(values[alike])
+            for values in (ours[name], theirs[name], theirs[_SCALE.get(name, name)])
+        )
+        # Infinite numbers are those of diverged motions; that both diverge is all that counts.
+        finite = np.isfinite(a) & np.isfinite(b)
+        largest = float(np.abs(scale[np.isfinite(scale)]).max(initial=0.0))
+        difference = float(np.abs(a[finite] - b[finite]).max(initial=0.0))
+        differences[name] = difference / largest if largest else difference
+    return int((~alike).sum()), differences

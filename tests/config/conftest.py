@@ -1,12 +1,14 @@
-import pytest
+"""Fixtures that write a config, load it, or collect the messages of its errors."""
 
-from rbstab.config.errors import ConfigError
+import pytest
+from support.configs import messages_of
+
 from rbstab.config.load import load_config
 
 
 @pytest.fixture
 def write(tmp_path):
-    """Writes a config file; line ends are kept as they are."""
+    """Write a config file; line ends are kept as they are."""
 
     def write(text):
         path = tmp_path / "config.yaml"
@@ -18,7 +20,7 @@ def write(tmp_path):
 
 @pytest.fixture
 def load(write):
-    """The config of a text and of changes as `--set` takes them."""
+    """Load the config of a text, with changes as `--set` takes them."""
 
     def load(text, *changes):
         return load_config(write(text), changes)
@@ -28,18 +30,14 @@ def load(write):
 
 @pytest.fixture
 def complaints(write):
-    """What is said about a config that must be refused, one message each.
+    """Return the error messages of a config that must be refused.
 
-    The path of the file is left out, so that a message begins with its line; what stands in a
-    change begins with `--set`.
+    The path of the file is left out: a message begins with its line, or with `--set` for a change.
     """
 
     def complaints(text, *changes):
         path = write(text)
-        with pytest.raises(ConfigError) as caught:
-            load_config(path, changes)
-        messages = str(caught.value).splitlines()
-        assert messages == [str(problem) for problem in caught.value.problems]
+        messages = messages_of(load_config, path, changes)
         return [message.removeprefix(f"{path}:") for message in messages]
 
     return complaints

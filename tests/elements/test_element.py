@@ -1,5 +1,8 @@
+"""An element without statements does nothing, and the known elements keep their names and sizes."""
+
 import numpy as np
 import pytest
+from support.systems import random_body, random_Z
 
 from rbstab.elements.element import (
     NO_STATE,
@@ -11,24 +14,31 @@ from rbstab.elements.element import (
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.mechanics.motion import motion_from_centre
 
 VECTOR = np.array([1.0, 2.0, 3.0])
 NOTHING = np.zeros(3)
 
 
-def test_element_that_states_nothing_neither_stores_nor_loses():
+@pytest.fixture
+def motion(rng):
+    return motion_from_centre(random_body(rng), np.zeros(3), random_Z(rng))
+
+
+def test_element_that_states_nothing_neither_stores_nor_loses(motion):
     element = Element()
     assert element.state_size == 0
-    assert element.stored(None, NO_STATE) == 0
-    assert element.dissipated(None, NO_STATE) == 0
-    assert element.rates(None, NO_STATE).shape == (0,)
+    assert element.stored(motion, NO_STATE) == 0
+    assert element.dissipated(motion, NO_STATE) == 0
+    assert element.rates(motion, NO_STATE).shape == (0,)
 
 
-def test_element_has_to_state_its_wrench():
+def test_element_has_to_state_its_wrench(motion):
     with pytest.raises(NotImplementedError):
-        Element().wrench(None, NO_STATE)
+        Element().wrench(motion, NO_STATE)
 
 
 @pytest.mark.parametrize(
@@ -45,11 +55,24 @@ def test_wrench_of_one_force_or_couple(wrench, place):
 
 
 def test_names_of_the_energy_parts():
-    names = {
+    names: dict[type[Element], str] = {
         Gravity: "gravity",
         TranslationalStabilizer: "translational stabilizer",
         RotationalStabilizer: "rotational stabilizer",
         ViscoElasticConnector: "connector",
         EmbeddedConnector: "connector",
+        SlidingConnector: "connector",
     }
     assert {kind: kind.name for kind in names} == names
+
+
+def test_number_of_own_states():
+    sizes: dict[type[Element], int] = {
+        Gravity: 0,
+        TranslationalStabilizer: 0,
+        RotationalStabilizer: 0,
+        ViscoElasticConnector: 0,
+        EmbeddedConnector: 3,
+        SlidingConnector: 0,
+    }
+    assert {kind: kind.state_size for kind in sizes} == sizes

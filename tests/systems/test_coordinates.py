@@ -1,8 +1,10 @@
+"""Each choice of coordinates stands for one motion, and gives its rates and contact force."""
+
 import numpy as np
 import pytest
 from support.differences import relative_error
 from support.path import held_path, random_path
-from support.systems import random_body, random_system
+from support.systems import random_body, random_system, random_Z
 
 from rbstab.mechanics.motion import Wrench, motion_from_centre
 from rbstab.systems.coordinates import (
@@ -22,11 +24,11 @@ def test_coordinates_of_a_motion_stand_for_that_motion(rng, coordinates):
     body, anchor = random_body(rng), rng.normal(size=3)
     path = held_path(rng, body, anchor) if coordinates.holds_contact else random_path(rng, body)
     motion = motion_from_centre(body, anchor, path.Z())
-    y = coordinates.of(motion)
+    y = coordinates.from_motion(motion)
     again = coordinates.motion(body, anchor, y)
     assert y.shape == (coordinates.size,)
     for name in motion._fields:
-        # A held path keeps F at zero to the 1e-12 of its differences.
+        # On a held path F is zero up to 1e-12, the error of its differences.
         assert relative_error(getattr(again, name), getattr(motion, name), 10.0) < 1e-13
 
 
@@ -43,7 +45,8 @@ def test_names_sizes_and_restrictions():
 @pytest.mark.parametrize("coordinates", FREE, ids=lambda c: c.name)
 def test_contact_force_of_a_free_body_is_what_the_elements_exert(rng, coordinates):
     system = random_system(rng, "free", coordinates)
-    wrench = Wrench(*rng.normal(size=(3, 3)))
+    force, couple, contact_force = rng.normal(size=(3, 3))
+    wrench = Wrench(force, couple, contact_force)
     motion = system.motion(rng.normal(size=12))
     _, Lambda_ = coordinates.dynamics(system.body, motion, wrench)
     np.testing.assert_array_equal(Lambda_, wrench.contact_force)
@@ -52,7 +55,8 @@ def test_contact_force_of_a_free_body_is_what_the_elements_exert(rng, coordinate
 def test_both_held_coordinates_move_alike(rng):
     body, anchor = random_body(rng), rng.normal(size=3)
     motion = motion_from_centre(body, anchor, held_path(rng, body, anchor).Z())
-    wrench = Wrench(*rng.normal(size=(2, 3)), np.zeros(3))
+    force, couple = rng.normal(size=(2, 3))
+    wrench = Wrench(force, couple, np.zeros(3))
     (six, holding), (twelve, constraining) = (
         coordinates.dynamics(body, motion, wrench) for coordinates in HELD[:2]
     )
@@ -61,14 +65,15 @@ def test_both_held_coordinates_move_alike(rng):
     np.testing.assert_array_equal(twelve[6:9], motion.V)
 
 
-def test_coordinates_have_to_state_their_equations():
-    stated = Coordinates()
+def test_coordinates_have_to_state_their_equations(rng):
+    stated, body, y = Coordinates(), random_body(rng), random_Z(rng)
+    motion = motion_from_centre(body, np.zeros(3), y)
     with pytest.raises(NotImplementedError):
-        stated.of(None)
+        stated.from_motion(motion)
     with pytest.raises(NotImplementedError):
-        stated.motion(None, None, None)
+        stated.motion(body, np.zeros(3), y)
     with pytest.raises(NotImplementedError):
-        stated.dynamics(None, None, None)
+        stated.dynamics(body, motion, Wrench(np.zeros(3), np.zeros(3), np.zeros(3)))
 
 
 def test_manifold_is_not_stabilized_unless_asked():

@@ -1,12 +1,19 @@
-"""The same equations for complex numbers, fifty digits, and symbols of a compiled engine."""
+"""Every element and every system gives the same numbers for each kind of number.
+
+Kinds are floats, complex numbers, fifty digits, intervals, and symbols of the compiled engine.
+"""
 
 import mpmath
 import numpy as np
 import pytest
+from flint import arb, ctx
 from support.differences import jacobian as by_differences
 from support.differences import relative_error
-from support.systems import random_state, random_system
+from support.duals import arbs
+from support.elements import CASES, case_id, random_element
+from support.systems import random_body, random_state, random_system
 
+from rbstab.elements.registry import CONNECTORS
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import cos_of, sin_of
 from rbstab.systems.coordinates import (
@@ -15,13 +22,16 @@ from rbstab.systems.coordinates import (
     ManifoldCoordinates,
     ReducedCoordinates,
 )
-from rbstab.systems.parameters import map_parameters, parameters
+from rbstab.systems.parameters import map_parameters
+from rbstab.systems.system import System
 
 EVERY = [
     ("free", CentreCoordinates()),
-    ("visco-elastic", ContactCoordinates()),
-    ("embedded", CentreCoordinates()),
-    ("embedded", ContactCoordinates()),
+    *(
+        (variant, coordinates)
+        for variant in CONNECTORS
+        for coordinates in (CentreCoordinates(), ContactCoordinates())
+    ),
     ("permanent", ReducedCoordinates()),
     ("permanent", ManifoldCoordinates(3.0)),
 ]
@@ -31,30 +41,121 @@ cos_of.register(mpmath.mpf, mpmath.cos)
 exact = np.vectorize(mpmath.mpf, otypes=[object])
 
 
+def audited_rates(system, y):
+    """Return the rates of a system, v' and F'Λ."""
+    return system.audited_rates(y)
+
+
+def statements(system, y):
+    """Return all that the first element of a system states of itself."""
+    element, motion, own = system.elements[0], system.motion(y), y[system.coordinates.size :]
+    return np.concatenate(
+        [
+            *element.wrench(motion, own),
+            [element.stored(motion, own), element.dissipated(motion, own)],
+            element.rates(motion, own),
+        ]
+    )
+
+
 @pytest.fixture(params=EVERY, ids=lambda every: f"{every[0]} {every[1].name}")
 def system(request, rng):
     return random_system(rng, *request.param)
 
 
-def test_complex_numbers_give_the_floats_and_their_derivatives(rng, system):
-    y = random_state(rng, system)
-    rates = system.audited_rates(y)
-    unshifted = system.audited_rates(y + 0j)
+@pytest.fixture(params=CASES, ids=case_id)
+def alone(request, rng):
+    """A body with a single element."""
+    element = random_element(rng, *request.param)
+    return System(random_body(rng), (element,), CentreCoordinates(), rng.normal(size=3) * 0.1)
+
+
+def check_complex_numbers(function, system, y):
+    """Assert that complex numbers give the floats, and by complex steps their derivatives."""
+    values = function(system, y)
+    unshifted = function(system, y + 0j)
     assert unshifted.dtype == complex
-    assert relative_error(unshifted.real, rates) < 1e-14
+    assert relative_error(unshifted.real, values) < 1e-14
     np.testing.assert_array_equal(unshifted.imag, 0)
-    slopes = jacobian(system.audited_rates, y)
-    differences = by_differences(system.audited_rates, y, 2e-3)
+    slopes = jacobian(lambda x: function(system, x), y)
+    differences = by_differences(lambda x: function(system, x), y, 2e-3)
     # The eighth order of a step of 0.002 leaves 1e-11 where 1/cos θ2 is large.
-    assert relative_error(slopes, differences) < 1e-11
+    # A constant force has no slopes that could be the scale of an error.
+    assert relative_error(slopes, differences, None if differences.any() else 1.0) < 1e-11
+
+
+def test_complex_numbers_give_the_floats_and_their_derivatives(rng, system):
+    check_complex_numbers(audited_rates, system, random_state(rng, system))
+
+
+def test_complex_numbers_through_every_element(rng, alone):
+    check_complex_numbers(statements, alone, random_state(rng, alone))
+
+
+def check_fifty_digits(function, system, y):
+    """Assert that fifty digits give the floats, and return them."""
+    with mpmath.workdps(50):
+        found = function(map_parameters(system, lambda _, value: exact(value)), exact(y))
+    assert relative_error(function(system, y), found.astype(float)) < 1e-14
+    return found
 
 
 def test_fifty_digits_agree_with_floats(rng, system):
-    y = random_state(rng, system)
-    with mpmath.workdps(50):
-        rates = map_parameters(system, lambda _, value: exact(value)).audited_rates(exact(y))
+    rates = check_fifty_digits(audited_rates, system, random_state(rng, system))
     assert {type(rate) for rate in rates[-2:]} == {mpmath.mpf}
-    assert relative_error(system.audited_rates(y), rates.astype(float)) < 1e-14
+
+
+def test_fifty_digits_through_every_element(rng, alone):
+    check_fifty_digits(statements, alone, random_state(rng, alone))
+
+
+def check_intervals(function, system, y, rng):
+    """Assert that narrow intervals give the floats, and wide ones hold the values inside them."""
+    with ctx.workprec(200):
+        narrow = function(map_parameters(system, lambda _, value: arbs(value)), arbs(y))
+        found = np.array([float(arb(entry)) for entry in narrow])
+    assert relative_error(function(system, y), found) < 1e-14
+    reach = 1e-3
+    box = np.array([arb(entry, reach) for entry in y.tolist()], dtype=object)
+    wide = function(map_parameters(system, lambda _, value: arbs(value)), box)
+    for _ in range(20):
+        inside = function(system, y + rng.uniform(-reach, reach, size=y.shape))
+        # Floats have round-off where an interval is narrow.
+        error = 1e-14 * np.abs(inside).max()
+        for value, bounds in zip(inside.tolist(), wide, strict=True):
+            assert arb(value, error).overlaps(arb(bounds))
+
+
+def test_intervals_agree_with_floats(rng, system):
+    check_intervals(audited_rates, system, random_state(rng, system), rng)
+
+
+def test_intervals_through_every_element(rng, alone):
+    check_intervals(statements, alone, random_state(rng, alone), rng)
+
+
+def check_symbols(function, system, y):
+    """Assert that the compiled expressions of heyoka give the floats."""
+    hy = pytest.importorskip("heyoka")
+    from rbstab.integrate.heyoka.symbols import parameter_values, state_symbols, symbols_of
+
+    symbolic, _, count = symbols_of(system)
+    unknowns = state_symbols(system.size)
+    expressions = [hy.expression(entry) for entry in function(symbolic, unknowns)]
+    compiled = hy.cfunc(expressions, vars=list(unknowns))
+    known = parameter_values(system)
+    assert known.shape == (count,)
+    # heyoka drops the last parameters, which belong to the anchor, where nothing reads them.
+    actual = compiled(y, pars=known[: compiled.nparams])
+    assert relative_error(actual, function(system, y)) < 1e-14
+
+
+def test_symbols_of_the_compiled_engine_agree_with_floats(rng, system):
+    check_symbols(audited_rates, system, random_state(rng, system))
+
+
+def test_symbols_through_every_element(rng, alone):
+    check_symbols(statements, alone, random_state(rng, alone))
 
 
 def test_lyapunov_rate_to_thirty_digits(rng, system):
@@ -63,31 +164,8 @@ def test_lyapunov_rate_to_thirty_digits(rng, system):
         precise = map_parameters(system, lambda _, value: exact(value))
         audited, step = precise.audited_rates(y), mpmath.mpf(10) ** -25
         forth, back = (precise.observe(y + s * audited[:-2]).energy.sum() for s in (step, -step))
-        # A central difference: of the order of the step squared, 1e-50, times the pace cubed.
+        # The error of a central difference is of the order of the step squared, 1e-50.
         rate = (forth - back) / (2 * step)
-        # Off the sub manifold the force of constraint does work, which no element stores.
+        # Off the submanifold the force of constraint does work, which no element stores.
         expected = audited[-2] + (audited[-1] if system.coordinates.name == "manifold" else 0)
         assert abs(rate - expected) < mpmath.mpf(10) ** -30 * abs(expected)
-
-
-def test_symbols_of_the_compiled_engine_agree_with_floats(rng, system):
-    hy = pytest.importorskip("heyoka")
-    # Brings the sine and cosine of heyoka's expressions with it.
-    import rbstab.integrate.heyoka.engine  # noqa: F401
-
-    names, values = [], parameters(system)
-
-    def symbols(name, value):
-        first = sum(values[known].size for known in names)
-        names.append(name)
-        found = [hy.par[first + k] for k in range(value.size)]
-        return np.array(found, dtype=object).reshape(value.shape)
-
-    y = random_state(rng, system)
-    unknowns = [hy.expression(f"y{k}") for k in range(system.size)]
-    symbolic = map_parameters(system, symbols).audited_rates(np.array(unknowns, dtype=object))
-    compiled = hy.cfunc(list(symbolic), vars=unknowns)
-    known = np.concatenate([np.ravel(values[name]) for name in names])
-    # Nothing ties a free body to its anchor, the last three: heyoka drops what is not read.
-    actual = compiled(y, pars=known[: compiled.nparams])
-    assert relative_error(actual, system.audited_rates(y)) < 1e-14

@@ -1,9 +1,12 @@
+"""Parameters are named by their place, all reach the equations, and values keep the structure."""
+
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.systems import random_state, random_system
 
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.systems.coordinates import (
     CentreCoordinates,
     ContactCoordinates,
@@ -39,7 +42,9 @@ def test_parameters_are_named_by_where_they_stand(rng, variant, coordinates, own
     found = parameters(system)
     assert list(found) == [*BODY, *STABILIZERS, *own, "anchor"]
     np.testing.assert_array_equal(found["body.inertia"], system.body.inertia)
-    np.testing.assert_array_equal(found["rotational stabilizer.L_r"], system.elements[2].L_r)
+    rotational = system.elements[2]
+    assert isinstance(rotational, RotationalStabilizer)
+    np.testing.assert_array_equal(found["rotational stabilizer.L_r"], rotational.L_r)
     np.testing.assert_array_equal(found["anchor"], system.anchor)
     assert found["body.mass"].shape == ()
     assert float(found["body.mass"]) == system.body.mass
@@ -65,13 +70,15 @@ def test_parameters_of_another_system_give_its_equations(rng):
 
 
 def test_every_parameter_is_in_the_equations(rng):
-    # A parameter that the mapping missed, or that the equations ignore, would change nothing.
+    # If the mapping missed a parameter, or the equations ignored it, the rates would not change.
     system = random_system(rng, "embedded")
     y = random_state(rng, system)
+
+    def with_larger(chosen):
+        return map_parameters(system, lambda name, value: value * (1.01 if name == chosen else 1))
+
     for chosen in parameters(system):
-        changed = map_parameters(
-            system, lambda name, value, chosen=chosen: value * (1.01 if name == chosen else 1)
-        )
+        changed = with_larger(chosen)
         assert np.abs(changed.rates(y) - system.rates(y)).max() > 1e-6, chosen
 
 
@@ -113,7 +120,7 @@ def test_structure_tells_shapes_apart(rng):
 
 
 def test_whole_numbers_are_parameters_too(rng):
-    """A parameter left out would be compiled in as a constant, and shared by other systems."""
+    """A number left out would be compiled as a constant, and used for other systems too."""
     system = random_system(rng, "free")
     whole = replace(system, body=replace(system.body, mass=41))
     assert parameters(whole)["body.mass"] == 41.0

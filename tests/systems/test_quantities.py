@@ -1,3 +1,5 @@
+"""Stored quantities have names of their own, known dimensions, and consistent units."""
+
 from rbstab.systems.quantities import BY_NAME, QUANTITIES
 
 

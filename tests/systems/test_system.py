@@ -1,12 +1,16 @@
+"""A system adds up its elements: states, energies, dissipation, forces, in the order given."""
+
 from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 import pytest
 from support.differences import relative_error
+from support.elements import random_spd
 from support.reading import read, stored_energy
-from support.systems import VARIANTS, random_spd, random_state, random_system
+from support.systems import VARIANTS, random_state, random_system
 
+from rbstab.elements.element import NO_STATE
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.visco_elastic import ViscoElasticConnector
@@ -58,7 +62,7 @@ def test_audit_states_are_not_read(rng, system):
     np.testing.assert_array_equal(system.audited_rates(audited), system.audited_rates(y))
     np.testing.assert_array_equal(system.rates(audited), system.rates(y))
     np.testing.assert_array_equal(system.observe(audited).energy, system.observe(y).energy)
-    assert system.observe(audited).connector_state.shape == y[system.coordinates.size :].shape
+    assert system.observe(audited).own_states.shape == y[system.coordinates.size :].shape
 
 
 def test_observation_is_the_motion_by_geometry(rng, system):
@@ -66,10 +70,10 @@ def test_observation_is_the_motion_by_geometry(rng, system):
     observed, expected = system.observe(y), read(system, y)
     for name in ("Theta", "Omega", "X", "V", "A", "E", "F"):
         by_geometry = getattr(expected, name)
-        # F is held at zero in the reduced coordinates.
+        # In reduced coordinates F is zero, and no scale.
         scale = max(np.abs(by_geometry).max(), 1.0)
         assert relative_error(getattr(observed.motion, name), by_geometry, scale) < 1e-11
-    np.testing.assert_array_equal(observed.connector_state, expected.D)
+    np.testing.assert_array_equal(observed.own_states, expected.D)
 
 
 def test_potential_energy_is_all_that_is_stored(rng, system):
@@ -101,12 +105,12 @@ def test_order_of_the_elements_does_not_matter(rng, system):
     y = random_state(rng, system)
     reversed_ = with_elements(system, *system.elements[::-1])
     rates = system.rates(y)
-    # Sums in another order differ by round-off.
+    # A sum in another order differs by round-off.
     assert relative_error(reversed_.rates(y), rates) < 1e-14
 
 
 class Witness(Gravity):
-    """A weight that writes down which states it was handed."""
+    """A weight that records the own states that the system passes to it."""
 
     seen: ClassVar[list] = []
 
@@ -118,7 +122,7 @@ class Witness(Gravity):
 def test_element_without_states_is_handed_none(rng):
     tied = random_system(rng, "embedded")
     witness = Witness(rng.normal(size=3))
-    # Before, between and after elements, of which one has states.
+    # One before, one between and one after elements, one of which has states.
     system = with_elements(tied, witness, tied.elements[-1], witness, *tied.elements[:3], witness)
     Witness.seen.clear()
     system.rates(random_state(rng, system))
@@ -139,12 +143,12 @@ def test_each_element_reads_and_moves_its_own_states(rng):
     np.testing.assert_array_equal(system.rates(y)[12:15], first.rates(motion, y[12:15]))
     np.testing.assert_array_equal(system.rates(y)[15:18], second.rates(motion, y[15:18]))
     np.testing.assert_array_equal(system.audited_rates(y)[12:18], system.rates(y)[12:18])
-    stored = [first.stored(motion, y[12:15]), plain.stored(motion, None)]
+    stored = [first.stored(motion, y[12:15]), plain.stored(motion, NO_STATE)]
     np.testing.assert_array_equal(observed.energy[1:3], stored)
     assert observed.energy[3] == second.stored(motion, y[15:18])
     pull = sum(wrench.contact_force for wrench in observed.wrenches)
     assert relative_error(observed.contact_force, pull) < 1e-15
-    np.testing.assert_array_equal(observed.connector_state, y[12:18])
+    np.testing.assert_array_equal(observed.own_states, y[12:18])
 
 
 def test_a_body_without_elements_moves_by_itself(rng):

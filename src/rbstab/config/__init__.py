@@ -1,1 +1,1 @@
-"""From a YAML file to a validated, immutable description of one experiment."""
+"""Reading a YAML file into a validated, immutable description of one experiment."""

@@ -1,5 +1,6 @@
-"""From a config to the problem that it describes."""
+"""Building the initial value problem of a config."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -7,12 +8,9 @@ import numpy as np
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
 from rbstab.config.schema import Baumgarte, Config
 from rbstab.elements.element import Element
-from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.registry import CONNECTORS, STABILIZERS
 from rbstab.elements.sliding import SlidingConnector
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
 from rbstab.mechanics.body import Body, triangle_violation
@@ -29,12 +27,12 @@ from rbstab.systems.system import System
 
 
 def problem_of(config: Config) -> Problem:
-    """The initial value problem of a config."""
+    """Return the initial value problem of a config."""
     integration: Any = config.integration
-    # A load beyond all numbers becomes infinite, and the run a diverged one.
+    # If the weight overflows, it becomes infinite; the run then ends as diverged.
     with np.errstate(all="ignore"):
         system = system_of(config)
-        start = _start(config, system)
+        start = _initial_state(config, system)
     return Problem(
         system=system,
         start=start,
@@ -51,7 +49,7 @@ def problem_of(config: Config) -> Problem:
 
 
 def system_of(config: Config) -> System:
-    """The system of a config: body, gravity, the two stabilizers, and the connector if any."""
+    """Return the system of a config: body, gravity, both stabilizers, and a connector if any."""
     controller = config.controller
     mass = config.body.mass
     body = Body(mass, _matrix(config.body.inertia), np.array(config.body.contact_point))
@@ -59,23 +57,22 @@ def system_of(config: Config) -> System:
     K_t = _matrix(controller.K_t)
     elements: list[Element] = [
         Gravity(weight),
-        TranslationalStabilizer(K_t, _matrix(controller.L_t)),
-        RotationalStabilizer(_matrix(controller.K_r), _matrix(controller.L_r)),
+        *(stabilizer(**_gains(stabilizer, controller)) for stabilizer in STABILIZERS),
         *_connector(controller),
     ]
-    # X_e = K_t⁻¹ G is where the loaded translational stabilizer holds the centre at Θ = 0 (5.1).
+    # X_e = K_t⁻¹ G is the rest position of the centre of gravity under load at Θ = 0 (5.1).
     at_equilibrium = getattr(controller, "anchor", "origin") == "equilibrium"
     anchor = inverse(K_t) @ weight if at_equilibrium else ZERO.copy()
     return System(body, tuple(elements), _coordinates(config.integration), anchor)
 
 
 def config_warnings(config: Config) -> list[str]:
-    """What is odd about a config, though it can be run."""
-    found = []
+    """Return warnings about a config. A config with warnings can still be run."""
+    warnings = []
     moments = triangle_violation(_matrix(config.body.inertia))
     if moments is not None:
         large, middle, small = moments
-        found.append(
+        warnings.append(
             f"body.inertia: no real body has the principal moments {large:g}, {middle:g}, {small:g}"
             f" kg m²: {large:g} > {middle:g} + {small:g} breaks the triangle inequality"
         )
@@ -83,15 +80,15 @@ def config_warnings(config: Config) -> list[str]:
     if isinstance(law, Implicit):
         spacing = config.integration.duration / (config.integration.samples - 1)
         if law.implicit > spacing:
-            found.append(
-                f"controller.law: implicit steps of {law.implicit:g} s are longer than the samples "
-                f"are apart; steps of {spacing:g} s are made"
+            warnings.append(
+                f"controller.law: implicit steps of {law.implicit:g} s are longer than the time "
+                f"between samples; steps of {spacing:g} s are used"
             )
-        found.append(
+        warnings.append(
             f"controller.law: implicit steps of {law.implicit:g} s damp the motion numerically; "
-            "discarded_energy is what they take on s = E, and when it sticks depends on them"
+            "on s = E they remove discarded_energy and change when an axis sticks"
         )
-    return found
+    return warnings
 
 
 def _matrix(value: Any) -> Array:
@@ -99,28 +96,42 @@ def _matrix(value: Any) -> Array:
     return np.diag(array) if array.ndim == 1 else array
 
 
+_CONVERSIONS: dict[str, Callable[[Any], Any]] = {
+    "matrix": _matrix,
+    "diagonal": np.array,
+    "number": lambda number: number,
+}
+"""Functions that convert the config value of a gain to the field of its element, by shape."""
+
+
+def _gains(element: type[Element], controller: Any) -> dict[str, Any]:
+    """Return the gains of an element by name, as arrays or numbers."""
+    gains = {}
+    for gain in element.gains:
+        value = getattr(controller, gain.name)
+        gains[gain.name] = _CONVERSIONS[gain.shape](value)
+    return gains
+
+
 def _connector(controller: Any) -> list[Element]:
-    if controller.variant == "visco-elastic":
-        return [ViscoElasticConnector(_matrix(controller.K_c), _matrix(controller.L_c))]
-    if controller.variant == "embedded":
-        gains = (controller.K_c, controller.L_c, controller.K_d, controller.L_d)
-        return [EmbeddedConnector(*(_matrix(gain) for gain in gains))]
-    if controller.variant == "sliding":
-        return [_sliding_connector(controller)]
-    return []
+    """Return a list with the connector; it is empty for variants without a connector."""
+    connector = CONNECTORS.get(controller.variant)
+    if connector is None:
+        return []
+    settings = _sliding_settings(controller) if connector is SlidingConnector else {}
+    return [connector(**_gains(connector, controller), **settings)]
 
 
-def _sliding_connector(controller: SlidingController) -> SlidingConnector:
+def _sliding_settings(controller: Any) -> dict[str, Any]:
+    """Return the fields of a sliding connector that are not gains."""
     surface, law = controller.surface, controller.law
-    on_position = surface == "position"
-    return SlidingConnector(
-        K_s=np.array(controller.K_s),
-        rate_weight=0.0 if on_position else 1.0,
-        slope=surface.slope if isinstance(surface, Slope) else 1.0,
-        mode=np.zeros(3),
-        layer=np.zeros(3),
-        layer_width=law.boundary_layer if isinstance(law, BoundaryLayer) else 1.0,
-    )
+    return {
+        "rate_weight": 0.0 if surface == "position" else 1.0,
+        "slope": surface.slope if isinstance(surface, Slope) else 1.0,
+        "mode": np.zeros(3),
+        "layer": np.zeros(3),
+        "layer_width": law.boundary_layer if isinstance(law, BoundaryLayer) else 1.0,
+    }
 
 
 def _switching(controller: Any) -> Switching | None:
@@ -138,16 +149,16 @@ def _switching(controller: Any) -> Switching | None:
 def _coordinates(integration: Any) -> Coordinates:
     drift_control = getattr(integration, "drift_control", "none")
     rate = drift_control.baumgarte if isinstance(drift_control, Baumgarte) else 0.0
-    choices: dict[str, Coordinates] = {
+    by_name: dict[str, Coordinates] = {
         "Z": CentreCoordinates(),
         "W": ContactCoordinates(),
         "reduced": ReducedCoordinates(),
         "manifold": ManifoldCoordinates(rate),
     }
-    return choices[integration.coordinates]
+    return by_name[integration.coordinates]
 
 
-def _start(config: Config, system: System) -> Array:
+def _initial_state(config: Config, system: System) -> Array:
     initial: Any = config.initial
     Theta, Omega = np.array(initial.orientation), np.array(initial.angular_velocity)
     if system.coordinates.holds_contact:
@@ -156,4 +167,6 @@ def _start(config: Config, system: System) -> Array:
     else:
         Z = np.concatenate([Theta, Omega, initial.position, initial.velocity])
         motion = motion_from_centre(system.body, system.anchor, Z)
-    return system.start(motion, np.array(getattr(initial, "connector_state", ())))
+    states = (state for element in system.elements for state in element.states)
+    own = [np.array(getattr(initial, state.name)) for state in states]
+    return system.start(motion, np.concatenate([np.zeros(0), *own]))

@@ -1,51 +1,89 @@
-"""The controllers of the config schema: one for each variant."""
+"""The controllers of the config schema, one model for each variant.
+
+The fields of their gains follow from the declarations of the elements
+(`rbstab.elements.registry`).
+"""
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, create_model, field_validator
 
-from rbstab.config.quantities import Count, Diagonal, Positive, PositiveDefinite, complaint
+from rbstab.config.quantities import (
+    Count,
+    Diagonal,
+    Positive,
+    PositiveDefinite,
+    Real,
+    Symmetric,
+    Vector,
+    value_error,
+)
 from rbstab.config.section import Section, required, word_or_section
+from rbstab.elements.declarations import Gain
+from rbstab.elements.element import Element
+from rbstab.elements.registry import CONNECTORS, STABILIZERS
+
+_GAIN_TYPES: dict[tuple[str, bool], Any] = {
+    ("matrix", True): PositiveDefinite,
+    ("matrix", False): Symmetric,
+    ("diagonal", True): Diagonal,
+    ("diagonal", False): Vector,
+    ("number", True): Positive,
+    ("number", False): Real,
+}
+"""The type of a gain, by its shape and whether it must be positive."""
 
 
-class FreeController(Section):
-    """The two stabilizers alone (eq. 23, 24)."""
+def _gain_fields(*elements: type[Element]) -> dict[str, Any]:
+    gains: list[Gain] = [gain for element in elements for gain in element.gains]
+    return {
+        gain.name: (
+            _GAIN_TYPES[gain.shape, gain.positive],
+            required(f"{gain.description}, {gain.unit}"),
+        )
+        for gain in gains
+    }
 
-    variant: Literal["free"]
-    K_t: PositiveDefinite = required("translational stiffness, N/m, inertial")
-    L_t: PositiveDefinite = required("translational damping, N s/m, inertial")
-    K_r: PositiveDefinite = required("rotational stiffness, N m/rad, Euler angles")
-    L_r: PositiveDefinite = required("rotational damping, N m s/rad, body")
+
+def model_name(variant: str, kind: str) -> str:
+    """Return the name of a model of a variant, such as `ViscoElasticController`."""
+    return f"{variant.title().replace('-', '')}{kind}"
 
 
 Anchor = Annotated[
     Literal["origin", "equilibrium"],
-    Field(description="where C belongs: E = 0 at X = 0, or at the loaded rest position X_e"),
+    Field(description="where E = 0: at X = 0, or at the rest position X_e under load"),
 ]
 
 
-class PermanentController(FreeController):
-    """The contact point held fast (eq. 11 to 21)."""
-
-    variant: Literal["permanent"]  # type: ignore[assignment]
-    anchor: Anchor = "origin"
-
-
-class ViscoElasticController(FreeController):
-    """The contact point tied by a visco-elastic connector (eq. 40)."""
-
-    variant: Literal["visco-elastic"]  # type: ignore[assignment]
-    anchor: Anchor = "origin"
-    K_c: PositiveDefinite = required("connector stiffness, N/m, inertial")
-    L_c: PositiveDefinite = required("connector damping, N s/m, inertial")
+def _controller(variant: str, documentation: str, base: Any, **fields: Any) -> Any:
+    """Return the model of a variant's controller."""
+    name = model_name(variant, "Controller")
+    all_fields: dict[str, Any] = {"variant": (Literal[variant], ...), **fields}
+    return create_model(name, __base__=base, __doc__=documentation, **all_fields)
 
 
-class EmbeddedController(ViscoElasticController):
-    """The contact point tied by a connector with own states (eq. 22)."""
+FreeController = _controller(
+    "free",
+    "Only the two stabilizers act on the body (eq. 23, 24).",
+    Section,
+    **_gain_fields(*STABILIZERS),
+)
 
-    variant: Literal["embedded"]  # type: ignore[assignment]
-    K_d: PositiveDefinite = required("stiffness of the connector's own state, N/m, inertial")
-    L_d: PositiveDefinite = required("damping of the connector's own state, N s/m, inertial")
+PermanentController = _controller(
+    "permanent",
+    "The contact point is held fixed (eq. 11 to 21).",
+    FreeController,
+    anchor=(Anchor, "origin"),
+)
+
+
+def _connector_controller(variant: str) -> Any:
+    """Return the model of a variant with a connector."""
+    connector = CONNECTORS[variant]
+    documentation = f"A connector acts at the contact point: {(connector.__doc__ or '').strip()}"
+    fields = {"anchor": (Anchor, "origin"), **_gain_fields(connector)}
+    return _controller(variant, documentation.splitlines()[0], FreeController, **fields)
 
 
 class Slope(Section):
@@ -55,23 +93,20 @@ class Slope(Section):
 
 
 class BoundaryLayer(Section):
-    """A saturation in place of the sign."""
+    """A boundary layer, in which a saturation replaces the sign function."""
 
     boundary_layer: Positive = required("half-width, in the unit of s")
 
 
 class Implicit(Section):
-    """Implicit steps in place of exact switching, damped by the step."""
+    """Implicit steps replace exact switching; they damp the motion numerically."""
 
     implicit: Positive = required("step, s")
 
 
-class SlidingController(FreeController):
-    """The contact point tied by a sliding-mode connector (eq. 39)."""
+class SlidingController(_connector_controller("sliding")):  # type: ignore[misc]  # built at run time
+    """A sliding-mode connector acts at the contact point (eq. 39)."""
 
-    variant: Literal["sliding"]  # type: ignore[assignment]
-    anchor: Anchor = "origin"
-    K_s: Diagonal = required("force of each axis, N, inertial")
     surface: Annotated[
         Literal["position"] | Slope, Field(description="position (s = E) or {slope: κ}")
     ]
@@ -80,27 +115,50 @@ class SlidingController(FreeController):
         Field(description="exact, {boundary_layer: width} or {implicit: step}"),
     ] = "exact"
     stick_energy: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
-        0.0, description="J; surface position, law exact: axes may stick when the chatter is below"
+        0.0,
+        description="J; an axis may stick when its chatter energy is below; only for surface: "
+        "position, law: exact",
     )
     switch_limit: Count = 10_000_000
-    stored_switches: int = Field(100_000, ge=0, description="whose time and axis are stored")
+    stored_switches: int = Field(
+        100_000, ge=0, description="number of switches stored with time and axis"
+    )
 
     @field_validator("surface", mode="wrap")
     @classmethod
-    def _surface(cls, value: Any, _handler: Any) -> Any:
+    def _check_surface(cls, value: Any, _handler: Any) -> Any:
         return word_or_section(value, ("position",), (Slope, "κ"))
 
     @field_validator("law", mode="wrap")
     @classmethod
-    def _law(cls, value: Any, _handler: Any) -> Any:
+    def _check_law(cls, value: Any, _handler: Any) -> Any:
         return word_or_section(value, ("exact",), (BoundaryLayer, "width"), (Implicit, "step"))
 
     @field_validator("stick_energy")
     @classmethod
-    def _of_effect(cls, energy: float, info: ValidationInfo) -> float:
+    def _check_stick_energy(cls, energy: float, info: ValidationInfo) -> float:
         surface, law = info.data.get("surface"), info.data.get("law")
         if energy > 0 and isinstance(surface, Slope):
-            raise complaint("has no effect on a slope, which slides", "expected surface: position")
+            raise value_error("has no effect on a slope surface", "expected surface: position")
         if energy > 0 and isinstance(law, Section):
-            raise complaint("has no effect on this law", "expected law: exact")
+            raise value_error("has no effect on this law", "expected law: exact")
         return energy
+
+
+_SPECIAL_MODELS: dict[str, Any] = {"sliding": SlidingController}
+"""The models of the variants whose controller has keys besides gains."""
+
+CONTROLLERS: dict[str, Any] = {
+    "free": FreeController,
+    "permanent": PermanentController,
+    **{
+        variant: _SPECIAL_MODELS[variant]
+        if variant in _SPECIAL_MODELS
+        else _connector_controller(variant)
+        for variant in CONNECTORS
+    },
+}
+"""The controller model of each variant."""
+
+# Pickle finds a model by its name in this module.
+globals().update({model.__name__: model for model in CONTROLLERS.values()})

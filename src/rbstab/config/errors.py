@@ -1,11 +1,11 @@
-"""Errors of a config: all of them at once, each with its place."""
+"""Config errors: all problems of a config at once, each with its location."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, order=True)
 class Location:
-    """A place in a source: a file's path (or the option it came from), line and column from 1."""
+    """A position in a source: the path of a file (or an option), line and column (from 1)."""
 
     source: str
     line: int = 1
@@ -16,8 +16,15 @@ class Location:
 
 
 @dataclass(frozen=True, order=True)
-class Problem:
-    """One thing that is wrong: where, at which key, what, and what was expected instead."""
+class ConfigProblem:
+    """One problem of a config.
+
+    Args:
+        location: The position of the problem.
+        key: The key with the problem; empty for the whole config.
+        problem: The error, such as `is missing`.
+        expected: The correct form, such as `expected a mapping`; may be empty.
+    """
 
     location: Location
     key: str
@@ -32,26 +39,27 @@ class Problem:
 
 
 MAX_PROBLEMS = 100
-"""A file with more is not a config; the rest is only counted."""
+"""The largest number of problems in one error. If there are more, the last entry states how many
+are left out."""
 
 
 def printable(text: str) -> str:
-    """A foreign text in one line, with what could steer a terminal spelled out."""
+    """Escape line breaks and control characters of an untrusted text; the result is one line."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 class ConfigError(ValueError):
-    """A config that cannot be used, with everything that is wrong with it.
+    """The error of an invalid config, with all its problems.
 
     Attributes:
-        problems: The problems in the order of their places.
+        problems: The problems, ordered by location.
     """
 
-    def __init__(self, problems: list[Problem]) -> None:
+    def __init__(self, problems: list[ConfigProblem]) -> None:
         ordered = sorted(problems)
         if len(ordered) > MAX_PROBLEMS:
             last = ordered[MAX_PROBLEMS - 1]
             more = f"{len(ordered) - MAX_PROBLEMS + 1} more problems are not listed"
-            ordered = [*ordered[: MAX_PROBLEMS - 1], Problem(last.location, "", more, "")]
+            ordered = [*ordered[: MAX_PROBLEMS - 1], ConfigProblem(last.location, "", more, "")]
         self.problems = tuple(ordered)
         super().__init__("\n".join(str(problem) for problem in self.problems))

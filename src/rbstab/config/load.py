@@ -1,44 +1,46 @@
-"""A config from a file, from plain data, and back."""
+"""Loading a config from a file or plain data, and writing it as plain data."""
 
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path as FilePath
-from typing import Any, cast
+from typing import Any
 
 from pydantic import ValidationError
 
-from rbstab.config.errors import ConfigError, Location, Problem
-from rbstab.config.messages import described, problems_of
+from rbstab.config.errors import ConfigError, ConfigProblem, Location
+from rbstab.config.messages import describe, problems_of
 from rbstab.config.overrides import override
 from rbstab.config.schema import SCHEMA_VERSION, VARIANTS, Config
 from rbstab.config.source import MAX_DEPTH, Source, read_source
+from rbstab.elements.registry import OWN_STATES
 
-STAND_IN = "visco-elastic"
-"""The variant against which a config of unknown variant is checked where variants agree."""
+FALLBACK_VARIANT = "visco-elastic"
+"""The variant used to check the common keys of a config whose variant is unknown."""
 
 VARIANT_KEYS = (
     "controller",
     "initial.position",
     "initial.velocity",
-    "initial.connector_state",
+    *(f"initial.{name}" for name in OWN_STATES),
     "integration.coordinates",
     "integration.drift_control",
 )
-"""Keys that cannot be judged before the variant is known."""
+"""Keys that can only be checked if the variant is known."""
 
 SCIPY_ONLY = ("method", "atol")
+"""Integration keys that only the engine scipy uses."""
 
 
 def load_config(config: str | FilePath | Mapping[str, Any], changes: Iterable[str] = ()) -> Config:
-    """A validated, immutable config.
+    """Load and validate a config; it is immutable.
 
     Args:
-        config: The path of a YAML file, or the same as plain data.
+        config: The path of a YAML file, or plain data.
         changes: Texts `key=value` that replace single values, as `--set` does.
 
     Raises:
-        ConfigError: With everything that is wrong, each as
+        ConfigError: The config is invalid. The error has all problems, each as
             `file:line:column: key: what is wrong (what was expected)`.
     """
     source = source_of(config)
@@ -47,35 +49,35 @@ def load_config(config: str | FilePath | Mapping[str, Any], changes: Iterable[st
 
 
 def source_of(document: str | FilePath | Mapping[str, Any], name: str = "config") -> Source:
-    """The source of a document that must be a mapping: of a YAML file, or of plain data.
+    """Read a document that must be a mapping, from a YAML file or plain data.
 
     Args:
         document: The path of the file, or the data.
-        name: Stands for plain data in messages.
+        name: The source name of plain data in messages.
 
     Raises:
-        ConfigError: It cannot be read, or is something else.
+        ConfigError: The document cannot be read, or is not a mapping.
     """
     if isinstance(document, Mapping):
-        source = Source(_plain(document, MAX_DEPTH), {(): Location(name)})
+        source = Source(_plain_data(document, MAX_DEPTH), {(): Location(name)})
     else:
         source = read_source(FilePath(document))
     if source.data is None:
-        source.data = {}  # an empty file lacks what every document needs
+        source.data = {}  # then the required keys of an empty file are reported as missing
     if not isinstance(source.data, dict):
-        found = f"is {described(source.data)}"
-        raise ConfigError([Problem(source.location(()), "", found, "expected a mapping")])
+        found = f"is {describe(source.data)}"
+        raise ConfigError([ConfigProblem(source.location(()), "", found, "expected a mapping")])
     return source
 
 
 def validated(source: Source) -> Config:
-    """The config of a source.
+    """Validate a source and return its config.
 
     Raises:
         ConfigError: As `load_config`.
     """
-    variant_problem = _problem_of_variant(source)
-    name = STAND_IN if variant_problem else source.data["controller"]["variant"]
+    variant_problem = _variant_problem(source)
+    name = FALLBACK_VARIANT if variant_problem else source.data["controller"]["variant"]
     model = VARIANTS[name]
     try:
         config = model.model_validate(source.data)
@@ -83,19 +85,19 @@ def validated(source: Source) -> Config:
         problems = problems_of(error, source, model)
     else:
         problems = []
-    # What stands in place of an alias or a repeated key is not worth a second complaint.
-    known = {problem.location for problem in source.problems}
-    problems = source.problems + [p for p in problems if p.location not in known]
+    # Aliases and repeated keys were reported while reading; a second message is not needed.
+    already_wrong = {problem.location for problem in source.problems}
+    problems = source.problems + [p for p in problems if p.location not in already_wrong]
     if variant_problem is None and not problems:
-        return cast("Config", config)
+        return config
     if variant_problem is not None:
         shared = [p for p in problems if p in source.problems or not _depends_on_variant(p.key)]
         problems = [variant_problem, *shared]
-    raise ConfigError([_newer_schema(p, source) for p in problems])
+    raise ConfigError([_explain_newer_schema(p, source) for p in problems])
 
 
 def resolved(config: Config) -> dict[str, Any]:
-    """A config as plain data with every default filled in and keys without effect left out."""
+    """Return a config as plain data, with all defaults and without keys that have no effect."""
     data: dict[str, Any] = config.model_dump(mode="json", exclude_none=True)
     integration = data["integration"]
     if integration["engine"] != "scipy":
@@ -107,58 +109,61 @@ def resolved(config: Config) -> dict[str, Any]:
 
 
 def resolved_yaml(config: Config) -> str:
-    """The resolved config as YAML, which loads again as the same config."""
+    """Return the resolved config as YAML; loading it gives the same config."""
     from rbstab.config.dump import as_yaml
 
     return as_yaml(resolved(config))
 
 
 def run_id(config: Config) -> str:
-    """The identity of a run: the first 32 hexadecimal digits of the SHA-256 of its resolved config.
+    """Return the identity of a run: a hash of its resolved config.
 
-    The text that is hashed is canonical: keys sorted, no spaces, every number that may be a float
-    written as the shortest decimal that reads back as the same float.
+    It is the first 32 hexadecimal digits of the SHA-256 of a canonical JSON text. Its keys are
+    sorted and it has no spaces. Every number that may be a float is the shortest decimal that reads
+    back as the same float.
     """
     text = json.dumps(resolved(config), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def _problem_of_variant(source: Source) -> Problem | None:
+def _variant_problem(source: Source) -> ConfigProblem | None:
     controller = source.data.get("controller")
     expected = f"expected one of {', '.join(VARIANTS)}"
     if controller is None or not isinstance(controller, dict):
-        found = "is missing" if controller is None else f"is {described(controller)}"
-        return Problem(source.location(("controller",)), "controller", found, "expected a mapping")
+        found = "is missing" if controller is None else f"is {describe(controller)}"
+        return ConfigProblem(
+            source.location(("controller",)), "controller", found, "expected a mapping"
+        )
     key, where = "controller.variant", source.location(("controller", "variant"))
     if "variant" not in controller:
-        return Problem(where, key, "is missing", expected)
+        return ConfigProblem(where, key, "is missing", expected)
     variant = controller["variant"]
     if not isinstance(variant, str) or variant not in VARIANTS:
-        return Problem(where, key, f"is {described(variant)}", expected)
+        return ConfigProblem(where, key, f"is {describe(variant)}", expected)
     return None
 
 
 def _depends_on_variant(key: str) -> bool:
-    return any(key == known or key.startswith((f"{known}.", f"{known}[")) for known in VARIANT_KEYS)
+    return any(key == top or key.startswith((f"{top}.", f"{top}[")) for top in VARIANT_KEYS)
 
 
-def _newer_schema(problem: Problem, source: Source) -> Problem:
+def _explain_newer_schema(problem: ConfigProblem, source: Source) -> ConfigProblem:
     version = source.data.get("schema_version")
     if problem.key != "schema_version" or not isinstance(version, int):
         return problem
-    what = f"is {version}, which this version of rbstab does not know"
-    return Problem(problem.location, problem.key, what, f"expected {SCHEMA_VERSION}")
+    found = f"is {version}, which this version of rbstab cannot read"
+    return ConfigProblem(problem.location, problem.key, found, f"expected {SCHEMA_VERSION}")
 
 
-def _plain(value: Any, levels: int) -> Any:
-    """Mappings, sequences and arrays as the dicts and lists that a YAML file gives."""
+def _plain_data(value: Any, levels: int) -> Any:
+    """Convert mappings, sequences and arrays to dicts and lists, the types of YAML data."""
     if levels < 0:
-        problem = Problem(
+        problem = ConfigProblem(
             Location("config"), "", "is nested too deeply", f"at most {MAX_DEPTH} levels"
         )
         raise ConfigError([problem])
     if isinstance(value, Mapping):
-        return {str(key): _plain(entry, levels - 1) for key, entry in value.items()}
+        return {str(key): _plain_data(entry, levels - 1) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(entry, levels - 1) for entry in value]
-    return _plain(value.tolist(), levels) if hasattr(value, "tolist") else value
+        return [_plain_data(entry, levels - 1) for entry in value]
+    return _plain_data(value.tolist(), levels) if hasattr(value, "tolist") else value

@@ -1,4 +1,4 @@
-"""Errors of the validation library in the words of a config error."""
+"""Translation of pydantic's validation errors into config problems."""
 
 from collections.abc import Callable, Iterator
 from difflib import get_close_matches
@@ -6,61 +6,63 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from rbstab.config.errors import Problem
+from rbstab.config.errors import ConfigProblem
 from rbstab.config.quantities import SHAPE_TAGS
 from rbstab.config.schema import VARIANTS, Experiment
 from rbstab.config.source import Path, Source, key_of
 
-SHAPED = ("body", "controller")
-"""The sections that hold matrices."""
+MATRIX_SECTIONS = ("body", "controller")
+"""The sections with matrices."""
 
-Words = tuple[str, str]
-"""What is wrong, and what was expected."""
+ProblemText = tuple[str, str]
+"""The texts `problem` and `expected` of a `ConfigProblem`."""
 
 
-def problems_of(error: ValidationError, source: Source, model: type[Experiment]) -> list[Problem]:
-    """Every problem of a failed validation, with its place in the source.
+def problems_of(
+    error: ValidationError, source: Source, model: type[Experiment]
+) -> list[ConfigProblem]:
+    """Return all problems of a failed validation, with their locations.
 
     Args:
-        error: What the validation raised.
-        source: The data that was validated, with its places.
-        model: The model that it was validated against.
+        error: The error of the validation.
+        source: The validated data, with its locations.
+        model: The model of the config.
     """
-    found = error.errors(include_url=False)
-    return [_problem(details, source, model) for details in found if not _repeats(details)]
+    errors = error.errors(include_url=False)
+    return [_problem(details, source, model) for details in errors if not _is_redundant(details)]
 
 
-def _repeats(details: Any) -> bool:
-    """Whether a list is called too short only because its wrong entries were dropped."""
+def _is_redundant(details: Any) -> bool:
+    """Whether a list is "too short" only because pydantic dropped its invalid entries."""
     return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
-def _problem(details: Any, source: Source, model: type[Experiment]) -> Problem:
+def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigProblem:
     path = _without_tag(details["loc"])
     unknown = details["type"] == "extra_forbidden"
     if unknown:
         problem, expected = _unknown_key(path, model)
     else:
-        problem, expected = _WORDS.get(details["type"], _other)(details)
+        problem, expected = _TEXTS.get(details["type"], _other_error)(details)
     where = source.location(path, of_key=unknown)
-    return Problem(where, key_of(path), problem, expected)
+    return ConfigProblem(where, key_of(path), problem, expected)
 
 
 def _without_tag(location: Path) -> Path:
-    """The place of an error without the name of a shape, which stands behind a section and its key.
+    """Return the path of an error without the shape tag of pydantic.
 
-    Elsewhere the same text is a key of the file.
+    A shape tag only follows a section and a key. Anywhere else the same text is a key of the file.
     """
-    shaped = len(location) > 2 and location[0] in SHAPED and location[2] in SHAPE_TAGS
-    return location[:2] + location[3:] if shaped else location
+    has_tag = len(location) > 2 and location[0] in MATRIX_SECTIONS and location[2] in SHAPE_TAGS
+    return location[:2] + location[3:] if has_tag else location
 
 
-def _unknown_key(path: Path, model: type[Experiment]) -> Words:
+def _unknown_key(path: Path, model: type[Experiment]) -> ProblemText:
     key, known = str(path[-1]), sorted(_keys_at(model, path[:-1]))
     owners = [name for name, other in VARIANTS.items() if key in _keys_at(other, path[:-1])]
     if owners:
         variant = next(name for name, other in VARIANTS.items() if other is model)
-        return f"is no key of the variant {variant}", f"it belongs to {', '.join(owners)}"
+        return f"is not a key of the variant {variant}", f"it belongs to {', '.join(owners)}"
     close = get_close_matches(key, known, n=1)
     if not close:
         folded = {name.lower().replace("_", ""): name for name in known}
@@ -71,10 +73,10 @@ def _unknown_key(path: Path, model: type[Experiment]) -> Words:
 
 
 def _keys_at(model: type[BaseModel], path: Path) -> set[str]:
-    """The keys that a mapping at a path of the schema may have."""
+    """Return the keys that the schema allows in the mapping at a path."""
     models = [model]
     for part in path:
-        models = [found for owner in models for found in _models_of(owner, part)]
+        models = [child for owner in models for child in _models_of(owner, part)]
     return {name for owner in models for name in owner.model_fields}
 
 
@@ -88,8 +90,8 @@ def _models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseMode
         candidates += getattr(candidate, "__args__", ())
 
 
-def described(value: Any) -> str:
-    """A value in a few words, for messages."""
+def describe(value: Any) -> str:
+    """Return a short description of a value, for messages."""
     if value is None:
         return "empty"
     if isinstance(value, bool):
@@ -105,79 +107,79 @@ def described(value: Any) -> str:
 
 
 def _number(value: float) -> str:
-    """A number with the digits that tell it from others like it."""
-    if isinstance(value, int) and abs(value) >= MAX_LENGTH:
+    """Return a number with up to 12 digits, so that close values look different."""
+    if isinstance(value, int) and abs(value) >= MAX_SHOWN_INTEGER:
         return "a whole number of more than 15 digits"
     return f"{value:.12g}"
 
 
-MAX_LENGTH = 10**15
-"""Whole numbers from here on are not written out."""
+MAX_SHOWN_INTEGER = 10**15
+"""Messages do not show the digits of whole numbers of at least this magnitude."""
 
 
-def _is_not(expected: str) -> Callable[[Any], Words]:
-    def words(details: Any) -> Words:
-        return f"is {described(details['input'])}", f"expected {expected}"
+def _wrong_type(expected: str) -> Callable[[Any], ProblemText]:
+    def texts(details: Any) -> ProblemText:
+        return f"is {describe(details['input'])}", f"expected {expected}"
 
-    return words
+    return texts
 
 
-def _no_whole_number(details: Any) -> Words:
+def _not_whole(details: Any) -> ProblemText:
     value = details["input"]
-    # 11.0 is shown with its point, which is what is wrong with it.
-    found = repr(value) if isinstance(value, float) else described(value)
+    # The decimal point of 11.0 is the problem, so it is shown.
+    found = repr(value) if isinstance(value, float) else describe(value)
     return f"is {found}", "expected a whole number"
 
 
-def _bound(relation: str, name: str) -> Callable[[Any], Words]:
-    def words(details: Any) -> Words:
+def _out_of_bounds(relation: str, name: str) -> Callable[[Any], ProblemText]:
+    def texts(details: Any) -> ProblemText:
         limit = details["ctx"][name]
         return f"is {_number(details['input'])}", f"expected a number {relation} {limit:.12g}"
 
-    return words
+    return texts
 
 
-def _length(details: Any) -> Words:
+def _wrong_length(details: Any) -> ProblemText:
     context = details["ctx"]
     found, wanted = len(details["input"]), context.get("min_length", context.get("max_length"))
     return f"has {found} {'entry' if found == 1 else 'entries'}", f"expected {wanted}"
 
 
-def _text_length(details: Any) -> Words:
+def _wrong_text_length(details: Any) -> ProblemText:
     context = details["ctx"]
     if "min_length" in context:
         return "is empty", "expected a text"
     return f"has {len(details['input'])} characters", f"expected at most {context['max_length']}"
 
 
-def _choice(details: Any) -> Words:
+def _not_a_choice(details: Any) -> ProblemText:
     value, wanted = details["input"], details["ctx"]["expected"].replace("'", "")
     choices = wanted.replace(" or ", ", ").split(", ")
     close = get_close_matches(value, choices, n=1) if isinstance(value, str) else []
     hint = f", did you mean {close[0]}?" if close else ""
-    return f"is {described(value)}", f"expected {wanted}{hint}"
+    return f"is {describe(value)}", f"expected {wanted}{hint}"
 
 
-def _other(details: Any) -> Words:
-    return f"is {described(details['input'])}: {details['msg']}", "expected a valid value"
+def _other_error(details: Any) -> ProblemText:
+    return f"is {describe(details['input'])}: {details['msg']}", "expected a valid value"
 
 
-_WORDS: dict[str, Callable[[Any], Words]] = {
+_TEXTS: dict[str, Callable[[Any], ProblemText]] = {
     "rbstab": lambda details: (details["ctx"]["problem"], details["ctx"]["expected"]),
     "missing": lambda _: ("is missing", "it is required"),
-    "float_type": _is_not("a number"),
-    "finite_number": _is_not("a finite number"),
-    "int_type": _no_whole_number,
-    "string_type": _is_not("a text"),
-    "tuple_type": _is_not("a list of 3"),
-    "model_type": _is_not("a mapping"),
-    "greater_than": _bound("greater than", "gt"),
-    "greater_than_equal": _bound("at least", "ge"),
-    "less_than": _bound("less than", "lt"),
-    "less_than_equal": _bound("at most", "le"),
-    "too_short": _length,
-    "too_long": _length,
-    "string_too_short": _text_length,
-    "string_too_long": _text_length,
-    "literal_error": _choice,
+    "float_type": _wrong_type("a number"),
+    "finite_number": _wrong_type("a finite number"),
+    "int_type": _not_whole,
+    "string_type": _wrong_type("a text"),
+    "tuple_type": _wrong_type("a list of 3"),
+    "model_type": _wrong_type("a mapping"),
+    "greater_than": _out_of_bounds("greater than", "gt"),
+    "greater_than_equal": _out_of_bounds("at least", "ge"),
+    "less_than": _out_of_bounds("less than", "lt"),
+    "less_than_equal": _out_of_bounds("at most", "le"),
+    "too_short": _wrong_length,
+    "too_long": _wrong_length,
+    "string_too_short": _wrong_text_length,
+    "string_too_long": _wrong_text_length,
+    "literal_error": _not_a_choice,
 }

@@ -1,17 +1,13 @@
-"""The config schema, version 1: one model for each variant of the controller."""
+"""The config schema, version 1, with one model for each variant of the controller."""
 
+from functools import cache, reduce
+from operator import or_
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field_validator
 from pydantic_core import PydanticCustomError
 
-from rbstab.config.controllers import (
-    EmbeddedController,
-    FreeController,
-    PermanentController,
-    SlidingController,
-    ViscoElasticController,
-)
+from rbstab.config.controllers import CONTROLLERS, model_name
 from rbstab.config.quantities import (
     Count,
     LongText,
@@ -20,17 +16,19 @@ from rbstab.config.quantities import (
     PositiveDefinite,
     Text,
     Vector,
-    complaint,
+    components,
+    value_error,
 )
 from rbstab.config.section import Section, required, word_or_section
+from rbstab.elements.registry import CONNECTORS
 
 SCHEMA_VERSION = 1
 
 ZERO = (0.0, 0.0, 0.0)
 
 
-def _zero(unit: str) -> Any:
-    return Field(default=ZERO, description=unit)
+def _zero_vector(description: str) -> Any:
+    return Field(default=ZERO, description=description)
 
 
 class BodySection(Section):
@@ -42,43 +40,37 @@ class BodySection(Section):
 
 
 class HeldInitial(Section):
-    """Initial state of the held body; X and V follow (eq. 32)."""
+    """Initial state of a body held at its contact point; X and V follow (eq. 32)."""
 
-    orientation: Orientation = _zero("Θ, rad")
-    angular_velocity: Vector = _zero("Ω, rad/s, body")
+    orientation: Orientation = _zero_vector("Θ, rad")
+    angular_velocity: Vector = _zero_vector("Ω, rad/s, body")
 
 
 class FreeInitial(HeldInitial):
-    """Initial state of the body that is not held."""
+    """Initial state of a body that is not held."""
 
-    position: Vector = _zero("X, m, inertial")
-    velocity: Vector = _zero("V, m/s, inertial")
-
-
-class EmbeddedInitial(FreeInitial):
-    """Initial state of the body and of the connector."""
-
-    connector_state: Vector = _zero("D, m, inertial")
+    position: Vector = _zero_vector("X, m, inertial")
+    velocity: Vector = _zero_vector("V, m/s, inertial")
 
 
 class Baumgarte(Section):
-    """Drift control by Baumgarte's stabilization."""
+    """Baumgarte stabilization against drift."""
 
-    baumgarte: Positive = required("rate at which drift dies out, 1/s")
+    baumgarte: Positive = required("decay rate of the drift, 1/s")
 
 
 Method = Literal["DOP853", "RK45", "LSODA", "Radau"]
 
 MIN_SCIPY_RTOL = 2.3e-14
-"""SciPy replaces a smaller one by 100 times round-off, with a warning only."""
+"""The smallest rtol for SciPy. If rtol is too small, SciPy increases it and only warns."""
 
 
 MIN_INTERVAL = 1e-100
-"""s: far below all physics, far above where floating point numbers run out."""
+"""Smallest time between samples, s: far below physical times, far above float underflow."""
 
 
 class Integration(Section):
-    """How the motion is followed."""
+    """Settings of the integration."""
 
     duration: Positive = required("s")
     samples: int = Field(401, ge=2, le=1_000_000, description="equally spaced, both ends")
@@ -88,35 +80,35 @@ class Integration(Section):
     rtol: Annotated[Positive, Field(ge=1e-16, le=0.1)] = 1e-12
     atol: Annotated[Positive, Field(le=1.0)] = Field(1e-12, description="scipy only")
     range_bound: Annotated[Positive, Field(lt=1)] = Field(
-        1e-3, description="the run stops where cos θ2 falls to this (eq. 5)"
+        1e-3, description="the run stops when cos θ2 falls to this value (eq. 5)"
     )
     step_limit: Count = 1_000_000
     time_limit: Positive = Field(600.0, description="wall time of the integration, s")
 
     @field_validator("samples")
     @classmethod
-    def _apart(cls, samples: int, info: ValidationInfo) -> int:
+    def _check_spacing(cls, samples: int, info: ValidationInfo) -> int:
         duration = info.data.get("duration")
         if duration is not None and duration / (samples - 1) < MIN_INTERVAL:
-            raise complaint(
-                f"{samples} samples in {duration:g} s cannot be told apart",
-                f"expected them at least {MIN_INTERVAL:g} s apart",
+            raise value_error(
+                f"{samples} samples in {duration:g} s are too close",
+                f"expected at least {MIN_INTERVAL:g} s between samples",
             )
         return samples
 
     @field_validator("rtol")
     @classmethod
-    def _within_reach(cls, rtol: float, info: ValidationInfo) -> float:
+    def _check_rtol(cls, rtol: float, info: ValidationInfo) -> float:
         if info.data.get("engine") == "scipy" and rtol < MIN_SCIPY_RTOL:
-            raise complaint(
-                f"{rtol:g} is below what the engine scipy can do",
+            raise value_error(
+                f"{rtol:g} is too small for the engine scipy",
                 f"expected at least {MIN_SCIPY_RTOL:g}",
             )
         return rtol
 
 
 class HeldIntegration(Integration):
-    """How the motion of the held body is followed."""
+    """Settings of the integration of a held body."""
 
     coordinates: Literal["reduced", "manifold"] = "reduced"  # type: ignore[assignment]
     drift_control: Annotated[
@@ -126,14 +118,15 @@ class HeldIntegration(Integration):
 
     @field_validator("drift_control", mode="wrap")
     @classmethod
-    def _possible(cls, value: Any, _handler: Any, info: ValidationInfo) -> Any:
+    def _check_drift_control(cls, value: Any, _handler: Any, info: ValidationInfo) -> Any:
         control = word_or_section(value, ("none", "projection"), (Baumgarte, "rate"))
         if control != "none" and info.data.get("coordinates") == "reduced":
-            raise complaint(
-                "has nothing to control in reduced coordinates", "expected coordinates: manifold"
+            raise value_error(
+                "has no effect in reduced coordinates",
+                "expected coordinates: manifold",
             )
         if control == "projection" and _uses_lsoda(info.data):
-            raise complaint(
+            raise value_error(
                 "cannot be combined with LSODA, which would lose its history at every step",
                 "expected another method",
             )
@@ -145,7 +138,7 @@ def _uses_lsoda(integration: dict[str, Any]) -> bool:
 
 
 class SlidingIntegration(Integration):
-    """How the motion under a sliding connector is followed."""
+    """Settings of the integration with a sliding connector."""
 
     coordinates: Literal["W"] = "W"
     method: Literal["DOP853"] = Field("DOP853", description="scipy only")
@@ -153,7 +146,7 @@ class SlidingIntegration(Integration):
 
 
 class FinalState(Section):
-    """Printed final values."""
+    """Final values printed in the source."""
 
     orientation: Vector | None = None
     angular_velocity: Vector | None = None
@@ -162,7 +155,7 @@ class FinalState(Section):
 
 
 class Reference(Section):
-    """Printed values that reports set beside the run."""
+    """Printed values that reports compare with the run."""
 
     source: Text
     note: LongText | None = None
@@ -172,91 +165,89 @@ class Reference(Section):
     )
 
 
-def _whole(value: Any) -> Any:
-    # True and 1.0 equal 1, and a literal would take them.
+def _check_whole(value: Any) -> Any:
+    # True and 1.0 equal 1, so a literal would accept them.
     if type(value) is not int:
-        raise PydanticCustomError("literal_error", "no whole number", {"expected": "1"})
+        raise PydanticCustomError("literal_error", "not a whole number", {"expected": "1"})
     return value
 
 
-SchemaVersion = Annotated[Literal[1], BeforeValidator(_whole)]
+SchemaVersion = Annotated[Literal[1], BeforeValidator(_check_whole)]
 
 
 class Experiment(Section):
-    """One experiment: the parts that every variant has."""
+    """One experiment, with the sections that all variants have."""
 
     schema_version: SchemaVersion = 1
     title: Text = "untitled"
     body: BodySection
-    gravity: Vector = _zero("m/s^2, inertial")
+    gravity: Vector = _zero_vector("m/s^2, inertial")
     controller: Any
     initial: Any = Field(default_factory=HeldInitial)
     integration: Any
     reference: Reference | None = None
 
 
-class FreeExperiment(Experiment):
-    """A body with its two stabilizers."""
-
-    controller: FreeController
-    initial: FreeInitial = FreeInitial()
-    integration: Integration
-
-
-class PermanentExperiment(Experiment):
-    """A body held at its contact point."""
-
-    controller: PermanentController
-    initial: HeldInitial = HeldInitial()
-    integration: HeldIntegration
-
-
-class ViscoElasticExperiment(Experiment):
-    """A body tied by a visco-elastic connector."""
-
-    controller: ViscoElasticController
-    initial: FreeInitial = FreeInitial()
-    integration: Integration
-
-
-class EmbeddedExperiment(Experiment):
-    """A body tied by an embedded connector."""
-
-    controller: EmbeddedController
-    initial: EmbeddedInitial = EmbeddedInitial()
-    integration: Integration
-
-
-class SlidingExperiment(Experiment):
-    """A body tied by a sliding-mode connector."""
-
-    controller: SlidingController
-    initial: FreeInitial = FreeInitial()
-    integration: SlidingIntegration
-
-
-VARIANTS: dict[str, type[Experiment]] = {
-    "free": FreeExperiment,
-    "permanent": PermanentExperiment,
-    "visco-elastic": ViscoElasticExperiment,
-    "embedded": EmbeddedExperiment,
-    "sliding": SlidingExperiment,
+_DOCUMENTATION = {
+    "free": "A body with its two stabilizers.",
+    "permanent": "A body held at its contact point.",
 }
 
-Config = (
-    FreeExperiment
-    | PermanentExperiment
-    | ViscoElasticExperiment
-    | EmbeddedExperiment
-    | SlidingExperiment
-)
+
+@cache
+def _initial(variant: str) -> type[Section]:
+    """Return the model of a variant's initial state, with the own states of its connector."""
+    if variant == "permanent":
+        return HeldInitial
+    states = CONNECTORS[variant].states if variant in CONNECTORS else ()
+    if not states:
+        return FreeInitial
+    fields: dict[str, Any] = {}
+    for state in states:
+        description = f"{state.symbol}, {state.unit}: {state.description}"
+        default = Field(default=(0.0,) * state.size, description=description)
+        fields[state.name] = components(state.size), default
+    documentation = "Initial state of the body and of the connector."
+    name = model_name(variant, "Initial")
+    return create_model(name, __base__=FreeInitial, __doc__=documentation, **fields)
+
+
+_INTEGRATIONS: dict[str, type[Integration]] = {
+    "permanent": HeldIntegration,
+    "sliding": SlidingIntegration,
+}
+"""The models of variants with special settings of the integration."""
+
+
+def _experiment(variant: str) -> type[Experiment]:
+    """Return the model of a variant's config."""
+    initial = _initial(variant)
+    return create_model(
+        model_name(variant, "Experiment"),
+        __base__=Experiment,
+        __doc__=_DOCUMENTATION.get(variant, f"A body with the connector {variant}."),
+        controller=(CONTROLLERS[variant], ...),
+        initial=(initial, initial()),
+        integration=(_INTEGRATIONS.get(variant, Integration), ...),
+    )
+
+
+VARIANTS: dict[str, type[Experiment]] = {variant: _experiment(variant) for variant in CONTROLLERS}
+"""The config model of each variant."""
+
+# Pickle finds a model by its name in this module.
+globals().update({model.__name__: model for model in VARIANTS.values()})
+globals().update({model.__name__: model for model in map(_initial, CONTROLLERS)})
+
+Config = Experiment
+"""A config of any variant."""
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema of a config, for editors."""
+    """Return the JSON Schema of configs, for editors."""
     from pydantic import TypeAdapter
 
-    schema = TypeAdapter(Config).json_schema()
+    schema = TypeAdapter(reduce(or_, VARIANTS.values())).json_schema()
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": f"rbstab config, schema version {SCHEMA_VERSION}",

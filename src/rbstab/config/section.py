@@ -1,36 +1,37 @@
-"""What every mapping of a config is made of."""
+"""The base class of the config models, and helpers for their fields."""
 
 from difflib import get_close_matches
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from rbstab.config.quantities import complaint
+from rbstab.config.quantities import value_error
 
 
 class Section(BaseModel):
-    """A mapping of the config: no unknown keys, no conversions, immutable."""
+    """A mapping of a config: immutable, without unknown keys, without type conversions."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    # Built when first used: a command needs the models of one variant only.
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
 
-def required(unit: str) -> Any:
-    """A required key, described by what it is and its unit."""
-    return Field(description=unit)
+def required(description: str) -> Any:
+    """Return the field of a required key."""
+    return Field(description=description)
 
 
 def word_or_section(
     value: Any, words: tuple[str, ...], *sections: tuple[type[Section], str]
 ) -> Any:
-    """One of some words, or a section of one key, whose value has a meaning.
+    """Validate a value that must be one of some words, or a section with one key.
 
     Args:
-        value: What the config says.
-        words: The words.
-        sections: Each a section and the meaning of its one value.
+        value: The value in the config.
+        words: The allowed words.
+        sections: The allowed sections, each with the meaning of its one value.
 
     Raises:
-        PydanticCustomError: It is none of them.
+        PydanticCustomError: The value is none of these.
     """
     by_key = {next(iter(section.model_fields)): section for section, _ in sections}
     shown = [f"{{{next(iter(section.model_fields))}: {meaning}}}" for section, meaning in sections]
@@ -38,10 +39,10 @@ def word_or_section(
     if isinstance(value, tuple(by_key.values())) or (isinstance(value, str) and value in words):
         return value
     if isinstance(value, dict):
-        # A key that is only misspelt says which section is meant, too.
+        # A misspelt key also selects its section, for a better message.
         close = [match for key in value for match in get_close_matches(str(key), by_key, n=1)]
-        named = by_key[close[0]] if close else sections[0][0]
-        return named.model_validate(value)
+        section = by_key[close[0]] if close else sections[0][0]
+        return section.model_validate(value)
     if isinstance(value, str):
-        raise complaint(f"'{value}' is unknown", expected)
-    raise complaint("is neither a word nor a mapping", expected)
+        raise value_error(f"'{value}' is unknown", expected)
+    raise value_error("is neither a word nor a mapping", expected)

@@ -1,8 +1,8 @@
-"""YAML text to plain data, with the place of every key and value.
+"""Reading YAML as plain data, with the location of every key and value.
 
-Only what a config needs is read: one document of mappings, lists and plain scalars, the latter by
-the core schema of YAML 1.2 (so `1e-9` is a number and `no` is text, unlike in YAML 1.1). Aliases,
-tags and duplicate keys are errors.
+Only a subset of YAML is read: one document of mappings, lists and plain scalars. Scalars follow the
+core schema of YAML 1.2, where `1e-9` is a number and `no` is text, unlike in YAML 1.1. Aliases,
+anchors, tags and duplicate keys are errors.
 """
 
 import codecs
@@ -14,22 +14,22 @@ from typing import Any
 import yaml
 from yaml.reader import Reader
 
-from rbstab.config.errors import MAX_PROBLEMS, ConfigError, Location, Problem
+from rbstab.config.errors import MAX_PROBLEMS, ConfigError, ConfigProblem, Location
 
 Path = tuple[str | int, ...]
-"""Keys and list indices from the root of the document to a value."""
+"""The keys and list indices from the root of a document to a value."""
 
 MAX_FILE_SIZE = 1 << 20
-"""Bytes."""
+"""Largest size of a file, bytes."""
 
 MAX_DEPTH = 16
-"""Mappings and lists inside each other."""
+"""Largest depth of nested mappings and lists."""
 
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _INFINITY = re.compile(r"[-+]?\.(inf|Inf|INF)")
 _NAN = re.compile(r"\.(nan|NaN|NAN)")
-_WORDS = {
+_KEYWORDS = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
     **dict.fromkeys(("true", "True", "TRUE"), True),
     **dict.fromkeys(("false", "False", "FALSE"), False),
@@ -40,33 +40,37 @@ _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 @dataclass
 class Source:
-    """The data of a document, and where each value and each key of it stands.
+    """The data of a document, with the location of each value and key.
 
-    `problems` are those that leave the rest of the document readable (aliases, tags, duplicate
-    keys): they are reported together with what is wrong in the data itself.
+    Attributes:
+        data: The plain data.
+        values: The locations of the values.
+        keys: The locations of the keys.
+        problems: The problems that do not stop the parser (aliases, tags, duplicate keys). They are
+            reported together with the problems of the data.
     """
 
     data: Any
     values: dict[Path, Location] = field(default_factory=dict)
     keys: dict[Path, Location] = field(default_factory=dict)
-    problems: list[Problem] = field(default_factory=list)
+    problems: list[ConfigProblem] = field(default_factory=list)
 
     def location(self, path: Path, *, of_key: bool = False) -> Location:
-        """The place of a value (or of its key); of its nearest parent where it is absent."""
+        """Return the location of a value or of its key; if missing, of its nearest parent."""
         table = self.keys if of_key else self.values
         while path and path not in table:
             table, path = self.values, path[:-1]
         return table[path]
 
-    def forget(self, path: Path) -> None:
-        """Drops the places of a value and of all that is in it."""
+    def remove_locations(self, path: Path) -> None:
+        """Remove the locations of a value and of everything in it."""
         for table in (self.values, self.keys):
             for old in [p for p in table if p[: len(path)] == path]:
                 del table[old]
 
 
 def read_source(path: FilePath) -> Source:
-    """Reads a YAML file.
+    """Read a YAML file.
 
     Raises:
         ConfigError: The file cannot be read, is larger than 1 MiB, is not UTF-8, or is not YAML.
@@ -77,37 +81,44 @@ def read_source(path: FilePath) -> Source:
             raw = file.read(MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise _single(Location(name), f"cannot be read: {reason}", "a YAML file") from error
+        raise _config_error(Location(name), f"cannot be read: {reason}", "a YAML file") from error
     if len(raw) > MAX_FILE_SIZE:
-        raise _single(Location(name), "is larger than 1 MiB", "a config of a few kilobytes")
+        raise _config_error(Location(name), "is larger than 1 MiB", "a config of a few kilobytes")
     raw = raw.removeprefix(codecs.BOM_UTF8)
     try:
         text = raw.decode()
     except UnicodeDecodeError as error:
-        where = _place_in(raw[: error.start].decode(), name)
-        raise _single(where, f"is not text: byte 0x{raw[error.start]:02x}", "UTF-8") from error
+        where = _location_after(raw[: error.start].decode(), name)
+        raise _config_error(
+            where, f"is not text: byte 0x{raw[error.start]:02x}", "UTF-8"
+        ) from error
     return parse_source(text, name)
 
 
 def parse_source(text: str, name: str, column_offset: int = 0) -> Source:
-    """Reads YAML text; `name` stands for it in locations, shifted by `column_offset` columns.
+    """Read YAML text.
+
+    Args:
+        text: The text.
+        name: The source name in locations.
+        column_offset: Added to the columns of locations in the first line.
 
     Raises:
-        ConfigError: As `read_source`.
+        ConfigError: The text is not YAML, or not in the subset.
     """
     forbidden = Reader.NON_PRINTABLE.search(text)
     if forbidden is not None:
-        # Looked for here, because libyaml tells its place in bytes.
-        where = _place_in(text[: forbidden.start()], name, column_offset)
-        raise _single(where, "has a character that YAML forbids", "text")
+        # Checked here because libyaml gives the position of such a character in bytes.
+        where = _location_after(text[: forbidden.start()], name, column_offset)
+        raise _config_error(where, "has a character that YAML forbids", "text")
     parser = _Parser(name, column_offset)
     try:
         for event in yaml.parse(text, Loader=_Loader):
-            parser.take(event)
+            parser.handle(event)
     except _UnreadableError:
         pass
     except yaml.MarkedYAMLError as error:
-        where = parser.place(error.problem_mark or error.context_mark)
+        where = parser.location(error.problem_mark or error.context_mark)
         parser.problems.append(_problem(where, error.problem or "is not YAML", "YAML"))
     else:
         return parser.source
@@ -115,12 +126,12 @@ def parse_source(text: str, name: str, column_offset: int = 0) -> Source:
 
 
 class _UnreadableError(Exception):
-    """Reading on makes no sense; the reason is noted."""
+    """The rest of the document cannot be read; the problem is already reported."""
 
 
 @dataclass
-class _Open:
-    """A mapping or list that is being read; `key` waits for its value."""
+class _OpenContainer:
+    """A mapping or list that is being read, and the key whose value comes next."""
 
     container: dict[str, Any] | list[Any]
     path: Path
@@ -128,108 +139,108 @@ class _Open:
 
 
 class _Parser:
-    """Builds data from YAML events, one after the other, without recursion."""
+    """A parser that builds plain data from YAML events, without recursion."""
 
     def __init__(self, name: str, column_offset: int) -> None:
         self.name = name
         self.column_offset = column_offset
         self.source = Source(None, {(): Location(name, 1, 1 + column_offset)})
         self.problems = self.source.problems
-        self.open: list[_Open] = []
+        self.stack: list[_OpenContainer] = []
         self.documents = 0
 
-    def place(self, mark: Any) -> Location:
+    def location(self, mark: Any) -> Location:
         if mark is None:
             return Location(self.name)
         offset = self.column_offset if mark.line == 0 else 0
         return Location(self.name, mark.line + 1, mark.column + 1 + offset)
 
-    def note(self, where: Location, problem: str, expected: str, path: Path = ()) -> None:
+    def report(self, where: Location, problem: str, expected: str, path: Path = ()) -> None:
         self.problems.append(_problem(where, problem, expected, path))
         if len(self.problems) >= MAX_PROBLEMS:
             raise _UnreadableError
 
-    def take(self, event: yaml.Event) -> None:
-        where = self.place(event.start_mark)
+    def handle(self, event: yaml.Event) -> None:
+        where = self.location(event.start_mark)
         if isinstance(event, yaml.DocumentStartEvent):
             self.documents += 1
             if self.documents > 1:
-                self.note(where, "starts a second document", "one document")
+                self.report(where, "starts a second document", "one document")
                 raise _UnreadableError
         elif isinstance(event, yaml.AliasEvent):
-            self.note(where, f"is the alias *{event.anchor}", "values written out", self._path())
-            self._value(None, where)
+            self.report(where, f"is the alias *{event.anchor}", "values written out", self._path())
+            self._add_value(None, where)
         elif isinstance(event, yaml.ScalarEvent):
             self._check_node(event, where)
-            self._scalar(event, where)
+            self._add_scalar(event, where)
         elif isinstance(event, yaml.CollectionStartEvent):
             self._check_node(event, where)
-            self._start({} if isinstance(event, yaml.MappingStartEvent) else [], where)
+            self._open_container({} if isinstance(event, yaml.MappingStartEvent) else [], where)
         elif isinstance(event, yaml.CollectionEndEvent):
-            self.open.pop()
+            self.stack.pop()
 
     def _path(self) -> Path:
-        if not self.open:
+        if not self.stack:
             return ()
-        top = self.open[-1]
+        top = self.stack[-1]
         last = len(top.container) if isinstance(top.container, list) else top.key
         return top.path if last is None else (*top.path, last)
 
     def _check_node(self, event: Any, where: Location) -> None:
         if event.tag is not None and event.tag != "!":
-            self.note(where, f"has the tag {event.tag}", "no tags", self._path())
+            self.report(where, f"has the tag {event.tag}", "no tags", self._path())
         if event.anchor is not None:
-            self.note(where, f"has the anchor &{event.anchor}", "no anchors", self._path())
+            self.report(where, f"has the anchor &{event.anchor}", "no anchors", self._path())
 
-    def _scalar(self, event: yaml.ScalarEvent, where: Location) -> None:
+    def _add_scalar(self, event: yaml.ScalarEvent, where: Location) -> None:
         plain = event.implicit[0]
-        top = self.open[-1] if self.open else None
+        top = self.stack[-1] if self.stack else None
         if top is not None and isinstance(top.container, dict) and top.key is None:
-            self._key(event.value, where)
+            self._add_key(event.value, where)
         else:
-            self._value(_plain_scalar(event.value) if plain else event.value, where)
+            self._add_value(_plain_scalar(event.value) if plain else event.value, where)
 
-    def _key(self, key: str, where: Location) -> None:
-        top = self.open[-1]
+    def _add_key(self, key: str, where: Location) -> None:
+        top = self.stack[-1]
         path = (*top.path, key)
         if key in top.container:
             first = self.source.keys[path]
-            self.note(where, f"stands twice, first in line {first.line}", "each key once", path)
-            self.source.forget(path)
-            where = first  # a third one is told of the first as well
+            self.report(where, f"is given twice, first in line {first.line}", "each key once", path)
+            self.source.remove_locations(path)
+            where = first  # a third key is also reported as a duplicate of the first
         self.source.keys.setdefault(path, where)
         top.key = key
 
-    def _start(self, container: dict[str, Any] | list[Any], where: Location) -> None:
-        if len(self.open) >= MAX_DEPTH:
-            self.note(where, "is nested too deeply", f"at most {MAX_DEPTH} levels")
+    def _open_container(self, container: dict[str, Any] | list[Any], where: Location) -> None:
+        if len(self.stack) >= MAX_DEPTH:
+            self.report(where, "is nested too deeply", f"at most {MAX_DEPTH} levels")
             raise _UnreadableError
-        top = self.open[-1] if self.open else None
+        top = self.stack[-1] if self.stack else None
         if top is not None and isinstance(top.container, dict) and top.key is None:
-            self.note(where, "has a mapping or a list as a key", "text as a key", top.path)
+            self.report(where, "has a mapping or a list as a key", "text as a key", top.path)
             raise _UnreadableError
         path = self._path()
-        self._value(container, where)
-        self.open.append(_Open(container, path))
+        self._add_value(container, where)
+        self.stack.append(_OpenContainer(container, path))
 
-    def _value(self, value: Any, where: Location) -> None:
+    def _add_value(self, value: Any, where: Location) -> None:
         path = self._path()
         self.source.values[path] = where
-        if not self.open:
+        if not self.stack:
             self.source.data = value
             return
-        top = self.open[-1]
+        top = self.stack[-1]
         if isinstance(top.container, list):
             top.container.append(value)
         elif top.key is None:
-            raise _UnreadableError  # an alias as a key, which is noted already
+            raise _UnreadableError  # an alias as a key, already reported
         else:
             top.container[top.key] = value
             top.key = None
 
 
 def key_of(path: Path) -> str:
-    """A path as it is written in messages and on the command line: `controller.K_t[0]`."""
+    """Return the text of a path in messages and on the command line: `controller.K_t[0]`."""
     text = ""
     for part in path:
         word = part if part != "" else "''"
@@ -238,8 +249,8 @@ def key_of(path: Path) -> str:
 
 
 def _plain_scalar(text: str) -> Any:
-    if text in _WORDS:
-        return _WORDS[text]
+    if text in _KEYWORDS:
+        return _KEYWORDS[text]
     if _INTEGER.fullmatch(text):
         return int(text)
     if _FLOAT.fullmatch(text):
@@ -249,16 +260,16 @@ def _plain_scalar(text: str) -> Any:
     return text
 
 
-def _place_in(before: str, name: str, column_offset: int = 0) -> Location:
-    """The place behind some text."""
+def _location_after(before: str, name: str, column_offset: int = 0) -> Location:
+    """Return the location after some text."""
     line = before.count("\n") + 1
     column = len(before) - before.rfind("\n")
     return Location(name, line, column + (column_offset if line == 1 else 0))
 
 
-def _problem(where: Location, problem: str, expected: str, path: Path = ()) -> Problem:
-    return Problem(where, key_of(path), problem, f"expected {expected}")
+def _problem(where: Location, problem: str, expected: str, path: Path = ()) -> ConfigProblem:
+    return ConfigProblem(where, key_of(path), problem, f"expected {expected}")
 
 
-def _single(where: Location, problem: str, expected: str) -> ConfigError:
+def _config_error(where: Location, problem: str, expected: str) -> ConfigError:
     return ConfigError([_problem(where, problem, expected)])

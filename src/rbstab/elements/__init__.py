@@ -1,6 +1,6 @@
-"""Passive elements: each states what it exerts, stores and dissipates, and how its states move.
+"""Passive elements, each with its wrench, stored energy, dissipation and own states.
 
-Nothing else in the program knows an element's formulas. The Lyapunov function is the body's
-kinetic energy plus what the elements store; its derivative is minus the sum of what they dissipate.
-A new controller is one new file here.
+The formulas of an element are only in its file. The Lyapunov function is the kinetic energy of the
+body plus the stored energy of the elements. Its derivative is minus the sum of their dissipations.
+A new connector needs one new file and one line in `registry.py`.
 """

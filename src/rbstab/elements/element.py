@@ -1,9 +1,10 @@
-"""What every element states."""
+"""The interface of passive elements."""
 
 from typing import ClassVar
 
 import numpy as np
 
+from rbstab.elements.declarations import Gain, OwnState
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number
@@ -13,45 +14,52 @@ NO_STATE.flags.writeable = False
 
 
 class Element:
-    """A passive element: four statements, of which the defaults say "nothing".
+    """A passive element, defined by its wrench, stored energy, dissipation and own states.
 
-    A concrete element is a frozen dataclass whose fields are its gains (arrays of floats, or of the
-    symbols of a compiled engine) and whose class attributes are its name, the number of its own
-    states and the fields by which it dissipates, each a matrix that has to be positive definite.
-    `own` below is the array of its states, of shape (state_size,).
+    A concrete element is a frozen dataclass. Its fields are its gains: arrays of floats, or of
+    symbols of a compiled engine. Its class attributes declare its `name` (used for its energy
+    and its parameters), its `gains` and its own `states`. In the methods `own` is the array of its
+    own states, one after the other in the order of `states`, shape (state_size,).
     """
 
     name: ClassVar[str]
+    gains: ClassVar[tuple[Gain, ...]] = ()
+    states: ClassVar[tuple[OwnState, ...]] = ()
     state_size: ClassVar[int] = 0
-    damping: ClassVar[tuple[str, ...]] = ()
+    """The number of own states, derived from `states`."""
+
+    def __init_subclass__(cls) -> None:
+        """Derive `state_size` from the declared states."""
+        super().__init_subclass__()
+        cls.state_size = sum(state.size for state in cls.states)
 
     def wrench(self, motion: Motion, own: Array) -> Wrench:
-        """The force, couple and contact force that act on the body."""
+        """Return the force, couple and contact force on the body."""
         raise NotImplementedError
 
     def stored(self, motion: Motion, own: Array) -> Number:
-        """The energy held, J."""
+        """Return the stored energy, J."""
         return 0.0
 
     def dissipated(self, motion: Motion, own: Array) -> Number:
-        """The power lost, W, never negative for positive definite gains."""
+        """Return the dissipated power, W; it is zero or positive for positive definite gains."""
         return 0.0
 
     def rates(self, motion: Motion, own: Array) -> Array:
-        """The derivatives of the element's own states, shape (state_size,)."""
+        """Return the derivatives of the own states, shape (state_size,)."""
         return NO_STATE
 
 
 def force_at_centre(force: Array) -> Wrench:
-    """A wrench of a force alone, N, inertial, at the centre of gravity."""
+    """Return the wrench of a force, N, inertial, at the centre of gravity."""
     return Wrench(force, ZERO, ZERO)
 
 
 def couple_on_body(couple: Array) -> Wrench:
-    """A wrench of a couple alone, N m, body coordinates."""
+    """Return the wrench of a couple, N m, body coordinates."""
     return Wrench(ZERO, couple, ZERO)
 
 
 def force_at_contact(force: Array) -> Wrench:
-    """A wrench of a force alone, N, inertial, on the body at C."""
+    """Return the wrench of a force, N, inertial, on the body at C."""
     return Wrench(ZERO, ZERO, force)

@@ -1,9 +1,10 @@
-"""The embedded connector, which has three states of its own (eq. 22, 44)."""
+"""The embedded connector, which has own states (eq. 22, 44)."""
 
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
+from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.element import Element, force_at_contact
 from rbstab.mechanics.algebra import inverse, quadratic_form
 from rbstab.mechanics.motion import Motion, Wrench
@@ -24,8 +25,15 @@ class EmbeddedConnector(Element):
     """
 
     name: ClassVar[str] = "connector"
-    state_size: ClassVar[int] = 3
-    damping: ClassVar[tuple[str, ...]] = ("L_c", "L_d")
+    gains: ClassVar[tuple[Gain, ...]] = (
+        Gain("K_c", "N/m", "connector stiffness, inertial"),
+        Gain("L_c", "N s/m", "connector damping, inertial", dissipates=True),
+        Gain("K_d", "N/m", "stiffness of the connector's own state, inertial"),
+        Gain("L_d", "N s/m", "damping of the connector's own state, inertial", dissipates=True),
+    )
+    states: ClassVar[tuple[OwnState, ...]] = (
+        OwnState("connector_state", "D", "m", "own state of the connector, inertial (eq. 22)"),
+    )
 
     K_c: Array
     L_c: Array

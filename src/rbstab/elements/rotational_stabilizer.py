@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element, couple_on_body
 from rbstab.mechanics.algebra import quadratic_form
 from rbstab.mechanics.motion import Motion, Wrench
@@ -19,7 +20,10 @@ class RotationalStabilizer(Element):
     """
 
     name: ClassVar[str] = "rotational stabilizer"
-    damping: ClassVar[tuple[str, ...]] = ("L_r",)
+    gains: ClassVar[tuple[Gain, ...]] = (
+        Gain("K_r", "N m/rad", "rotational stiffness, Euler angles"),
+        Gain("L_r", "N m s/rad", "rotational damping, body", dissipates=True),
+    )
 
     K_r: Array
     L_r: Array

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element, force_at_centre
 from rbstab.mechanics.algebra import quadratic_form
 from rbstab.mechanics.motion import Motion, Wrench
@@ -19,7 +20,10 @@ class TranslationalStabilizer(Element):
     """
 
     name: ClassVar[str] = "translational stabilizer"
-    damping: ClassVar[tuple[str, ...]] = ("L_t",)
+    gains: ClassVar[tuple[Gain, ...]] = (
+        Gain("K_t", "N/m", "translational stiffness, inertial"),
+        Gain("L_t", "N s/m", "translational damping, inertial", dissipates=True),
+    )
 
     K_t: Array
     L_t: Array

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element, force_at_contact
 from rbstab.mechanics.algebra import quadratic_form
 from rbstab.mechanics.motion import Motion, Wrench
@@ -19,7 +20,10 @@ class ViscoElasticConnector(Element):
     """
 
     name: ClassVar[str] = "connector"
-    damping: ClassVar[tuple[str, ...]] = ("L_c",)
+    gains: ClassVar[tuple[Gain, ...]] = (
+        Gain("K_c", "N/m", "connector stiffness, inertial"),
+        Gain("L_c", "N s/m", "connector damping, inertial", dissipates=True),
+    )
 
     K_c: Array
     L_c: Array

@@ -1,1 +1,1 @@
-"""Systems: a body, its elements, its anchor and the coordinates in which its motion is written."""
+"""Systems: a body with its elements, its anchor and the coordinates of its motion."""

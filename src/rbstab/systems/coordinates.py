@@ -1,7 +1,7 @@
-"""The coordinates in which the motion of a system is written.
+"""The coordinates of the motion of a system.
 
-Each states how many numbers describe the body, the motion they stand for, and, under a wrench,
-their rates together with the force at the contact point.
+Each class defines the number of coordinates, their conversion to and from a motion, and, for a
+given wrench, their rates and the force at the contact point.
 """
 
 from dataclasses import dataclass
@@ -22,26 +22,27 @@ from rbstab.mechanics.motion import (
     motion_from_contact,
 )
 from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.states import OMEGA, THETA
 
 
 class Coordinates:
-    """What every choice of coordinates states. `y` is the body's part of the state vector."""
+    """The interface of all coordinates; `y` is the body's part of the state vector."""
 
     name: ClassVar[str]
     size: ClassVar[int] = 12
     holds_contact: ClassVar[bool] = False
-    """Whether the contact point is held fast: a restriction of the motion, not an element."""
+    """Whether the contact point is held fixed, by a constraint and not by an element."""
 
-    def of(self, motion: Motion) -> Array:
-        """The coordinates y of a motion, shape (size,)."""
+    def from_motion(self, motion: Motion) -> Array:
+        """Return the coordinates y of a motion, shape (size,)."""
         raise NotImplementedError
 
     def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
-        """The motion that the coordinates stand for."""
+        """Return the motion with these coordinates."""
         raise NotImplementedError
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
-        """ẏ, of the shape of y, and Λ on the body at C, shape (3,), N, inertial."""
+        """Return ẏ, shape (size,), and Λ on the body at C, shape (3,), N, inertial."""
         raise NotImplementedError
 
 
@@ -51,16 +52,16 @@ class CentreCoordinates(Coordinates):
 
     name: ClassVar[str] = "Z"
 
-    def of(self, motion: Motion) -> Array:
-        """Z."""
+    def from_motion(self, motion: Motion) -> Array:
+        """Return Z."""
         return coordinates.centre_state(motion)
 
     def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
-        """The motion at Z."""
+        """Return the motion at Z."""
         return motion_from_centre(body, anchor, y)
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
-        """Ż of eq. 1, and the elements' Λ."""
+        """Return Ż of eq. 1, and Λ of the elements."""
         return free_rates(body, motion, wrench), wrench.contact_force
 
 
@@ -70,29 +71,29 @@ class ContactCoordinates(Coordinates):
 
     name: ClassVar[str] = "W"
 
-    def of(self, motion: Motion) -> Array:
-        """W (eq. 4)."""
+    def from_motion(self, motion: Motion) -> Array:
+        """Return W (eq. 4)."""
         return coordinates.contact_state(motion)
 
     def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
-        """The motion at W."""
+        """Return the motion at W."""
         return motion_from_contact(body, anchor, y)
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
-        """Ẇ of eq. 8, and the elements' Λ."""
+        """Return Ẇ of eq. 8, and Λ of the elements."""
         rates = free_rates(body, motion, wrench)
         return _contact_rates(body, motion, rates), wrench.contact_force
 
 
 @dataclass(frozen=True, eq=False)
 class PartlyHeldCoordinates(ContactCoordinates):
-    """W = [Θ, Ω, E, F] where some axes of the contact point are held on a surface.
+    """W = [Θ, Ω, E, F] with some axes of the contact point held on a surface.
 
-    Each held axis has Ë = -aF - bE. With a = κ and b = 0 the surface s = F + κE stays what it is;
-    a = b = 0 holds E itself.
+    Each held axis has Ë = -aF - bE. With a = κ and b = 0, s = F + κE stays constant. With a = b = 0
+    an axis at rest keeps its E.
 
     Args:
-        held: 1 for each held axis and 0 for each other, shape (3,).
+        held: 1 for each held axis and 0 for the others, shape (3,).
         velocity_gain: a, 1/s.
         displacement_gain: b, 1/s².
     """
@@ -104,7 +105,7 @@ class PartlyHeldCoordinates(ContactCoordinates):
     displacement_gain: Number = 0.0
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
-        """Ẇ under the elements' Λ and the equivalent force of the held axes, and their sum."""
+        """Return Ẇ, and the sum of Λ of the elements and the force that holds the held axes."""
         c = contact_directions(body, motion)
         applied = applied_forces(body, motion, wrench.force, wrench.couple)
         applied = applied + c @ wrench.contact_force
@@ -116,10 +117,10 @@ class PartlyHeldCoordinates(ContactCoordinates):
 
 
 def _contact_rates(body: Body, motion: Motion, rates: Array) -> Array:
-    """Ẇ of Ż: (∂W/∂Z)Ż of eq. 8 carried out, so that Ė = F and Ḟ = c'Ż + AΩ̌²R (eq. 13)."""
+    """Return Ẇ = (∂W/∂Z)Ż of eq. 8, with Ė = F and Ḟ = c'Ż + AΩ̌²R (eq. 13)."""
     c = contact_directions(body, motion)
     acceleration = c.T @ rates + constraint.centripetal_acceleration(body, motion)
-    return np.concatenate([rates[0:6], motion.F, acceleration])
+    return np.concatenate([rates[THETA], rates[OMEGA], motion.F, acceleration])
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,16 +131,16 @@ class ReducedCoordinates(Coordinates):
     size: ClassVar[int] = 6
     holds_contact: ClassVar[bool] = True
 
-    def of(self, motion: Motion) -> Array:
-        """Θ and Ω."""
+    def from_motion(self, motion: Motion) -> Array:
+        """Return [Θ, Ω]."""
         return np.concatenate([motion.Theta, motion.Omega])
 
     def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
-        """The motion on the sub manifold (eq. 32)."""
+        """Return the motion on the submanifold (eq. 32)."""
         return motion_from_contact(body, anchor, np.concatenate([y, ZERO, ZERO]))
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
-        """Θ̇ = BΩ with Ω̇ of eq. 21, and the force that holds the point (eq. 20)."""
+        """Return Θ̇ = BΩ with Ω̇ of eq. 21, and the force that holds the point (eq. 20)."""
         force, couple = wrench.force, wrench.couple
         Omega_rate = reduced.angular_acceleration(body, motion, force, couple)
         Lambda_ = reduced.holding_force(body, motion, force, Omega_rate)
@@ -148,11 +149,11 @@ class ReducedCoordinates(Coordinates):
 
 @dataclass(frozen=True, eq=False)
 class ManifoldCoordinates(Coordinates):
-    """Z of the held body in all twelve states, under eq. 17.
+    """All twelve states Z of the held body, under eq. 17.
 
     Args:
-        baumgarte_rate: α, 1/s, at which drift off the sub manifold dies out; 0 for eq. 17 as it
-            stands.
+        baumgarte_rate: α, 1/s, the decay rate of drift off the submanifold; 0 for eq. 17 without
+            drift control.
     """
 
     name: ClassVar[str] = "manifold"
@@ -160,16 +161,16 @@ class ManifoldCoordinates(Coordinates):
 
     baumgarte_rate: Number = 0.0
 
-    def of(self, motion: Motion) -> Array:
-        """Z of a motion, which has to lie on the sub manifold."""
+    def from_motion(self, motion: Motion) -> Array:
+        """Return Z of a motion, which must be on the submanifold."""
         return coordinates.centre_state(motion)
 
     def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
-        """The motion at Z."""
+        """Return the motion at Z."""
         return motion_from_centre(body, anchor, y)
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
-        """Ż of eq. 17, and the force of constraint (eq. 15)."""
+        """Return Ż of eq. 17, and the force of constraint (eq. 15)."""
         c = contact_directions(body, motion)
         applied = applied_forces(body, motion, wrench.force, wrench.couple)
         demand = constraint.baumgarte_demand(body, motion, self.baumgarte_rate)

@@ -1,9 +1,9 @@
-"""The parameters of a system as named arrays, to be read, replaced, or turned into symbols.
+"""The parameters of a system as named arrays: reading them, and replacing their values.
 
-Every field of a body, an element or a choice of coordinates that holds numbers is a parameter,
-named by where it stands: `body.mass`, `connector.K_c`, `anchor`. A compiled engine replaces all of
-them by its own symbols, traces the equations once, and then runs any system of the same
-`structure`.
+Every numeric field of a body, an element or coordinates is a parameter. Its name consists of the
+owner and the field: `body.mass`, `connector.K_c`, `anchor`. A compiled engine replaces all
+parameters by its own symbols, traces the equations once, and then integrates any system with the
+same `structure`.
 """
 
 from collections.abc import Callable, Hashable
@@ -20,38 +20,38 @@ Transform = Callable[[str, Array], Array]
 
 
 def parameters(system: System) -> dict[str, Array]:
-    """The parameters by name, in the order of the fields; a number has shape ().
+    """Return the parameters by name, in the order of the fields; a number has shape ().
 
     Raises:
-        ValueError: Two parameters have one name, because two elements have.
+        ValueError: Two parameters have the same name, because two elements have the same name.
     """
-    found: dict[str, Array] = {}
+    by_name: dict[str, Array] = {}
 
-    def note(name: str, value: Array) -> Array:
-        if name in found:
-            raise ValueError(f"two elements have the same name: {name} stands twice")
-        found[name] = value
+    def collect(name: str, value: Array) -> Array:
+        if name in by_name:
+            raise ValueError(f"two elements have the same name: {name} exists twice")
+        by_name[name] = value
         return value
 
-    map_parameters(system, note)
-    return found
+    map_parameters(system, collect)
+    return by_name
 
 
 def map_parameters(system: System, transform: Transform) -> System:
-    """The same system with each parameter replaced by `transform(name, value)`.
+    """Return the system with each parameter replaced by `transform(name, value)`.
 
     Args:
         system: The system.
-        transform: Takes a name and an array, and returns an array of the same shape.
+        transform: A function of a name and an array that returns an array of the same shape.
     """
     mapped: System = _mapped(system, "", transform)
     return mapped
 
 
 def structure(system: System) -> Hashable:
-    """What the equations of a system depend on besides the values of its parameters.
+    """Return a key for the equations of a system, independent of parameter values.
 
-    Two systems of equal structure have the same equations, states, and parameter names.
+    Two systems with equal structure have the same equations, states and parameter names.
     """
     kinds = [type(system.coordinates), *(type(element) for element in system.elements)]
     shapes = [(name, np.shape(value)) for name, value in parameters(system).items()]
@@ -59,6 +59,7 @@ def structure(system: System) -> Hashable:
 
 
 def _mapped(value: Any, name: str, transform: Transform) -> Any:
+    """Return a value with each parameter in it replaced; `name` is the name of the value."""
     if isinstance(value, np.ndarray):
         return transform(name, value)
     if isinstance(value, Number):
@@ -75,7 +76,7 @@ def _mapped(value: Any, name: str, transform: Transform) -> Any:
         return replace(value, **changes)
     if callable(value):
         return value
-    # What is left is a number of a kind that Python does not know as one, such as a symbol.
+    # The rest are numbers that Python does not recognize as such, for example symbols.
     return transform(name, np.array(value, dtype=object))[()]
 
 

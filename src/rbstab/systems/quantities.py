@@ -1,14 +1,21 @@
-"""The quantities of a run: their names in files, symbols, units, and the equations behind them."""
+"""The quantities of a run: their names in files, symbols, units and equations."""
 
 from typing import NamedTuple
 
+from rbstab.elements.registry import OWN_STATES
+
 
 class Quantity(NamedTuple):
-    """One quantity along a run.
+    """A quantity of a run.
 
-    name is what the result file calls it, symbol the paper's; unit is SI ("1" where there is
-    none); dimensions are the axes of its array; meaning says what it is, in which frame, by which
-    equation.
+    Attributes:
+        name: The name in result files.
+        symbol: The symbol in the paper.
+        unit: The SI unit; "1" for dimensionless quantities.
+        dimensions: The dimensions of its array.
+        meaning: The meaning, with frame and equation.
+        optional: Whether only some variants or coordinates have it.
+        since: The first layout version with this quantity (`LAYOUT_VERSION`).
     """
 
     name: str
@@ -16,21 +23,38 @@ class Quantity(NamedTuple):
     unit: str
     dimensions: tuple[str, ...]
     meaning: str
+    optional: bool = False
+    since: int = 1
 
 
-_ALONG = ("time",)
+LAYOUT_VERSION = 1
+"""The newest layout version. Increase it for each new quantity, and set its `since` to the new
+version. Then older files without the quantity stay valid."""
+
+
+_TIME = ("time",)
 _VECTOR = ("time", "axis")
 _BY_PART = ("time", "part")
 
 QUANTITIES = (
-    Quantity("time", "t", "s", _ALONG, "time from the start"),
+    Quantity("time", "t", "s", _TIME, "time from the start"),
     Quantity("orientation", "Θ", "rad", _VECTOR, "Euler angles, A = A1(θ1) A2(θ2) A3(θ3) (eq. 2)"),
     Quantity("angular_velocity", "Ω", "rad/s", _VECTOR, "angular velocity, body (eq. 1)"),
     Quantity("position", "X", "m", _VECTOR, "centre of gravity, inertial (eq. 1)"),
     Quantity(
         "velocity", "V", "m/s", _VECTOR, "velocity of the centre of gravity, inertial (eq. 1)"
     ),
-    Quantity("connector_state", "D", "m", _VECTOR, "own state of the connector, inertial (eq. 22)"),
+    *(
+        Quantity(
+            state.name,
+            state.symbol,
+            state.unit,
+            ("time", state.dimension),
+            state.description,
+            optional=True,
+        )
+        for state in OWN_STATES.values()
+    ),
     Quantity(
         "contact_displacement",
         "E",
@@ -56,34 +80,96 @@ QUANTITIES = (
         _VECTOR,
         "couple of the rotational stabilizer, body (eq. 23)",
     ),
-    Quantity("lyapunov", "v", "J", _ALONG, "Lyapunov function, sum of energy less energy_at_rest"),
-    Quantity("lyapunov_rate", "v'", "W", _ALONG, "derivative of v, minus the sum of dissipation"),
-    Quantity("lyapunov_change", "∫v'dt", "J", _ALONG, "v' integrated together with the motion"),
+    Quantity("lyapunov", "v", "J", _TIME, "Lyapunov function, sum of energy less energy_at_rest"),
+    Quantity("lyapunov_rate", "v'", "W", _TIME, "derivative of v, minus the sum of dissipation"),
+    Quantity("lyapunov_change", "∫v'dt", "J", _TIME, "v' integrated together with the motion"),
     Quantity("energy", "-", "J", _BY_PART, "kinetic energy, and energy stored by each element"),
     Quantity("dissipation", "-", "W", _BY_PART, "power that each part dissipates"),
     Quantity(
-        "energy_residual", "r", "J", _ALONG, "v(t) - v(0) - ∫v'dt, zero but for integration errors"
-    ),
-    Quantity("contact_work", "ε", "J", _ALONG, "work of the contact force, ∫F'Λ dt (eq. 26)"),
-    Quantity(
-        "constraint_position_residual", "|E|", "m", _ALONG, "how far the held point has drifted"
+        "energy_residual", "r", "J", _TIME, "v(t) - v(0) - ∫v'dt, zero but for integration errors"
     ),
     Quantity(
-        "constraint_velocity_residual", "|F|", "m/s", _ALONG, "how fast the held point drifts"
+        "contact_work",
+        "ε",
+        "J",
+        _TIME,
+        "work of the contact force, ∫F'Λ dt (eq. 26)",
+        optional=True,
     ),
-    Quantity("mode", "σ", "1", _VECTOR, "side of the surface, 0 where held on it or in a layer"),
-    Quantity("switch_count", "-", "1", _VECTOR, "switches of each axis so far"),
-    Quantity("chatter_energy", "e", "J", _ALONG, "½F'W⁻¹F + Σ K_s|E|, what the bouncing holds"),
-    Quantity("discarded_energy", "-", "J", _ALONG, "energy that sticking took away so far"),
     Quantity(
-        "trusted_until", "-", "s", (), "how far the motion is reproducible in double precision"
+        "constraint_position_residual",
+        "|E|",
+        "m",
+        _TIME,
+        "how far the held point has drifted",
+        optional=True,
     ),
-    Quantity("switch_time", "-", "s", ("switch",), "time of each of the first switches"),
-    Quantity("switch_axis", "-", "1", ("switch",), "axis of each of the first switches"),
-    Quantity("transition_time", "-", "s", ("transition",), "time of each stick and release"),
-    Quantity("transition_axis", "-", "1", ("transition",), "axis of each stick and release"),
-    Quantity("transition_kind", "-", "1", ("transition",), "stick or release"),
+    Quantity(
+        "constraint_velocity_residual",
+        "|F|",
+        "m/s",
+        _TIME,
+        "how fast the held point drifts",
+        optional=True,
+    ),
+    Quantity(
+        "mode",
+        "σ",
+        "1",
+        _VECTOR,
+        "side of the surface, 0 where held on it or in a layer",
+        optional=True,
+    ),
+    Quantity("switch_count", "-", "1", _VECTOR, "switches of each axis so far", optional=True),
+    Quantity(
+        "chatter_energy",
+        "e",
+        "J",
+        _TIME,
+        "½F'W⁻¹F + Σ K_s|E|, what the bouncing holds",
+        optional=True,
+    ),
+    Quantity(
+        "discarded_energy", "-", "J", _TIME, "energy that sticking took away so far", optional=True
+    ),
+    Quantity(
+        "trusted_until",
+        "-",
+        "s",
+        (),
+        "how far the motion is reproducible in double precision",
+        optional=True,
+    ),
+    Quantity(
+        "switch_time", "-", "s", ("switch",), "time of each of the first switches", optional=True
+    ),
+    Quantity(
+        "switch_axis", "-", "1", ("switch",), "axis of each of the first switches", optional=True
+    ),
+    Quantity(
+        "transition_time",
+        "-",
+        "s",
+        ("transition",),
+        "time of each stick and release",
+        optional=True,
+    ),
+    Quantity(
+        "transition_axis",
+        "-",
+        "1",
+        ("transition",),
+        "axis of each stick and release",
+        optional=True,
+    ),
+    Quantity("transition_kind", "-", "1", ("transition",), "stick or release", optional=True),
     Quantity("energy_at_rest", "-h", "J", (), "stored energy of the rest state (eq. 28)"),
 )
 
+RUN_DIMENSIONS = {"axis": 3} | {
+    state.dimension: state.size for state in OWN_STATES.values() if state.dimension != "axis"
+}
+"""The lengths of the dimensions with a fixed length."""
+
 BY_NAME = {quantity.name: quantity for quantity in QUANTITIES}
+"""The quantities by name."""

@@ -1,4 +1,4 @@
-"""A system: one body, its elements, its anchor, and the coordinates of its motion."""
+"""A system: a body, its elements, its anchor, and the coordinates of its motion."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -15,14 +15,30 @@ from rbstab.systems.coordinates import Coordinates
 NO_WRENCH = Wrench(ZERO, ZERO, ZERO)
 
 AUDIT_SIZE = 2
-"""The states that the audit adds: ∫v' dt and ε (eq. 26)."""
+"""The number of audit states: ∫v' dt, J, and ε, J (eq. 26). They follow all other states, and are
+integrated together with them."""
+
+LYAPUNOV_CHANGE = -2
+"""The index of ∫v' dt in an audited state vector."""
+
+CONTACT_WORK = -1
+"""The index of ε in an audited state vector."""
 
 
 class Observation(NamedTuple):
-    """What a state means, each of shape (3,) but for `energy` and `dissipation` (parts,)."""
+    """The quantities at a state.
+
+    Attributes:
+        motion: The motion.
+        own_states: The own states of all elements, one after the other.
+        wrenches: The wrench of each element.
+        contact_force: Λ, shape (3,), N, inertial.
+        energy: The energy of each part, shape (parts,), J.
+        dissipation: The dissipation of each part, shape (parts,), W.
+    """
 
     motion: Motion
-    connector_state: Array
+    own_states: Array
     wrenches: tuple[Wrench, ...]
     contact_force: Array
     energy: Array
@@ -31,16 +47,16 @@ class Observation(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """The equations of a body with its elements, for any kind of number.
+    """The equations of motion of a body with its elements, for any kind of number.
 
-    The state vector is the body's coordinates, then the elements' own states in their order.
+    The state vector is the body's coordinates, then the own states of the elements in their order.
 
     Args:
         body: The body.
         elements: The elements, in the order of their parts and states.
         coordinates: The coordinates of the body's motion.
-        anchor: X_a, shape (3,), m, inertial: where the contact point belongs, from its place at
-            X = 0, Θ = 0 (eq. 38).
+        anchor: X_a, shape (3,), m, inertial: the vector from the contact point at X = 0, Θ = 0
+            to the point where E = 0 (eq. 38).
     """
 
     body: Body
@@ -58,24 +74,34 @@ class System:
         """The names of the energy parts: the body's kinetic energy, then each element."""
         return ("kinetic", *(element.name for element in self.elements))
 
+    @property
+    def own_states(self) -> dict[str, slice]:
+        """The slices of the elements' own states in the state vector, by name."""
+        slices, begin = {}, self.coordinates.size
+        for state in (state for element in self.elements for state in element.states):
+            slices[state.name] = slice(begin, begin + state.size)
+            begin += state.size
+        return slices
+
     def start(self, motion: Motion, own: Array) -> Array:
-        """The state vector of a motion and the elements' own states, shape (size,)."""
-        return np.concatenate([self.coordinates.of(motion), own])
+        """Return the state vector of a motion and of the elements' own states, shape (size,)."""
+        return np.concatenate([self.coordinates.from_motion(motion), own])
 
     def motion(self, y: Array) -> Motion:
-        """The motion at a state vector."""
+        """Return the motion at a state vector."""
         return self.coordinates.motion(self.body, self.anchor, y[: self.coordinates.size])
 
     def rates(self, y: Array) -> Array:
-        """ẏ, shape (size,)."""
+        """Return ẏ, shape (size,)."""
         motion, pairs = self.motion(y), self._with_states(y)
         body_rates, _ = self.coordinates.dynamics(self.body, motion, _total_wrench(motion, pairs))
         return np.concatenate([body_rates, *_own_rates(motion, pairs)])
 
     def audited_rates(self, y: Array) -> Array:
-        """The rates of [y, ∫v' dt, ε]: ẏ, v' (eq. 29, 37, 43, 46) and ε̇ = F'Λ (eq. 26).
+        """Return the rates of [y, ∫v' dt, ε]: ẏ, v' (eq. 29, 37, 43, 46) and ε̇ = F'Λ (eq. 26).
 
-        F'Λ is the paper's (Ω'ŘA' + V')Λ. Shape (size + 2,); the two audit states are not read.
+        F'Λ is the paper's (Ω'ŘA' + V')Λ. Shape (size + 2,); the rates do not depend on the audit
+        states.
         """
         motion, pairs = self.motion(y), self._with_states(y)
         wrench = _total_wrench(motion, pairs)
@@ -85,7 +111,7 @@ class System:
         return np.concatenate([body_rates, *_own_rates(motion, pairs), audit])
 
     def observe(self, y: Array) -> Observation:
-        """Everything that a state means: motion, forces, energies and dissipations by part."""
+        """Return motion, forces, energies and dissipations at a state."""
         motion, pairs = self.motion(y), self._with_states(y)
         wrench = _total_wrench(motion, pairs)
         _, Lambda_ = self.coordinates.dynamics(self.body, motion, wrench)
@@ -100,11 +126,12 @@ class System:
         )
 
     def potential_energy(self, y: Array) -> Number:
-        """The sum of what the elements store, J."""
+        """Return the energy stored in all elements, J."""
         motion = self.motion(y)
         return sum(element.stored(motion, own) for element, own in self._with_states(y))
 
     def _with_states(self, y: Array) -> list[tuple[Element, Array]]:
+        """Return each element with its own states."""
         pairs, begin = [], self.coordinates.size
         for element in self.elements:
             pairs.append((element, y[begin : begin + element.state_size]))

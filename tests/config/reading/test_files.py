@@ -1,4 +1,4 @@
-"""Files that are no config at all: absent, too large, not text."""
+"""A file that is missing, too large or not text is refused with its place and the reason."""
 
 import pytest
 from support.configs import VISCO_ELASTIC, edited
@@ -50,7 +50,7 @@ def test_largest_file(write):
 
 
 def test_enormous_file(tmp_path):
-    """Read up to the bound and no further: a hole of a terabyte fits into no memory."""
+    """The reader stops at the size limit: a sparse file of a terabyte fits into no memory."""
     path = tmp_path / "hole.yaml"
     with path.open("wb") as file:
         file.truncate(1 << 40)
@@ -85,7 +85,7 @@ def test_not_utf_8(complaints, raw, expected):
 
 
 def test_byte_order_mark(load, complaints):
-    """Editors on Windows write one; places are counted behind it."""
+    """Editors on Windows write a byte order mark; columns are counted behind it."""
     mark = b"\xef\xbb\xbf"
     assert load(mark + VISCO_ELASTIC.encode()).title == "Case"
     found = complaints(mark + edited("title:", "titel:").encode())
@@ -102,7 +102,7 @@ def test_line_ends(load, complaints, line_end):
 
 
 def test_columns_count_characters(complaints):
-    """As editors do: neither bytes nor the halves of a surrogate pair."""
+    """Columns count characters, as editors do: not bytes, not halves of a surrogate pair."""
     found = complaints("{title: é😀é, zzz: 1}\n")
     assert any(message.startswith("1:14: zzz: is unknown") for message in found)
 

@@ -1,4 +1,4 @@
-"""Values of the wrong kind or out of their bounds: place, key, what is wrong, what was expected."""
+"""A value of the wrong type or out of bounds is reported with place, key and expectation."""
 
 import pytest
 from support.configs import VISCO_ELASTIC, edited
@@ -129,8 +129,8 @@ ADDED = [
     ),
     ("coordinates: manifold", "20:16: integration.coordinates: is the text 'manifold' (expected"),
     ("coordinates: true", "20:16: integration.coordinates: is true (expected Z or W)"),
-    # SciPy would replace it by a larger one of its own, with a warning only.
-    ("rtol: 1e-14", "20:9: integration.rtol: 1e-14 is below what the engine scipy can do"),
+    # SciPy would only warn, and use a larger tolerance.
+    ("rtol: 1e-14", "20:9: integration.rtol: 1e-14 is too small for the engine scipy"),
 ]
 
 
@@ -140,13 +140,13 @@ def test_integration(complaints, line, expected):
     assert message.startswith(expected)
 
 
-def test_samples_that_cannot_be_told_apart(load, complaints):
-    """Eleven samples have ten intervals."""
+def test_samples_that_are_too_close(load, complaints):
+    """Eleven samples have ten intervals, so they are just far enough apart."""
     text = edited("duration: 2.0", "duration: 1.05e-99")
     assert load(text).integration.samples == 11
     assert complaints(edited("samples: 11", "samples: 12", text)) == [
-        "19:12: integration.samples: 12 samples in 1.05e-99 s cannot be told apart "
-        "(expected them at least 1e-100 s apart)"
+        "19:12: integration.samples: 12 samples in 1.05e-99 s are too close "
+        "(expected at least 1e-100 s between samples)"
     ]
 
 

@@ -1,4 +1,4 @@
-"""`--set key=value`: what it reaches, what it makes, and how its errors are told."""
+"""`--set key=value` changes any entry of a config, and its errors name the change."""
 
 import pytest
 from support.configs import PERMANENT, VISCO_ELASTIC, edited, plain
@@ -116,17 +116,17 @@ WRONG_KEYS = [
     ("colour=red", "--set colour:1:1: colour: is unknown (expected one of body, controller, "),
     (
         "controller.K_d=[1, 1, 1]",
-        "--set controller.K_d:1:1: controller.K_d: is no key of the variant visco-elastic",
+        "--set controller.K_d:1:1: controller.K_d: is not a key of the variant visco-elastic",
     ),
-    ("body.mass.x=5", "--set body.mass.x:1:1: body.mass.x: leads nowhere (expected a key of"),
-    ("body.mass.x.y=5", "--set body.mass.x.y:1:1: body.mass.x: leads nowhere (expected a key of"),
-    ("body[0]=5", "--set body[0]:1:1: body[0]: leads nowhere (expected a key of the config)"),
-    ("body.inertia.x=5", "--set body.inertia.x:1:1: body.inertia.x: leads nowhere (expected a"),
-    ("controller.K_t[3]=5", "--set controller.K_t[3]:1:1: controller.K_t[3]: leads nowhere"),
-    ("controller.K_t[3][0]=5", "--set controller.K_t[3][0]:1:1: controller.K_t[3]: leads nowhere"),
-    ("body.mass", "--set body.mass:1:1: is no assignment (expected key=value)"),
-    ("=5", "--set :1:1: is no assignment (expected key=value)"),
-    ("", "--set :1:1: is no assignment (expected key=value)"),
+    ("body.mass.x=5", "--set body.mass.x:1:1: body.mass.x: does not exist (expected a key of"),
+    ("body.mass.x.y=5", "--set body.mass.x.y:1:1: body.mass.x: does not exist (expected a key of"),
+    ("body[0]=5", "--set body[0]:1:1: body[0]: does not exist (expected a key of the config)"),
+    ("body.inertia.x=5", "--set body.inertia.x:1:1: body.inertia.x: does not exist (expected a"),
+    ("controller.K_t[3]=5", "--set controller.K_t[3]:1:1: controller.K_t[3]: does not exist"),
+    ("controller.K_t[3][0]=5", "--set controller.K_t[3][0]:1:1: controller.K_t[3]: does not exist"),
+    ("body.mass", "--set body.mass:1:1: is not an assignment (expected key=value)"),
+    ("=5", "--set :1:1: is not an assignment (expected key=value)"),
+    ("", "--set :1:1: is not an assignment (expected key=value)"),
     ("body..mass=5", "--set body..mass:1:1: is no"),
     (".mass=5", "--set .mass:1:1: is no"),
     ("body.mass.=5", "--set body.mass.:1:1: is no"),
@@ -168,7 +168,7 @@ def test_what_is_missing_in_a_changed_section_is_told_there(complaints):
 
 
 def test_places_of_the_replaced_value_are_forgotten(complaints):
-    """An error below a key that was set never points into the file."""
+    """An error below a changed key points into the change, never into the file."""
     text = edited("mass: 41.0", "mass: {a: {b: 1}}")
     (message,) = complaints(text, "body.mass={c: 1}")
     assert message.startswith("--set body.mass:1:11: body.mass: is a mapping")
@@ -205,13 +205,13 @@ def test_a_control_character_is_found_where_it_stands(complaints, change, place)
 
 def test_problems_inside_a_value_name_the_whole_key(complaints):
     found = complaints(VISCO_ELASTIC, "body.mass={a: 1, a: 2}")
-    assert any("body.mass.a: stands twice" in message for message in found)
+    assert any("body.mass.a: is given twice" in message for message in found)
 
 
 @pytest.mark.parametrize("change", ["body.mass =5", "body-mass=5", "body..mass=5"])
 def test_a_malformed_key_is_called_that(complaints, change):
     (message,) = complaints(VISCO_ELASTIC, change)
-    assert "is no assignment" not in message
+    assert "is not an assignment" not in message
 
 
 def test_an_entry_of_a_default_can_be_set(load):
@@ -220,12 +220,12 @@ def test_an_entry_of_a_default_can_be_set(load):
 
 @pytest.mark.parametrize("initial", ["", "initial:\n  angular_velocity: [1, 2, 3]\n"])
 def test_an_entry_of_a_default_in_a_section_can_be_set(load, initial):
-    """The section may be there without the key, or not at all."""
+    """The file may have the section without the key, or no such section."""
     begin, end = VISCO_ELASTIC.index("initial:"), VISCO_ELASTIC.index("integration:")
     text = VISCO_ELASTIC[:begin] + initial + VISCO_ELASTIC[end:]
     assert load(text, "initial.orientation[1]=0.1").initial.orientation == (0.0, 0.1, 0.0)
 
 
 def test_a_single_change_may_be_a_text():
-    """A text is a sequence of its letters, none of which is a change."""
+    """A single text is one change, and not a sequence of letters."""
     assert load_config(plain(), "body.mass=5").body.mass == 5.0

@@ -1,4 +1,4 @@
-"""Configs from Python: mappings with tuples and numpy arrays, as a notebook has them."""
+"""A config can be a mapping from Python, with tuples, numpy arrays and numpy numbers."""
 
 from collections import OrderedDict
 from types import MappingProxyType
@@ -59,7 +59,7 @@ def test_a_matrix_as_a_list_of_arrays():
     rows = [np.array([10, 0, 0]), (0, 8, 0), np.array([0.0, 0.0, 0.4], dtype=np.float32)]
     inertia = load_config(with_inertia(rows)).body.inertia
     assert inertia[:2] == ((10.0, 0.0, 0.0), (0.0, 8.0, 0.0))
-    assert all(type(x) is float for row in inertia for x in row)
+    assert all(isinstance(row, tuple) and all(type(x) is float for x in row) for row in inertia)
 
 
 @pytest.mark.parametrize("kind", [tuple, list, np.array])
@@ -132,4 +132,4 @@ def test_a_set_has_no_order():
 def test_what_is_neither_path_nor_mapping():
     for wrong in (None, 5, [1]):
         with pytest.raises(TypeError):
-            load_config(wrong)
+            load_config(wrong)  # type: ignore[arg-type]  # a wrong type on purpose

@@ -1,9 +1,9 @@
-"""How problems are told: all at once, in order, each in one line that no terminal obeys."""
+"""Problems are reported all at once, in order, one line each, without control characters."""
 
 import pytest
 from support.configs import VISCO_ELASTIC, edited, plain
 
-from rbstab.config.errors import ConfigError, Location, Problem, printable
+from rbstab.config.errors import ConfigError, ConfigProblem, Location, printable
 from rbstab.config.load import load_config
 
 MANY = """\
@@ -35,20 +35,20 @@ ALL_OF_THEM = [
     "1:8: title: is empty (expected a text)",
     "4:12: body.inertia: has 2 entries (expected 3)",
     "5:22: body.contact_point[1]: is the text 'x' (expected a number)",
-    "6:3: body.mass: stands twice, first in line 3 (expected each key once)",
+    "6:3: body.mass: is given twice, first in line 3 (expected each key once)",
     "8:3: controller.K_c: is missing (it is required)",
     "9:8: controller.K_t: is not positive definite, its smallest eigenvalue is -1 "
     "(expected positive eigenvalues)",
     "11:8: controller.K_r: has the anchor &a (expected no anchors)",
     "12:8: controller.L_r: is the alias *a (expected values written out)",
     "13:3: controller.Kc: is unknown (did you mean K_c?)",
-    "15:3: controller.L_d: is no key of the variant visco-elastic (it belongs to embedded)",
+    "15:3: controller.L_d: is not a key of the variant visco-elastic (it belongs to embedded)",
     "17:16: initial.orientation: θ2 = 90 rad is outside the range of eq. 5; degrees? "
     "(expected between -π/2 and π/2)",
     "19:13: integration.duration: is inf (expected a finite number)",
     "20:12: integration.samples: is 1 (expected a number at least 2)",
     "21:16: integration.coordinates: is the text 'w' (expected Z or W)",
-    "22:17: schema_version: is 2, which this version of rbstab does not know (expected 1)",
+    "22:17: schema_version: is 2, which this version of rbstab cannot read (expected 1)",
 ]
 
 
@@ -57,15 +57,15 @@ def test_all_at_once_in_order(complaints):
 
 
 def test_order_is_by_place_not_by_text():
-    """Line 10 comes behind line 9, and of one line the first column."""
+    """Line 10 comes after line 9, and column 20 after column 3."""
     places = [(10, 1), (9, 20), (9, 3), (2, 100)]
-    problems = [Problem(Location("a", *place), "k", "is wrong", "") for place in places]
+    problems = [ConfigProblem(Location("a", *place), "k", "is wrong", "") for place in places]
     shown = [str(problem) for problem in ConfigError(problems).problems]
     assert shown == [f"a:{line}:{column}: k: is wrong" for line, column in sorted(places)]
 
 
 def test_a_very_long_list_ends_with_how_many_are_left_out():
-    problems = [Problem(Location("a", line), "k", "is wrong", "") for line in range(1, 151)]
+    problems = [ConfigProblem(Location("a", line), "k", "is wrong", "") for line in range(1, 151)]
     shown = [str(problem) for problem in ConfigError(problems).problems]
     assert shown[:99] == [f"a:{line}:1: k: is wrong" for line in range(1, 100)]
     assert shown[99:] == ["a:100:1: 51 more problems are not listed"]
@@ -75,14 +75,14 @@ def test_a_very_long_list_ends_with_how_many_are_left_out():
 
 def test_parts_of_a_message():
     where = Location("f.yaml", 2, 3)
-    assert str(Problem(where, "a.b[0]", "is bad", "expected good")) == (
+    assert str(ConfigProblem(where, "a.b[0]", "is bad", "expected good")) == (
         "f.yaml:2:3: a.b[0]: is bad (expected good)"
     )
-    assert str(Problem(where, "", "is bad", "")) == "f.yaml:2:3: is bad"
+    assert str(ConfigProblem(where, "", "is bad", "")) == "f.yaml:2:3: is bad"
 
 
 def test_an_error_of_the_config_is_an_error_of_the_value():
-    """Whoever knows nothing of rbstab's errors catches it as what it is."""
+    """A caller that does not import ConfigError can catch ValueError."""
     assert issubclass(ConfigError, ValueError)
 
 

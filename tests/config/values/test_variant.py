@@ -1,4 +1,4 @@
-"""The variant decides which keys there are, so it is judged first."""
+"""The variant decides which keys are allowed, so it is checked first."""
 
 import pytest
 from support.configs import VISCO_ELASTIC, edited
@@ -40,7 +40,7 @@ def test_what_does_not_depend_on_the_variant_is_reported_too(complaints):
     ]
 
 
-# Right for one variant and wrong for another: nothing can be said before the variant is known.
+# Right for one variant and wrong for another: not checked while the variant is unknown.
 UNDECIDED = [
     edited("  K_t:", "  K_s: [1, 1, 1]\n  K_t:"),
     edited("initial:", "initial:\n  connector_state: [0, 0, 0]"),
@@ -63,8 +63,7 @@ def test_what_depends_on_the_variant_is_not_judged_without_it(complaints, text):
 )
 def test_schema_version(complaints, value, found):
     assert complaints(f"{VISCO_ELASTIC}schema_version: {value}\n") == [
-        f"20:17: schema_version: is {found}, which this version of rbstab does not know"
-        " (expected 1)"
+        f"20:17: schema_version: is {found}, which this version of rbstab cannot read (expected 1)"
     ]
 
 

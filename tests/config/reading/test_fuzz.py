@@ -1,4 +1,4 @@
-"""Whatever is given: a config comes back, or a ConfigError, and nothing else."""
+"""Any input gives a config or a ConfigError, and never another exception."""
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -7,9 +7,9 @@ from support.configs import BY_VARIANT, PERMANENT, plain
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config, resolved_yaml, run_id
-from rbstab.config.schema import Section
+from rbstab.config.schema import Experiment
 
-# Derandomized: a failure in one run is a failure in all. No database: nothing is left behind.
+# Derandomized, so that a failure repeats. No database, so that no files are left behind.
 FUZZ = settings(
     max_examples=150,
     deadline=None,
@@ -34,7 +34,7 @@ def path(tmp_path_factory):
 
 
 def outcome(config, changes=()):
-    """The config, or the error that says what is wrong with it; all else fails the test."""
+    """Return the config or its ConfigError; any other exception fails the test."""
     try:
         return load_config(config, changes)
     except ConfigError as error:
@@ -42,13 +42,13 @@ def outcome(config, changes=()):
 
 
 def check(found):
-    """Both outcomes must be sound: a line for every problem, or a config that can be stored."""
+    """Assert that an error has one line for each problem, and that a config can be stored."""
     if isinstance(found, ConfigError):
         lines = str(found).split("\n")
         assert len(lines) == len(found.problems) > 0
         assert all(line and line.isprintable() for line in lines)
     else:
-        assert isinstance(found, Section)
+        assert isinstance(found, Experiment)
         assert len(run_id(found)) == 32
         assert resolved_yaml(found)
 

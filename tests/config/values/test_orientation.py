@@ -1,4 +1,4 @@
-"""The start lies inside the range of eq. 5; whoever writes degrees is told so."""
+"""The initial orientation must lie in the range of eq. 5; the message suspects degrees."""
 
 import math
 

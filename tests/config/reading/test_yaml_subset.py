@@ -1,4 +1,4 @@
-"""What of YAML a config may use: one document of mappings, lists and plain values."""
+"""A config may use a part of YAML only: one document of mappings, lists and plain values."""
 
 import pytest
 import yaml
@@ -11,7 +11,7 @@ MASS = "mass: 41.0"
 
 @pytest.fixture(params=["compiled", "pure Python"], autouse=True)
 def _reader(request, monkeypatch):
-    """PyYAML comes with libyaml or without: messages must not depend on it."""
+    """Run each test with and without libyaml: messages must not depend on it."""
     if request.param == "pure Python":
         monkeypatch.setattr(source, "_Loader", yaml.SafeLoader)
     else:
@@ -59,7 +59,7 @@ def test_an_anchor_and_its_aliases_are_each_reported(complaints):
 
 
 def test_an_alias_bomb_is_refused_before_it_grows(complaints):
-    """Nine levels of nine aliases each stand for a billion entries."""
+    """Nine levels of nine aliases each would expand to a billion entries."""
     lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
     lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]" for k in range(1, 10)]
     found = complaints("\n".join(lines))
@@ -97,7 +97,7 @@ BROKEN = [
 
 @pytest.mark.parametrize(("text", "place"), BROKEN)
 def test_no_yaml(complaints, text, place):
-    """The words are the reader's own; the line is what matters (libyaml's columns may differ)."""
+    """The line must be right; words are PyYAML's, and libyaml counts columns differently."""
     (message,) = complaints(text)
     assert message.split(":")[0] == place.split(":")[0]
     assert message.endswith("(expected YAML)")
@@ -123,7 +123,7 @@ def test_no_mapping(complaints, text, expected):
 
 @pytest.mark.parametrize("text", ["", "# a comment\n", "\n\n", "   "])
 def test_empty_file(complaints, text):
-    """All that is required is missing; nothing else is said."""
+    """The messages name the missing keys, and nothing else."""
     found = complaints(text)
     assert all(message.startswith("1:1: ") for message in found)
     assert all("is missing" in m or "is empty" in m for m in found)
@@ -136,6 +136,6 @@ def test_what_is_allowed(load):
 
 
 def test_an_alias_gets_no_second_complaint(complaints):
-    """It stands for a number, which nobody can know here: its kind is not judged."""
+    """The value behind an alias is unknown, so its type is not checked."""
     assert len(complaints(edited("duration: 2.0", "duration: *d"))) == 1
     assert len(complaints(edited("samples: 11", "samples: &s 11"))) == 1

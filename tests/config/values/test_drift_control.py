@@ -1,4 +1,4 @@
-"""Drift control of the held body: what it may be, and with what it goes together."""
+"""Drift control takes the documented values, and only with settings that it works with."""
 
 import pytest
 from support.configs import PERMANENT
@@ -10,12 +10,12 @@ CHOICES = "expected none, projection or {baumgarte: rate}"
 REFUSED = [
     (
         "drift_control: projection",
-        "18:18: integration.drift_control: has nothing to control in reduced coordinates "
+        "18:18: integration.drift_control: has no effect in reduced coordinates "
         "(expected coordinates: manifold)",
     ),
     (
         "drift_control: {baumgarte: 5}",
-        "18:18: integration.drift_control: has nothing to control in reduced coordinates "
+        "18:18: integration.drift_control: has no effect in reduced coordinates "
         "(expected coordinates: manifold)",
     ),
     (
@@ -48,7 +48,7 @@ REFUSED = [
         "history at every step (expected another method)",
     ),
     ("coordinates: Z", "18:16: integration.coordinates: is the text 'Z' (expected reduced or mani"),
-    # One wrong word, one complaint: what follows from it is not judged.
+    # One wrong word gives one message: keys that depend on it are not checked.
     (
         "coordinates: Manifold\n  drift_control: projection",
         "18:16: integration.coordinates: is the text 'Manifold' (expected reduced or manifold, did",
@@ -74,7 +74,7 @@ ACCEPTED = [
     ("coordinates: manifold\n  drift_control: projection", "projection"),
     ("drift_control: projection\n  coordinates: manifold", "projection"),
     ("coordinates: manifold\n  drift_control: {baumgarte: 5}", Baumgarte(baumgarte=5.0)),
-    # heyoka has no methods, so the word beside it does not matter.
+    # heyoka has no methods and ignores the key.
     (
         "coordinates: manifold\n  engine: heyoka\n  method: LSODA\n  drift_control: projection",
         "projection",

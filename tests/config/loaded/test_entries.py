@@ -1,9 +1,11 @@
+"""Each number of a config is an entry that can be found by its key, and changed."""
+
 import pytest
 import yaml
 from support.configs import EMBEDDED, PERMANENT, edited, plain
 
 from rbstab.config.build import problem_of
-from rbstab.config.entries import entries_of, entries_under, moved, value_at
+from rbstab.config.entries import entries_of, entries_under, shifted, value_at
 from rbstab.config.load import load_config
 from rbstab.systems.parameters import parameters
 
@@ -32,8 +34,8 @@ def test_an_entry_beside_the_diagonal_stands_at_two_places():
         "[1][2]",
         "[2][2]",
     ]
-    assert entries[1].places == (("controller", "K_r", 0, 1), ("controller", "K_r", 1, 0))
-    assert [len(entry.places) for entry in entries] == [1, 2, 2, 1, 2, 1]
+    assert entries[1].paths == (("controller", "K_r", 0, 1), ("controller", "K_r", 1, 0))
+    assert [len(entry.paths) for entry in entries] == [1, 2, 2, 1, 2, 1]
 
 
 @pytest.mark.parametrize(
@@ -48,14 +50,14 @@ def test_a_moved_config_is_the_one_with_other_numbers():
     given = load_config(plain())
     shift = {("body", "mass"): 9.0, ("controller", "K_c", 1): -300.0}
     expected = load_config(plain(), ["body.mass=50", "controller.K_c[1]=12000"])
-    assert moved(given, shift) == expected
+    assert shifted(given, shift) == expected
     assert given == load_config(plain())
 
 
 def test_a_complex_shift_reaches_every_parameter_that_depends_on_the_number():
     text = edited("variant: visco-elastic", "variant: visco-elastic\n  anchor: equilibrium")
     data = {**yaml.safe_load(text), "gravity": [0, 0, -10]}
-    problem = problem_of(moved(load_config(data), {("body", "mass"): 1e-100j}))
+    problem = problem_of(shifted(load_config(data), {("body", "mass"): 1e-100j}))
     touched = {
         name: (value.imag / 1e-100).tolist()
         for name, value in parameters(problem.system).items()

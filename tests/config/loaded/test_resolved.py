@@ -1,4 +1,4 @@
-"""The resolved config: complete, loadable, and the same run."""
+"""The resolved config is complete, and loading it gives the same run."""
 
 import hashlib
 import json
@@ -7,7 +7,15 @@ import pytest
 import yaml
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from support.configs import BY_VARIANT, FREE, PERMANENT, VISCO_ELASTIC, edited, plain
+from support.configs import (
+    BY_VARIANT,
+    FREE,
+    PERMANENT,
+    SOLVER_DEFAULTS,
+    VISCO_ELASTIC,
+    edited,
+    plain,
+)
 
 from rbstab.config.load import load_config, resolved, resolved_yaml, run_id
 
@@ -36,7 +44,7 @@ def test_loads_as_the_same_run(load, name):
 
 @pytest.mark.parametrize("name", TEXTS)
 def test_another_reader_of_yaml_finds_the_same(load, name):
-    """The stored config is also read by those who have no rbstab."""
+    """Programs without rbstab can read the stored config."""
     config = load(TEXTS[name])
     assert yaml.safe_load(resolved_yaml(config)) == resolved(config)
 
@@ -50,7 +58,7 @@ def test_run_id_is_what_its_documentation_says(load, name):
 
 
 def test_nothing_is_left_to_defaults(load):
-    """A later version may have others: what was run must not depend on them."""
+    """A later version may change its defaults; the stored run must not depend on them."""
     data = resolved(load(PERMANENT + "  coordinates: manifold\n"))
     assert data["schema_version"] == 1
     assert data["gravity"] == [0.0, 0.0, 0.0]
@@ -59,19 +67,13 @@ def test_nothing_is_left_to_defaults(load):
         "duration": 2.0,
         "samples": 11,
         "coordinates": "manifold",
-        "engine": "scipy",
-        "method": "DOP853",
-        "rtol": 1e-12,
-        "atol": 1e-12,
-        "range_bound": 1e-3,
-        "step_limit": 1_000_000,
-        "time_limit": 600.0,
+        **SOLVER_DEFAULTS,
         "drift_control": "none",
     }
 
 
 def test_keys_stand_in_the_order_of_a_written_config(load):
-    """It is read by people, too: version and title first, the settings last."""
+    """People read it: version and title come first, the settings last."""
     text = resolved_yaml(load(VISCO_ELASTIC + "reference: {source: a}\n"))
     keys = [line.split(":")[0] for line in text.splitlines() if line[0] != " "]
     assert keys == [
@@ -113,7 +115,7 @@ def test_every_number_survives(tmp_path_factory, mass, gain, x):
     assert run_id(again) == run_id(config)
 
 
-# Texts that YAML, of whatever version, could take for something else.
+# Texts that some version of YAML could read as another value.
 TITLES = ["yes", "~", "null", "true", "5", "5.0", "1_0", "0x1", "2020-01-01", ".inf", "=", "<<"]
 TITLES += ["- a", "a: b", "a #b", "#a", "*a", "&a", "!a", "%a", "@a", "`a", "|", ">", "'", '"']
 TITLES += [
@@ -137,19 +139,18 @@ def test_every_title_survives(load, title):
     config = load_config(plain() | {"title": title})
     again = load(resolved_yaml(config))
     assert again.title == title
-    # Also for whoever reads YAML 1.1, where yes and no are no texts.
+    # PyYAML reads YAML 1.1, where yes and no are not texts.
     assert yaml.safe_load(resolved_yaml(config))["title"] == title
     assert run_id(again) == run_id(config)
 
 
 @pytest.mark.parametrize("word", ["Y", "N", "y", "n", "Yes", "NO", "on", "Off", "Null", "TRUE"])
 def test_words_that_some_reader_takes_for_truth_or_nothing_are_quoted(word):
-    """YAML 1.1 has y and n among them, though not every reader knows."""
+    """YAML 1.1 counts y and n among the truth values; some readers do not."""
     assert f'title: "{word}"\n' in resolved_yaml(load_config(plain() | {"title": word}))
 
 
 LOOKALIKES = st.text(alphabet="0123456789eE.+-_:xob~nul truefasy,{}[]#&*!|>'\"%@`=", max_size=8)
-
 
 STORABLE = st.characters(exclude_characters="\0", exclude_categories=["Cs"])
 

@@ -1,4 +1,4 @@
-"""From a config to its problem: the numbers arrive where they belong."""
+"""Each number of a config reaches the right place of the system and of the problem."""
 
 import numpy as np
 import pytest
@@ -7,6 +7,7 @@ from support.systems import random_state
 
 from rbstab.config.build import config_warnings, problem_of, system_of
 from rbstab.config.load import load_config
+from rbstab.systems.coordinates import ManifoldCoordinates
 
 HELD = ("reduced", "manifold")
 
@@ -44,7 +45,7 @@ GAINS = {
 
 @pytest.mark.parametrize("variant", GAINS)
 def test_every_gain_has_its_own_effect(variant):
-    """Mixing up two gains, or dropping one, would leave two of these rates equal."""
+    """If two gains were mixed up, or one was lost, two of these rates would be equal."""
     rng = np.random.default_rng(2)
     base = system_of(config_of(BY_VARIANT[variant]))
     y = random_state(rng, base)
@@ -58,11 +59,11 @@ def test_every_gain_has_its_own_effect(variant):
 
 
 def test_potential_energy_by_hand():
-    """½ x'Kx of each spring alone, at a displacement of that spring alone."""
+    """The energy is ½ x'Kx of the springs that are stretched."""
     system = system_of(config_of(EMBEDDED))
     y = np.zeros(system.size)
     assert system.potential_energy(y) == 0.0
-    y[2] = 0.1  # θ3 turns C by 0.1 (and lifts nothing): the couple's spring and the connector
+    y[2] = 0.1  # θ3 alone: it stretches the rotational spring and the connector
     R = np.array([0.15, 0.10, -0.42])
     turn = np.array([[np.cos(0.1), -np.sin(0.1), 0], [np.sin(0.1), np.cos(0.1), 0], [0, 0, 1]])
     E = turn @ R - R
@@ -75,14 +76,14 @@ def test_potential_energy_by_hand():
     assert system.potential_energy(y) == pytest.approx(expected, rel=1e-13)
 
 
-# Four gains that no mix-up leaves alike.
+# Four gains whose entries all differ: a mix-up would show.
 DISTINCT = ("K_c=[2, 3, 5]", "L_c=[7, 11, 13]", "K_d=[17, 19, 23]", "L_d=[29, 31, 37]")
 K_c, L_c, K_d, L_d = np.array([[2, 3, 5], [7, 11, 13], [17, 19, 23], [29, 31, 37]])
 
 
 @pytest.mark.parametrize("variant", ["visco-elastic", "embedded"])
 def test_each_gain_of_the_connector_by_itself(variant):
-    """At Θ = Ω = 0 the contact point moves as the centre does: E = X, F = V."""
+    """At Θ = Ω = 0 the contact point moves like the centre: E = X, F = V."""
     count = 2 if variant == "visco-elastic" else 4
     changes = [f"controller.{gain}" for gain in DISTINCT[:count]]
     system = system_of(config_of(BY_VARIANT[variant], *changes))
@@ -124,7 +125,7 @@ def test_a_body_at_rest_falls_with_gravity():
 
 @pytest.mark.parametrize("text", [PERMANENT, VISCO_ELASTIC, EMBEDDED])
 def test_anchor(text):
-    """At the origin, or where the loaded spring K_t X = m g holds the centre."""
+    """The anchor is zero, or the X where the loaded spring balances: K_t X = m g."""
     g = np.array([1.0, -2.0, -9.81])
     change = f"gravity={g.tolist()}"
     assert not system_of(config_of(text, change)).anchor.any()
@@ -156,8 +157,11 @@ def test_the_held_body_starts_on_the_sub_manifold(coordinates, anchor):
     assert len(problem.start) == {"reduced": 6, "manifold": 12}[coordinates]
 
 
-START = ("initial.orientation=[0.3, -0.4, 0.5]", "initial.position=[1, 2, 3]")
-START += ("initial.velocity=[4, 5, 6]",)
+START = (
+    "initial.orientation=[0.3, -0.4, 0.5]",
+    "initial.position=[1, 2, 3]",
+    "initial.velocity=[4, 5, 6]",
+)
 
 
 @pytest.mark.parametrize("coordinates", ["Z", "W"])
@@ -202,10 +206,12 @@ def test_drift_control():
     assert problem_of(config_of(PERMANENT, manifold)).project is False
     projected = problem_of(config_of(PERMANENT, manifold, "integration.drift_control=projection"))
     assert projected.project is True
+    assert isinstance(projected.system.coordinates, ManifoldCoordinates)
     assert projected.system.coordinates.baumgarte_rate == 0.0
     changes = (manifold, "integration.drift_control={baumgarte: 5}")
     damped = problem_of(config_of(PERMANENT, *changes))
     assert damped.project is False
+    assert isinstance(damped.system.coordinates, ManifoldCoordinates)
     assert damped.system.coordinates.baumgarte_rate == 5.0
 
 
@@ -218,7 +224,7 @@ def test_the_broken_triangle_is_named():
 
 
 def test_the_triangle_is_judged_by_principal_moments():
-    """A matrix hides its moments: this is diag(10, 8, 0.4) turned by 0.7 rad about one axis."""
+    """The matrix is diag(10, 8, 0.4) in turned axes, so its diagonal does not show the moments."""
     c, s = np.cos(0.7), np.sin(0.7)
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ np.array(
         [[1, 0, 0], [0, c, -s], [0, s, c]]

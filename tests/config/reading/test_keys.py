@@ -1,4 +1,4 @@
-"""Keys that are unknown, misspelt, missing, repeated, or of another variant."""
+"""Wrong keys are reported: unknown, misspelt, missing, repeated, or of another variant."""
 
 import pytest
 from support.configs import FREE, PERMANENT, VISCO_ELASTIC, edited
@@ -12,7 +12,7 @@ MISSPELT = [
     ("  K_t:", "  KT:", "8:3: controller.KT: is unknown (did you mean K_t?)"),
     ("initial:", "Initial:", "14:1: Initial: is unknown (did you mean initial?)"),
     ("duration:", "durration:", "18:3: integration.durration: is unknown (did you mean duration?)"),
-    # Unlike in letters, yet the same but for case and underscore.
+    # All letters differ, but only in case.
     ("mass:", "MASS:", "3:3: body.MASS: is unknown (did you mean mass?)"),
 ]
 
@@ -46,25 +46,26 @@ def test_unknown_in_a_flow_mapping(complaints):
 OTHER_VARIANT = [
     (
         FREE + "  drift_control: none\n",
-        "18:3: integration.drift_control: is no key of the variant free (it belongs to permanent)",
+        "18:3: integration.drift_control: is not a key of the variant free "
+        "(it belongs to permanent)",
     ),
     (
         edited("  K_t:", "  K_d: [1, 1, 1]\n  K_t:"),
-        "8:3: controller.K_d: is no key of the variant visco-elastic (it belongs to embedded)",
+        "8:3: controller.K_d: is not a key of the variant visco-elastic (it belongs to embedded)",
     ),
     (
         edited("  K_t:", "  anchor: origin\n  K_t:", FREE),
-        "8:3: controller.anchor: is no key of the variant free "
+        "8:3: controller.anchor: is not a key of the variant free "
         "(it belongs to permanent, visco-elastic, embedded, sliding)",
     ),
     (
         edited("initial:", "initial:\n  position: [0, 0, 0]", PERMANENT),
-        "13:3: initial.position: is no key of the variant permanent "
+        "13:3: initial.position: is not a key of the variant permanent "
         "(it belongs to free, visco-elastic, embedded, sliding)",
     ),
     (
         edited("initial:", "initial:\n  connector_state: [0, 0, 0]"),
-        "15:3: initial.connector_state: is no key of the variant visco-elastic "
+        "15:3: initial.connector_state: is not a key of the variant visco-elastic "
         "(it belongs to embedded)",
     ),
 ]
@@ -100,7 +101,7 @@ def test_missing_key(complaints, text, expected):
 
 @pytest.mark.parametrize("section", ["body", "controller", "integration"])
 def test_missing_section(complaints, section):
-    """The place is the start of what ought to hold it."""
+    """A missing section is reported at the start of its parent."""
     begin = VISCO_ELASTIC.index(f"{section}:")
     lines = VISCO_ELASTIC[begin:].splitlines(keepends=True)
     length = 1 + next((i for i, x in enumerate(lines[1:]) if x[0] != " "), len(lines) - 1)
@@ -140,23 +141,23 @@ def test_section_that_is_no_mapping(complaints, section, value, found):
 DUPLICATE = [
     (
         edited("mass: 41.0", "mass: 41.0\n  mass: 41.0"),
-        ["4:3: body.mass: stands twice, first in line 3 (expected each key once)"],
+        ["4:3: body.mass: is given twice, first in line 3 (expected each key once)"],
     ),
     (
         VISCO_ELASTIC + "title: Other\n",
-        ["20:1: title: stands twice, first in line 1 (expected each key once)"],
+        ["20:1: title: is given twice, first in line 1 (expected each key once)"],
     ),
     (
         VISCO_ELASTIC + "gravity: [0, 0, -9.81]\n" * 3,
         [
-            "21:1: gravity: stands twice, first in line 20 (expected each key once)",
-            "22:1: gravity: stands twice, first in line 20 (expected each key once)",
+            "21:1: gravity: is given twice, first in line 20 (expected each key once)",
+            "22:1: gravity: is given twice, first in line 20 (expected each key once)",
         ],
     ),
-    # Quoted or not, it is the same key.
+    # A quoted key is the same key.
     (
         VISCO_ELASTIC + '"title": Other\n',
-        ["20:1: title: stands twice, first in line 1 (expected each key once)"],
+        ["20:1: title: is given twice, first in line 1 (expected each key once)"],
     ),
 ]
 
@@ -172,7 +173,7 @@ def test_a_repeated_section_is_not_called_incomplete_where_it_is_complete(compla
 
 def test_a_repeated_controller_is_called_repeated(complaints):
     found = complaints(VISCO_ELASTIC + "controller: {}\n")
-    assert any("20:1: controller: stands twice" in message for message in found)
+    assert any("20:1: controller: is given twice" in message for message in found)
 
 
 def test_a_misspelt_controller_is_named(complaints):

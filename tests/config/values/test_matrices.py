@@ -1,4 +1,4 @@
-"""Inertia and gains: three positive numbers, or a symmetric positive definite matrix."""
+"""Inertia and gains are three positive numbers or a symmetric positive definite matrix."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ REFUSED = [
         ],
     ),
     ("[[1, 2, 0], [0, 9, 0], [0, 0, 1]]", ["body.inertia: is not symmetric (expected a symmetric"]),
-    # Asymmetric by one unit in the last place: whoever writes a matrix writes both halves alike.
+    # Asymmetric by one unit in the last place: both halves of a matrix are written alike.
     (
         "[[1, 0, 0.1], [0, 1, 0], [0.10000000000000002, 0, 1]]",
         ["body.inertia: is not symmetric (expected a symmetric"],
@@ -44,7 +44,7 @@ REFUSED = [
         ["body.inertia: is not positive definite, its smallest eigenvalue is -1 (exp"],
     ),
     ("[[0, 0, 0], [0, 0, 0], [0, 0, 0]]", ["body.inertia: is not positive definite"]),
-    # Singular: its smallest eigenvalue is computed as a number of the order of round-off.
+    # Singular: the computed smallest eigenvalue is of the order of round-off.
     ("[[1, 1, 1], [1, 1, 1], [1, 1, 1]]", ["body.inertia: is not positive definite"]),
     (
         "[[0.1, 0.2, 0.3], [0.2, 0.4, 0.6], [0.3, 0.6, 0.9]]",
@@ -88,7 +88,7 @@ def test_every_gain_must_be_positive_definite(complaints, key):
 
 
 def test_accepted(load):
-    """A full matrix stays one, and definite is definite however small."""
+    """A full matrix stays a full matrix; a small definite matrix is definite."""
     rng = np.random.default_rng(5)
     for scale in (1e-9, 1.0, 1e9):
         root = rng.normal(size=(3, 3))
@@ -108,7 +108,7 @@ SINGULAR = [
 
 @pytest.mark.parametrize("value", SINGULAR)
 def test_a_singular_matrix_whose_smallest_eigenvalue_is_computed_as_positive(complaints, value):
-    """Its determinant is zero to the last decimal; eigenvalues come out as 1e-17 or so."""
+    """The exact determinant is zero; the computed eigenvalue is about 1e-17."""
     (message,) = complaints(edited(DAMPING, f"L_r: {value}"))
     assert message.startswith("11:8: controller.L_r: is not positive definite")
 

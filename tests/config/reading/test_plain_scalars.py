@@ -1,4 +1,4 @@
-"""Plain scalars are read by the core schema of YAML 1.2, whatever PyYAML makes of them."""
+"""Plain scalars follow the core schema of YAML 1.2, where PyYAML follows YAML 1.1."""
 
 import math
 
@@ -131,6 +131,6 @@ def test_places_of_all_values_and_keys():
     assert place("a", 0, "c") == "2:15"
     assert place("a", 0, "c", of_key=True) == "2:12"
     assert place("a", 1) == "3:7"
-    # What is absent stands where its nearest parent does.
+    # A missing value has the place of its nearest parent.
     assert place("a", 0, "x", "y", of_key=True) == "2:5"
     assert place("z") == "1:1"

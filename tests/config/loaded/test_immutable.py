@@ -1,8 +1,10 @@
-"""A config cannot be changed, and says in full what will be run."""
+"""A loaded config cannot be changed, and it contains all defaults."""
+
+from typing import Any
 
 import pytest
 from pydantic import BaseModel, ValidationError
-from support.configs import BY_VARIANT, PERMANENT, VISCO_ELASTIC
+from support.configs import BY_VARIANT, PERMANENT, SOLVER_DEFAULTS, VISCO_ELASTIC
 
 
 def sections(model, path=""):
@@ -60,18 +62,9 @@ def test_equal_configs_have_one_hash(load):
 
 ZERO = (0.0, 0.0, 0.0)
 
-INTEGRATION = {
-    "samples": 401,
-    "engine": "scipy",
-    "method": "DOP853",
-    "rtol": 1e-12,
-    "atol": 1e-12,
-    "range_bound": 1e-3,
-    "step_limit": 1_000_000,
-    "time_limit": 600.0,
-}
+INTEGRATION: dict[str, Any] = {"samples": 401, **SOLVER_DEFAULTS}
 
-DEFAULTS = {
+DEFAULTS: dict[str, dict[str, Any]] = {
     "free": {"position": ZERO, "velocity": ZERO, "coordinates": "Z"},
     "permanent": {"coordinates": "reduced", "drift_control": "none", "anchor": "origin"},
     "visco-elastic": {

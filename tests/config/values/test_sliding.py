@@ -1,8 +1,9 @@
+"""Keys of the sliding variant: surfaces, laws, and the switching that they select."""
+
 import pytest
 from support.configs import VISCO_ELASTIC, edited
 
 from rbstab.config.build import config_warnings, problem_of
-from rbstab.config.load import load_config
 
 TEXT = edited("variant: visco-elastic", "variant: sliding")
 TEXT = "\n".join(line for line in TEXT.splitlines() if "_c:" not in line) + "\n"
@@ -42,35 +43,28 @@ def test_surfaces_that_are_refused(complaints):
 def test_sticking_is_for_the_position(complaints):
     text = edited("surface: position", "surface: {slope: 20}\n  stick_energy: 1", TEXT)
     (message,) = complaints(text)
-    expected = "has no effect on a slope, which slides (expected surface: position)"
+    expected = "has no effect on a slope surface (expected surface: position)"
     assert message.endswith(f"controller.stick_energy: {expected}")
 
 
-def test_laws_and_what_they_switch(tmp_path):
+def test_laws_and_what_they_switch(load):
     laws = {
         "law: exact": (False, 0.0),
         "law: {boundary_layer: 0.5}": (True, 0.0),
         "law: {implicit: 0.25}": (False, 0.25),
     }
     for line, (layered, step) in laws.items():
-        path = tmp_path / "a.yaml"
-        path.write_text(edited("  K_t:", f"  {line}\n  K_t:", TEXT))
-        switching = problem_of(load_config(path)).switching
+        switching = problem_of(load(edited("  K_t:", f"  {line}\n  K_t:", TEXT))).switching
+        assert switching is not None
         assert (switching.layered, switching.step) == (layered, step)
-    assert problem_of(load_config(write(tmp_path, VISCO_ELASTIC))).switching is None
-
-
-def write(folder, text):
-    path = folder / "b.yaml"
-    path.write_text(text)
-    return path
+    assert problem_of(load(VISCO_ELASTIC)).switching is None
 
 
 def test_a_step_longer_than_the_samples_are_apart_is_warned_of(load):
     for h, warned in ((0.02, True), (0.01, False)):
         text = edited("  K_t:", f"  law: {{implicit: {h}}}\n  K_t:", TEXT)
         config = load(text, "integration.duration=1", "integration.samples=101")
-        assert any("steps of 0.01 s are made" in line for line in config_warnings(config)) == warned
+        assert any("steps of 0.01 s are used" in line for line in config_warnings(config)) == warned
 
 
 def test_a_misspelt_law_is_the_one_that_it_resembles(complaints):

@@ -1,0 +1,55 @@
+"""Declarations of the gains and own states of an element.
+
+Config models, the JSON Schema, the units of sweep columns, names and sizes in result files, and
+tables of the documentation follow from these declarations.
+"""
+
+from typing import Literal, NamedTuple
+
+Shape = Literal["matrix", "diagonal", "number"]
+"""A symmetric 3x3 matrix (a config may give its diagonal), three numbers, or one number."""
+
+
+class Gain(NamedTuple):
+    """A gain of an element.
+
+    Attributes:
+        name: The name in equations, configs and files, such as `K_t`.
+        unit: The SI unit.
+        description: The meaning and the frame, in words.
+        shape: The shape of its value in a config.
+        positive: Whether a matrix must be positive definite, or each number positive.
+        dissipates: Whether the gain is a damping matrix. If so, the certificate checks its smallest
+            eigenvalue.
+    """
+
+    name: str
+    unit: str
+    description: str
+    shape: Shape = "matrix"
+    positive: bool = True
+    dissipates: bool = False
+
+
+class OwnState(NamedTuple):
+    """A vector of own states of an element.
+
+    Attributes:
+        name: The name in configs (`initial`) and files, such as `connector_state`.
+        symbol: The symbol in equations, such as `D`.
+        unit: The SI unit.
+        description: The meaning, with frame and equation.
+        size: The length of the vector. With length three it has the dimension `axis` in files,
+            otherwise a dimension of its own.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    description: str
+    size: int = 3
+
+    @property
+    def dimension(self) -> str:
+        """The dimension of its array in files."""
+        return "axis" if self.size == 3 else f"{self.name}_component"

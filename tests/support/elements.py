@@ -1,0 +1,122 @@
+"""Random elements of every kind that the program knows, made from the gains that each declares.
+
+A new element in the registry needs nothing here, unless it has fields that are not declared gains.
+"""
+
+from collections.abc import Callable
+from dataclasses import MISSING, fields
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+
+from rbstab.elements.declarations import Gain
+from rbstab.elements.element import Element
+from rbstab.elements.gravity import Gravity
+from rbstab.elements.registry import ELEMENTS
+from rbstab.elements.sliding import SlidingConnector
+
+SCALES = {"N/m": 1000.0, "N s/m": 100.0, "N m/rad": 100.0, "N m s/rad": 10.0}
+"""The size of a random gain by its unit; 100 for any other unit."""
+
+
+def random_spd(rng: np.random.Generator, scale: float = 1.0) -> np.ndarray:
+    """Return a symmetric positive definite 3x3 matrix that is far from diagonal."""
+    root = rng.normal(size=(3, 3))
+    return scale * (root @ root.T + 0.5 * np.eye(3))
+
+
+def random_gain(rng: np.random.Generator, gain: Gain) -> Any:
+    """Return a random value of the shape and the definiteness that a gain declares."""
+    scale = SCALES.get(gain.unit, 100.0)
+    if gain.shape == "matrix":
+        if gain.positive:
+            return random_spd(rng, scale)
+        matrix = scale * rng.normal(size=(3, 3))
+        return matrix + matrix.T
+    size = 3 if gain.shape == "diagonal" else None
+    values = scale * (rng.uniform(0.5, 2.0, size) if gain.positive else rng.normal(size=size))
+    return values if size else float(values)
+
+
+class Form(NamedTuple):
+    """One way to fill the fields of an element that are not declared gains.
+
+    Attributes:
+        name: For the ids of tests; empty for the only form of an element.
+        fields: Makes random values of these fields.
+        has_potential: Whether `stored` is the potential of the element's force.
+        unstretched: The energy stored at X = E = 0, Θ = 0, of an element of this form.
+    """
+
+    name: str = ""
+    fields: Callable[[np.random.Generator], dict[str, Any]] = lambda _: {}
+    has_potential: bool = True
+    unstretched: Callable[[Any], float] = lambda _: 0.0
+
+
+def _weight(rng: np.random.Generator) -> dict[str, Any]:
+    return {"weight": rng.normal(size=3) * 100}
+
+
+def _sliding(slides: bool, layered: bool) -> Callable[[np.random.Generator], dict[str, Any]]:
+    """Return what makes the surface, and the modes outside a layer or inside it."""
+
+    def made(rng: np.random.Generator) -> dict[str, Any]:
+        layer = np.full(3, float(layered))
+        return {
+            "rate_weight": float(slides),
+            "slope": float(rng.uniform(2, 20)) if slides else 1.0,
+            "mode": rng.choice([-1.0, 1.0], size=3) * (1 - layer),
+            "layer": layer,
+            "layer_width": float(rng.uniform(0.5, 2)),
+        }
+
+    return made
+
+
+def _energy_of_the_layers(element: SlidingConnector) -> float:
+    """Return Σ K_s δ/2: the V of the sign and the parabola of the layer meet at |E| = δ."""
+    return float(element.layer @ element.K_s * element.layer_width / 2)
+
+
+FORMS: dict[type[Element], tuple[Form, ...]] = {
+    Gravity: (Form(fields=_weight),),
+    SlidingConnector: (
+        Form("s = E", _sliding(slides=False, layered=False)),
+        Form(
+            "s = E in its layer",
+            _sliding(slides=False, layered=True),
+            unstretched=_energy_of_the_layers,
+        ),
+        Form("s = F + κE", _sliding(slides=True, layered=False), has_potential=False),
+        Form("s = F + κE in its layer", _sliding(slides=True, layered=True), has_potential=False),
+    ),
+}
+"""The forms of the elements with fields that are not declared gains."""
+
+
+def forms_of(kind: type[Element]) -> tuple[Form, ...]:
+    """Return the forms of an element."""
+    return FORMS.get(kind, (Form(),))
+
+
+CASES = [(kind, form) for kind in ELEMENTS for form in forms_of(kind)]
+"""Every element in each of its forms."""
+
+
+def case_id(case: tuple[type[Element], Form]) -> str:
+    """Return the id of a case in the names of tests."""
+    kind, form = case
+    return f"{kind.__name__} {form.name}".rstrip()
+
+
+def random_element(
+    rng: np.random.Generator, kind: type[Element], form: Form | None = None
+) -> Element:
+    """Return a random element in one of its forms, by default in the first."""
+    values = {gain.name: random_gain(rng, gain) for gain in kind.gains}
+    values |= (form or forms_of(kind)[0]).fields(rng)
+    needed = [f.name for f in fields(cast("Any", kind)) if f.default is MISSING]
+    missing = [name for name in needed if name not in values]
+    assert not missing, f"{kind.__name__}: no declared gains, add them to `FORMS`: {missing}"
+    return kind(**values)

@@ -1,3 +1,5 @@
+"""Short runs of every kind, as results in memory and as files."""
+
 import pytest
 from support.configs import EMBEDDED, FREE, PERMANENT, VISCO_ELASTIC, edited, plain
 
@@ -5,7 +7,7 @@ from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
 from rbstab.store.run_file import write_result
 
-# Short: what a file holds does not depend on how long the motion was followed.
+# Short runs suffice: the duration of a run does not change the kinds of content of its file.
 SHORT = ("integration.duration=0.02", "integration.samples=5", "integration.rtol=1e-9")
 
 KINDS = {
@@ -21,7 +23,7 @@ KINDS = {
 
 @pytest.fixture(scope="session")
 def runs(tmp_path_factory):
-    """A short run of every kind, as it was computed and the file it was written to."""
+    """By kind: a short run in memory, and the file of it."""
     folder = tmp_path_factory.mktemp("runs")
     found = {}
     for kind, text in KINDS.items():
@@ -34,10 +36,11 @@ def runs(tmp_path_factory):
 
 @pytest.fixture(params=KINDS)
 def kind(request):
+    """The kind of the run."""
     return request.param
 
 
 @pytest.fixture
 def run(runs, kind):
-    """One of the runs: the result in memory, and its file."""
+    """The run of that kind: the result in memory, and its file."""
     return runs[kind]

@@ -1,4 +1,4 @@
-"""What a result file must hold, with its dimensions and units."""
+"""Protects the content of a result file: arrays, dimensions, units, attributes, and HDF5 layout."""
 
 from datetime import UTC, datetime, timedelta
 from importlib.metadata import version
@@ -102,27 +102,34 @@ def test_status(run, kind):
     stored = open_result(path)
     if kind == "stopped":
         assert stored.status == "range left"
-        assert "t = 0 s" in stored.attributes["status_detail"]
+        detail = stored.attributes["status_detail"]
+        assert isinstance(detail, str)
+        assert "t = 0 s" in detail
         assert stored["time"].tolist() == [0.0]
     else:
         assert stored.status == "completed"
         assert stored.attributes["status_detail"] == ""
         assert stored["time"] == pytest.approx([0, 0.005, 0.01, 0.015, 0.02], abs=1e-16)
-        assert stored.attributes["steps"] > 0
-        assert stored.attributes["evaluations"] > 0
-        assert stored.attributes["wall_time"] > 0
+        for name in ("steps", "evaluations", "wall_time"):
+            number = stored.attributes[name]
+            assert isinstance(number, int | float)
+            assert number > 0
 
 
 def test_created_now_in_utc(run):
     _, path = run
-    created = datetime.fromisoformat(open_result(path).attributes["created"])
+    text = open_result(path).attributes["created"]
+    assert isinstance(text, str)
+    created = datetime.fromisoformat(text)
     assert created.utcoffset() == timedelta(0)
     assert timedelta(0) <= datetime.now(UTC) - created + timedelta(seconds=1) < timedelta(hours=1)
 
 
 def test_warnings_name_the_broken_triangle(run):
     _, path = run
-    assert "10 > 8 + 0.4" in open_result(path).attributes["warnings"]
+    warnings = open_result(path).attributes["warnings"]
+    assert isinstance(warnings, str)
+    assert "10 > 8 + 0.4" in warnings
 
 
 def test_the_stored_config_is_the_run(run, tmp_path):
@@ -151,7 +158,7 @@ def test_axes_and_finite_numbers(run):
 
 
 def datasets(file):
-    """Every array of a file by its name, those of groups too."""
+    """Return every array of a file by name, with those in groups."""
     found = {}
     file.visititems(lambda name, entry: found.update({name: entry}))
     return {name: entry for name, entry in found.items() if isinstance(entry, h5py.Dataset)}
@@ -161,7 +168,7 @@ SCALES = ("time", "axis", "part", "certificate/check")
 
 
 def test_layout(run):
-    """Readable everywhere and in place: no unlimited dimension, no compression, no chunks."""
+    """Every reader can map the arrays: no unlimited dimension, no compression, no chunks."""
     _, path = run
     with h5py.File(path) as file:
         for name, dataset in datasets(file).items():
@@ -180,7 +187,7 @@ def test_layout(run):
 
 
 def test_creation_order_is_tracked(run):
-    """netCDF-4 asks for it: of the names in the file, and of the attributes of every array."""
+    """netCDF-4 requires it for the names in the file and the attributes of every array."""
     tracked = h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED
     _, path = run
     with h5py.File(path) as file:
@@ -208,6 +215,6 @@ def test_the_config_says_what_it_is(run):
 
 
 def test_small(run):
-    """A file of five samples is mostly names and units."""
+    """A file with five samples consists mostly of names and units."""
     _, path = run
     assert path.stat().st_size < 40_000

@@ -1,4 +1,4 @@
-"""Every reader of HDF5 and netCDF-4 finds the same values, dimensions, units and texts."""
+"""Protects other readers: all readers of HDF5 and netCDF-4 find equal values, units and texts."""
 
 import h5py
 import netCDF4
@@ -9,7 +9,7 @@ from support.results import assert_equal
 from rbstab.store.run_file import open_result
 
 FILE_ONLY = ("schema_version", "digest")
-"""Attributes that are about the file, not about the run."""
+"""Attributes of the file, not of the run."""
 
 
 def ungrouped(result):
@@ -20,7 +20,7 @@ def grouped(result):
     return [name for name in result.variables if "/" in name]
 
 
-def members(result):
+def certificate_of(result):
     return {name.removeprefix("certificate/"): result.variables[name] for name in grouped(result)}
 
 
@@ -61,7 +61,7 @@ def test_netcdf4(run):
     with netCDF4.Dataset(path) as file:
         assert file.data_model == "NETCDF4"
         assert set(file.variables) == {*ungrouped(result), "config"}
-        assert set(file["certificate"].variables) == set(members(result))
+        assert set(file["certificate"].variables) == set(certificate_of(result))
         sizes = {name: len(dimension) for name, dimension in file.dimensions.items()}
         assert sizes == {
             "axis": 3,
@@ -104,10 +104,10 @@ def test_the_certificate_is_a_group(run):
     result, path = run
     for engine in ("h5netcdf", "netcdf4"):
         with xarray.open_dataset(path, engine=engine, group="certificate") as dataset:
-            assert set(dataset.variables) == set(members(result))
+            assert set(dataset.variables) == set(certificate_of(result))
             assert set(dataset.coords) == {"check"}
-            assert_arrays(dataset, members(result))
-    assert_arrays(result.to_xarray("certificate"), members(result))
+            assert_arrays(dataset, certificate_of(result))
+    assert_arrays(result.to_xarray("certificate"), certificate_of(result))
 
 
 def test_xarray_with_h5netcdf(run):
@@ -130,7 +130,7 @@ def test_the_dataset_from_memory_is_the_one_from_the_file(run):
 
 
 def test_selecting_by_name(runs):
-    """What dimensions and coordinates are there for."""
+    """Dimensions and coordinates select entries by name."""
     result, path = runs["visco-elastic"]
     with xarray.open_dataset(path, engine="h5netcdf") as dataset:
         spring = dataset["energy"].sel(part="rotational stabilizer", time=0.02).item()

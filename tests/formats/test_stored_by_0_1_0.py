@@ -1,9 +1,4 @@
-"""Protects what users have: runs, proofs, sweeps and reports that version 0.1.0 stored.
-
-`data/0.1.0` was written once by that version and is never written again. `runs` and `proofs` are of
-`rbstab run` (with `--prove` where a proof is there); `sweeps` are two finished folders, one whose
-process was killed, and one that a first of two parts has left; `reports` are two reports.
-"""
+"""Protects the files of users: runs, proofs, sweeps and reports that version 0.1.0 stored."""
 
 import hashlib
 import json
@@ -21,7 +16,7 @@ from rbstab_cli.main import cli
 
 STORED = Path(__file__).parent / "data" / "0.1.0"
 
-# As `rbstab show` of version 0.1.0 printed them.
+# The status and verdict that `rbstab show` of version 0.1.0 printed.
 RUNS = {
     "embedded": ("completed", "consistent"),
     "free_gravity": ("completed", "consistent"),
@@ -43,14 +38,14 @@ def call(*arguments):
 
 
 def bytes_below(folder):
-    """The content of each file below a folder, by its path in it."""
+    """Return the content of each file below a folder by relative path."""
     files = (path for path in sorted(folder.rglob("*")) if path.is_file())
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
 @pytest.fixture
 def results(tmp_path):
-    """A folder of results as a user has it."""
+    """A folder of results like that of a user."""
     shutil.copytree(STORED / "runs", tmp_path / "results")
     shutil.copytree(STORED / "proofs", tmp_path / "results" / "proofs")
     return tmp_path / "results"
@@ -76,21 +71,21 @@ def test_a_run_opens(name):
 
 @pytest.mark.parametrize("name", RUNS)
 def test_a_config_keeps_its_meaning(name):
-    """Same identity, same motion: to round-off, for another processor has other last digits."""
+    """The run id is the same, and the motion up to round-off, which differs by processor."""
     stored = rbstab.open_result(STORED / "runs" / f"{name}.h5")
     config = rbstab.load_config(yaml.safe_load(stored.config))
     assert run_id(config) == stored.run_id
     again = rbstab.simulate(config)
-    assert list(again.variables) == list(stored.variables)
+    assert set(stored.variables) <= set(again.variables)
     for quantity in ("time", "orientation", "angular_velocity", "contact_displacement", "lyapunov"):
         scale = np.abs(stored[quantity]).max() or 1.0
-        # The bouncing point of s = E is chaotic; over these 0.02 s it has not grown yet.
+        # The chatter of s = E is chaotic, but in these 0.02 s the differences have not grown yet.
         assert np.abs(again[quantity] - stored[quantity]).max() < 1e-8 * scale, quantity
 
 
 @pytest.mark.parametrize("name", ["permanent_certified", "visco_elastic_proved"])
 def test_a_run_is_taken_as_it_stands(results, tmp_path, name):
-    """`rbstab run --prove` of the same config finds the run and its proof, and writes nothing."""
+    """`rbstab run --prove` of the same config finds the run and its proof and writes nothing."""
     shown = call("show", "--config", results / f"{name}.h5")
     (tmp_path / f"{name}.yaml").write_text(shown.stdout)
     before = bytes_below(results)
@@ -125,12 +120,12 @@ def test_traces_open(sweep):
 
 @pytest.mark.parametrize("sweep", ["begun_map"], indirect=True)
 def test_a_sweep_that_was_begun_goes_on(sweep):
-    """The shards that are there stay as they are, and those that are missing join them."""
+    """The stored shards stay unchanged, and the missing ones are added."""
     before = bytes_below(sweep / "shards")
     assert sorted(before) == ["00000000.npy", "00000002.npy"]
     done = call("sweep", sweep / "plan.yaml", "-o", sweep.parent)
     assert done.exit_code == 0, done.output
-    assert not (sweep.parent / "plan").exists(), "the sweep began anew beside its folder"
+    assert not (sweep.parent / "plan").exists(), "the sweep started again in a new folder"
     after = bytes_below(sweep / "shards")
     assert len(after) == 4
     assert {name: after[name] for name in before} == before
@@ -140,7 +135,7 @@ def test_a_sweep_that_was_begun_goes_on(sweep):
 @pytest.mark.parametrize("sweep", ["first_part_of_variants"], indirect=True)
 def test_a_second_part_joins_the_first(sweep):
     before = bytes_below(sweep / "shards")
-    done = call("sweep", sweep / "plan.yaml", "-o", sweep.parent, "--shard", "2/2")
+    done = call("sweep", sweep / "plan.yaml", "-o", sweep.parent, "--part", "2/2")
     assert done.exit_code == 0, done.output
     assert call("gather", sweep).exit_code == 0
     after = bytes_below(sweep / "shards")
@@ -152,7 +147,7 @@ def test_a_second_part_joins_the_first(sweep):
 
 @pytest.mark.parametrize("sweep", ["finished_map"], indirect=True)
 def test_all_of_it_is_reported(results, sweep, tmp_path):
-    """Every file is read, and a report of 0.1.0 gives way to the new one, as it did then."""
+    """The report reads every file, and replaces a report of 0.1.0 as that version did."""
     report = tmp_path / "report.txt"
     shutil.copy(STORED / "reports" / "report.txt", report)
     files = sorted(results.glob("*.h5"))
@@ -174,7 +169,7 @@ def test_a_markdown_report_is_known_as_a_report(results, tmp_path):
 
 
 def test_the_stored_files_are_those_that_were_stored():
-    """A fixture that changes protects nothing."""
+    """Changed files would protect nothing."""
     digest = hashlib.sha256()
     for name, content in bytes_below(STORED).items():
         digest.update(json.dumps([name, hashlib.sha256(content).hexdigest()]).encode())
@@ -188,7 +183,7 @@ def _same_table(found, expected):
             assert (found[name] == expected[name]).all(), name
             continue
         scale = np.nanmax(np.abs(expected[name].astype(float)), initial=0.0) or 1.0
-        # Steps may differ by one on another processor; the residual is nothing but round-off.
+        # Steps may differ by one on another processor; the residual is only round-off.
         bound = {"steps": 2.0, "energy_residual": 1e-9 * expected["lyapunov_start"].max()}
         difference = np.abs(found[name].astype(float) - expected[name]) / (
             1.0 if name in bound else scale

@@ -1,8 +1,4 @@
-"""A file of format 1, written once and kept: every later version must read it as it stands.
-
-It is the paper's held body without gravity, followed for 2 s and sampled every 0.05 s. It is never
-written again; a new format gets a file of its own.
-"""
+"""Protects a file of format 1, stored once: every later version must read it unchanged."""
 
 import hashlib
 import json
@@ -25,6 +21,7 @@ DIGEST = "9678f52c594c038bbef3e4e7e3110b742e8aa9bf607a5aff45f470e8907f5bfe"
 
 @pytest.fixture(scope="module")
 def stored():
+    """The result in the stored file."""
     return open_result(STORED)
 
 
@@ -57,7 +54,7 @@ SYMBOLS = {
 
 @pytest.mark.parametrize("name", SYMBOLS)
 def test_values_are_the_reference_solution(stored, name):
-    """Computed by another program: Taylor series in 80-bit numbers at tolerance 1e-18."""
+    """Another program computed them: Taylor series in 80-bit numbers at tolerance 1e-18."""
     case = json.loads(REFERENCE.read_text())["cases"]["permanent/0/S0_paper"]
     times = stored["time"]
     assert len(case["states"]) == 7
@@ -67,7 +64,7 @@ def test_values_are_the_reference_solution(stored, name):
 
 
 def test_energy_at_the_start_by_hand(stored):
-    """Half of 41 kg at (11.84, -4.32, 3.2) m/s, and of (10, 8, 0.4) kg m² at (16, 32, -16) 1/s."""
+    """½ m V'V with 41 kg and V = (11.84, -4.32, 3.2) m/s; ½ Ω'JΩ with Ω = (16, 32, -16) rad/s."""
     kinetic = 0.5 * 41 * (11.84**2 + 4.32**2 + 3.2**2) + 0.5 * (2560 + 8192 + 102.4)
     assert stored["part"].tolist() == [
         "kinetic",
@@ -77,7 +74,7 @@ def test_energy_at_the_start_by_hand(stored):
     ]
     assert stored["energy"][0] == pytest.approx([kinetic, 0, 0, 0], rel=1e-14)
     assert stored["lyapunov"][0] == pytest.approx(kinetic, rel=1e-14)
-    # V'L_t V and Ω'L_r Ω leave, of (210, 210, 140) N s/m and (60, 60, 42) N m s.
+    # V'L_t V and Ω'L_r Ω dissipate, with L_t = (210, 210, 140) N s/m and L_r = (60, 60, 42) N m s.
     translational = 210 * (11.84**2 + 4.32**2) + 140 * 3.2**2
     rotational = 60 * (16**2 + 32**2) + 42 * 16**2
     assert stored["dissipation"][0] == pytest.approx([0, 0, translational, rotational], rel=1e-14)
@@ -94,7 +91,7 @@ def test_energy_only_decreases(stored):
 
 
 def test_its_config_still_loads_as_that_run(stored, tmp_path):
-    """A result is recognised by this name, whatever version of the program asks."""
+    """Every version of the program recognises a result by its run id."""
     path = tmp_path / "config.yaml"
     path.write_text(stored.config, encoding="utf-8")
     config = load_config(path)

@@ -1,3 +1,5 @@
+"""The file permissions mask, restored after each test."""
+
 import os
 
 import pytest
@@ -5,7 +7,7 @@ import pytest
 
 @pytest.fixture
 def umask():
-    """Sets the mask of permissions of new files for one test."""
+    """A function that sets the permissions mask of new files for one test."""
     old = os.umask(0o022)
     yield os.umask
     os.umask(old)

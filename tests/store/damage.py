@@ -1,7 +1,4 @@
-"""Opens damaged copies of a result, one after the other, and tells how each ended.
-
-A program of its own: HDF5 may crash or never return on a damaged file, which no test survives.
-"""
+"""A program that opens damaged copies of a result and prints the outcome of each."""
 
 import sys
 from pathlib import Path
@@ -13,13 +10,13 @@ from rbstab.store.run_file import open_result
 
 
 def main(image: Path, work: Path, seeds: range, places: tuple[int, int]) -> None:
-    """Prints `seed outcome` for each seed.
+    """Print `seed outcome` for each seed.
 
     Args:
-        image: A good result.
-        work: The file that is damaged.
+        image: An undamaged result.
+        work: The file for the damaged copies.
         seeds: One for each copy.
-        places: The first byte that may be damaged, and the one to stop before.
+        places: The range of bytes that may be damaged, end excluded.
     """
     good = np.frombuffer(image.read_bytes(), dtype=np.uint8)
     for seed in seeds:

@@ -1,4 +1,4 @@
-"""A file is absent, or what it was, or complete: also when writing fails at any stage."""
+"""Protects atomic writes: a file is absent, unchanged or complete, even if writing fails."""
 
 import errno
 import os
@@ -31,7 +31,7 @@ def failing(number):
 
 @pytest.fixture(params=["new file", "existing file"])
 def path(request, tmp_path):
-    """A file to write, absent or there."""
+    """A path to write, absent or with old content."""
     path = tmp_path / "a.h5"
     if request.param == "existing file":
         path.write_bytes(OLD)
@@ -39,16 +39,16 @@ def path(request, tmp_path):
 
 
 @pytest.fixture
-def unchanged(path):
-    """Tells whether the folder is as it was before the test."""
+def is_unchanged(path):
+    """A function: whether the folder is as it was before the test."""
     before = path.read_bytes() if path.exists() else None
 
-    def unchanged():
+    def is_unchanged():
         if before is None:
             return names(path.parent) == []
         return names(path.parent) == [path.name] and path.read_bytes() == before
 
-    return unchanged
+    return is_unchanged
 
 
 def test_success(path):
@@ -57,15 +57,15 @@ def test_success(path):
     assert names(path.parent) == [path.name]
 
 
-def test_fsync_fails(path, unchanged, monkeypatch):
-    """A full disk is often told no earlier than here."""
+def test_fsync_fails(path, is_unchanged, monkeypatch):
+    """A full disk is often not reported before fsync."""
     monkeypatch.setattr(os, "fsync", failing(errno.ENOSPC))
     with pytest.raises(OSError, match="No space left"):
         write_atomically(path, NEW, replace=True)
-    assert unchanged()
+    assert is_unchanged()
 
 
-def test_the_disk_takes_only_a_part(path, unchanged):
+def test_the_disk_takes_only_a_part(path, is_unchanged):
     """The limit of file sizes cuts a real write short, as a full disk does."""
     old = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -76,7 +76,7 @@ def test_the_disk_takes_only_a_part(path, unchanged):
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, old)
         signal.signal(signal.SIGXFSZ, handler)
-    assert unchanged()
+    assert is_unchanged()
 
 
 @pytest.mark.parametrize("stage", ["replace", "link"])
@@ -90,20 +90,20 @@ def test_the_name_cannot_be_given(tmp_path, stage, monkeypatch):
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError, SystemExit])
-def test_an_interruption_leaves_nothing(path, unchanged, monkeypatch, error):
+def test_an_interruption_leaves_nothing(path, is_unchanged, monkeypatch, error):
     def interrupt(descriptor):
         raise error
 
     monkeypatch.setattr(os, "fsync", interrupt)
     with pytest.raises(error):
         write_atomically(path, NEW, replace=True)
-    assert unchanged()
+    assert is_unchanged()
 
 
 @pytest.mark.parametrize("content", [NEW, b"less than a buffer"])
 @pytest.mark.parametrize("replace", [False, True])
 def test_content_is_on_the_disk_before_the_name(tmp_path, replace, content, monkeypatch):
-    """Else a power cut leaves a name with nothing behind it. Then the folder, for the name."""
+    """Otherwise a power cut leaves a name without content. Then the folder is synced too."""
     path, seen = tmp_path / "a.h5", []
     fsync = os.fsync
 
@@ -139,7 +139,7 @@ def test_no_descriptor_is_left_open(tmp_path):
 
 
 def test_a_folder_that_cannot_be_synced_is_no_failure(tmp_path, monkeypatch):
-    """Some file systems refuse it; the file is there and whole nevertheless."""
+    """Some file systems refuse it; the file is complete nevertheless."""
     fsync = os.fsync
 
     def only_files(descriptor):
@@ -164,7 +164,7 @@ def test_an_existing_file_is_not_overwritten(tmp_path):
 
 
 def test_a_link_that_leads_nowhere_is_a_name_that_is_taken(tmp_path):
-    """Where it leads may be a disk that is not mounted now."""
+    """Its target may be on a disk that is not mounted now."""
     path = tmp_path / "a.h5"
     path.symlink_to(tmp_path / "elsewhere" / "b.h5")
     with pytest.raises(ResultExistsError, match="exists already"):
@@ -175,7 +175,7 @@ def test_a_link_that_leads_nowhere_is_a_name_that_is_taken(tmp_path):
 
 @pytest.mark.parametrize("number", [errno.EPERM, errno.EOPNOTSUPP, errno.EMLINK])
 def test_without_hard_links(tmp_path, monkeypatch, number):
-    """As on exFAT and some network file systems."""
+    """exFAT and some network file systems have none."""
     monkeypatch.setattr(os, "link", failing(number))
     path = tmp_path / "a.h5"
     write_atomically(path, OLD)
@@ -224,32 +224,34 @@ def test_results_are_written_this_way(tmp_path, monkeypatch):
 
 
 def test_two_writers_in_one_process(tmp_path, monkeypatch):
-    """Threads: the second writes just when the first has given its file the name."""
-    path, link, losses = tmp_path / "a.h5", os.link, []
+    """The second writer starts just after the first one has named its file."""
+    path, link, refusals = tmp_path / "a.h5", os.link, []
 
-    def meanwhile(old, new):
+    def link_then_write_again(old, new):
         monkeypatch.setattr(os, "link", link)
         link(old, new)
         with pytest.raises(ResultExistsError) as caught:
             write_atomically(path, OLD)
-        losses.append(caught.value)
+        refusals.append(caught.value)
 
-    monkeypatch.setattr(os, "link", meanwhile)
+    monkeypatch.setattr(os, "link", link_then_write_again)
     write_atomically(path, NEW)
-    assert losses
+    assert refusals
     assert path.read_bytes() == NEW
 
 
 def test_what_a_killed_process_left_behind_is_not_reused(tmp_path, monkeypatch):
-    """Killed between giving the name and removing the other one, it leaves the result with two
-    names. Whoever writes into the second one, writes into the result."""
+    """A process killed between naming its file and removing the temporary name leaves both names.
+
+    A process that wrote to the temporary name again would change the result.
+    """
     path = tmp_path / "a.h5"
 
-    def too_late(path, **options):
+    def do_nothing(path, **options):
         pass
 
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "unlink", too_late)
+        patch.setattr(Path, "unlink", do_nothing)
         write_atomically(path, OLD)
     assert len(names(tmp_path)) == 2
     assert path.stat().st_nlink == 2

@@ -1,3 +1,5 @@
+"""Protects the digest of a result: it changes with the content and with nothing else."""
+
 import dataclasses
 
 import h5py
@@ -24,7 +26,7 @@ def test_a_changed_attribute_is_noticed(tmp_path, name, value):
     write_result(path, result())
     with h5py.File(path, "r+") as file:
         file.attrs[name] = value
-    with pytest.raises(NotAResultError, match="not what was written"):
+    with pytest.raises(NotAResultError, match="does not match its digest"):
         open_result(path)
 
 
@@ -46,7 +48,7 @@ def test_every_part_of_a_variable_counts():
 
 
 def test_the_layout_in_memory_does_not_count():
-    """The same numbers in another byte order, or column by column, are the same result."""
+    """The same numbers in another byte order or memory order are the same result."""
     original = result()
     energy, v = original.variables["energy"], original.variables["lyapunov"]
     other = original.variables | {

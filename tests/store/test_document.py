@@ -1,11 +1,18 @@
+"""Protects JSON documents with a digest: numbers come back exactly, and damage is noticed."""
+
 import json
+from typing import Any
 
 import pytest
 
 from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import NotAResultError, StoreError
 
-DATA = {"numbers": [0.1, 1e-300, -0.0, 5e-324, 1 / 3], "text": "θ2 = -π/2", "nothing": None}
+DATA: dict[str, Any] = {
+    "numbers": [0.1, 1e-300, -0.0, 5e-324, 1 / 3],
+    "text": "θ2 = -π/2",
+    "nothing": None,
+}
 
 
 def test_numbers_and_texts_come_back_to_the_last_digit(tmp_path):
@@ -26,7 +33,7 @@ def test_it_takes_the_place_of_what_was_there(tmp_path):
 
 def test_any_changed_character_is_noticed(tmp_path):
     path = tmp_path / "a.json"
-    # Without the smallest of all numbers, which 7e-324 is too.
+    # Without the smallest number: 5e-324 and 7e-324 are the same double.
     write_document(path, {**DATA, "numbers": [0.1, 1e-300, 1 / 3]})
     text = path.read_text()
     changed = 0

@@ -1,7 +1,4 @@
-"""A result that leads to other files, or to itself by another name, is not read.
-
-A file from elsewhere could otherwise bring in what only its reader can see.
-"""
+"""Protects the reader of a result from links: to other files, or to itself by another name."""
 
 import h5py
 import numpy as np
@@ -16,7 +13,7 @@ SECRET = b"secret" * 10
 
 @pytest.fixture
 def file(tmp_path):
-    """A good result, open for changes, beside another one and a file of text."""
+    """A valid result, open for changes, beside another result and a text file."""
     write_result(tmp_path / "other.h5", result(1))
     (tmp_path / "secret.txt").write_bytes(SECRET)
     write_result(tmp_path / "a.h5", result())
@@ -80,7 +77,7 @@ def test_as_one_more_array(file, make):
 
 @pytest.mark.parametrize("make", MAKERS)
 def test_in_place_of_an_array(file, make):
-    """Also one that other arrays have as their dimension."""
+    """A link in place of an array is refused like an additional one."""
     del file["lyapunov"]
     make(file, "lyapunov")
     refused(file, "lyapunov")
@@ -94,9 +91,9 @@ def test_in_place_of_the_config(file, make):
 
 
 def test_an_array_that_was_added_later_is_not_what_was_written(file):
-    """Not even one that leads nowhere else."""
+    """This holds even for a hard link to an array of the same file."""
     file["again"] = file["lyapunov"]
     path = file.filename
     file.close()
-    with pytest.raises(NotAResultError, match="not what was written"):
+    with pytest.raises(NotAResultError, match="does not match its digest"):
         open_result(path)

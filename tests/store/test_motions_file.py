@@ -1,7 +1,9 @@
-"""Files of motions: every reader finds what was written, and damage is noticed."""
+"""Protects files of motions: every reader finds what was written, and damage is noticed."""
 
 import errno
 import hashlib
+import io
+import shutil
 
 import h5py
 import netCDF4
@@ -11,10 +13,10 @@ import xarray
 
 from rbstab.store import motions_file
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
-from rbstab.store.motions import Motions, joined
-from rbstab.store.motions_file import check_motions, read_motions, stamp_of, write_motions
+from rbstab.store.motions import Motions, stack_motions
+from rbstab.store.motions_file import check_motions, read_checksum, read_motions, write_motions
 from rbstab.store.result import Variable
-from rbstab.store.seal import SEAL_SIZE, stated_seal
+from rbstab.store.seal import SEAL_SIZE, read_seal
 
 SAMPLES = 7
 
@@ -55,8 +57,8 @@ def assert_same(found, expected):
 
 
 def test_what_is_written_is_read(file):
-    path, stamp = file
-    check_motions(path, stamp)
+    path, checksum = file
+    check_motions(path, checksum)
     assert_same(read_motions(path), motions())
     assert "energy" in read_motions(path)
     assert "mass" not in read_motions(path)
@@ -73,7 +75,7 @@ def test_one_run(file):
 
 
 def test_runs_side_by_side(file):
-    found = joined([read_motions(file[0], row) for row in (3, 0)])
+    found = stack_motions([read_motions(file[0], row) for row in (3, 0)])
     whole = motions()
     assert found["run"].tolist() == [9, 3]
     assert (found["position"] == whole["position"][[3, 0]]).all()
@@ -99,11 +101,11 @@ def test_other_readers(file):
 
 
 def test_the_seal_is_the_digest_of_all_before_it(file):
-    path, stamp = file
+    path, checksum = file
     content = path.read_bytes()
-    assert hashlib.sha256(content[:-SEAL_SIZE]).hexdigest() == stamp.digest == stated_seal(path)
-    assert stamp == stamp_of(path)
-    assert stamp.size == len(content)
+    assert hashlib.sha256(content[:-SEAL_SIZE]).hexdigest() == checksum.digest == read_seal(path)
+    assert checksum == read_checksum(path)
+    assert checksum.size == len(content)
 
 
 def test_the_same_motions_make_the_same_bytes(file, tmp_path):
@@ -113,15 +115,15 @@ def test_the_same_motions_make_the_same_bytes(file, tmp_path):
 
 
 def test_what_stands_behind_the_arrays_is_sealed_too(tmp_path):
-    """HDF5 puts a text that is too long for its place behind everything else."""
+    """HDF5 moves a text that is too long for its place to the end of the file."""
     path = tmp_path / "long.h5"
     long = motions()
     long = Motions(long.variables, {f"note_{k}": f"{k}" * 3000 for k in range(9)})
-    stamp = write_motions(path, long)
-    check_motions(path, stamp)
+    checksum = write_motions(path, long)
+    check_motions(path, checksum)
     assert_same(read_motions(path), long)
     last = path.read_bytes().rindex(long["energy"].tobytes())
-    assert stamp.size - last > 2 * long["energy"].nbytes + SEAL_SIZE
+    assert checksum.size - last > 2 * long["energy"].nbytes + SEAL_SIZE
 
 
 def test_numbers_of_many_blocks(tmp_path, monkeypatch):
@@ -134,18 +136,18 @@ def test_numbers_of_many_blocks(tmp_path, monkeypatch):
 
 
 def test_every_damage_is_noticed(file):
-    path, stamp = file
+    path, checksum = file
     content = path.read_bytes()
     rng = np.random.default_rng(2)
     for place in (*rng.integers(0, len(content), 40).tolist(), len(content) - 5):
         path.write_bytes(content[:place] + bytes([content[place] ^ 4]) + content[place + 1 :])
         with pytest.raises(NotAResultError, match="damaged"):
-            check_motions(path, stamp)
+            check_motions(path, checksum)
     for length in (0, 10, 2000, len(content) - 1):
         path.write_bytes(content[:length])
-        assert stamp_of(path) is None
+        assert read_checksum(path) is None
         with pytest.raises(NotAResultError, match="damaged"):
-            check_motions(path, stamp)
+            check_motions(path, checksum)
 
 
 def test_another_whole_file_is_not_this_one(file, tmp_path):
@@ -156,7 +158,7 @@ def test_another_whole_file_is_not_this_one(file, tmp_path):
 
 
 def test_an_absent_file(tmp_path):
-    assert stamp_of(tmp_path / "none.h5") is None
+    assert read_checksum(tmp_path / "none.h5") is None
     with pytest.raises(StoreError, match="cannot be read"):
         read_motions(tmp_path / "none.h5")
 
@@ -174,46 +176,42 @@ def test_files_of_others(tmp_path):
             read_motions(path)
 
 
-class Full:
-    """A disk that takes some bytes, then a part of a block, then nothing."""
+class FullDisk:
+    """Writes blocks until the free space, in bytes, is used up; then raises the error."""
 
-    def __init__(self, room):
-        self.room = room
+    def __init__(self, free):
+        self.free = free
 
     def __call__(self, file, block):
-        if len(block) > self.room:
+        if len(block) > self.free:
             raise OSError(errno.ENOSPC, "No space left on device")
-        self.room -= len(block)
+        self.free -= len(block)
         file.write(block)
 
 
-@pytest.mark.parametrize("room", [0, 100, 900])
-def test_a_disk_that_gets_full(file, monkeypatch, room):
-    path, stamp = file
-    monkeypatch.setattr(motions_file, "_write", Full(room))
+@pytest.mark.parametrize("free", [0, 100, 900])
+def test_a_disk_that_gets_full(file, monkeypatch, free):
+    path, checksum = file
+    monkeypatch.setattr(motions_file, "_write", FullDisk(free))
     with pytest.raises(StoreError, match="No space left"):
         write_motions(path, motions((0, 1, 2, 3)))
-    check_motions(path, stamp)
+    check_motions(path, checksum)
     assert [entry.name for entry in path.parent.iterdir()] == [path.name]
 
 
 def test_a_disk_that_is_full(tmp_path, monkeypatch):
-    usage = motions_file.shutil.disk_usage(tmp_path)
-    monkeypatch.setattr(motions_file.shutil, "disk_usage", lambda _: usage._replace(free=500))
+    usage = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=500))
     with pytest.raises(StoreError, match="No space left"):
         write_motions(tmp_path / "a.h5", motions())
     assert not list(tmp_path.iterdir())
 
 
 def test_a_write_that_takes_a_part_is_repeated(tmp_path, monkeypatch):
-    class Slow:
-        def __init__(self):
-            self.taken = b""
+    class FiveBytesAtATime(io.BytesIO):
+        def write(self, block, /):
+            return super().write(block[:5])
 
-        def write(self, block):
-            self.taken += bytes(block[:5])
-            return min(len(block), 5)
-
-    slow = Slow()
-    motions_file._write(slow, memoryview(b"twelve bytes"))
-    assert slow.taken == b"twelve bytes"
+    file = FiveBytesAtATime()
+    motions_file._write(file, memoryview(b"twelve bytes"))
+    assert file.getvalue() == b"twelve bytes"

@@ -1,4 +1,4 @@
-"""Several processes, and processes that are killed: real ones, as only those are torn apart."""
+"""Protects files from concurrent and killed writers, with real processes."""
 
 import signal
 import subprocess
@@ -12,23 +12,23 @@ SIZE = 4_000_000
 WRITER = """
 import sys
 from pathlib import Path
-from rbstab.store.atomic import write_whole
+from rbstab.store.atomic import write_atomically
 contents = [letter * {size} for letter in (b"a", b"b")]
 while True:
     for content in contents:
-        write_whole(Path(sys.argv[1]), content, replace=True)
+        write_atomically(Path(sys.argv[1]), content, replace=True)
     print("written", flush=True)
 """
 
 RACER = """
 import sys
 from pathlib import Path
-from rbstab.store.atomic import appearing
+from rbstab.store.atomic import atomic_path
 from rbstab.store.errors import ResultExistsError
 folder, me = Path(sys.argv[1]), sys.argv[2]
 for index in range({rounds}):
     try:
-        with appearing(folder / f"{{index}}.h5") as partial:
+        with atomic_path(folder / f"{{index}}.h5") as partial:
             partial.write_bytes(me.encode() * {size})
             print("ready", flush=True)
             sys.stdin.readline()
@@ -54,7 +54,7 @@ def whole(path):
 
 
 def test_killed_while_writing(tmp_path):
-    """At whatever instant: the old content, or the new one, and always all of it."""
+    """At any instant the file holds the complete old or the complete new content."""
     path = tmp_path / "a.h5"
     for delay in range(12):
         writer = spawn(WRITER.format(size=SIZE), path)
@@ -87,7 +87,7 @@ def test_one_of_several_writers_wins(tmp_path):
     racers = {me: spawn(script, tmp_path, me) for me in "abcd"}
     for index in range(rounds):
         path = tmp_path / f"{index}.h5"
-        # All have written all, and the name is free: whoever goes on first, it is a race.
+        # All racers have written their content and the name is free: now they race for it.
         for racer in racers.values():
             assert racer.stdout.readline() == "ready\n"
         assert not path.exists()

@@ -1,4 +1,4 @@
-"""What cannot be written or read is told in one sentence, as an error of the store."""
+"""Protects the errors of the store: one sentence for each file that cannot be read or written."""
 
 import re
 from pathlib import Path
@@ -28,7 +28,7 @@ def refused(path, kind):
 
 
 def test_kinds_of_errors():
-    """One kind to catch them all; none is an OSError, which h5py uses for everything."""
+    """One base class catches them all; none is an OSError, which h5py uses for everything."""
     for kind in (NotAResultError, NewerSchemaError, ResultExistsError):
         assert issubclass(kind, StoreError)
     assert not issubclass(StoreError, OSError | ValueError)
@@ -59,24 +59,24 @@ def test_hdf5_of_others(tmp_path):
     path = tmp_path / "a.h5"
     with h5py.File(path, "w") as file:
         file["x"] = [1, 2, 3]
-    assert refused(path, NotAResultError) == f"{path} is HDF5, but no result of rbstab"
+    assert refused(path, NotAResultError) == f"{path} is HDF5, but not a result of rbstab"
 
 
 @pytest.mark.parametrize("version", ["1", 1.0, b"1", [1], True])
 def test_schema_version_of_the_wrong_kind(stored, version):
     with h5py.File(stored, "r+") as file:
         file.attrs["schema_version"] = version
-    assert refused(stored, NotAResultError).endswith("is HDF5, but no result of rbstab")
+    assert refused(stored, NotAResultError).endswith("is HDF5, but not a result of rbstab")
 
 
 @pytest.mark.parametrize("version", [2, 3, 2**40])
 def test_newer_schema(stored, version):
     with h5py.File(stored, "r+") as file:
         file.attrs["schema_version"] = version
-        del file["config"]  # whatever else has changed: this comes first
+        del file["config"]  # The newer version is reported before any other defect.
     message = refused(stored, NewerSchemaError)
-    assert f"has schema version {version}, this rbstab knows up to 1" in message
-    assert message.endswith("please update")
+    assert f"(schema version {version}, this one reads up to 1)" in message
+    assert message.endswith("update rbstab")
 
 
 @pytest.mark.parametrize("kind", [np.int8, np.int32, np.uint64])
@@ -137,7 +137,7 @@ def test_config_that_is_no_array(stored, kind):
 
 
 def test_an_array_larger_than_any_memory(stored):
-    """A file of some kilobytes may claim it."""
+    """A file of a few kilobytes may declare such an array."""
     with h5py.File(stored, "r+") as file:
         dataset = file.create_dataset("x", shape=(10**13, 3), dtype="f8", chunks=(1000, 3))
         dataset.dims[0].attach_scale(file["time"])
@@ -164,7 +164,7 @@ def test_folder_below_a_file(stored):
 
 
 def test_file_below_a_file(stored):
-    """The words come from the operating system, and the path says where."""
+    """The message has the path and the reason of the operating system."""
     path = stored / "b.h5"
     assert re.fullmatch(f"{re.escape(str(path))} cannot be written: .+", refused_to_write(path))
 
@@ -189,7 +189,7 @@ def test_a_folder_is_not_replaced(tmp_path):
 
 
 def test_a_file_system_without_write_access():
-    """Not even root makes a file there."""
+    """In /proc not even root can create a file."""
     if not Path("/proc/self").exists():
         pytest.skip("no such file system here")
     assert refused_to_write(Path("/proc/1.h5")).startswith("/proc/1.h5 cannot be written: ")

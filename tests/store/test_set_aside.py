@@ -1,4 +1,4 @@
-"""Giving a result another name, which must be free."""
+"""Protects `move_aside`: a result gets another name only if that name is free."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""Shards: whole, sealed, and open to numpy."""
+"""Protects shard files: they come back unchanged, damage is noticed, and numpy opens them."""
 
 import json
 
@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
-from rbstab.store.seal import SEAL_SIZE, sealed
+from rbstab.store.seal import SEAL_SIZE, add_seal
 from rbstab.store.shard_file import DIGEST, read_shard, write_shard
-from rbstab.store.table import Column, Head
+from rbstab.store.table import Column, TableHeader
 
 LAYOUT = {
     "id": Column((), "S4", "1", "identity"),
@@ -31,7 +31,7 @@ def arrays_of(first, stop):
 @pytest.fixture
 def shard(tmp_path):
     path = tmp_path / "a.npy"
-    write_shard(path, Head(LAYOUT, 5, 7, {"plan_id": "x", "size": 7}), arrays_of(5, 12))
+    write_shard(path, TableHeader(LAYOUT, 5, 7, {"plan_id": "x", "size": 7}), arrays_of(5, 12))
     return path
 
 
@@ -48,11 +48,13 @@ def test_a_shard_comes_back(shard):
 
 def test_the_digest_is_that_of_the_content(shard, tmp_path):
     other = tmp_path / "b.npy"
-    digest = write_shard(other, Head(LAYOUT, 5, 7, {"size": 7, "plan_id": "x"}), arrays_of(5, 12))
+    digest = write_shard(
+        other, TableHeader(LAYOUT, 5, 7, {"size": 7, "plan_id": "x"}), arrays_of(5, 12)
+    )
     assert digest == read_shard(shard, LAYOUT).attributes[DIGEST]
     changed = arrays_of(5, 12)
     changed["steps"][3] += 1
-    assert write_shard(other, Head(LAYOUT, 5, 7, {}), changed) != digest
+    assert write_shard(other, TableHeader(LAYOUT, 5, 7, {}), changed) != digest
 
 
 def test_numpy_opens_it(shard):
@@ -82,11 +84,11 @@ def test_other_content_under_a_right_seal(tmp_path, shard):
     inner = shard.read_bytes()[:-SEAL_SIZE]
     array, _, _ = inner.rpartition(b"\n")
     newer = array + b"\n" + json.dumps({"schema_version": 2}).encode()
-    path.write_bytes(sealed(newer))
+    path.write_bytes(add_seal(newer))
     with pytest.raises(NewerSchemaError):
         read_shard(path, LAYOUT)
     for content in (b"", b"hello", array, array + b"\n[]", array + b"\n{}", array + b"\n{"):
-        path.write_bytes(sealed(content))
+        path.write_bytes(add_seal(content))
         with pytest.raises(NotAResultError):
             read_shard(path, LAYOUT)
 
@@ -94,7 +96,7 @@ def test_other_content_under_a_right_seal(tmp_path, shard):
 def test_nothing_is_unpickled(tmp_path):
     path = tmp_path / "c.npy"
     np.save(path, np.array([{"a": 1}], dtype=object), allow_pickle=True)
-    path.write_bytes(sealed(path.read_bytes() + b'\n{"schema_version": 1}'))
+    path.write_bytes(add_seal(path.read_bytes() + b'\n{"schema_version": 1}'))
     with pytest.raises(NotAResultError):
         read_shard(path, LAYOUT)
 
@@ -109,6 +111,6 @@ def test_other_columns(shard):
 
 def test_what_cannot_be_written_or_read(tmp_path):
     with pytest.raises(StoreError, match="written"):
-        write_shard(tmp_path / "no" / "a.npy", Head(LAYOUT, 0, 2, {}), arrays_of(0, 2))
+        write_shard(tmp_path / "no" / "a.npy", TableHeader(LAYOUT, 0, 2, {}), arrays_of(0, 2))
     with pytest.raises(StoreError, match="read"):
         read_shard(tmp_path / "no.npy", LAYOUT)

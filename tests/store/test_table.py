@@ -1,4 +1,4 @@
-"""Sweeps on disk: what was written comes back, in every reader, or is refused."""
+"""Protects sweep files and the folder lock: a file is read as it was written, or refused."""
 
 import errno
 import os
@@ -17,8 +17,8 @@ from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.lock import FolderInUseError, is_locked, locked
 from rbstab.store.result import Variable
 from rbstab.store.run_file import open_result
-from rbstab.store.seal import SEAL_SIZE, sealed
-from rbstab.store.table import Column, Head
+from rbstab.store.seal import SEAL_SIZE, add_seal
+from rbstab.store.table import Column, TableHeader
 from rbstab.store.table_file import read_table, write_table
 
 LAYOUT = {
@@ -52,22 +52,24 @@ def same(found, expected):
 
 
 @pytest.fixture
-def part(tmp_path):
+def segment(tmp_path):
+    """A file with seven consecutive members of a sweep."""
     path = tmp_path / "a.h5"
-    write_table(path, Head(LAYOUT, 5, 7, {"plan_id": "x", "size": 7}), [arrays_of(5, 12)])
+    write_table(path, TableHeader(LAYOUT, 5, 7, {"plan_id": "x", "size": 7}), [arrays_of(5, 12)])
     return path
 
 
 @pytest.fixture
 def sweep(tmp_path):
+    """The file of a whole sweep, written in three batches."""
     path = tmp_path / "s.h5"
-    parts = (arrays_of(*part) for part in [(0, 5), (5, 6), (6, 12)])
-    write_table(path, Head(LAYOUT, 0, 12, {"plan_id": "x"}, EXTRAS), parts)
+    batches = (arrays_of(*members) for members in [(0, 5), (5, 6), (6, 12)])
+    write_table(path, TableHeader(LAYOUT, 0, 12, {"plan_id": "x"}, EXTRAS), batches)
     return path
 
 
-def test_a_part_comes_back(part):
-    table = read_table(part)
+def test_a_part_comes_back(segment):
+    table = read_table(segment)
     same(table.arrays, arrays_of(5, 12))
     assert table["run"].tolist() == list(range(5, 12))
     assert dict(table.layout) == LAYOUT
@@ -86,17 +88,17 @@ def test_a_sweep_comes_back(sweep):
 
 
 def test_the_digest_of_arrays_does_not_depend_on_how_they_are_cut(sweep, tmp_path):
-    write_table(tmp_path / "t.h5", Head(LAYOUT, 0, 12, {"other": 1}), [arrays_of(0, 12)])
+    write_table(tmp_path / "t.h5", TableHeader(LAYOUT, 0, 12, {"other": 1}), [arrays_of(0, 12)])
     digests = [read_table(path).attributes["arrays_digest"] for path in (sweep, tmp_path / "t.h5")]
     assert digests[0] == digests[1]
     changed = arrays_of(0, 12)
     changed["final_position"][7, 1] = np.nextafter(changed["final_position"][7, 1], 1)
-    write_table(tmp_path / "t.h5", Head(LAYOUT, 0, 12, {}), [changed])
+    write_table(tmp_path / "t.h5", TableHeader(LAYOUT, 0, 12, {}), [changed])
     assert read_table(tmp_path / "t.h5").attributes["arrays_digest"] != digests[0]
 
 
-def test_xarray_and_others_open_it(sweep, part):
-    for path, length in ((sweep, 12), (part, 7)):
+def test_xarray_and_others_open_it(sweep, segment):
+    for path, length in ((sweep, 12), (segment, 7)):
         with xarray.open_dataset(path, engine="h5netcdf") as data:
             assert data.sizes["run"] == length
             assert data["final_position"].dims == ("run", "axis")
@@ -114,38 +116,38 @@ def test_xarray_and_others_open_it(sweep, part):
     assert ours["steps"].sel(run=7).item() == 7
 
 
-def test_any_damage_is_noticed(part):
-    content = part.read_bytes()
+def test_any_damage_is_noticed(segment):
+    content = segment.read_bytes()
     rng = np.random.default_rng(1)
     for at in [0, len(content) - 1, *rng.integers(0, len(content), 60).tolist()]:
-        part.write_bytes(content[:at] + bytes([content[at] ^ 4]) + content[at + 1 :])
+        segment.write_bytes(content[:at] + bytes([content[at] ^ 4]) + content[at + 1 :])
         with pytest.raises(NotAResultError):
-            read_table(part)
+            read_table(segment)
     for size in (0, 10, SEAL_SIZE, len(content) // 2, len(content) - 1):
-        part.write_bytes(content[:size])
+        segment.write_bytes(content[:size])
         with pytest.raises(NotAResultError):
-            read_table(part)
-    part.write_bytes(content + b"\n")
+            read_table(segment)
+    segment.write_bytes(content + b"\n")
     with pytest.raises(NotAResultError):
-        read_table(part)
+        read_table(segment)
 
 
-def test_other_files(tmp_path, part):
+def test_other_files(tmp_path, segment):
     path = tmp_path / "b.h5"
     with pytest.raises(StoreError, match="No such file"):
         read_table(path)
-    path.write_bytes(sealed(b"something"))
+    path.write_bytes(add_seal(b"something"))
     with pytest.raises(NotAResultError):
         read_table(path)
     for version, error in ((2, NewerSchemaError), ("1", NotAResultError)):
-        path.write_bytes(part.read_bytes()[:-SEAL_SIZE])
+        path.write_bytes(segment.read_bytes()[:-SEAL_SIZE])
         with h5py.File(path, "r+") as file:
             file.attrs["schema_version"] = version
-        path.write_bytes(sealed(path.read_bytes()))
+        path.write_bytes(add_seal(path.read_bytes()))
         with pytest.raises(error):
             read_table(path)
     with pytest.raises(NotAResultError):
-        open_result(part)
+        open_result(segment)
 
 
 def test_a_full_disk(tmp_path, monkeypatch, sweep):
@@ -157,11 +159,11 @@ def test_a_full_disk(tmp_path, monkeypatch, sweep):
     with monkeypatch.context() as patch:
         patch.setattr(os, "fsync", full)
         with pytest.raises(StoreError, match="No space left"):
-            write_table(sweep, Head(LAYOUT, 0, 2, {}), [arrays_of(0, 2)])
+            write_table(sweep, TableHeader(LAYOUT, 0, 2, {}), [arrays_of(0, 2)])
     usage = shutil.disk_usage(tmp_path)._replace(free=1000)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
     with pytest.raises(StoreError, match="No space left"):
-        write_table(sweep, Head(LAYOUT, 0, 2, {}), [arrays_of(0, 2)])
+        write_table(sweep, TableHeader(LAYOUT, 0, 2, {}), [arrays_of(0, 2)])
     assert sweep.read_bytes() == before
     assert [path.name for path in tmp_path.iterdir()] == ["s.h5"]
 
@@ -170,7 +172,7 @@ def test_threads_may_write_at_once(tmp_path):
     def write(index):
         for k in range(5):
             path = tmp_path / f"{index}-{k}.h5"
-            write_table(path, Head(LAYOUT, index, 50, {}), [arrays_of(index, index + 50)])
+            write_table(path, TableHeader(LAYOUT, index, 50, {}), [arrays_of(index, index + 50)])
 
     threads = [threading.Thread(target=write, args=(i,)) for i in range(4)]
     for thread in threads:
@@ -200,6 +202,7 @@ def test_the_lock(tmp_path):
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as holder:
+        assert holder.stdout is not None
         assert holder.stdout.readline() == "held\n"
         assert is_locked(tmp_path)
         with pytest.raises(FolderInUseError), locked(tmp_path):

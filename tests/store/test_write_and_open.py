@@ -1,4 +1,4 @@
-"""What is written is what is read: to the last bit, with names, units and texts."""
+"""Protects result files: the reader gets exactly what was written, with names, units and texts."""
 
 import dataclasses
 
@@ -59,7 +59,7 @@ def test_texts_survive(tmp_path, text):
 
 
 def test_warnings_of_any_length(tmp_path):
-    """Compact attributes of HDF5 end at 64 KiB."""
+    """Compact attributes of HDF5 hold at most 64 KiB."""
     original = result()
     written = dataclasses.replace(
         original, attributes=original.attributes | {"warnings": "odd\n" * 50_000}
@@ -109,7 +109,7 @@ def test_access():
     with pytest.raises(KeyError):
         one["velocity"]
     with pytest.raises(dataclasses.FrozenInstanceError):
-        one.config = ""
+        one.config = ""  # type: ignore[misc]  # The test writes to a frozen field on purpose.
 
 
 def test_as_a_dataset():

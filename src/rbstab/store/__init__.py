@@ -1,1 +1,1 @@
-"""Results on disk: the only code that touches HDF5. It knows arrays and names, not physics."""
+"""Results on disk. Only this package uses HDF5; it handles names and arrays, not physics."""

@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Atomic writing: a file appears complete or not at all."""
 
 import os
 import secrets
@@ -9,23 +9,23 @@ from pathlib import Path
 
 from rbstab.store.errors import ResultExistsError
 
-PARTIAL = ".part"
-"""How the name of a file ends that is being written."""
+PARTIAL_SUFFIX = ".part"
+"""The suffix of a file that is still being written."""
 
 
 def write_atomically(path: Path, content: bytes, *, replace: bool = False) -> None:
-    """Writes a file so that at every instant it is absent, or what was there before, or complete.
+    """Write a file atomically: at any time it is absent, unchanged, or complete.
 
-    The content goes to a hidden file in the same folder, reaches the disk, and takes its name then.
+    The content is written to a hidden file in the same folder, synced to disk, and then renamed.
 
     Args:
         path: The file; its folder must exist.
         content: The bytes.
-        replace: Whether a file of that name gives way.
+        replace: Whether an existing file is replaced.
 
     Raises:
         ResultExistsError: The file exists and `replace` is not set.
-        OSError: The disk is full, the folder cannot be written, and the like.
+        OSError: The file cannot be written, for example because the disk is full.
     """
     with atomic_path(path, replace=replace) as partial, partial.open("xb") as file:
         file.write(content)
@@ -33,22 +33,22 @@ def write_atomically(path: Path, content: bytes, *, replace: bool = False) -> No
 
 @contextmanager
 def atomic_path(path: Path, *, replace: bool = False) -> Iterator[Path]:
-    """The hidden name under which a file is to be written that takes its own name at the end.
+    """Return a context that yields a hidden path for writing, and renames the file at its end.
 
     Args:
         path: The file; its folder must exist.
-        replace: Whether a file of that name gives way.
+        replace: Whether an existing file is replaced.
 
     Yields:
-        A free name in the same folder. What stands there is removed where the block raises.
+        An unused path in the same folder. If the block raises an error, the file there is removed.
 
     Raises:
         ResultExistsError: The file exists and `replace` is not set.
         OSError: As `write_atomically`.
     """
-    # A name that no other writer has: not another thread, and not a killed process of the same
-    # number, whose remains can be a second name of the result itself.
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(8)}{PARTIAL}")
+    # The random name is unique. Another thread must not write to the same file. A killed process
+    # may have left a partial file that is a hard link to the result itself.
+    partial = path.with_name(f".{path.name}.{secrets.token_hex(8)}{PARTIAL_SUFFIX}")
     try:
         yield partial
         with partial.open("r+b") as file:
@@ -56,52 +56,54 @@ def atomic_path(path: Path, *, replace: bool = False) -> Iterator[Path]:
         if replace:
             partial.replace(path)
         else:
-            _take_free_name(partial, path)
+            _add_new_name(partial, path)
         _sync_folder(path.parent)
     finally:
         partial.unlink(missing_ok=True)
 
 
 def remove_partial_files(folder: Path, older_than: float = 0.0) -> None:
-    """Removes what killed writers left in a folder.
+    """Remove the partial files that killed writers left in a folder.
 
     Args:
         folder: The folder.
-        older_than: Where others may be writing, how long ago they must have written last, s.
+        older_than: Remove only files that were last written more than this time ago, s; 0 removes
+            all. Set it if other processes may be writing.
     """
-    for remains in folder.glob(f".*{PARTIAL}"):
+    for partial in folder.glob(f".*{PARTIAL_SUFFIX}"):
         with suppress(FileNotFoundError):
-            if not older_than or time.time() - remains.stat().st_mtime > older_than:
-                remains.unlink()
+            if not older_than or time.time() - partial.stat().st_mtime > older_than:
+                partial.unlink()
 
 
 def move_aside(path: Path, new: Path) -> None:
-    """Gives a file another name, which must be free.
+    """Rename a file; the new name must be unused.
 
     Raises:
-        ResultExistsError: The new name is taken.
+        ResultExistsError: The new name exists.
         OSError: As `write_atomically`.
     """
-    _take_free_name(path, new)
+    _add_new_name(path, new)
     path.unlink(missing_ok=True)
     _sync_folder(path.parent)
 
 
-def _take_free_name(old: Path, new: Path) -> None:
-    """A second name for a file, refused where that name is taken, also by another process."""
+def _add_new_name(old: Path, new: Path) -> None:
+    """Give a file a second name; fail if it exists, even if another process just created it."""
     try:
         os.link(old, new)
     except FileExistsError as error:
         raise ResultExistsError(f"{new} exists already") from error
     except OSError as error:
-        # Some file systems have no hard links; there the test and the rename are two steps.
+        # Some file systems have no hard links. There, another process may create
+        # the file between the test and the rename.
         if new.exists():
             raise ResultExistsError(f"{new} exists already") from error
         old.rename(new)
 
 
 def _sync_folder(folder: Path) -> None:
-    # Only POSIX lets a folder be opened; elsewhere the rename is as durable as it gets.
+    # A folder can only be opened on POSIX. Other systems have no way to sync the rename.
     with suppress(OSError, AttributeError):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:

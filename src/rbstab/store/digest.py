@@ -1,4 +1,4 @@
-"""The digest by which a result is known to be what was written."""
+"""The digest of a result, which shows whether its file was changed."""
 
 import hashlib
 import json
@@ -9,9 +9,9 @@ from rbstab.store.result import Result
 
 
 def digest_of(result: Result) -> str:
-    """SHA-256, in hexadecimal, of everything that a result holds.
+    """Return the SHA-256 of a whole result, in hexadecimal.
 
-    HDF5 does not notice a number that has changed on the disk; this does.
+    It detects a number that was changed on disk, which HDF5 does not.
     """
     digest = hashlib.sha256(result.config.encode())
     digest.update(json.dumps(result.attributes, sort_keys=True).encode())

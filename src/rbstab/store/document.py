@@ -1,4 +1,4 @@
-"""Plain data in a file of JSON that is whole or not there, with a digest of what it says."""
+"""JSON files of plain data, written atomically, each with a digest of its data."""
 
 import hashlib
 import json
@@ -10,19 +10,19 @@ from rbstab.store.errors import NotAResultError, StoreError
 
 
 def write_document(path: Path, data: dict[str, Any], *, replace: bool = True) -> None:
-    """Writes data, in place of what stood there.
+    """Write data to a JSON file.
 
     Args:
-        path: The file. Missing folders are made.
-        data: What JSON can hold; numbers come back to the last digit.
-        replace: Whether a file of that name gives way.
+        path: The file. Missing folders are created.
+        data: The data, of JSON's types; numbers are stored with all their digits.
+        replace: Whether an existing file is replaced.
 
     Raises:
         ResultExistsError: The file exists and `replace` is not set.
-        StoreError: The operating system refused.
+        StoreError: The file cannot be written.
     """
-    whole = {**data, "digest": _digest(data)}
-    text = json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False)
+    with_digest = {**data, "digest": _digest(data)}
+    text = json.dumps(with_digest, indent=1, ensure_ascii=False, allow_nan=False)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, text.encode(), replace=replace)
@@ -31,10 +31,10 @@ def write_document(path: Path, data: dict[str, Any], *, replace: bool = True) ->
 
 
 def read_document(path: Path) -> dict[str, Any]:
-    """Reads data.
+    """Read data from a JSON file.
 
     Raises:
-        NotAResultError: It is not what was written.
+        NotAResultError: The file is damaged.
         StoreError: The file cannot be read.
     """
     try:
@@ -48,9 +48,9 @@ def read_document(path: Path) -> dict[str, Any]:
     except (ValueError, KeyError, AttributeError, TypeError, RecursionError) as error:
         raise NotAResultError(f"{path} is damaged: {error}") from error
     if not intact:
-        raise NotAResultError(f"{path} is damaged: it is not what was written (by its digest)")
-    found: dict[str, Any] = data
-    return found
+        raise NotAResultError(f"{path} is damaged: its content does not match its digest")
+    verified: dict[str, Any] = data
+    return verified
 
 
 def _digest(data: dict[str, Any]) -> str:

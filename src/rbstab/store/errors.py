@@ -1,4 +1,4 @@
-"""What can go wrong between a result and the disk."""
+"""Errors of reading and writing results."""
 
 
 class StoreError(Exception):
@@ -6,12 +6,12 @@ class StoreError(Exception):
 
 
 class NotAResultError(StoreError):
-    """The file is not a result of rbstab, or is damaged."""
+    """A file is damaged, or is not a result of rbstab."""
 
 
 class NewerSchemaError(StoreError):
-    """The file was written by a newer rbstab, in a format that this one does not know."""
+    """A file was written by a newer rbstab, in a format that this one cannot read."""
 
 
 class ResultExistsError(StoreError):
-    """A result stands where one was to be written."""
+    """A result cannot be written because a file with its name exists."""

@@ -1,4 +1,4 @@
-"""A folder that one process at a time may write to, or several that share the work."""
+"""Folder locks: only one process, or only the processes that share the lock, may write."""
 
 import errno
 import sys
@@ -10,17 +10,17 @@ from typing import BinaryIO
 
 from rbstab.store.errors import StoreError
 
-LOCK = ".lock"
-"""The file that is locked. It stays where it is; its being there means nothing."""
+LOCK_FILE = ".lock"
+"""The lock file. It is never removed. Its existence means nothing; only the lock does."""
 
-TRIES = 6
-"""Whoever asks whether a lock is held holds it for an instant: a refusal must last."""
+MAX_ATTEMPTS = 6
+"""The number of attempts to lock. A process that only tests the lock also holds it briefly."""
 
-PAUSE = 0.02
-"""s between two tries."""
+RETRY_INTERVAL = 0.02
+"""Time between two attempts, s."""
 
-UNKNOWN = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EINVAL)
-"""What file systems say that know no locks."""
+UNSUPPORTED_ERRORS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EINVAL)
+"""Errors of file systems without locks."""
 
 
 class FolderInUseError(StoreError):
@@ -28,40 +28,43 @@ class FolderInUseError(StoreError):
 
 
 @contextmanager
-def locked(folder: Path, name: str = LOCK, *, shared: bool = False) -> Iterator[bool]:
-    """Holds a lock of a folder; the operating system lets it go when the process ends, however.
+def locked(folder: Path, name: str = LOCK_FILE, *, shared: bool = False) -> Iterator[bool]:
+    """Return a context that holds a lock of a folder.
+
+    The operating system releases the lock when the process ends, for any reason.
 
     Args:
         folder: The folder.
-        name: Of the file that stands for the lock.
-        shared: Let others share it, but none have it alone. Windows knows no such lock.
+        name: The name of the lock file.
+        shared: Whether other processes may share the lock. Windows has no shared locks.
 
     Yields:
-        Whether it is held: some network file systems know no locks, and nobody is refused there.
+        True if the lock is held. False if the file system has no locks (some network file systems),
+        and for a shared lock on Windows.
 
     Raises:
-        FolderInUseError: Somebody else holds it.
+        FolderInUseError: Another process holds the lock.
         StoreError: The folder cannot be written.
     """
     try:
-        # For a shared lock, NFS wants a file that can be read.
+        # NFS needs a readable file for a shared lock.
         file = (folder / name).open("a+b")
     except OSError as error:
         raise StoreError(f"{folder} cannot be written: {error.strerror or error}") from error
     with file:
-        for left in reversed(range(TRIES)):
+        for attempts_left in reversed(range(MAX_ATTEMPTS)):
             try:
                 held = _lock(file, shared=shared)
                 break
             except BlockingIOError as error:
-                if not left:
+                if not attempts_left:
                     raise FolderInUseError(f"{folder} is in use by another process") from error
-                time.sleep(PAUSE)
+                time.sleep(RETRY_INTERVAL)
         yield held
 
 
-def is_locked(folder: Path, name: str = LOCK) -> bool:
-    """Whether some process has a lock of a folder for itself alone."""
+def is_locked(folder: Path, name: str = LOCK_FILE) -> bool:
+    """Whether a process holds an exclusive lock of a folder."""
     try:
         with (folder / name).open("r+b") as file:
             _lock(file, shared=sys.platform != "win32")
@@ -94,10 +97,10 @@ else:
         try:
             fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
         except PermissionError as error:
-            # What some systems say of a lock that is held.
+            # Some systems raise this error if another process holds the lock.
             raise BlockingIOError(str(error)) from error
         except OSError as error:
-            if error.errno not in UNKNOWN:
+            if error.errno not in UNSUPPORTED_ERRORS:
                 raise
             return False
         return True

@@ -1,4 +1,4 @@
-"""Motions of runs in memory: arrays along the dimensions run, time and axis."""
+"""Motions of runs in memory: arrays with the dimensions run, time and axis."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,31 +13,39 @@ from rbstab.store.table import RUN
 if TYPE_CHECKING:
     import xarray
 
-COORDINATES = (RUN, "time", "axis")
-"""The dimensions, in their order. Arrays of these names are their coordinates."""
+_ORDER = {RUN: 0, "time": 1, "axis": 2}
+
+
+def coordinates_of(variables: Mapping[str, Variable]) -> list[str]:
+    """Return the names of the coordinates, which are the arrays named like their dimension.
+
+    `run`, `time` and `axis` come first, in this order.
+    """
+    names = [name for name, variable in variables.items() if variable.dimensions == (name,)]
+    return sorted(names, key=lambda name: _ORDER.get(name, len(_ORDER)))
 
 
 @dataclass(frozen=True)
 class Motions:
-    """Motions of some runs at the same samples, or of one, which then has no dimension `run`.
+    """Motions of some runs at the same times. The motions of a single run have no dimension `run`.
 
     Attributes:
-        variables: Arrays by name, among them the coordinates of their dimensions.
-        attributes: What else is known, as texts and numbers.
+        variables: Arrays by name, including the coordinates of their dimensions.
+        attributes: Further texts and numbers.
     """
 
     variables: Mapping[str, Variable] = field(repr=False)
     attributes: Mapping[str, str | int | float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """The array of that name."""
+        """Return the array with this name."""
         return self.variables[name].data
 
     def __contains__(self, name: str) -> bool:
         return name in self.variables
 
     def to_xarray(self) -> "xarray.Dataset":
-        """The same as an `xarray.Dataset` (needs the package xarray).
+        """Return the motions as an `xarray.Dataset` (needs the package xarray).
 
         Raises:
             ImportError: xarray is not installed.
@@ -45,19 +53,20 @@ class Motions:
         return dataset_of(self.variables, self.attributes)
 
 
-def joined(parts: list[Motions]) -> Motions:
-    """Motions of some runs from those of each, all at the same samples, in the order given."""
-    first = parts[0].variables
-    together = {
+def stack_motions(runs: list[Motions]) -> Motions:
+    """Join the motions of single runs along the dimension `run`; their times must be equal."""
+    first = runs[0].variables
+    coordinates = coordinates_of(first)
+    stacked = {
         name: Variable(
             (RUN, *variable.dimensions),
-            np.stack([part[name] for part in parts]),
+            np.stack([run[name] for run in runs]),
             variable.unit,
             variable.long_name,
         )
         for name, variable in first.items()
-        if name not in COORDINATES or name == RUN
+        if (name not in coordinates or name == RUN) and all(name in run for run in runs)
     }
-    together[RUN] = together[RUN]._replace(dimensions=(RUN,))
-    alike = {name: first[name] for name in COORDINATES if name != RUN}
-    return Motions(alike | together, parts[0].attributes)
+    stacked[RUN] = stacked[RUN]._replace(dimensions=(RUN,))
+    common = {name: first[name] for name in coordinates if name != RUN}
+    return Motions(common | stacked, runs[0].attributes)

@@ -1,4 +1,4 @@
-"""Reading HDF5 files that may be damaged, or somebody else's."""
+"""Reading HDF5 files that may be damaged or written by other programs."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,16 +12,16 @@ from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[h5py.File]:
-    """An HDF5 file for reading; what goes wrong inside is told as an error of the store.
+def open_hdf5(path: Path) -> Iterator[h5py.File]:
+    """Return a context with an HDF5 file open for reading; HDF5 errors become store errors.
 
     Raises:
-        NotAResultError: It is damaged, or not HDF5.
-        StoreError: It cannot be opened.
+        NotAResultError: The file is damaged, or is not HDF5.
+        StoreError: The file cannot be opened.
     """
     try:
-        # A result never changes once it has its name, so it needs no lock, which network file
-        # systems often refuse.
+        # A complete result never changes, so reading it needs no lock. Network file systems often
+        # have no locks.
         with path.open("rb"), h5py.File(path, "r", locking=False) as file:
             yield file
     except StoreError:
@@ -35,36 +35,36 @@ def opened(path: Path) -> Iterator[h5py.File]:
 
 
 def check_version(path: Path, file: h5py.File, newest: int) -> None:
-    """Refuses a file that is none of ours, or of a newer format.
+    """Refuse a file that is not a result of rbstab, or has a newer format.
 
     Raises:
-        NotAResultError: It has no schema version.
-        NewerSchemaError: It has one above `newest`.
+        NotAResultError: The file has no schema version.
+        NewerSchemaError: Its schema version is above `newest`.
     """
     version = file.attrs.get("schema_version")
     if not isinstance(version, int | np.integer) or version < 1:
-        raise NotAResultError(f"{path} is HDF5, but no result of rbstab")
+        raise NotAResultError(f"{path} is HDF5, but not a result of rbstab")
     if version > newest:
         raise NewerSchemaError(
-            f"{path} has schema version {version}, this rbstab knows up to {newest}: "
-            "it was written by a newer rbstab, please update"
+            f"{path} was written by a newer rbstab (schema version {version}, this one reads up to "
+            f"{newest}); update rbstab"
         )
 
 
-def array_of(path: Path, file: h5py.File, name: str) -> h5py.Dataset:
-    """An array of a file.
+def get_array(path: Path, file: h5py.File, name: str) -> h5py.Dataset:
+    """Return an array of a file.
 
     Raises:
-        NotAResultError: What has the name is not an array of this file.
+        NotAResultError: The name is not the name of an array in this file.
     """
     link = file.get(name, getlink=True)
     dataset = file[name] if isinstance(link, h5py.HardLink) else None
     if not isinstance(dataset, h5py.Dataset) or dataset.is_virtual or dataset.external:
-        # rbstab writes none of these, and a file that leads to others is not read.
+        # rbstab never writes links to other files, and does not follow them.
         raise NotAResultError(f"{path}: {name} is not an array of this file")
     return dataset
 
 
-def plain(value: Any) -> Any:
-    """The value of an attribute as Python's own number or text."""
+def to_python(value: Any) -> Any:
+    """Return the value of an attribute as a Python number or text."""
     return value.item() if isinstance(value, np.generic) else value

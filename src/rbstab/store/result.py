@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     import xarray
 
 SCHEMA_VERSION = 1
-"""The version of the file format that this program writes, and the newest that it reads."""
+"""The format version that this program writes, and the newest that it reads."""
 
 
 class Variable(NamedTuple):
-    """One array: the names of its dimensions, its data, its unit and what it is."""
+    """An array with the names of its dimensions, its unit and its meaning."""
 
     dimensions: tuple[str, ...]
     data: NDArray[Any]
@@ -23,8 +23,8 @@ class Variable(NamedTuple):
     long_name: str
 
 
-def beside(name: str, dimension: str) -> str:
-    """The name of a dimension's coordinate: it stands in the group of the array that has it."""
+def coordinate_name(name: str, dimension: str) -> str:
+    """Return the name of the coordinate of an array's dimension; it is in the array's group."""
     group, slash, _ = name.rpartition("/")
     return f"{group}{slash}{dimension}"
 
@@ -34,9 +34,9 @@ class Result:
     """The result of one run.
 
     Attributes:
-        variables: Arrays by name; those named like a dimension are its coordinates. One of a group
-            has the group's name before its own: `certificate/verdict`.
-        attributes: What else is known of the run, as texts and numbers (`status`, `run_id`, ...).
+        variables: Arrays by name. An array named like a dimension is its coordinate. The name of an
+            array in a group starts with the name of the group: `certificate/verdict`.
+        attributes: Further texts and numbers (`status`, `run_id`, ...).
         config: The resolved config, YAML.
     """
 
@@ -45,7 +45,7 @@ class Result:
     config: str = field(repr=False)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """The array of that name."""
+        """Return the array with this name."""
         return self.variables[name].data
 
     def __contains__(self, name: str) -> bool:
@@ -53,7 +53,7 @@ class Result:
 
     @property
     def status(self) -> str:
-        """How the run ended."""
+        """The status of the run."""
         return str(self.attributes["status"])
 
     @property
@@ -62,35 +62,35 @@ class Result:
         return str(self.attributes["run_id"])
 
     def to_xarray(self, group: str = "") -> "xarray.Dataset":
-        """The same as an `xarray.Dataset` (needs the package xarray).
+        """Return the result as an `xarray.Dataset` (needs the package xarray).
 
         Args:
-            group: The group whose arrays are wanted; those of none by default.
+            group: The group to return; by default the arrays without a group.
 
         Raises:
             ImportError: xarray is not installed.
         """
-        members = {
+        arrays = {
             name.removeprefix(f"{group}/"): variable
             for name, variable in self.variables.items()
             if name.rpartition("/")[0] == group
         }
         if group:
-            return dataset_of(members, {})
-        found = dataset_of(members, self.attributes)
-        found["config"] = ((), np.array(self.config, dtype=object), {})
-        return found
+            return dataset_of(arrays, {})
+        dataset = dataset_of(arrays, self.attributes)
+        dataset["config"] = ((), np.array(self.config, dtype=object), {})
+        return dataset
 
 
 def dataset_of(
     variables: Mapping[str, Variable], attributes: Mapping[str, str | int | float]
 ) -> "xarray.Dataset":
-    """Arrays as an `xarray.Dataset`; those named like a dimension are its coordinates.
+    """Return arrays as an `xarray.Dataset`; arrays named like a dimension are coordinates.
 
     Raises:
         ImportError: xarray is not installed.
     """
-    # Imported late: it takes a second, and is optional.
+    # Imported here because xarray is optional, and its import takes a second.
     import xarray
 
     data = {

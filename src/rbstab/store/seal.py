@@ -1,8 +1,7 @@
-"""A digest at the end of a file by which it is known to be what was written.
+"""The seal: a digest at the end of a file, which shows whether the file was changed.
 
-HDF5 does not notice a number that has changed on the disk, and can fail to return from a damaged
-heap. The seal is looked at before HDF5 sees the file, and HDF5 does not mind what stands behind its
-end.
+HDF5 does not detect a number that was changed on disk, and may hang on a damaged heap. So the seal
+is checked before HDF5 reads the file. HDF5 ignores bytes after its own end.
 """
 
 import hashlib
@@ -11,41 +10,42 @@ from typing import BinaryIO
 
 from rbstab.store.errors import NotAResultError, StoreError
 
-_MARK = b"\nrbstab sha256 "
-SEAL_SIZE = len(_MARK) + 64 + 1
+_SIGNATURE = b"\nrbstab sha256 "
+_SIGNATURE_PARTS = [_SIGNATURE[:length] for length in range(2, len(_SIGNATURE))]
+SEAL_SIZE = len(_SIGNATURE) + 64 + 1
 
 _BLOCK = 1 << 20
 
-_DAMAGED = "{} is damaged: it is not what was written (by its digest)"
+_DAMAGED_MESSAGE = "{} is damaged: its content does not match its digest"
 
 
-def seal(path: Path) -> None:
-    """Puts the seal behind what a file holds.
+def seal_file(path: Path) -> None:
+    """Append the seal to a file.
 
     Raises:
-        OSError: The disk is full, and the like.
+        OSError: The seal cannot be written, for example because the disk is full.
     """
     with path.open("r+b") as file:
         size = file.seek(0, 2)
         file.seek(0)
-        file.write(_seal_of(file, size))
+        file.write(_compute_seal(file, size))
 
 
-def sealed(content: bytes) -> bytes:
-    """Some content with its seal."""
-    return content + seal_line(hashlib.sha256(content).hexdigest())
+def add_seal(content: bytes) -> bytes:
+    """Return content with its seal appended."""
+    return content + format_seal(hashlib.sha256(content).hexdigest())
 
 
-def seal_line(digest: str) -> bytes:
-    """The seal of content with this SHA-256, in hexadecimal, which somebody has taken already."""
-    return _MARK + digest.encode() + b"\n"
+def format_seal(digest: str) -> bytes:
+    """Return the seal with this SHA-256, in hexadecimal."""
+    return _SIGNATURE + digest.encode() + b"\n"
 
 
-def stated_seal(path: Path) -> str | None:
-    """The digest that a file says to have, by its end alone; None where no seal is there.
+def read_seal(path: Path) -> str | None:
+    """Return the digest in the seal of a file, without checking it; None without a seal.
 
     Raises:
-        StoreError: It cannot be read.
+        StoreError: The file cannot be read.
     """
     try:
         with path.open("rb") as file:
@@ -53,68 +53,68 @@ def stated_seal(path: Path) -> str | None:
             end = file.read()
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
-    digest = end[len(_MARK) : -1]
-    whole = end == _MARK + digest + b"\n" and len(end) == SEAL_SIZE
-    return digest.decode("ascii", "replace") if whole else None
+    digest = end[len(_SIGNATURE) : -1]
+    complete = end == _SIGNATURE + digest + b"\n" and len(end) == SEAL_SIZE
+    return digest.decode("ascii", "replace") if complete else None
 
 
-def digest_in(content: bytes) -> str:
-    """The digest in the seal of some sealed content, in hexadecimal."""
+def seal_digest(content: bytes) -> str:
+    """Return the digest in the seal of sealed content, in hexadecimal."""
     return content[-65:-1].decode()
 
 
-def unsealed(path: Path) -> tuple[bytes, str]:
-    """What a file holds before its seal, and the digest in that.
+def read_sealed(path: Path) -> tuple[bytes, str]:
+    """Read a file and check its seal; return the content before the seal, and the digest.
 
     Raises:
-        NotAResultError: It is not what was written.
-        StoreError: It cannot be read.
+        NotAResultError: The file is damaged.
+        StoreError: The file cannot be read.
     """
     try:
         content = path.read_bytes()
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
-    if len(content) < SEAL_SIZE or sealed(content[:-SEAL_SIZE]) != content:
-        raise NotAResultError(_DAMAGED.format(path))
-    return content[:-SEAL_SIZE], digest_in(content)
+    if len(content) < SEAL_SIZE or add_seal(content[:-SEAL_SIZE]) != content:
+        raise NotAResultError(_DAMAGED_MESSAGE.format(path))
+    return content[:-SEAL_SIZE], seal_digest(content)
 
 
 def has_seal(path: Path) -> bool:
-    """Whether a file ends with a seal, right or wrong, or with what is left of one.
+    """Whether a file ends with a seal, valid or not, or with a part of a seal.
 
     Raises:
-        StoreError: It cannot be read.
+        StoreError: The file cannot be read.
     """
     try:
         with path.open("rb") as file:
             size = file.seek(0, 2)
             file.seek(max(0, size - SEAL_SIZE))
             end = file.read()
-            return _MARK in end or any(end.endswith(_MARK[:n]) for n in range(2, len(_MARK)))
+            return _SIGNATURE in end or any(map(end.endswith, _SIGNATURE_PARTS))
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
 
 
 def check_seal(path: Path) -> None:
-    """Reads a file and checks its seal.
+    """Read a file and check its seal.
 
     Raises:
-        NotAResultError: It is not what was written.
-        StoreError: It cannot be read.
+        NotAResultError: The file is damaged.
+        StoreError: The file cannot be read.
     """
     try:
         with path.open("rb") as file:
             size = file.seek(0, 2) - SEAL_SIZE
             file.seek(0)
-            intact = size >= 0 and _seal_of(file, size) == file.read()
+            intact = size >= 0 and _compute_seal(file, size) == file.read()
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
     if not intact:
-        raise NotAResultError(_DAMAGED.format(path))
+        raise NotAResultError(_DAMAGED_MESSAGE.format(path))
 
 
-def _seal_of(file: BinaryIO, size: int) -> bytes:
-    """The seal of the next `size` bytes, which are read."""
+def _compute_seal(file: BinaryIO, size: int) -> bytes:
+    """Read the next `size` bytes and return their seal."""
     digest = hashlib.sha256()
     while size > 0:
         block = file.read(min(size, _BLOCK))
@@ -122,4 +122,4 @@ def _seal_of(file: BinaryIO, size: int) -> bytes:
             break
         digest.update(block)
         size -= len(block)
-    return seal_line(digest.hexdigest())
+    return format_seal(digest.hexdigest())

@@ -1,9 +1,9 @@
-"""Shards of a sweep: some consecutive runs in a file that is quick to write and to read.
+"""Shards of a sweep: files of consecutive members that are fast to write and to read.
 
-There are many of them, and HDF5 takes longer to name what is in a file than a processor to follow a
-hundred members. So a shard is in numpy's own format, and `numpy.load` opens it: a structured array
-with an entry for each run, described in `results/README.md`. Behind it stand a line of JSON, with
-what else is known, and the seal.
+There are many shards. HDF5 needs more time for the metadata of a file than a processor needs to
+integrate a hundred members. So a shard has numpy's own format, which `numpy.load` opens: a
+structured array with one entry for each member, described in `results/README.md`. A line of JSON
+with the attributes follows, and then the seal.
 """
 
 import io
@@ -14,81 +14,83 @@ import numpy as np
 
 from rbstab.store.atomic import write_atomically
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
-from rbstab.store.seal import digest_in, sealed, unsealed
-from rbstab.store.table import RUN, Arrays, Head, Layout, Table
+from rbstab.store.seal import add_seal, read_sealed, seal_digest
+from rbstab.store.table import RUN, Arrays, Layout, Table, TableHeader, check_shape
 
 SHARD_VERSION = 1
-"""The version of the format that this program writes, and the newest that it reads."""
+"""The format version that this program writes, and the newest that it reads."""
 
-SHARD = ".npy"
-"""How the names of shards end."""
+SHARD_SUFFIX = ".npy"
+"""The suffix of shards."""
 
 DIGEST = "digest"
-"""The attribute of a shard that was read with the digest of all that is in it."""
+"""The attribute with the digest of the content of a shard; added when the shard is read."""
 
 
-def write_shard(path: Path, head: Head, arrays: Arrays) -> str:
-    """Writes some runs in place of what stood there; the file appears whole or not at all.
+def write_shard(path: Path, header: TableHeader, arrays: Arrays) -> str:
+    """Write a shard atomically.
 
     Args:
-        path: The file; its folder must exist.
-        head: All but the data of the columns; it has no extras.
-        arrays: These.
+        path: The file; it is replaced, and its folder must exist.
+        header: The header of the table, without extras.
+        arrays: The data of the columns.
 
     Returns:
-        The digest of the file's content.
+        The digest of the content of the file.
 
     Raises:
-        StoreError: The operating system refused.
+        StoreError: The file cannot be written.
     """
-    entries = np.empty(head.length, dtype=_type_of(head.layout))
-    entries[RUN] = np.arange(head.first, head.first + head.length)
-    for name in head.layout:
+    entries = np.empty(header.length, dtype=_entry_type(header.layout))
+    entries[RUN] = np.arange(header.first, header.first + header.length)
+    for name in header.layout:
+        # Otherwise numpy would silently broadcast a single number along an axis.
+        check_shape(name, arrays[name], entries[name].shape)
         entries[name] = arrays[name]
     file = io.BytesIO()
     np.lib.format.write_array(file, entries, allow_pickle=False)
-    known = {"schema_version": SHARD_VERSION, **head.attributes}
-    file.write(b"\n" + json.dumps(known, sort_keys=True).encode())
-    content = sealed(file.getvalue())
+    attributes = {"schema_version": SHARD_VERSION, **header.attributes}
+    file.write(b"\n" + json.dumps(attributes, sort_keys=True).encode())
+    content = add_seal(file.getvalue())
     try:
         write_atomically(path, content, replace=True)
     except OSError as error:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
-    return digest_in(content)
+    return seal_digest(content)
 
 
 def read_shard(path: Path, layout: Layout) -> Table:
-    """Reads a shard.
+    """Read a shard.
 
     Args:
         path: The file.
-        layout: Its columns.
+        layout: The columns of the shard.
 
     Returns:
-        The runs; the attributes have the digest of the file's content besides what was written.
+        The members; the attributes also have the digest of the content of the file.
 
     Raises:
-        NotAResultError: It is damaged, or no shard with these columns.
-        NewerSchemaError: It was written by a newer rbstab.
-        StoreError: It cannot be opened.
+        NotAResultError: The file is damaged, or is not a shard with these columns.
+        NewerSchemaError: The file was written by a newer rbstab.
+        StoreError: The file cannot be opened.
     """
-    content, digest = unsealed(path)
+    content, digest = read_sealed(path)
     file = io.BytesIO(content)
     try:
         entries = np.lib.format.read_array(file, allow_pickle=False)
-        known = json.loads(file.read())
-        version = known.pop("schema_version")
+        attributes = json.loads(file.read())
+        version = attributes.pop("schema_version")
     except (ValueError, EOFError, KeyError, AttributeError, TypeError) as error:
-        raise NotAResultError(f"{path} is no shard of a sweep") from error
+        raise NotAResultError(f"{path} is not a shard of a sweep") from error
     if version > SHARD_VERSION:
-        raise NewerSchemaError(f"{path} was written by a newer rbstab, please update")
-    if entries.dtype != _type_of(layout) or entries.ndim != 1:
+        raise NewerSchemaError(f"{path} was written by a newer rbstab; update rbstab")
+    if entries.dtype != _entry_type(layout) or entries.ndim != 1:
         raise NotAResultError(f"{path} has other columns than a shard of this rbstab")
     arrays = {name: entries[name] for name in (RUN, *layout)}
-    return Table(layout, arrays, known | {DIGEST: digest})
+    return Table(layout, arrays, attributes | {DIGEST: digest})
 
 
-def _type_of(layout: Layout) -> np.dtype[np.void]:
+def _entry_type(layout: Layout) -> np.dtype[np.void]:
     fields: list[tuple[str, str, tuple[int, ...]]] = [(RUN, "<i8", ())]
     for name, column in layout.items():
         fields.append((name, np.dtype(column.dtype).newbyteorder("<").str, column.shape))

@@ -1,4 +1,4 @@
-"""Many runs as one table in memory: columns along the dimension `run`, and what they are."""
+"""Tables of runs in memory: columns along the dimension `run`, with their units and meanings."""
 
 import hashlib
 import json
@@ -16,43 +16,66 @@ if TYPE_CHECKING:
     import xarray
 
 RUN = "run"
-"""The dimension along which runs stand, and its coordinate: their numbers."""
+"""The dimension of runs, and its coordinate, the numbers of the runs."""
 
 AXES = 3
-"""The length of the dimension `axis`, along which vectors stand."""
+"""The length of the dimension `axis` of vectors."""
 
 
 class Column(NamedTuple):
-    """What a column is: the entry of a run, and the words that whole numbers stand for, if any."""
+    """The declaration of a column of a table.
+
+    Attributes:
+        dimensions: The dimensions of the entry of one run; empty for a number.
+        dtype: The numpy type.
+        unit: The SI unit; "1" for dimensionless columns.
+        long_name: The meaning.
+        flags: The words for the values 0, 1, ..., if any.
+        lengths: The lengths of the dimensions; default `AXES` for each.
+    """
 
     dimensions: tuple[str, ...]
     dtype: str
     unit: str
     long_name: str
     flags: tuple[str, ...] = ()
+    lengths: tuple[int, ...] = ()
 
     @property
     def shape(self) -> tuple[int, ...]:
         """The shape of the entry of one run."""
-        return (AXES,) * len(self.dimensions)
+        return self.lengths or (AXES,) * len(self.dimensions)
 
     @property
     def size(self) -> int:
-        """The bytes of the entry of one run."""
-        return int(np.dtype(self.dtype).itemsize * AXES ** len(self.dimensions))
+        """The size of the entry of one run, bytes."""
+        return int(np.dtype(self.dtype).itemsize * np.prod(self.shape, dtype=int))
+
+    @property
+    def digest_text(self) -> str:
+        """The text of the column for digests. Never change it, or old digests become invalid."""
+        fields = self._asdict()
+        if not self.lengths:
+            del fields["lengths"]
+        return f"Column({', '.join(f'{name}={value!r}' for name, value in fields.items())})"
 
 
 Layout = Mapping[str, Column]
 """Columns by name."""
 
 Arrays = Mapping[str, NDArray[Any]]
-"""Data of columns by name, the first axis along runs."""
+"""Data of columns by name; the first axis is along runs."""
 
 
-class Head(NamedTuple):
-    """What a table is, without the data of its columns; for the rest see `Table`.
+class TableHeader(NamedTuple):
+    """A table without the data of its columns; see `Table`.
 
-    first is the number of the first run, length how many there are.
+    Attributes:
+        layout: The columns.
+        first: The number of the first run.
+        length: The number of runs.
+        attributes: Further texts and numbers.
+        extras: Arrays without the dimension `run`.
     """
 
     layout: Layout
@@ -68,9 +91,9 @@ class Table:
 
     Attributes:
         layout: The columns.
-        arrays: Their data; `run` has the numbers of the runs.
-        attributes: What else is known, as texts and numbers.
-        extras: Arrays that do not stand along runs.
+        arrays: The data of the columns, and `run`, the numbers of the runs.
+        attributes: Further texts and numbers.
+        extras: Arrays without the dimension `run`.
     """
 
     layout: Layout
@@ -79,21 +102,24 @@ class Table:
     extras: Mapping[str, Variable] = field(default_factory=dict, repr=False)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """The data of a column, or of an extra array."""
+        """Return the data of a column, or of an extra array."""
         return self.arrays[name] if name in self.arrays else self.extras[name].data
 
     def words(self, name: str) -> NDArray[Any]:
-        """The data of a column of flags as texts."""
+        """Return the data of a column of flags as texts."""
         return np.array(self.layout[name].flags, dtype=object)[self.arrays[name]]
 
     def shaped(self, name: str) -> NDArray[Any]:
-        """The data of a column along the axes of the sweep (`grid_axis`), slowest first."""
+        """Return the data of a column, reshaped to the axes of the sweep (`grid_axis`).
+
+        The slowest axis is the first.
+        """
         data = self.arrays[name]
         lengths = tuple(self["grid_length"].tolist())
         return data.reshape(lengths + data.shape[1:])
 
     def to_xarray(self) -> "xarray.Dataset":
-        """The same as an `xarray.Dataset` (needs the package xarray).
+        """Return the table as an `xarray.Dataset` (needs the package xarray).
 
         Raises:
             ImportError: xarray is not installed.
@@ -105,33 +131,56 @@ class Table:
             dimensions = (RUN, *column.dimensions)
             data[name] = (dimensions, self.arrays[name], attributes_of(column))
         for name, extra in self.extras.items():
-            notes = {"units": extra.unit, "long_name": extra.long_name}
-            data[name] = (extra.dimensions, extra.data, notes)
-        coordinates = {RUN: self.arrays[RUN], "axis": np.arange(1, AXES + 1)}
+            attributes = {"units": extra.unit, "long_name": extra.long_name}
+            data[name] = (extra.dimensions, extra.data, attributes)
+        coordinates = {RUN: self.arrays[RUN]} | {
+            dimension: np.arange(1, length + 1)
+            for dimension, length in dimensions_of(self.layout).items()
+        }
         return xarray.Dataset(data, coords=coordinates, attrs=dict(self.attributes))
 
 
+def check_shape(name: str, data: NDArray[Any], shape: tuple[int, ...]) -> None:
+    """Check the shape of an array.
+
+    Raises:
+        ValueError: The shape is wrong.
+    """
+    if np.shape(data) != shape:
+        raise ValueError(f"{name} has the shape {np.shape(data)} (expected {shape})")
+
+
+def dimensions_of(layout: Layout) -> dict[str, int]:
+    """Return the lengths of the dimensions of columns, by name."""
+    lengths = {"axis": AXES}
+    for column in layout.values():
+        lengths |= dict(zip(column.dimensions, column.shape, strict=True))
+    return lengths
+
+
 def attributes_of(column: Column) -> dict[str, Any]:
-    """The attributes of a column in a file; those of flags are from the CF conventions."""
-    found: dict[str, Any] = {"units": column.unit, "long_name": column.long_name}
+    """Return the attributes of a column in a file; flags follow the CF conventions."""
+    attributes: dict[str, Any] = {"units": column.unit, "long_name": column.long_name}
     if column.flags:
-        found["flag_values"] = np.arange(len(column.flags), dtype=column.dtype)
-        found["flag_meanings"] = " ".join(flag.replace(" ", "_") for flag in column.flags)
-    return found
+        attributes["flag_values"] = np.arange(len(column.flags), dtype=column.dtype)
+        attributes["flag_meanings"] = " ".join(flag.replace(" ", "_") for flag in column.flags)
+    return attributes
 
 
 class TableDigest:
-    """The SHA-256 of the columns of a table, however it is cut into parts."""
+    """The SHA-256 of the columns of a table, independent of how its runs are split into batches."""
 
     def __init__(self, layout: Layout) -> None:
-        self._columns = {name: hashlib.sha256(repr(c).encode()) for name, c in layout.items()}
+        self._columns = {
+            name: hashlib.sha256(column.digest_text.encode()) for name, column in layout.items()
+        }
 
     def add(self, arrays: Arrays) -> None:
-        """Takes the next runs."""
+        """Add the next runs."""
         for name, digest in self._columns.items():
             digest.update(np.ascontiguousarray(arrays[name]).tobytes())
 
     def result(self) -> str:
-        """The digest, in hexadecimal, of all runs so far."""
-        found = {name: digest.hexdigest() for name, digest in self._columns.items()}
-        return hashlib.sha256(json.dumps(found, sort_keys=True).encode()).hexdigest()
+        """Return the digest of all runs so far, in hexadecimal."""
+        digests = {name: digest.hexdigest() for name, digest in self._columns.items()}
+        return hashlib.sha256(json.dumps(digests, sort_keys=True).encode()).hexdigest()

@@ -12,72 +12,85 @@ import numpy as np
 
 from rbstab.store.atomic import atomic_path
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.opening import array_of, check_version, opened, plain
+from rbstab.store.opening import check_version, get_array, open_hdf5, to_python
 from rbstab.store.result import Variable
-from rbstab.store.seal import check_seal, seal
-from rbstab.store.table import AXES, RUN, Arrays, Column, Head, Table, TableDigest, attributes_of
+from rbstab.store.seal import check_seal, seal_file
+from rbstab.store.table import (
+    AXES,
+    RUN,
+    Arrays,
+    Column,
+    Table,
+    TableDigest,
+    TableHeader,
+    attributes_of,
+    check_shape,
+    dimensions_of,
+)
 
 TABLE_VERSION = 1
-"""The version of the format that this program writes, and the newest that it reads."""
+"""The format version that this program writes, and the newest that it reads."""
 
 TEXT = h5py.string_dtype("utf-8")
 
-ROOM = 1 << 20
-"""Bytes that a file needs beside its columns; far more than it does."""
+METADATA_BYTES = 1 << 20
+"""Bytes reserved for the metadata of a file, far more than it needs."""
 
 KIND = "sweep"
-"""What such a file says that it is."""
+"""The attribute `kind` of these files."""
 
-_OWN = ("schema_version", "kind")
+_FORMAT_ATTRIBUTES = ("schema_version", "kind")
 
 
-def write_table(path: Path, head: Head, parts: Iterable[Arrays]) -> None:
-    """Writes runs part by part; the file appears whole or not at all.
+def write_table(path: Path, header: TableHeader, batches: Iterable[Arrays]) -> None:
+    """Write a table atomically, in batches of runs.
 
     Args:
         path: The file; it is replaced, and its folder must exist.
-        head: All but the data of the columns.
-        parts: These; only one part is in memory at a time.
+        header: The header of the table.
+        batches: The data of the columns; only one batch is in memory at a time.
 
     Raises:
-        StoreError: The operating system refused, or a part cannot be read.
+        StoreError: The file cannot be written, or a batch cannot be read.
     """
     try:
-        needed = head.length * (8 + sum(column.size for column in head.layout.values())) + ROOM
+        row_size = 8 + sum(column.size for column in header.layout.values())
+        needed = header.length * row_size + METADATA_BYTES
         if shutil.disk_usage(path.parent).free < needed:
-            # Before HDF5 meets it, which does not always survive that.
+            # Checked first, because HDF5 may crash on a full disk.
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         with atomic_path(path, replace=True) as partial:
             with h5py.File(partial, "w-", track_order=True, locking=False) as file:
-                _write(file, head, parts)
-            seal(partial)
-    except OSError as error:
-        raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+                _write(file, header, batches)
+            seal_file(partial)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StoreError(f"{path} cannot be written: {reason}") from error
 
 
 def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
-    """Reads a sweep.
+    """Read the table of a sweep.
 
     Args:
         path: The file.
-        names: The columns that are wanted; default all.
+        names: The columns to read; default all.
 
     Raises:
-        NotAResultError: It is damaged, or no such file.
-        NewerSchemaError: It was written by a newer rbstab.
-        StoreError: It cannot be opened.
+        NotAResultError: The file is damaged, or is not the table of a sweep.
+        NewerSchemaError: The file was written by a newer rbstab.
+        StoreError: The file cannot be opened.
     """
     check_seal(path)
-    with opened(path) as file:
+    with open_hdf5(path) as file:
         check_version(path, file, TABLE_VERSION)
-        attributes = {name: plain(value) for name, value in file.attrs.items()}
+        attributes = {name: to_python(value) for name, value in file.attrs.items()}
         if attributes.get("kind") != KIND:
-            raise NotAResultError(f"{path} is a result, but of no sweep")
+            raise NotAResultError(f"{path} is a result, but not of a sweep")
         layout: dict[str, Column] = {}
-        arrays: dict[str, Any] = {RUN: array_of(path, file, RUN)[()]}
+        arrays: dict[str, Any] = {RUN: get_array(path, file, RUN)[()]}
         extras: dict[str, Variable] = {}
         for name in file:
-            dataset = array_of(path, file, name)
+            dataset = get_array(path, file, name)
             if dataset.is_scale:
                 continue
             dimensions = tuple(str(axis[0].name).rpartition("/")[2] for axis in dataset.dims)
@@ -86,27 +99,36 @@ def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
             elif names is None or name in names:
                 layout[name] = _column(dataset, dimensions)
                 arrays[name] = dataset[()]
-        kept = {name: value for name, value in attributes.items() if name not in _OWN}
-        return Table(layout, arrays, kept, extras)
+        others = {
+            name: value for name, value in attributes.items() if name not in _FORMAT_ATTRIBUTES
+        }
+        return Table(layout, arrays, others, extras)
 
 
-def _write(file: h5py.File, head: Head, parts: Iterable[Arrays]) -> None:
-    length = head.length
-    _scale(file, RUN, np.arange(head.first, head.first + length), "number of the run")
-    _scale(file, "axis", np.arange(1, AXES + 1), "component of a vector")
-    datasets = {name: _create(file, name, column, length) for name, column in head.layout.items()}
-    digest, at = TableDigest(head.layout), 0
-    for part in parts:
-        stop = at + len(next(iter(part.values())))
+def _write(file: h5py.File, header: TableHeader, batches: Iterable[Arrays]) -> None:
+    length = header.length
+    _scale(file, RUN, np.arange(header.first, header.first + length), "number of the run")
+    for dimension, size in dimensions_of(header.layout).items():
+        _scale(file, dimension, np.arange(1, size + 1), "component of a vector")
+    datasets = {name: _create(file, name, column, length) for name, column in header.layout.items()}
+    digest, start = TableDigest(header.layout), 0
+    for batch in batches:
+        stop = start + len(next(iter(batch.values())))
         for name, dataset in datasets.items():
-            dataset[at:stop] = part[name]
-        digest.add(part)
-        at = stop
-    assert at == length, f"{at} runs where {length} were promised"
-    for name, extra in head.extras.items():
-        _put_extra(file, name, extra)
-    own = {"schema_version": TABLE_VERSION, "kind": KIND, "arrays_digest": digest.result()}
-    for name, value in (dict(head.attributes) | own).items():
+            # Otherwise HDF5 would silently broadcast a single number along an axis.
+            check_shape(name, batch[name], (stop - start, *header.layout[name].shape))
+            dataset[start:stop] = batch[name]
+        digest.add(batch)
+        start = stop
+    assert start == length, f"{start} runs instead of {length}"
+    for name, extra in header.extras.items():
+        _write_extra(file, name, extra)
+    format_attributes = {
+        "schema_version": TABLE_VERSION,
+        "kind": KIND,
+        "arrays_digest": digest.result(),
+    }
+    for name, value in (dict(header.attributes) | format_attributes).items():
         file.attrs[name] = value
 
 
@@ -127,7 +149,7 @@ def _create(file: h5py.File, name: str, column: Column, length: int) -> h5py.Dat
     return dataset
 
 
-def _put_extra(file: h5py.File, name: str, extra: Variable) -> None:
+def _write_extra(file: h5py.File, name: str, extra: Variable) -> None:
     is_text = extra.data.dtype.kind in "OUT"
     data = extra.data.astype(object) if is_text else extra.data
     dataset = file.create_dataset(
@@ -145,12 +167,14 @@ def _column(dataset: h5py.Dataset, dimensions: tuple[str, ...]) -> Column:
     attributes = dataset.attrs
     meanings = str(attributes.get("flag_meanings", ""))
     flags = tuple(word.replace("_", " ") for word in meanings.split(" "))
+    lengths = tuple(dataset.shape[1:])
     return Column(
         dimensions[1:],
         dataset.dtype.str.lstrip("<|=>"),
         str(attributes["units"]),
         str(attributes["long_name"]),
         flags if "flag_meanings" in attributes else (),
+        () if all(length == AXES for length in lengths) else lengths,
     )
 
 

@@ -1,4 +1,4 @@
-"""Whether a file is there, where the system may refuse to tell."""
+"""Testing whether a path exists, when the file system may return an error."""
 
 from pathlib import Path
 
@@ -6,10 +6,11 @@ from rbstab.store.errors import StoreError
 
 
 def path_exists(path: Path) -> bool:
-    """Whether something has this path.
+    """Whether a file or folder exists at this path.
 
     Raises:
-        StoreError: That cannot be known: its folder may not be searched, or its name is too long.
+        StoreError: The path cannot be tested: its folder is not accessible, or its name is too
+            long.
     """
     try:
         return path.exists()

@@ -1,11 +1,12 @@
-"""What a certificate says of sound runs, and that it catches each thing that can be broken."""
+"""A certificate accepts sound runs, and its checks catch every kind of error."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from support.problems import problem, solve
-from support.systems import VARIANTS, random_system, random_Z
+from support.rest import system_of
+from support.systems import VARIANTS, random_Z
 
 from rbstab.analysis.certificate import Verdict, audit_bound, overall
 from rbstab.analysis.lyapunov import audit_scale
@@ -14,11 +15,10 @@ from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.experiment.record import record_of
 from rbstab.mechanics.motion import motion_from_centre
-from rbstab.systems.coordinates import ReducedCoordinates
 
 
 def certified(system, *, engine="scipy", rtol=1e-10, duration=0.4, samples=21):
-    """The lines by their names, and the verdict, of a short run from a random start."""
+    """Return the verdicts of the checks by name, and the record, of a short random run."""
     rng = np.random.default_rng(5)
     motion = motion_from_centre(system.body, system.anchor, 0.3 * random_Z(rng))
     own = np.zeros(system.size - system.coordinates.size)
@@ -26,11 +26,6 @@ def certified(system, *, engine="scipy", rtol=1e-10, duration=0.4, samples=21):
     given = problem(system, system.start(motion, own), times, rtol=rtol, atol=rtol)
     record = record_of(given, solve(engine, given))
     return {check.name: check.verdict for check in record.checks}, record
-
-
-def system_of(variant, seed=0):
-    coordinates = ReducedCoordinates() if variant == "permanent" else None
-    return random_system(np.random.default_rng(seed), variant, coordinates)
 
 
 def with_connector(system, change):
@@ -82,6 +77,24 @@ def test_a_negative_damping_is_caught(variant, name):
     assert verdict(record) is Verdict.VIOLATED
 
 
+class Pump(ViscoElasticConnector):
+    """A connector that declares no damping, whatever its L_c."""
+
+    gains = ()
+
+
+def test_a_negative_damping_that_no_gain_declares_is_caught():
+    def change(connector):
+        return Pump(connector.K_c, np.diag([-1.0, 1.0, 1.0]) * abs(connector.L_c[0, 0]))
+
+    lines, record = certified(with_connector(system_of("visco-elastic"), change), duration=0.02)
+    assert lines["damping"] == "violated"
+    assert "connector" in found(record, "damping", "quantity")
+    assert found(record, "damping") < 0
+    assert 0 <= found(record, "damping", "time") <= 0.02
+    assert lines["derivative"] == "consistent"
+
+
 def test_a_damping_that_is_not_symmetric_is_judged_by_what_it_dissipates():
     twist = 1e4 * np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 0]])
     system = with_connector(system_of("visco-elastic"), lambda c: replace(c, L_c=c.L_c + twist))
@@ -91,7 +104,7 @@ def test_a_damping_that_is_not_symmetric_is_judged_by_what_it_dissipates():
 
 @dataclass(frozen=True, eq=False)
 class WrongSpring(ViscoElasticConnector):
-    """Its force has the wrong sign in the stiffness."""
+    """A spring that pushes where it should pull."""
 
     def wrench(self, motion, own):
         return force_at_contact(self.K_c @ motion.E - self.L_c @ motion.F)
@@ -99,7 +112,7 @@ class WrongSpring(ViscoElasticConnector):
 
 @dataclass(frozen=True, eq=False)
 class WrongDamper(ViscoElasticConnector):
-    """Its force has the wrong sign in the damping."""
+    """A damper that drives the body."""
 
     def wrench(self, motion, own):
         return force_at_contact(-(self.K_c @ motion.E) + self.L_c @ motion.F)
@@ -107,7 +120,7 @@ class WrongDamper(ViscoElasticConnector):
 
 @dataclass(frozen=True, eq=False)
 class WrongEnergy(ViscoElasticConnector):
-    """It states twice the energy that it stores."""
+    """A connector that reports twice the energy that it stores."""
 
     def stored(self, motion, own):
         return 2.0 * super().stored(motion, own)
@@ -115,7 +128,7 @@ class WrongEnergy(ViscoElasticConnector):
 
 @dataclass(frozen=True, eq=False)
 class WrongPower(ViscoElasticConnector):
-    """It states half the power that it dissipates."""
+    """A connector that reports half the power that it dissipates."""
 
     def dissipated(self, motion, own):
         return 0.5 * super().dissipated(motion, own)
@@ -132,7 +145,7 @@ def test_an_element_that_says_what_it_does_not_do_is_caught(wrong):
 
 @dataclass(frozen=True, eq=False)
 class Pushing(RotationalStabilizer):
-    """It pumps energy in and says so: every formula is true, and v rises."""
+    """A stabilizer that adds energy and reports it: all formulas are right, and v rises."""
 
     def wrench(self, motion, own):
         return (
@@ -162,7 +175,7 @@ def test_a_rise_of_v_is_caught_where_it_is_steepest():
 
 
 def test_a_value_below_rest_is_caught():
-    """The energy is counted from a rest state that is not the lowest."""
+    """v is negative if it is counted from a state that is not the lowest."""
     system = system_of("free")
     rng = np.random.default_rng(5)
     motion = motion_from_centre(system.body, system.anchor, 0.3 * random_Z(rng))
@@ -177,6 +190,7 @@ def test_a_value_below_rest_is_caught():
         systems=(system,) * 11,
         value=record["lyapunov"].data - 1.001 * record["lyapunov"].data[-1],
         rate=record["lyapunov_rate"].data,
+        dissipation=record["dissipation"].data,
         residual=record["energy_residual"].data,
         scale=1.0,
         has_potential=True,

@@ -1,10 +1,11 @@
-"""The linearised system against closed solutions, finite differences and the motion itself."""
+"""The linearised system agrees with closed solutions, finite differences and long runs."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.problems import bare_system, problem, solve
+from support.rest import system_of
 from support.systems import VARIANTS, random_system
 
 from rbstab.analysis.configuration import configurations
@@ -18,10 +19,11 @@ SEEDS = range(4)
 
 
 def at_rest(variant, seed):
-    """A random system, lightly loaded, and its linearisation at its rest state."""
-    coordinates = ReducedCoordinates() if variant == "permanent" else None
-    system = random_system(np.random.default_rng(seed), variant, coordinates)
-    light = Gravity(0.1 * system.elements[0].weight)
+    """Return a random system under a light load, its rest state, and its linearisation there."""
+    system = system_of(variant, seed)
+    gravity = system.elements[0]
+    assert isinstance(gravity, Gravity)
+    light = Gravity(0.1 * gravity.weight)
     system = replace(system, elements=(light, *system.elements[1:]))
     rest = nearest_rest_state(system)
     assert rest.found
@@ -29,13 +31,14 @@ def at_rest(variant, seed):
 
 
 def test_oscillators_in_closed_form():
-    """A body held at its centre: mẍ + Lẋ + Kx = 0 and Jθ̈ + Lθ̇ + Kθ = 0 on each axis."""
+    """A body on stabilizers alone: mẍ + Lẋ + Kx = 0 and Jθ̈ + Lθ̇ + Kθ = 0 on each axis."""
     mass, J = 2.0, np.array([3.0, 4.0, 5.0])
     K_t, L_t = np.array([50.0, 90.0, 2.0]), np.array([4.0, 1.0, 7.0])
     K_r, L_r = np.array([7.0, 80.0, 30.0]), np.array([0.5, 9.0, 60.0])
-    gains = {"K_t": K_t, "L_t": L_t, "K_r": K_r, "L_r": L_r}
     body = Body(mass, np.diag(J), np.array([0.1, 0.2, 0.3]))
-    system = bare_system(body, **{name: np.diag(gain) for name, gain in gains.items()})
+    system = bare_system(
+        body, K_t=np.diag(K_t), L_t=np.diag(L_t), K_r=np.diag(K_r), L_r=np.diag(L_r)
+    )
     rest = nearest_rest_state(system)
     found = linearise(system, rest.motion, rest.own)
     expected = []
@@ -55,7 +58,7 @@ def test_oscillators_in_closed_form():
 
 
 def test_the_shape_of_a_mode_is_its_motion():
-    """Of an oscillator along x: x = e^λt, ẋ = λ e^λt, nothing else; the largest entry is 1."""
+    """An oscillator along x has the mode x = e^λt, ẋ = λ e^λt; its largest entry is 1."""
     body = Body(2.0, np.diag([3.0, 4.0, 5.0]), np.zeros(3))
     system = bare_system(
         body,
@@ -132,7 +135,7 @@ def test_the_slowest_come_first_and_pairs_stay_together():
 
 
 def test_an_unstable_rest_state_is_told():
-    """A pendulum upside down: the weight pulls the held body's centre, which is above C, over."""
+    """A held body upside down falls over: its centre is above C."""
     body = Body(2.0, np.diag([3.0, 4.0, 5.0]), np.array([0.0, 0.0, -0.5]))
     system = bare_system(
         body, ReducedCoordinates(), weight=(0, 0, -20.0), K_r=4.0 * np.eye(3), L_r=0.1 * np.eye(3)

@@ -1,3 +1,5 @@
+"""The trace of v: its value, its rate, and the residual of the energy balance."""
+
 import numpy as np
 import pytest
 
@@ -5,9 +7,9 @@ from rbstab.analysis.lyapunov import lyapunov_trace, relative_residual
 
 
 def damped_oscillator(times):
-    """Kinetic and stored energy, loss and its integral of x = e^-t cos 2t, whose mass is one.
+    """Return kinetic energy, stored energy and loss of x = e^-t cos 2t.
 
-    Its stiffness is 5 and its damping 2; each closed.
+    The oscillator has mass 1, stiffness 5 and damping 2.
     """
     x = np.exp(-times) * np.cos(2 * times)
     v = -np.exp(-times) * (np.cos(2 * times) + 2 * np.sin(2 * times))
@@ -18,7 +20,7 @@ def damped_oscillator(times):
 def test_trace_of_a_damped_oscillator_under_a_load():
     times = np.linspace(0, 3, 31)
     kinetic, stored, lost = damped_oscillator(times)
-    # A load releases energy: the rest state lies 7 J below the unloaded position.
+    # Under a load the rest state has 7 J less than the unloaded position.
     energy = np.column_stack([kinetic, stored - 7.0])
     fallen = kinetic + stored - (kinetic[0] + stored[0])
     trace = lyapunov_trace(energy, np.column_stack([0 * lost, lost]), fallen, -7.0)
@@ -28,7 +30,7 @@ def test_trace_of_a_damped_oscillator_under_a_load():
 
 
 def test_rate_is_the_slope_of_the_value():
-    # Five points per derivative, a step of 1e-3: to 1e-11.
+    # A derivative by five points with a step of 1e-3 is good to 1e-11.
     step = 1e-3
     times = 0.4 + step * np.arange(-2, 3)
     kinetic, stored, lost = damped_oscillator(times)
@@ -53,7 +55,7 @@ def test_relative_residual_is_counted_against_the_first_value():
 
 @pytest.mark.parametrize("start", [0.0, -1e-16, 1e-14])
 def test_relative_residual_of_a_motion_that_starts_at_rest(start):
-    """v(0) is the round-off of energies that cancel, so it is no measure of anything."""
+    """v(0) is round-off of energies that cancel, so it cannot be the scale."""
     residual, value = np.array([0.0, -1e-14]), np.array([start, 0.0])
     assert relative_residual(residual, value, np.array([[0.0, -50.0], [0.0, 50.0]])) == 2e-12
 

@@ -1,18 +1,20 @@
+"""The nearest rest state: known for the paper's body, and a minimum of the stored energy."""
+
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.differences import jacobian, relative_error
 from support.pose import attitude
+from support.rest import DAMPING, HEAVY, K_C, K_R, K_T
+from support.rest import paper_system as paper_variant
 from support.systems import VARIANTS, random_body, random_system
 
 from rbstab.analysis.rest_state import GRADIENT_TOLERANCE, RestState, nearest_rest_state
 from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
-from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.coordinates import (
     CentreCoordinates,
@@ -20,12 +22,6 @@ from rbstab.systems.coordinates import (
     ManifoldCoordinates,
     ReducedCoordinates,
 )
-from rbstab.systems.system import System
-
-K_T, L_T = np.diag([4100.0, 4100.0, 3280.0]), np.diag([210.0, 210.0, 140.0])
-K_R, L_R = np.diag([400.0, 400.0, 320.0]), np.diag([60.0, 60.0, 42.0])
-K_C, L_C = np.diag([12300.0, 12300.0, 9840.0]), np.diag([600.0, 600.0, 420.0])
-WEIGHT = np.array([0.0, 0.0, -410.0])
 
 LOADED = {
     "free": CentreCoordinates(),
@@ -35,16 +31,15 @@ LOADED = {
 }
 
 
-def paper_system(coordinates, *connector, weight=WEIGHT, anchor=(0.0, 0.0, 0.0)):
-    body = Body(41.0, np.diag([10.0, 8.0, 0.4]), np.array([0.15, 0.10, -0.42]))
-    stabilizers = TranslationalStabilizer(K_T, L_T), RotationalStabilizer(K_R, L_R)
-    elements = (Gravity(weight), *stabilizers, *connector)
-    return System(body, elements, coordinates, np.array(anchor))
+def paper_system(coordinates, *connector, weight=HEAVY, anchor=(0.0, 0.0, 0.0)):
+    """Return the paper's body in any coordinates with any connector; damping plays no role."""
+    free = paper_variant("free", weight=weight, anchor=anchor)
+    return replace(free, elements=(*free.elements, *connector), coordinates=coordinates)
 
 
 @pytest.fixture(params=VARIANTS)
 def loaded(request, rng):
-    """A random system under a weight that bends it, but not out of the range of eq. 5."""
+    """Return a random system whose weight turns it, but not out of the range of eq. 5."""
     return random_system(rng, request.param, LOADED[request.param])
 
 
@@ -52,15 +47,15 @@ def loaded(request, rng):
 def test_held_paper_body_under_gravity(coordinates):
     rest = nearest_rest_state(paper_system(coordinates))
     assert rest.found
-    # To half of the last digit that is known.
+    # To half of the last known digit.
     np.testing.assert_allclose(rest.motion.Theta, [0.03917, -0.05825, 0.00018], rtol=0, atol=5e-6)
 
 
 @pytest.mark.parametrize("coordinates", [CentreCoordinates(), ContactCoordinates()])
 def test_tied_paper_body_under_gravity(coordinates):
-    rest = nearest_rest_state(paper_system(coordinates, ViscoElasticConnector(K_C, L_C)))
+    rest = nearest_rest_state(paper_system(coordinates, ViscoElasticConnector(K_C, DAMPING)))
     assert rest.found
-    # To half of the last digit that is known of each.
+    # To half of the last known digit of each angle.
     roll_and_pitch, yaw = rest.motion.Theta[:2], rest.motion.Theta[2]
     np.testing.assert_allclose(roll_and_pitch, [0.0347, -0.0517], rtol=0, atol=5e-5)
     assert yaw == pytest.approx(0.00012, abs=5e-6)
@@ -69,7 +64,7 @@ def test_tied_paper_body_under_gravity(coordinates):
 def test_free_paper_body_under_gravity():
     rest = nearest_rest_state(paper_system(CentreCoordinates()))
     assert rest.found
-    # 410 N on 3280 N/m; half of the weight's work is left in the spring.
+    # 410 N on 3280 N/m; half of the weight's work is stored in the spring.
     np.testing.assert_allclose(rest.motion.X, [0, 0, -0.125], rtol=0, atol=1e-15)
     assert rest.energy == pytest.approx(-0.5 * 410 * 0.125, rel=1e-14)
     np.testing.assert_array_equal(rest.motion.Theta, 0)
@@ -79,8 +74,8 @@ def test_free_paper_body_under_gravity():
     ("coordinates", "connector"),
     [
         (ReducedCoordinates(), ()),
-        (CentreCoordinates(), (ViscoElasticConnector(K_C, L_C),)),
-        (CentreCoordinates(), (EmbeddedConnector(K_C, L_C, K_C, 2 * L_C),)),
+        (CentreCoordinates(), (ViscoElasticConnector(K_C, DAMPING),)),
+        (CentreCoordinates(), (EmbeddedConnector(K_C, DAMPING, K_C, 2 * DAMPING),)),
     ],
     ids=["permanent", "visco-elastic", "embedded"],
 )
@@ -105,7 +100,7 @@ def test_rest_state_does_not_move(loaded):
     rest = nearest_rest_state(loaded)
     assert rest.found
     rates = loaded.rates(loaded.start(rest.motion, rest.own))
-    # Forces of the order of the weight, 100 N, are balanced to the 1e-10 of a Newton step.
+    # Forces of 100 N, the size of the weight, balance to 1e-10, the last Newton step.
     np.testing.assert_allclose(rates, 0, atol=1e-10)
 
 
@@ -131,13 +126,13 @@ def test_gradient_is_the_largest_force_that_is_left(loaded):
     rest = nearest_rest_state(loaded)
     y = loaded.start(rest.motion, rest.own)
     slope = jacobian(loaded.potential_energy, y, 1e-3)
-    # Energies of 100 J, which are good to 1e-14, over a step of 1e-3.
+    # Energies of 100 J have a round-off of 1e-14, divided by a step of 1e-3.
     np.testing.assert_allclose(slope, 0, atol=1e-9)
     assert 0 <= rest.gradient < 1e-9
 
 
 def test_node_of_the_embedded_connector_rests_between_its_springs():
-    embedded = EmbeddedConnector(K_C, L_C, 0.5 * K_C, 2 * L_C)
+    embedded = EmbeddedConnector(K_C, DAMPING, 0.5 * K_C, 2 * DAMPING)
     rest = nearest_rest_state(paper_system(CentreCoordinates(), embedded))
     assert rest.found
     assert np.abs(rest.motion.E).max() > 1e-2
@@ -175,14 +170,14 @@ def test_rest_state_outside_the_range_is_not_found(pitch):
 
 
 def test_tolerance_leaves_the_energy_exact_to_round_off():
-    # Energy is off by the gradient squared over twice the stiffness.
+    # The error of the energy is the gradient squared over twice the stiffness.
     assert GRADIENT_TOLERANCE**2 / (2 * 320) < 1e-16
 
 
 def test_descent_that_leaves_the_range_is_reported():
     # Stabilizers too weak for the weight: the body swings over, to a rest state beyond θ2 = π/2.
     system = paper_system(ReducedCoordinates())
-    weak = TranslationalStabilizer(1e-3 * K_T, L_T), RotationalStabilizer(0.1 * K_R, L_R)
+    weak = TranslationalStabilizer(1e-3 * K_T, DAMPING), RotationalStabilizer(0.1 * K_R, DAMPING)
     rest = nearest_rest_state(replace(system, elements=(system.elements[0], *weak)))
     assert rest.gradient < GRADIENT_TOLERANCE
     assert abs(rest.motion.Theta[1]) > np.pi / 2

@@ -1,18 +1,17 @@
-"""Ctrl-C, a full disk, a name that is taken: no half result, no lost one, no wrong one."""
+"""Ctrl-C, a full disk or a taken file name never leave a partial, lost or wrong result."""
 
 import errno
 import os
 
 import pytest
 from support.configs import PERMANENT, VISCO_ELASTIC, plain
+from support.problems import ENGINES
 
 from rbstab.config.load import load_config
 from rbstab.experiment.run_to_file import run_to_file
 from rbstab.experiment.simulate import simulate
 from rbstab.store.errors import ResultExistsError, StoreError
 from rbstab.store.run_file import open_result
-
-ENGINES = ("scipy", "heyoka")
 
 SHORT = ("integration.duration=0.05", "integration.samples=3", "integration.rtol=1e-9")
 
@@ -22,7 +21,7 @@ def config_of(engine="scipy", *changes, text=VISCO_ELASTIC):
 
 
 class Interrupted:
-    """A progress display in which Ctrl-C is pressed after some calls."""
+    """A progress callback that raises KeyboardInterrupt after some calls, as Ctrl-C does."""
 
     def __init__(self, calls, error=KeyboardInterrupt):
         self.calls = calls
@@ -49,13 +48,13 @@ def test_an_interrupted_run_leaves_no_file(tmp_path, engine, calls, error):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_interrupted_run_leaves_the_engine_in_order(engine):
-    """heyoka's integrator is kept and used again: the next run must not continue the last."""
+    """heyoka's integrator is reused: the next run must not continue the interrupted one."""
     expected = simulate(config_of(engine))
     with pytest.raises(KeyboardInterrupt):
         simulate(config_of(engine), progress=Interrupted(2))
     found = simulate(config_of(engine))
     for name in expected.variables:
-        # As texts: no time of a check is NaN, which does not equal itself.
+        # Compared as texts, because NaN does not equal itself.
         assert str(found[name].tolist()) == str(expected[name].tolist()), name
 
 
@@ -91,12 +90,12 @@ def test_a_full_disk_at_the_end_of_a_run(tmp_path, text, monkeypatch):
         with pytest.raises(StoreError, match=r"a\.h5 cannot be written: No space left on device"):
             run_to_file(config_of(text=text), path)
     assert list(tmp_path.iterdir()) == []
-    assert run_to_file(config_of(text=text), path).repeated
+    assert run_to_file(config_of(text=text), path).computed
     assert open_result(path).status == "completed"
 
 
 def test_a_full_disk_does_not_lose_a_different_result(tmp_path, monkeypatch):
-    """It is moved aside first, and stays there when the new one cannot be written."""
+    """The old result is moved aside first, and stays there if the new one cannot be written."""
     path = tmp_path / "a.h5"
     old = run_to_file(config_of(), path).result
     fsync = os.fsync
@@ -114,7 +113,7 @@ def test_a_full_disk_does_not_lose_a_different_result(tmp_path, monkeypatch):
 
 
 def test_a_name_that_was_taken_while_the_run_went_on(tmp_path):
-    """Two runs are started under one name: the second to end does not overwrite the first."""
+    """If two runs use one name, the one that ends last does not overwrite the other."""
     path = tmp_path / "a.h5"
 
     class Overtaken(Interrupted):
@@ -138,5 +137,6 @@ def test_a_damaged_result_is_neither_trusted_nor_overwritten(tmp_path):
         run_to_file(config_of(), path)
     assert path.read_bytes() == content
     filed = run_to_file(config_of(), path, force=True)
+    assert filed.moved_aside is not None
     assert filed.moved_aside.read_bytes() == content
     assert open_result(path).status == "completed"

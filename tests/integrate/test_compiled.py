@@ -1,4 +1,4 @@
-"""The compiled engine: one compilation for a structure, no traces of the runs before."""
+"""The compiled engine compiles each structure once, and no run affects a later one."""
 
 import os
 import subprocess
@@ -18,7 +18,7 @@ from rbstab.mechanics.body import Body
 from rbstab.systems.coordinates import ReducedCoordinates
 
 TIMES = np.linspace(0.0, 0.5, 11)
-RTOL = 1e-9  # heyoka compiles for each tolerance; this one, of low order, quickly
+RTOL = 1e-9  # heyoka compiles for each tolerance; this one has a low order and compiles quickly
 
 
 def random_problem(seed, **changes):
@@ -36,7 +36,7 @@ def test_another_system_of_the_structure_is_not_compiled_again():
     found = solve("heyoka", second)
     expected = solve("scipy", random_problem(2, rtol=1e-12))
     np.testing.assert_allclose(found.states, expected.states, rtol=0, atol=1e-7)
-    # The anchor and the contact point are parameters as well, and no state of Z shows them.
+    # The anchor is a parameter too, though it does not affect the states in Z.
     assert not np.array_equal(first.system.anchor, second.system.anchor)
 
 
@@ -56,7 +56,7 @@ def test_compiled_parameters_are_all_of_the_systems():
     # m, J, R; G; K_t, L_t; K_r, L_r; X_a.
     compiled = compiled_system(random_problem(1).system, RTOL)
     assert len(compiled.names) == 9
-    # And the range bound and the scale of the energies.
+    # Two more: the range bound and the scale of the energies.
     assert len(compiled.integrator.pars) == 1 + 9 + 3 + 3 + 4 * 9 + 3 + 2
 
 
@@ -94,7 +94,7 @@ def test_a_stopped_run_leaves_nothing_behind(before, status):
 
 
 def test_a_run_that_left_the_range_leaves_it_again():
-    # An event that has just fired is deaf for a while, which must not outlast its run.
+    # heyoka ignores an event for a while after it fired; this must end with the run.
     first = solve("heyoka", leaving())
     again = solve("heyoka", leaving())
     assert first.status == again.status == "range left"
@@ -103,7 +103,7 @@ def test_a_run_that_left_the_range_leaves_it_again():
 
 
 def test_a_start_close_to_the_border_leaves_at_once_after_another_that_left():
-    # Within the time for which an event is deaf: 1e-8 rad before the border, at 4 rad/s.
+    # It leaves while heyoka would still ignore the event: 1e-8 rad to the border, at 4 rad/s.
     border = np.cos(1.3)
     assert solve("heyoka", leaving(range_bound=border)).status == "range left"
     close = leaving(range_bound=border)
@@ -135,7 +135,7 @@ def test_missing_heyoka_is_named(monkeypatch):
     monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka.engine")
     with pytest.raises(EngineMissingError, match=r"engine 'heyoka' cannot be used here.*'scipy'"):
         engine("heyoka")
-    # The other engine needs nothing of it.
+    # The other engine does not need heyoka.
     assert solve("scipy", random_problem(1)).status == "completed"
 
 
@@ -150,7 +150,7 @@ print(solve("heyoka", problem(system, np.zeros(12), [0.0, 1.0], rtol=1e-6)).stat
 
 
 def test_home_that_cannot_be_written_does_no_harm():
-    # heyoka keeps a cache of compiled code under the user's home.
+    # heyoka keeps a cache of compiled code in the user's home folder.
     paths = os.pathsep.join(entry for entry in sys.path if entry)
     environment = {key: value for key, value in os.environ.items() if not key.startswith("XDG_")}
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""What a thread has compiled: once for each key, and no more than is of use."""
+"""Each thread caches its compiled objects by key, and drops those unused for longest."""
 
 import threading
 
@@ -10,7 +10,7 @@ from rbstab.integrate.heyoka.compile_cache import compiled_once
 
 
 class Maker:
-    """Makes a new object each time, and counts."""
+    """A factory that counts the objects that it makes."""
 
     def __init__(self):
         self.made = 0
@@ -48,7 +48,7 @@ def test_each_thread_has_its_own():
 
 
 def test_what_was_not_used_for_long_is_dropped(monkeypatch):
-    monkeypatch.setattr(module, "MOST_KEPT", 3)
+    monkeypatch.setattr(module, "MAX_CACHED", 3)
 
     def uses():
         make = Maker()

@@ -1,11 +1,12 @@
-"""Motions that leave the numbers: every one ends with a status, soon, and without an exception."""
+"""Every motion that overflows or starts from NaN ends soon with a status, not an exception."""
 
 import re
+from typing import Any
 
 import numpy as np
 import pytest
 from support.hang_guard import within
-from support.problems import ENGINES, bare_system, problem, solve
+from support.problems import ENGINES, METHODS, bare_system, problem, solve
 
 from rbstab.elements.gravity import Gravity
 from rbstab.mechanics.body import Body
@@ -13,13 +14,6 @@ from rbstab.systems.coordinates import CentreCoordinates
 from rbstab.systems.system import System
 
 BODY = Body(41.0, np.diag([10.0, 8.0, 4.0]), np.array([0.15, 0.1, -0.42]))
-METHODS = [
-    ("scipy", "DOP853"),
-    ("scipy", "RK45"),
-    ("scipy", "LSODA"),
-    ("scipy", "Radau"),
-    ("heyoka", ""),
-]
 each_engine = pytest.mark.parametrize("engine_name", ENGINES)
 each_method = pytest.mark.parametrize(("engine_name", "method"), METHODS)
 
@@ -28,13 +22,13 @@ TIME_LIMIT = 2.0
 
 @pytest.fixture(scope="module", autouse=True)
 def _compiled_before():
-    # Compiling takes seconds where heyoka's cache is empty; the guard is for running.
+    # With an empty cache heyoka compiles for seconds; the time limit of the guard is for runs only.
     still = np.zeros(12)
     solve("heyoka", problem(bare_system(BODY), still, [0.0, 0.1], rtol=1e-9))
 
 
 def outcome(engine_name, method, system, start, times=(0.0, 1.0, 2.0), **limits):
-    """The trajectory of a run at loose tolerances, which has to end within its time limit + 1 s."""
+    """Run at loose tolerances; fail if the run takes longer than its time limit + 1 s."""
     settings = {"rtol": 1e-9, "atol": 1e-9, "method": method, "time_limit": TIME_LIMIT}
     given = problem(system, start, times, **(settings | limits))
     trajectory = within(given.time_limit + 1.0, solve, engine_name, given)
@@ -78,7 +72,7 @@ def test_overflow_is_a_status_also_for_callers_who_want_it_raised(engine_name, m
 
 
 def test_lsodas_own_warnings_are_not_shown():
-    # The tolerances are beyond what doubles can do, which it says twice before it gives up.
+    # Doubles cannot reach these tolerances; LSODA warns twice before it gives up.
     start = np.concatenate([[0.1, 0.2, 0.1], [1.0, 2.0, -1.0], np.zeros(6)])
     system = bare_system(BODY, K_r=400.0 * np.eye(3), L_r=60.0 * np.eye(3))
     trajectory = outcome("scipy", "LSODA", system, start, rtol=1e-20, atol=1e-30)
@@ -88,7 +82,7 @@ def test_lsodas_own_warnings_are_not_shown():
 
 @pytest.mark.parametrize("method", ["DOP853", "Radau"])
 def test_finite_rates_that_no_step_can_follow_are_a_solver_failure(method):
-    # The rates are of the order of 1e302; counted in tolerances they are not numbers.
+    # The rates are of the order of 1e302; divided by the tolerances they overflow.
     start = np.concatenate([np.zeros(3), [1e150, 2e150, -1e150], np.zeros(6)])
     trajectory = outcome("scipy", method, bare_system(BODY, L_r=60.0 * np.eye(3)), start)
     assert trajectory.status == "solver failure"
@@ -100,7 +94,7 @@ def test_finite_rates_that_no_step_can_follow_are_a_solver_failure(method):
 @pytest.mark.parametrize("size", [1e10, 1e150])
 def test_huge_spins_end_in_a_status(engine_name, method, size):
     start = np.concatenate([np.zeros(3), size * np.array([1.0, 2.0, -1.0]), np.zeros(6)])
-    # Some only go on in tiny steps: then a limit ends them.
+    # Some continue in tiny steps until a limit ends them.
     limits = {"time_limit": 0.1, "step_limit": 20_000}
     trajectory = outcome(engine_name, method, bare_system(BODY), start, **limits)
     assert trajectory.status != "completed"
@@ -108,7 +102,7 @@ def test_huge_spins_end_in_a_status(engine_name, method, size):
     assert trajectory.times[-1] < 2.0
 
 
-# X grows as exp(√(1e10/41) t), out of the numbers after 0.05 s at the latest.
+# X grows as exp(√(1e10/41) t), and overflows within 0.05 s.
 AWAY = np.concatenate([np.zeros(6), [1.0, -0.5, 0.2], np.zeros(3)])
 
 
@@ -116,7 +110,7 @@ AWAY = np.concatenate([np.zeros(6), [1.0, -0.5, 0.2], np.zeros(3)])
 def test_motion_that_grows_out_of_the_numbers_diverged(engine_name):
     times = np.linspace(0.0, 2.0, 2001)
     system = bare_system(BODY, K_t=-1e10 * np.eye(3))
-    # A thousand steps lead there.
+    # It takes a thousand steps.
     trajectory = outcome(engine_name, "DOP853", system, AWAY, times, time_limit=20.0)
     assert trajectory.status == "diverged"
     assert 0.005 < trajectory.times[-1] < 0.05
@@ -124,7 +118,7 @@ def test_motion_that_grows_out_of_the_numbers_diverged(engine_name):
     assert re.fullmatch(
         rf"the (state|rates) stopped being finite at t = {stop} s", trajectory.detail
     )
-    # What is kept of the run are numbers, and right: X(t) = X(0) cosh(√(k/m) t).
+    # The stored samples are finite, and right: X(t) = X(0) cosh(√(k/m) t).
     assert np.isfinite(trajectory.states).all()
     assert np.isfinite(trajectory.lyapunov_change).all()
     assert np.isfinite(trajectory.contact_work).all()
@@ -137,29 +131,30 @@ def test_motion_that_grows_out_of_the_numbers_diverged(engine_name):
 @each_method
 @pytest.mark.parametrize("gain", ["K_t", "L_t", "K_r", "L_r"])
 def test_negative_gains_of_enormous_size_end_in_a_status(engine_name, method, gain):
-    system = bare_system(BODY, **{gain: -1e300 * np.eye(3)})
+    gains: dict[str, Any] = {gain: -1e300 * np.eye(3)}
+    system = bare_system(BODY, **gains)
     start = np.concatenate([[0.1, 0.2, -0.1], [1.0, 0.5, -1.0], [1.0, -0.5, 0.2], [1.0, 1.0, 0.0]])
     trajectory = outcome(engine_name, method, system, start, time_limit=0.1)
     assert trajectory.status not in {"completed", "range left"}
     assert trajectory.times[-1] < 1e-3
 
 
-def weighed(weight):
+def with_gravity(weight):
     return System(BODY, (weight,), CentreCoordinates(), np.zeros(3))
 
 
 @each_engine
 def test_start_without_a_number_diverged_even_where_no_rate_notices(engine_name):
-    # A weight alone does not ask where the body is.
+    # A weight does not depend on the position.
     start = np.zeros(12)
     start[6] = np.nan
-    trajectory = outcome(engine_name, "DOP853", weighed(Gravity(np.zeros(3))), start)
+    trajectory = outcome(engine_name, "DOP853", with_gravity(Gravity(np.zeros(3))), start)
     assert trajectory.status == "diverged"
     np.testing.assert_array_equal(trajectory.states, [start])
 
 
 class Vanishing(Gravity):
-    """A weight that is not a number once the body has fallen below 1 m: √(1 + x3)."""
+    """A weight that becomes NaN when the body has fallen by 1 m: √(1 + x3)."""
 
     def wrench(self, motion, own):
         whole = super().wrench(motion, own)
@@ -168,7 +163,7 @@ class Vanishing(Gravity):
 
 @pytest.mark.parametrize("method", ["DOP853", "RK45", "LSODA"])
 def test_rates_that_stop_being_numbers_midway_diverged(method):
-    system = weighed(Vanishing(np.array([0.0, 0.0, -410.0])))
+    system = with_gravity(Vanishing(np.array([0.0, 0.0, -410.0])))
     trajectory = outcome("scipy", method, system, np.zeros(12), np.linspace(0.0, 2.0, 201))
     assert trajectory.status == "diverged"
     assert -1.0 <= trajectory.states[-1, 8] < -0.99
@@ -176,7 +171,7 @@ def test_rates_that_stop_being_numbers_midway_diverged(method):
 
 
 class Edge(Gravity):
-    """A weight that is a number nowhere but at the start: √x3, thrown downwards from x3 = 0."""
+    """A weight that is finite only at the start: √x3, thrown downwards from x3 = 0."""
 
     def wrench(self, motion, own):
         whole = super().wrench(motion, own)
@@ -187,9 +182,9 @@ class Edge(Gravity):
 def test_start_on_the_edge_of_the_numbers_is_given_up_soon(method):
     start = np.zeros(12)
     start[11] = -1.0
-    trajectory = outcome("scipy", method, weighed(Edge(np.array([0.0, 0.0, -410.0]))), start)
+    trajectory = outcome("scipy", method, with_gravity(Edge(np.array([0.0, 0.0, -410.0]))), start)
     assert trajectory.status == "diverged"
     assert trajectory.times[-1] < 1e-100
-    # A step that has met a thousand of them in a row will not find a number any more.
+    # After a thousand failures in a row the engine gives up the step.
     explicit = method in {"DOP853", "RK45"}
     assert trajectory.evaluations < (1100 if explicit else 5000)

@@ -1,28 +1,21 @@
-"""The end of the range of eq. 5: a run stops where cos θ2 falls to its bound."""
+"""A run stops at the end of the range of eq. 5, where cos θ2 falls to its bound."""
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from support.problems import ENGINES, bare_system, held_start, problem, solve
+from support.problems import ENGINES, METHODS, bare_system, held_start, problem, solve
 
 from rbstab.integrate.engines import engine
 from rbstab.mechanics.body import Body
 from rbstab.systems.coordinates import ReducedCoordinates
 
-METHODS = [
-    ("scipy", "DOP853"),
-    ("scipy", "RK45"),
-    ("scipy", "LSODA"),
-    ("scipy", "Radau"),
-    ("heyoka", ""),
-]
-# LSODA and Radau are given the tolerance that they reach in a sensible number of steps.
+# LSODA and Radau have tolerances that they reach in a reasonable number of steps.
 TOLERANCE = {"DOP853": 1e-12, "": 1e-12, "RK45": 1e-10, "LSODA": 1e-11, "Radau": 1e-9}
 TIME_ERROR = {"DOP853": 1e-10, "": 1e-10, "RK45": 1e-9, "LSODA": 1e-9, "Radau": 1e-8}
 
 each_method = pytest.mark.parametrize(("engine_name", "method"), METHODS)
 
-# About axis 2 alone every θ2 is a damped oscillator: J2 θ̈ + L θ̇ + K θ = 0.
+# A turn about axis 2 alone is a damped oscillator: J2 θ̈ + L θ̇ + K θ = 0.
 INERTIA, STIFFNESS, DAMPING = 8.0, 400.0, 60.0
 
 
@@ -61,11 +54,11 @@ def test_run_stops_where_the_bound_is_reached(engine_name, method, bound, rate):
     assert trajectory.status == "range left"
     stop = trajectory.times[-1]
     assert stop == pytest.approx(expected, rel=0, abs=TIME_ERROR[method])
-    # The last row is the stop itself, to what heyoka's polynomial of cos θ2 is good for.
+    # The last row is the stop itself, up to the error of heyoka's polynomial of cos θ2.
     assert np.cos(trajectory.states[-1, 1]) == pytest.approx(bound, rel=0, abs=1e-11)
     assert np.sign(trajectory.states[-1, 1]) == np.sign(rate)
     assert trajectory.detail == f"cos θ2 fell to {bound:g} at t = {stop:.9g} s"
-    # Nothing else moves, and the audit has come along: the body lost what the damper took.
+    # Nothing else moves, so the energy integral is the loss in the damper.
     work = 0.5 * INERTIA * (trajectory.states[-1, 4] ** 2 - rate**2) + 0.5 * STIFFNESS * limit**2
     assert trajectory.lyapunov_change[-1] == pytest.approx(work, rel=1e-6)
 
@@ -89,20 +82,20 @@ def test_rows_before_the_stop_are_the_samples(engine_name, method):
 
 @pytest.mark.parametrize("engine_name", ENGINES)
 def test_held_body_leaves_the_range_too(engine_name):
-    # The same motion about a pin: the inertia about C takes the place of J2.
+    # The same motion about a pin: the inertia about C replaces J2.
     body = Body(5.0, np.diag([1.0, 2.0, 1.5]), np.array([0.0, 0.0, 0.4]))
     system = bare_system(body, ReducedCoordinates())
     start = held_start(system, np.zeros(3), np.array([0.0, 3.0, 0.0]))
     trajectory = solve(engine_name, problem(system, start, [0.0, 2.0], range_bound=0.25))
     assert trajectory.status == "range left"
-    # No couple: it turns evenly.
+    # Without a couple it turns at constant speed.
     assert trajectory.times[-1] == pytest.approx(np.arccos(0.25) / 3.0, rel=0, abs=1e-11)
 
 
 @pytest.mark.parametrize("engine_name", ENGINES)
 @pytest.mark.parametrize("bound", [0.25, float(np.cos(1.3))], ids=["beyond", "on"])
 def test_start_on_or_beyond_the_bound_is_the_stop(engine_name, bound):
-    # Although it would turn back into the range.
+    # It would turn back into the range, but a run must not start outside.
     start = turning_start(-1.0)
     start[1] = 1.3 if bound != 0.25 else 1.4
     given = problem(turning_system(), start, [3.0, 4.0], range_bound=bound)
@@ -125,7 +118,7 @@ def test_peak_just_inside_the_bound_is_no_stop(engine_name, method):
 
 @each_method
 def test_other_angles_may_pass_every_value(engine_name, method):
-    # About axis 1, freely: θ1 passes π/2 and π.
+    # A free turn about axis 1: θ1 passes π/2 and π.
     system = turning_system(0.0, 0.0)
     start = np.concatenate([np.zeros(3), [4.0, 0.0, 0.0], np.zeros(6)])
     tolerances = {"rtol": TOLERANCE[method], "atol": TOLERANCE[method], "method": method}
@@ -134,8 +127,8 @@ def test_other_angles_may_pass_every_value(engine_name, method):
     assert trajectory.states[-1, 0] == pytest.approx(8.0, rel=0, abs=1e-8)
 
 
-# Undamped, θ2 = 1.2 sin ωt. At these tolerances one step reaches over the whole peak; beyond the
-# bound the body is for longer than a sixteenth of it, which is how closely a step is looked at.
+# Undamped, θ2 = 1.2 sin ωt. At these tolerances one step covers the whole peak. The body is beyond
+# the bound for longer than a sixteenth of the step, the interval at which a step is checked.
 @pytest.mark.parametrize(
     ("method", "rtol", "pace", "excess"),
     [
@@ -156,7 +149,7 @@ def test_excursion_inside_one_long_step_is_noticed(method, rtol, pace, excess, s
     limit = 1.2 - excess
     leaves = np.arcsin(limit / 1.2) / pace
     comes_back = np.pi / pace - leaves
-    # What makes this hard: no step ends beyond the bound.
+    # The hard part: no step ends beyond the bound.
     assert not any(leaves <= t <= comes_back for t in steps)
     narrow = problem(system, start, [0.0, end], range_bound=np.cos(limit), **tolerances)
     trajectory = solve("scipy", narrow)

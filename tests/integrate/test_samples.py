@@ -1,4 +1,4 @@
-"""Samples: where they are, how exact they are, and that asking for them costs little."""
+"""Samples are where they were requested, as exact as steps, and cost few extra steps."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from rbstab.mechanics.body import Body
 
 ONE_STEP_METHODS = ("DOP853", "RK45", "Radau")
 
-# A spinning body on soft springs: its own steps are much longer than the samples below.
+# A spinning body on soft springs: its steps are much longer than the sampling intervals below.
 SYSTEM = bare_system(
     Body(2.0, np.diag([2.0, 1.5, 1.0]), np.array([0.15, 0.1, -0.42])),
     weight=(1.0, -2.0, -20.0),
@@ -23,8 +23,8 @@ TIMES = np.linspace(0.0, 2.0, 401)
 
 
 def followed(given, engine_name="scipy"):
-    """The trajectory and the times of its steps."""
-    steps = []
+    """Return the trajectory and the times of its steps."""
+    steps: list[float] = []
     trajectory = engine(engine_name)(given, steps.append)
     assert trajectory.status == "completed"
     return trajectory, steps
@@ -59,10 +59,10 @@ def test_samples_between_lsodas_steps_are_as_exact_as_its_steps():
 
 @pytest.mark.parametrize("method", ["DOP853", "RK45", "LSODA", "Radau"])
 def test_samples_add_at_most_one_step_each(method):
-    # A step cut short on a sample must not make the next ones short.
+    # A step that a sample cuts short must not make the next steps short.
     tolerances = {"method": method, "rtol": 1e-8, "atol": 1e-8}
     alone = solve("scipy", problem(SYSTEM, START, [0.0, 2.0], **tolerances))
-    # In pairs, of which the second cuts the step after the first very short.
+    # Pairs of samples: the second cuts the step after the first very short.
     pairs = np.linspace(0.0, 2.0, 7)[1:-1]
     times = np.sort(np.concatenate([[0.0, 2.0], pairs, pairs + 1e-9]))
     sampled = solve("scipy", problem(SYSTEM, START, times, **tolerances))
@@ -70,7 +70,7 @@ def test_samples_add_at_most_one_step_each(method):
 
 
 def test_tolerances_are_not_mistaken_for_each_other():
-    # All that moves is far below one tolerance, and has to be followed at the other.
+    # The motion is far below the first tolerance, and must be resolved at the second.
     small = START * 1e-6
     small[1] = 0.0
     still = {"rtol": 1e-11, "atol": 1e-5}
@@ -90,7 +90,7 @@ def test_samples_may_start_anywhere_and_lie_anywhere(engine_name):
     later = solve(engine_name, problem(SYSTEM, START, times + 100.0))
     np.testing.assert_array_equal(plain.times, times)
     np.testing.assert_array_equal(later.times, times + 100.0)
-    # No equation knows the time; the samples do, to 1e-14 of 100 s.
+    # The equations do not depend on time; the samples do, with a round-off of 1e-14 of 100 s.
     np.testing.assert_allclose(later.states, plain.states, rtol=0, atol=1e-11)
 
 

@@ -1,9 +1,11 @@
+"""Vector and matrix helpers give the textbook results, and their constants are read-only."""
+
 from fractions import Fraction
 
 import numpy as np
 import pytest
 from support.differences import relative_error
-from support.systems import random_spd
+from support.elements import random_spd
 
 from rbstab.mechanics.algebra import (
     IDENTITY,

@@ -1,3 +1,5 @@
+"""A body's gyroscopic couple, energy and inertias are right, and impossible inertias are found."""
+
 import numpy as np
 import pytest
 from support.differences import derivative, relative_error
@@ -10,12 +12,12 @@ from rbstab.mechanics.body import Body, triangle_violation
 def test_gyroscopic_couple_does_no_work(rng):
     body, Omega = random_body(rng), rng.normal(size=3)
     couple = body.gyroscopic_couple(Omega)
-    # Ω·f vanishes by cancellation, to round-off of its terms.
+    # Ω·f cancels, up to the round-off of its terms.
     assert abs(Omega @ couple) < 1e-14 * np.abs(Omega).max() * np.abs(couple).max()
 
 
 def test_gyroscopic_couple_turns_the_angular_momentum_back(rng):
-    # The body drags JΩ along with it; f takes just that off again.
+    # The body carries JΩ with it; f is minus the rate of that.
     body, Omega = random_body(rng), rng.normal(size=3)
     dragged = derivative(lambda t: turned(np.eye(3), Omega, t) @ body.inertia @ Omega)
     assert relative_error(body.gyroscopic_couple(Omega), -dragged) < 1e-12
@@ -29,7 +31,7 @@ def test_gyroscopic_couple_vanishes_about_a_principal_axis(rng):
 
 
 def test_kinetic_energy_of_a_rolling_wheel():
-    # A hoop rolling at v has the energy m v²: half in its motion, half in its spin.
+    # A hoop that rolls at speed v has the energy m v²: half in its velocity, half in its spin.
     mass, radius, speed = 3.0, 0.2, 1.7
     hoop = Body(mass, np.diag([0.5, 0.5, 1.0]) * mass * radius**2, np.zeros(3))
     spin, velocity = np.array([0, 0, speed / radius]), np.array([speed, 0, 0])
@@ -44,7 +46,7 @@ def test_inertias_and_their_inverses(rng):
 
 
 def test_inertia_about_the_contact_point_of_a_rod():
-    # A thin rod about its end: m l²/3 from m l²/12 about its middle.
+    # A thin rod has m l²/12 about its middle and m l²/3 about its end.
     mass, length = 2.0, 0.6
     transverse = mass * length**2 / 12
     rod = Body(mass, np.diag([transverse, transverse, 0.0]), np.array([0, 0, length / 2]))
@@ -74,7 +76,7 @@ def test_inertia_of_any_particles_is_possible(rng):
 
 
 def test_flat_body_is_possible(rng):
-    # Its moments obey j1 = j2 + j3, in any axes only to round-off.
+    # Its moments satisfy j1 = j2 + j3, in turned axes up to round-off.
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     assert triangle_violation(np.diag([0.3, 0.1 + 0.2, 0.1 + 0.2 + 0.3])) is None
     assert triangle_violation(axes @ np.diag([0.7, 0.5, 1.2]) @ axes.T) is None

@@ -1,3 +1,5 @@
+"""Complex steps give derivatives exact to round-off."""
+
 import numpy as np
 from support.differences import relative_error
 
@@ -22,7 +24,7 @@ def test_gradient_of_a_scalar_has_one_axis(rng):
 
 
 def test_nothing_is_subtracted(rng):
-    # A value 1e30 times its slope: no difference of floats could see the slope.
+    # The value is 1e30 times the slope: a difference of floats would lose the slope.
     slope = jacobian(lambda p: 1e30 + np.sin(p[0]), np.array([0.7]))
     np.testing.assert_allclose(slope, [np.cos(0.7)], rtol=1e-15)
 

@@ -1,4 +1,4 @@
-"""Staying on the sub manifold: the projected state, and Baumgarte's stabilization."""
+"""Projection and Baumgarte's stabilization bring a state back to the submanifold."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from rbstab.systems.coordinates import ManifoldCoordinates
 
 
 class Drifted:
-    """A state that has left the sub manifold by about a given distance."""
+    """A state off the submanifold by about a given distance, and its projection."""
 
     def __init__(self, rng, distance):
         self.body, self.anchor = random_body(rng), rng.normal(size=3)
@@ -28,11 +28,11 @@ class Drifted:
         return motion_from_centre(self.body, self.anchor, Z)
 
     def mass_matrix(self):
-        """Of [Ω, V]."""
+        """Return the mass matrix of [Ω, V]."""
         return block_diag(self.body.inertia, self.body.mass * np.eye(3))
 
     def directions(self, Z):
-        """C of eq. 10 without its empty blocks."""
+        """Return c of eq. 10 without its zero blocks."""
         c = contact_directions(self.body, self.motion(Z))
         return np.vstack([c[3:6], c[9:12]])
 
@@ -44,7 +44,7 @@ def velocities(Z):
 def test_projected_state_lies_on_the_sub_manifold(rng):
     drifted = Drifted(rng, 1e-3)
     motion = drifted.motion(drifted.back)
-    # Each of the two steps squares what is left of E: 1e-3, 1e-6, 1e-12.
+    # Each of the two steps squares the rest of E: 1e-3, 1e-6, 1e-12.
     assert np.abs(drifted.motion(drifted.Z).E).max() > 1e-4
     np.testing.assert_allclose(motion.E, 0, atol=1e-12)
     np.testing.assert_allclose(motion.F, 0, atol=1e-14 * np.abs(drifted.Z).max())
@@ -53,7 +53,7 @@ def test_projected_state_lies_on_the_sub_manifold(rng):
 def test_projection_of_a_held_state_changes_nothing(rng):
     drifted = Drifted(rng, 1e-3)
     again = projected_state(drifted.body, drifted.anchor, drifted.back)
-    # What the first projection left of E.
+    # The first projection leaves a small E.
     assert relative_error(again, drifted.back) < 1e-13
 
 
@@ -65,7 +65,7 @@ def test_projection_leaves_its_argument_alone(rng):
 
 
 def test_projection_takes_off_only_velocities_that_move_C(rng):
-    # The rest of the velocity is orthogonal, in kinetic energy, to every velocity with F = 0.
+    # In kinetic energy the removed velocity is orthogonal to every velocity with F = 0.
     drifted = Drifted(rng, 1e-3)
     placed = np.concatenate([drifted.back[0:3], drifted.Z[3:6], drifted.back[6:9], drifted.Z[9:12]])
     taken_off = velocities(placed) - velocities(drifted.back)
@@ -95,7 +95,7 @@ def test_projection_moves_the_body_by_the_least_shift(rng):
     to_contact = drifted.directions(drifted.Z).T @ np.linalg.inv(root)
     E = drifted.motion(drifted.Z).E
     least = np.linalg.solve(root, np.linalg.lstsq(to_contact, -E, rcond=None)[0])
-    # The shift is least to first order: what is left is of the order of the shift squared.
+    # The shift is least to first order; the error is of the order of the shift squared.
     assert relative_error(shift, least) < 1e-5
 
 
@@ -116,5 +116,5 @@ def test_baumgarte_changes_nothing_on_the_sub_manifold(rng):
     stabilized = random_system(np.random.default_rng(0), "permanent", ManifoldCoordinates(50.0))
     stabilized = type(system)(system.body, system.elements, stabilized.coordinates, system.anchor)
     Z = held_path(rng, system.body, system.anchor).Z()
-    # The velocities of the path are differences, good to 1e-12.
+    # The velocities of the path are differences with an error of 1e-12.
     assert relative_error(stabilized.rates(Z), system.rates(Z)) < 1e-12

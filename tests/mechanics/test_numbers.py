@@ -1,3 +1,5 @@
+"""Sine and cosine work for each kind of number: by numpy, a registered function, or a method."""
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +10,7 @@ from rbstab.mechanics.numbers import cos, cos_of, sin, sin_of
 
 @dataclass
 class Angle:
-    """A kind of number that brings its own functions, as intervals do."""
+    """A kind of number with its own sine and cosine, like an interval."""
 
     name: str
 
@@ -20,7 +22,7 @@ class Angle:
 
 
 class Unknown:
-    """A kind of number without functions of its own."""
+    """A kind of number without sine and cosine."""
 
 
 def test_floats_and_complex_numbers_go_to_numpy():

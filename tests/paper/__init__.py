@@ -1,1 +1,1 @@
-"""A test for every equation of the paper, by its number."""
+"""Tests of every equation of the paper, named by its number."""

@@ -1,4 +1,4 @@
-"""Eq. 2, 5, and the matrix B of eq. 1."""
+"""Eq. 2, 5 and the matrix B of eq. 1 describe the attitude; the printed B does not."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def skew(Omega):
 
 
 def printed_rate_matrix(Theta):
-    """B with its second row divided by cos θ2, as the paper prints it."""
+    """Return B as the paper prints it: its second row is divided by cos θ2."""
     return rate_matrix(Theta) / np.array([[1.0], [np.cos(Theta[1])], [1.0]])
 
 
@@ -94,10 +94,10 @@ def test_eq_05_regularity_is_one_over_the_determinant_of_B(rng):
 
 @pytest.mark.parametrize("end", [-1, 1])
 def test_eq_05_regularity_changes_sign_at_the_end_of_the_range(end):
-    # Roll and yaw whose cosines are negative.
+    # Roll and yaw have negative cosines.
     inside = regularity(np.array([2.0, end * (np.pi / 2 - 1e-6), -2.5]))
     outside = regularity(np.array([2.0, end * (np.pi / 2 + 1e-6), -2.5]))
-    # θ2 is rounded to 1e-16, of which a cosine of 1e-6 keeps ten digits.
+    # θ2 is rounded to 1e-16, so a cosine of 1e-6 has ten correct digits.
     assert inside == pytest.approx(1e-6, rel=1e-9)
     assert outside == pytest.approx(-1e-6, rel=1e-9)
 

@@ -1,16 +1,16 @@
-"""Eq. 22, 40, 41 and 44: the connectors at C, against springs and dampers put together."""
+"""Eq. 22, 40, 41 and 44: the connectors at C are assemblies of springs and dampers."""
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 from support.differences import derivative, jacobian, relative_error
-from support.systems import random_body, random_spd, random_Z
+from support.elements import random_spd
+from support.systems import random_body, random_Z
 
+from rbstab.elements.element import NO_STATE
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.motion import motion_from_contact
-
-NO_STATE = np.zeros(0)
 
 
 @pytest.fixture
@@ -29,12 +29,12 @@ def visco_elastic(rng):
 
 
 def relaxed(connector, E):
-    """D where the two springs in series pull equally."""
+    """Return the D at which the two springs in series pull equally."""
     return np.linalg.solve(connector.K_c + connector.K_d, connector.K_c @ E)
 
 
 def test_eq_22_state_of_the_connector_relaxes_exponentially(rng, motion, embedded):
-    # Its three modes, each of which dies out at its own pace.
+    # D has three modes, and each decays at its own rate.
     end, start = relaxed(embedded, motion.E), rng.normal(size=3)
     paces, modes = eigh(embedded.K_c + embedded.K_d, embedded.L_d)
     pace, amplitudes = paces.max(), modes.T @ embedded.L_d @ (start - end)
@@ -78,7 +78,7 @@ def test_eq_22_forces_on_the_massless_node_balance(rng, motion, embedded):
 
 
 def test_eq_44_energy_is_the_work_of_pulling_C_slowly_and_then_D(rng, motion, embedded):
-    # Quadratic in each shift, so the mean force times the way is the work.
+    # The energy is quadratic in each shift, so the work is the mean force times the distance.
     D = rng.normal(size=3)
     at_node = -0.5 * embedded.L_d @ embedded.rates(motion._replace(E=0 * D), D) @ D
     ends = [embedded.wrench(motion._replace(E=E, F=0 * D), D).contact_force for E in (0, motion.E)]
@@ -87,7 +87,7 @@ def test_eq_44_energy_is_the_work_of_pulling_C_slowly_and_then_D(rng, motion, em
 
 
 def test_eq_44_energy_is_the_sum_of_two_springs(rng, motion, embedded):
-    # Through the square roots of the stiffnesses.
+    # By the square roots of the stiffnesses.
     D = rng.normal(size=3)
     upper = np.linalg.cholesky(embedded.K_c).T @ (motion.E - D)
     lower = np.linalg.cholesky(embedded.K_d).T @ D
@@ -107,7 +107,7 @@ def test_eq_40_is_the_limit_of_eq_22_for_a_node_held_stiffly(rng, motion, embedd
     stiff = EmbeddedConnector(embedded.K_c, embedded.L_c, 1e12 * embedded.K_d, embedded.L_d)
     plain = ViscoElasticConnector(embedded.K_c, embedded.L_c)
     settled = stiff.wrench(motion, relaxed(stiff, motion.E)).contact_force
-    # 1e-10: what the node gives way at a stiffness 1e12 times the connector's.
+    # 1e-10: the node still moves a little with a stiffness of 1e12 times the connector's.
     assert relative_error(settled, plain.wrench(motion, NO_STATE).contact_force) < 1e-10
 
 

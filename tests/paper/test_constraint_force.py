@@ -1,4 +1,4 @@
-"""Eq. 15, 16 and 17: the force of constraint, the projection, motion on the sub manifold."""
+"""Eq. 15, 16 and 17: the force of constraint holds C, also by projection, on the submanifold."""
 
 from typing import Any, NamedTuple
 
@@ -30,6 +30,8 @@ from rbstab.mechanics.motion import (
 
 
 class Held(NamedTuple):
+    """A body with the forces on it, and the quantities of eq. 9, 10 and 13."""
+
     body: Body
     motion: Motion
     Z: Any
@@ -50,7 +52,7 @@ def under_forces(rng, body, anchor, Z):
 
 @pytest.fixture
 def anywhere(rng):
-    """A body under random forces at a state that need not lie on the sub manifold."""
+    """Return a body under random forces, in a state that may lie off the submanifold."""
     return under_forces(rng, random_body(rng), rng.normal(size=3), random_Z(rng))
 
 
@@ -61,7 +63,7 @@ def on_manifold(rng):
 
 
 def contact_acceleration(held, Z_rates):
-    """Ḟ along a flow, where F is the velocity of C by geometry."""
+    """Return Ḟ along a flow, with F, the velocity of C, by geometry."""
 
     def F(Z):
         A = attitude(Z[0:3])
@@ -99,7 +101,7 @@ def test_eq_15_bracket_is_the_response_of_the_contact_point_to_a_force(anywhere)
 
 
 def test_eq_15_and_17_solve_the_equations_of_motion_with_multipliers(anywhere):
-    # 𝒥Ż - cΛ = 𝓔 and c'Ż = -γ as one system, γ being what is left of Ḟ without Ω̇ and V̇.
+    # 𝒥Ż - cΛ = 𝓔 and c'Ż = -γ as one linear system; γ is Ḟ without the terms of Ω̇ and V̇.
     c = anywhere.c
     turning_only = np.concatenate([anywhere.applied[0:3], np.zeros(9)])
     gamma = contact_acceleration(anywhere, turning_only)
@@ -124,7 +126,7 @@ def test_eq_16_projection_has_three_unit_and_nine_zero_eigenvalues(anywhere):
 
 
 def test_eq_16_projection_takes_away_what_does_not_move_C(anywhere):
-    # The null space of c'𝒥⁻¹, by singular values.
+    # The null space of c'𝒥⁻¹, by a singular value decomposition.
     rows = anywhere.c.T @ np.linalg.inv(mass_matrix(anywhere.body))
     others = np.linalg.svd(rows)[2][3:].T
     P = projected(anywhere.body, anywhere.c, np.eye(12))
@@ -133,7 +135,7 @@ def test_eq_16_projection_takes_away_what_does_not_move_C(anywhere):
 
 
 def test_eq_16_projection_is_the_nearest_force_at_C(anywhere):
-    # Nearest in the metric 𝒥⁻¹, by least squares.
+    # The nearest force in the metric 𝒥⁻¹, by least squares.
     root = np.linalg.cholesky(np.linalg.inv(mass_matrix(anywhere.body))).T
     nearest = np.linalg.lstsq(root @ anywhere.c, root @ anywhere.applied, rcond=None)[0]
     actual = projected(anywhere.body, anywhere.c, anywhere.applied)

@@ -1,4 +1,4 @@
-"""Eq. 4, 6, 7, 8 and 38: the contact point, and coordinates that move with it."""
+"""Eq. 4, 6, 7, 8 and 38: the contact point, and the coordinates W that belong to it."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ TIED = [variant for variant in VARIANTS if variant != "permanent"]
 
 
 def moved_by_both(body, anchor, Z):
-    """The same state through Z and through W."""
+    """Return the motion of a state by Z and by W."""
     motion = motion_from_centre(body, anchor, Z)
     return motion, motion_from_contact(body, anchor, contact_state(motion))
 
@@ -81,7 +81,7 @@ def test_eq_08_rates_of_W_are_those_of_Z_seen_from_C(rng, variant):
     actual = about_contact.rates(W(y))
     for block in range(0, len(y), 3):
         at = slice(block, block + 3)
-        # F is itself a difference in `read`; its error grows with the fastest state's pace.
+        # `read` finds F by differences, whose error grows with the rate of the fastest state.
         assert np.abs(actual[at] - expected[at]).max() < 1e-11 * np.abs(expected).max()
 
 

@@ -1,4 +1,4 @@
-"""Eq. 10 to 14: the constraint, its first and second derivative, and the directions c."""
+"""Eq. 10 to 14: the constraint, its two derivatives and the directions c are right."""
 
 import numpy as np
 from support.differences import derivative, jacobian, relative_error, second_derivative
@@ -45,7 +45,7 @@ def test_eq_11_held_contact_point_has_no_displacement(rng):
 def test_eq_12_held_contact_point_has_no_velocity(rng):
     body, anchor = random_body(rng), rng.normal(size=3)
     Z = held_path(rng, body, anchor).Z()
-    # 1e-12 of V: the velocities of the path are differences.
+    # The velocities of the path are differences with an error of 1e-12 of V.
     F = motion_from_centre(body, anchor, Z).F
     np.testing.assert_allclose(F, 0, atol=1e-12 * np.abs(Z[9:12]).max())
 
@@ -81,7 +81,7 @@ def test_eq_14_acceleration_of_the_contact_point_through_c(rng):
 
 
 def test_eq_13_acceleration_of_a_point_on_a_body_that_spins_about_a_fixed_centre(rng):
-    # Toward the axis, at Ω² times the distance from it.
+    # The acceleration points to the axis, with Ω² times the distance from it.
     body, Z = random_body(rng), random_Z(rng)
     motion = motion_from_centre(body, np.zeros(3), Z)
     speed = np.linalg.norm(motion.Omega)

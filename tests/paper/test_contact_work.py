@@ -1,12 +1,13 @@
-"""Eq. 26 and 28: the work of the contact force, and the energy that counts it."""
+"""Eq. 26 and 28: the work of the contact force, and the energy balance with it."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from support.differences import along, derivative, relative_error
+from support.elements import random_spd
 from support.pose import turned
 from support.reading import gain, kinetic_energy, read, total_energy
-from support.systems import random_spd, random_state, random_system
+from support.systems import random_state, random_system
 
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.systems.coordinates import ContactCoordinates, ManifoldCoordinates, ReducedCoordinates
@@ -16,7 +17,7 @@ TIED = ("visco-elastic", "embedded")
 
 
 def without_connector(system):
-    """The same body, weight and stabilizers; the connector's energy is then not counted."""
+    """Return the system without its connector, whose energy is then not counted."""
     return System(system.body, system.elements[:3], system.coordinates, system.anchor)
 
 
@@ -38,7 +39,7 @@ def test_eq_26_power_is_the_paper_s_product(rng, variant):
     y = random_state(rng, system)
     reading, Lambda_ = read(system, y), system.observe(y).contact_force
     R = system.body.contact_point
-    # Λ against the velocity of C, and as a force at the centre with its moment about it.
+    # The power of Λ by the velocity of C, and as a force and a moment at the centre.
     at_C = derivative(lambda t: turned(reading.A, reading.Omega, t) @ R + reading.V * t) @ Lambda_
     at_centre = np.cross(R, reading.A.T @ Lambda_) @ reading.Omega + reading.V @ Lambda_
     assert system.audited_rates(y)[-1] == pytest.approx(at_C, rel=1e-10)
@@ -81,7 +82,7 @@ def test_eq_28_energy_less_the_work_of_the_contact_force_only_falls_by_damping(r
 
 
 def test_eq_28_holds_off_the_sub_manifold_as_well(rng):
-    # A contact point that moves: there the force of constraint does work.
+    # The contact point moves, so the force of constraint does work.
     system = random_system(rng, "permanent", ManifoldCoordinates())
     y = random_state(rng, system)
     energy_rate = along(lambda y: total_energy(system, y), y, system.rates(y))

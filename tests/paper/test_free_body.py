@@ -1,4 +1,4 @@
-"""Eq. 1, 3 and 9: the equations of motion, against Newton's law for each particle of the body."""
+"""Eq. 1, 3 and 9: the equations of motion follow from Newton's law for each particle."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ from rbstab.mechanics.motion import (
 
 
 def wrench_along(path, rng):
-    """Forces that carry the body along a path: a random Λ at C, the rest at the centre."""
+    """Return forces that move the body along a path: a random Λ at C, the rest at the centre."""
     Lambda_ = rng.normal(size=3) * 100
     at_contact = np.cross(path.contact(0.0) - path.X(0.0), Lambda_)
     moment = path.moment_about(path.X(0.0)) - at_contact
@@ -29,7 +29,7 @@ def wrench_along(path, rng):
 
 @pytest.fixture
 def carried(rng):
-    """A path, the motion on it, and the forces that make the body follow it."""
+    """Return a path, the motion on it, and the forces that move the body along it."""
     path = random_path(rng, random_body(rng))
     motion = motion_from_centre(path.body, rng.normal(size=3), path.Z())
     return path, motion, wrench_along(path, rng)
@@ -39,7 +39,7 @@ def test_eq_01_accelerations_are_those_of_the_path(carried):
     path, motion, wrench = carried
     rates = free_rates(path.body, motion, wrench)
     for actual, expected in zip(np.split(rates, 4), np.split(path.Z_rates(), 4), strict=True):
-        # Ω̇ is a difference of differences: 1e-11 each, times the condition of J.
+        # Ω̇ is a second difference with an error of 1e-11, times the condition number of J.
         assert relative_error(actual, expected) < 1e-9
 
 
@@ -65,7 +65,7 @@ def test_eq_01_free_body_keeps_angular_momentum_and_energy(rng):
         return 0.5 * masses @ (velocities(y) ** 2).sum(axis=1)
 
     pace = np.abs(rates).max()
-    # Scaled by what a change of the size of the fastest state in a second would give.
+    # The scale is the rate of the fastest state times the value.
     assert np.abs(along(momentum, Z, rates)).max() < 1e-10 * pace * np.abs(momentum(Z)).max()
     assert abs(along(energy, Z, rates)) < 1e-10 * pace * abs(energy(Z))
 

@@ -1,4 +1,4 @@
-"""Eq. 29 and 30: the Lyapunov function of the free body."""
+"""Eq. 29 and 30: the Lyapunov function v of the free body and its rate."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def system(request, rng):
 
 
 def lyapunov_value(system, y):
-    """V as a result file would hold it."""
+    """Return v as a result file stores it."""
     observed = system.observe(y)
     rest = nearest_rest_state(system)
     trace = lyapunov_trace(

@@ -1,4 +1,4 @@
-"""Eq. 18 to 21, 35 and 36: rotation about the held contact point."""
+"""Eq. 18 to 21, 35 and 36: the held body rotates about its contact point."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from rbstab.systems.coordinates import ReducedCoordinates
 
 @pytest.fixture
 def held(rng):
-    """A held system, a state of it, and its rates."""
+    """Return a held system, a state of it, and its rates."""
     system = random_system(rng, "permanent", ReducedCoordinates())
     y = random_state(rng, system)
     return system, y, system.rates(y)
@@ -25,7 +25,7 @@ def held(rng):
 
 @pytest.fixture
 def carried(rng):
-    """A path about C, the motion on it, and the force and couple that belong to it."""
+    """Return a path about C, the motion on it, and a force and couple that cause it."""
     body, anchor = random_body(rng), rng.normal(size=3)
     path = held_path(rng, body, anchor)
     force = rng.normal(size=3) * 100
@@ -35,13 +35,13 @@ def carried(rng):
 
 
 def applied(system, y):
-    """G + H, inertial, and N, body."""
+    """Return G + H, inertial, and N, body coordinates."""
     wrenches = system.observe(y).wrenches
     return sum(wrench.force for wrench in wrenches), sum(wrench.couple for wrench in wrenches)
 
 
 def angular_momentum_about(body, point, y):
-    """Of the particles, about a fixed point at which the body's `point` is held."""
+    """Return the angular momentum of the particles about a fixed point of the body."""
     masses, places = particles(body)
     arms = places - point
 
@@ -129,7 +129,7 @@ def test_eq_21_inertia_about_the_contact_point(rng):
 
 
 def right_side_of_eq_35(path, force, couple, sign, to_body):
-    """F + N + sign Řm Ω̌²R - Ř to_body (G + H)."""
+    """Return f + N + sign Řm Ω̌²R - Ř to_body (G + H)."""
     body, Omega = path.body, path.Omega(0.0)
     lever = cross_matrix(body.contact_point)
     spin = cross_matrix(Omega)

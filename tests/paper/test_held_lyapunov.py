@@ -1,4 +1,4 @@
-"""Eq. 31 to 34 and 37: the held body under the projected controls, and its Lyapunov function."""
+"""Eq. 31 to 34 and 37: the projected controls of the held body, and its Lyapunov function."""
 
 from dataclasses import replace
 
@@ -22,19 +22,19 @@ def system(rng):
 
 @pytest.fixture
 def bias_free(system):
-    """The paper's case: C is anchored where the free body would rest, X_a = X_e."""
+    """Return the paper's case: the anchor is where the free body would rest, X_a = X_e."""
     return replace(system, anchor=np.linalg.solve(gain(system, "K_t"), gain(system, "weight")))
 
 
 def in_all_states(system, y):
-    """The same held body in twelve states, at the same place."""
+    """Return the same held body with twelve states, and the same state."""
     reading = read(system, y)
     Z = np.concatenate([y[0:6], reading.X, reading.V])
     return replace(system, coordinates=ManifoldCoordinates()), Z
 
 
 def velocity_of_centre(system, y):
-    """The centre swings about C as -R."""
+    """Return the velocity of the centre, which is at -R from C."""
     A = attitude(y[0:3])
     return -derivative(lambda t: turned(A, y[3:6], t) @ system.body.contact_point)
 
@@ -65,7 +65,7 @@ def test_eq_33_projected_controls(rng, system):
     X, V = R + system.anchor - A @ R, velocity_of_centre(system, y)
     H = -gain(system, "K_t") @ X - gain(system, "L_t") @ V
     assert relative_error(wrenches["translational stabilizer"].force, H) < 1e-12
-    # N by its power, for it does not see how the body is held.
+    # N is checked by its power, because it does not depend on the constraint.
     N, K_r = wrenches["rotational stabilizer"].couple, gain(system, "K_r")
     Theta_rate = system.rates(y)[0:3]
     power = -Theta_rate @ K_r @ y[0:3] - y[3:6] @ gain(system, "L_r") @ y[3:6]
@@ -121,7 +121,7 @@ def test_eq_37_rate_of_the_projected_lyapunov_function(rng, system, states):
 
 
 def test_eq_37_second_term_as_printed(rng, system):
-    # Printed with a plus, and yet a loss: Ř' = -Ř.
+    # The paper prints a plus, and still it is a loss, because Ř' = -Ř.
     y = random_state(rng, system)
     A, R, Omega = attitude(y[0:3]), system.body.contact_point, y[3:6]
     lever = np.cross(R, np.eye(3)).T

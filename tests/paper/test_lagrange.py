@@ -1,4 +1,4 @@
-"""Eq. 1, 21 to 24 and 40 at once: Lagrange's equations, from energies alone."""
+"""Eq. 1, 21 to 24 and 40 follow together from Lagrange's equations, from energies alone."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ class Lagrangian:
         return q[3:6] if len(q) == 6 else R + self.system.anchor - attitude(q[0:3]) @ R
 
     def contact(self, q):
-        """E."""
+        """Return E."""
         R = self.system.body.contact_point
         return self.centre(q) + attitude(q[0:3]) @ R - R - self.system.anchor
 
@@ -45,7 +45,7 @@ class Lagrangian:
         return energy
 
     def half_power(self, q, q_rate):
-        """Rayleigh's function."""
+        """Return Rayleigh's function, half of the dissipated power."""
 
         def at(t):
             return q + t * q_rate
@@ -58,7 +58,7 @@ class Lagrangian:
         return 0.5 * power
 
     def acceleration(self, q, q_rate):
-        """d²q/dt² from d/dt ∂T/∂q' - ∂T/∂q + ∂U/∂q + ∂(half power)/∂q' = 0."""
+        """Return d²q/dt² from d/dt ∂T/∂q' - ∂T/∂q + ∂U/∂q + ∂(half power)/∂q' = 0."""
         M_gradient = jacobian(self.mass_matrix, q)
         inertial = np.einsum("ijk,j,k->i", M_gradient, q_rate, q_rate)
         inertial -= 0.5 * np.einsum("jki,j,k->i", M_gradient, q_rate, q_rate)
@@ -68,7 +68,7 @@ class Lagrangian:
 
 
 def spin(q, step=5e-3):
-    """Ω of a path q(t) at t = 0."""
+    """Return Ω of a path q(t) at t = 0."""
     rate = attitude(q(0.0)[0:3]).T @ derivative(lambda t: attitude(q(t)[0:3]), step)
     return np.array([rate[2, 1], rate[0, 2], rate[1, 0]])
 
@@ -91,7 +91,7 @@ def test_eq_01_21_22_23_24_40_follow_from_lagrange(rng, variant):
     pace = max(np.abs(q_rate).max(), np.sqrt(np.abs(q_acceleration).max()))
     step = 5e-3 / pace
     Omega_rate = derivative(lambda t: spin(lambda s: path(t + s), step), step)
-    # Differences of differences; small inertias magnify them.
+    # The error of second differences; small inertias magnify it.
     assert relative_error(rates[3:6], Omega_rate) < 1e-8
     if not held:
         assert relative_error(rates[9:12], q_acceleration[3:6]) < 1e-8

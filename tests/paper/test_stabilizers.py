@@ -1,20 +1,20 @@
-"""Eq. 23, 24, 25 and 27: the stabilizers and gravity, against the energies they belong to."""
+"""Eq. 23, 24, 25 and 27: the forces of stabilizers and gravity match their energies."""
 
 import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
 from support.differences import derivative, jacobian, relative_error
+from support.elements import random_spd
 from support.path import random_path
 from support.pose import angles, attitude, turned
 from support.reading import kinetic_energy, read
-from support.systems import random_body, random_spd, random_system, random_Z
+from support.systems import random_body, random_system, random_Z
 
+from rbstab.elements.element import NO_STATE
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.mechanics.motion import motion_from_centre
-
-NO_STATE = np.zeros(0)
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def still(Z):
 
 
 def integral(function, end=1.0):
-    """∫ from 0 by Gauss's rule of 20 points: to round-off for paths without a kink."""
+    """Return ∫ from 0 to `end` by Gauss's rule of 20 points, exact to round-off here."""
     nodes, weights = leggauss(20)
     return (
         end / 2 * sum(w * function(end / 2 * (1 + s)) for s, w in zip(nodes, weights, strict=True))
@@ -48,7 +48,7 @@ def test_eq_23_spring_couple_is_the_slope_of_the_energy_in_every_turn(rng, body)
         return 0.5 * Theta @ K_r @ Theta
 
     wrench = RotationalStabilizer(K_r, L_r).wrench(motion_at(body, Z), NO_STATE)
-    # A step that stays well inside the range of θ2, where the angles bend as 1/cos θ2.
+    # The step stays well inside the range of θ2, where the angles change as 1/cos θ2.
     slope = jacobian(energy_after_turn, np.zeros(3), 5e-3)
     assert relative_error(wrench.couple, -slope) < 1e-11
     np.testing.assert_array_equal([wrench.force, wrench.contact_force], 0)

@@ -1,4 +1,4 @@
-"""Eq. 42, 43, 45 and 46: the Lyapunov functions of the tied bodies."""
+"""Eq. 42, 43, 45 and 46: the Lyapunov functions of the tied bodies and their rates."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ def lost_at_contact(system, reading):
 
 
 def lost_in_connector(system, reading):
-    """Ḋ'L_dḊ, where L_dḊ is the pull of the two springs on the node."""
+    """Return Ḋ'L_dḊ, where L_dḊ is the pull of the two springs on the node."""
     E, D = reading.E, reading.D
     pull = gain(system, "K_c") @ (E - D) - gain(system, "K_d") @ D
     return pull @ np.linalg.solve(gain(system, "L_d"), pull)
@@ -36,7 +36,7 @@ def check_rate(system, y, closed):
     rate, flow = audited[-2], audited[:-2]
     assert rate == pytest.approx(closed, rel=1e-10)
     assert rate == pytest.approx(-system.observe(y).dissipation.sum(), rel=1e-13)
-    # ∇v·f is a sum of large powers of which little is left: errors are counted against the largest.
+    # In ∇v·f large powers cancel, so the largest is the scale of the error.
     gradient = jacobian(lambda y: system.observe(y).energy.sum(), y)
     largest = np.abs(gradient * flow).max()
     assert relative_error(gradient @ flow, rate, largest) < 1e-14
@@ -85,7 +85,7 @@ def test_eq_43_and_46_hold_without_gravity_as_printed(rng, variant):
 
 
 def test_eq_42_not_eq_41_is_the_lyapunov_function(rng):
-    # Case 2 names eq. 41; the connector's energy alone rises wherever C moves outward.
+    # Case 2 refers to eq. 41, but the connector's energy alone rises while C moves outward.
     system = random_system(rng, "visco-elastic", ContactCoordinates())
     y = random_state(rng, system)
     y[9:12] = y[6:9]

@@ -1,6 +1,7 @@
-"""One motion in several coordinates, and the held body as the limit of a stiff connector."""
+"""All coordinates give the same motion, and the held body is the limit of a stiff connector."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,12 +22,12 @@ ANGLES = np.array([0.2, -0.3, 0.1])
 ERROR = 1e-10
 FORCE_ERROR = 1e-10  # of the largest force on the trace
 
-# heyoka compiles these coordinates for four to eight seconds where its cache is empty.
+# With an empty cache heyoka compiles these coordinates for four to eight seconds.
 COMPILED = pytest.param("heyoka", marks=pytest.mark.slow)
 
 
 def observed(engine, system, start, **changes):
-    """What the trajectory of a system means, sample by sample."""
+    """Return the observations of a trajectory, sample by sample."""
     trajectory = solve(engine, problem(system, start, TIMES, **changes))
     assert trajectory.status == "completed"
     return [system.observe(state) for state in trajectory.states]
@@ -83,20 +84,20 @@ def test_contact_coordinates_move_as_centre_coordinates(engine, variant):
     found = observed(engine, by_contact, by_contact.start(motion, own))
     assert_same_motion(found, expected)
     np.testing.assert_allclose(
-        [o.connector_state for o in found],
-        [o.connector_state for o in expected],
+        [o.own_states for o in found],
+        [o.own_states for o in expected],
         rtol=0,
         atol=ERROR,
     )
 
 
 def test_held_body_is_the_limit_of_a_stiff_connector():
-    held = reference_case("permanent", weighed=True)
-    sampling = {"engine": "heyoka", "duration": 1.0, "samples": 11}
-    limit = rbstab.simulate(paper_config("permanent", weighed=True, **sampling))
+    held = reference_case("permanent", with_gravity=True)
+    sampling: dict[str, Any] = {"engine": "heyoka", "duration": 1.0, "samples": 11}
+    limit = rbstab.simulate(paper_config("permanent", with_gravity=True, **sampling))
     errors = []
     for stiffness in (4e6, 8e6, 16e6, 32e6):
-        # Damped far beyond oscillating, so that nothing but the connector's slow creep is left.
+        # Strong damping prevents oscillation, so that only the connector's slow creep remains.
         gains = {
             "L_t": held["params"]["Lt"],
             "K_c": [stiffness] * 3,
@@ -104,11 +105,11 @@ def test_held_body_is_the_limit_of_a_stiff_connector():
         }
         start = {"velocity": held["initial"]["V"]}
         config = paper_config(
-            "visco-elastic", weighed=True, controller=gains, initial=start, **sampling
+            "visco-elastic", with_gravity=True, controller=gains, initial=start, **sampling
         )
         tied = rbstab.simulate(config)
         names = ("orientation", "angular_velocity", "position", "contact_force")
         errors.append([np.abs(tied[name] - limit[name])[1:].max() for name in names])
     ratios = np.array(errors[:-1]) / np.array(errors[1:])
-    # First order in 1/K: each doubling halves the error, to the next order.
+    # The error is of first order in 1/K: each doubling of K halves it.
     np.testing.assert_allclose(ratios, 2.0, rtol=0.02)

@@ -1,8 +1,9 @@
-"""What becomes of a small offence against E = F = 0 in the twelve states of the held body."""
+"""A small violation of E = F = 0 of the held body grows, decays or is removed as it should."""
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.pose import attitude
 from support.problems import problem, solve
 from support.systems import random_system
 
@@ -13,7 +14,7 @@ TIMES = np.linspace(0.0, 1.0, 41)
 E0 = np.array([2e-3, -1e-3, 3e-3])
 F0 = np.array([-0.02, 0.05, 0.01])
 
-# heyoka compiles these coordinates for eight seconds where its cache is empty.
+# With an empty cache heyoka compiles these coordinates for eight seconds.
 each_engine = pytest.mark.parametrize(
     "engine", ["scipy", pytest.param("heyoka", marks=pytest.mark.slow)]
 )
@@ -29,7 +30,7 @@ def start_at(system, E, F):
 
 
 def drift(engine, system, E, F, **changes):
-    """E and F over time."""
+    """Return E and F over time."""
     trajectory = solve(engine, problem(system, start_at(system, E, F), TIMES, **changes))
     assert trajectory.status == "completed"
     motions = [system.motion(state) for state in trajectory.states]
@@ -45,7 +46,7 @@ def test_without_control_the_offence_goes_on_at_its_speed(engine):
 
 
 def test_holding_force_works_on_an_offence_that_lasts():
-    # ε of eq. 26 is ∫F'Λ dt, and F is constant here: F0' ∫Λ dt.
+    # ε of eq. 26 is ∫F'Λ dt; here F is constant, so ε = F0' ∫Λ dt.
     nodes, weights = np.polynomial.legendre.leggauss(30)
     times = np.concatenate([[0.0], (1.0 + nodes) / 4.0, [0.5]])
     system = held_system(0.0)
@@ -78,15 +79,15 @@ def test_baumgarte_damps_the_offence_critically(engine, rate):
 @each_engine
 def test_projection_removes_the_offence_within_its_first_steps(engine):
     E, F = drift(engine, held_system(0.0), E0, F0, project=True)
-    # From here on only round-off is left, and heyoka's step between two projections.
+    # From 0.2 s on only round-off remains, and heyoka's step between two projections.
     later = TIMES >= 0.2
     assert np.abs(E[later]).max() < 1e-14
     assert np.abs(F[later]).max() < 1e-13
 
 
 def test_projection_is_done_at_every_step():
-    # Not at samples only: from its first step on, of some milliseconds, the body moves as one that
-    # was put where the projection puts it.
+    # Projection happens at every step, not only at samples: after a first step of milliseconds the
+    # body moves as if it had started from the projected state.
     system = held_system(0.0)
     start = start_at(system, E0, np.zeros(3))
     found = solve("scipy", problem(system, start, [0.0, 1.0], project=True)).states[-1]
@@ -97,20 +98,20 @@ def test_projection_is_done_at_every_step():
 
 
 def test_projection_is_an_impulse_and_a_shift_at_the_contact_point():
-    # The nearest state in the metric of kinetic energy is reached by a force at C: it turns the
-    # body by J δφ = R × m δX and keeps the angular momentum about C.
+    # In the metric of kinetic energy a force at C leads to the nearest state. It turns the body by
+    # J δφ = R × m δX and keeps the angular momentum about C.
     system = held_system(0.0)
     body = system.body
     start = start_at(system, 1e-3 * E0, F0)
-    # So short that the motion itself changes nothing.
+    # The time is too short for the motion itself to matter.
     end = solve("scipy", problem(system, start, [0.0, 1e-14], project=True)).states[-1]
     before, after = system.motion(start), system.motion(end)
     np.testing.assert_allclose(after.E, 0.0, atol=1e-15)
     np.testing.assert_allclose(after.F, 0.0, atol=1e-14)
-    A, A_after = (Rotation.from_euler("XYZ", m.Theta).as_matrix() for m in (before, after))
+    A, A_after = (attitude(m.Theta) for m in (before, after))
     turn = Rotation.from_matrix(A.T @ A_after).as_rotvec()
     moment = np.cross(body.contact_point, body.mass * A.T @ (after.X - before.X))
-    # Both are of first order in E, some 1e-6 m; what is left is of second order.
+    # Both are of first order in E, some 1e-6 m; their difference is of second order.
     np.testing.assert_allclose(body.inertia @ turn, moment, rtol=0, atol=1e-10)
     assert np.abs(moment).max() > 1e-6
 

@@ -1,4 +1,4 @@
-"""The audit of energy along a motion: r = v(t) - v(0) - ∫v'dt, the contact work, and eq. 28, 29."""
+"""Energy balances along each motion: r = v(t) - v(0) - ∫v'dt is small, and eq. 28, 29 hold."""
 
 import numpy as np
 import pytest
@@ -15,35 +15,40 @@ from support.problems import ENGINES, problem, solve
 from support.systems import random_system
 
 import rbstab
+from rbstab.elements.embedded import EmbeddedConnector
+from rbstab.elements.gravity import Gravity
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.translational_stabilizer import TranslationalStabilizer
+from rbstab.elements.visco_elastic import ViscoElasticConnector
 
-each_case = pytest.mark.parametrize(("variant", "weighed"), CASES, ids=CASE_NAMES)
+each_case = pytest.mark.parametrize(("variant", "with_gravity"), CASES, ids=CASE_NAMES)
 each_engine = pytest.mark.parametrize("engine", ENGINES)
 
 
 @each_engine
 @each_case
-def test_residual_is_small_at_the_default_tolerances(variant, weighed, engine):
-    result = paper_run(variant, weighed, engine)
+def test_residual_is_small_at_the_default_tolerances(variant, with_gravity, engine):
+    result = paper_run(variant, with_gravity, engine)
     v = result["lyapunov"]
     residual = v - v[0] - result["lyapunov_change"]
     assert np.abs(residual).max() < 1e-9 * v[0]
     np.testing.assert_allclose(result["energy_residual"], residual, rtol=0, atol=1e-9)
-    # It is an audit only where there is something to be audited.
+    # The balance means something only if v changes.
     assert v[-1] < 0.01 * v[0]
 
 
 @pytest.mark.parametrize("drift_control", ["none", "projection", {"baumgarte": 20.0}], ids=str)
 @pytest.mark.parametrize(
-    # heyoka compiles these coordinates for eight seconds where its cache is empty.
+    # With an empty cache heyoka compiles these coordinates for eight seconds.
     "engine",
     ["scipy", pytest.param("heyoka", marks=pytest.mark.slow)],
 )
 def test_residual_is_small_on_the_sub_manifold(engine, drift_control):
     settings = {"coordinates": "manifold", "drift_control": drift_control, "engine": engine}
-    result = rbstab.simulate(paper_config("permanent", weighed=True, samples=5, **settings))
+    result = rbstab.simulate(paper_config("permanent", with_gravity=True, samples=5, **settings))
     v = result["lyapunov"]
     assert np.abs(v - v[0] - result["lyapunov_change"]).max() < 1e-9 * v[0]
-    # Here F is zero only as far as the integration keeps it; the work is that drift times 1e4 N.
+    # Here F is zero up to the error of integration; the work is that drift times 1e4 N.
     assert np.abs(result["contact_work"]).max() < 1e-8
 
 
@@ -54,22 +59,22 @@ def test_residual_falls_with_the_tolerance(engine):
         result = loose_run(engine, rtol)
         residuals.append(np.abs(result["energy_residual"]).max() / result["lyapunov"][0])
         assert residuals[-1] < rtol
-    # By about 100 each time; less where heyoka's order, a whole number, did not change in step.
+    # About 100 each time; less where heyoka's order, a whole number, stayed the same.
     ratios = np.array(residuals[:-1]) / np.array(residuals[1:])
     assert (ratios > 5).all(), residuals
 
 
 @each_case
-def test_v_falls_wherever_the_body_moves(variant, weighed):
-    result = paper_run(variant, weighed, "scipy")
+def test_v_falls_wherever_the_body_moves(variant, with_gravity):
+    result = paper_run(variant, with_gravity, "scipy")
     assert (np.diff(result["lyapunov"]) < 0).all()
     assert (result["lyapunov"] > 0).all()
 
 
 @each_engine
-@pytest.mark.parametrize("weighed", [False, True])
-def test_contact_force_does_no_work_on_a_held_body(weighed, engine):
-    result = paper_run("permanent", weighed, engine)
+@pytest.mark.parametrize("with_gravity", [False, True])
+def test_contact_force_does_no_work_on_a_held_body(with_gravity, engine):
+    result = paper_run("permanent", with_gravity, engine)
     assert np.abs(result["contact_force"]).max() > 1e3
     np.testing.assert_array_equal(result["contact_work"], 0.0)
 
@@ -78,7 +83,7 @@ PANELS, NODES = 40, 10
 
 
 def gauss_nodes(duration):
-    """Samples on which the integrals of smooth functions are exact to round-off, and 0."""
+    """Return 0, Gauss nodes in panels, and the end: integrals are exact to round-off."""
     nodes, _ = np.polynomial.legendre.leggauss(NODES)
     edges = np.linspace(0.0, duration, PANELS + 1)
     middles, half = (edges[1:] + edges[:-1]) / 2, duration / PANELS / 2
@@ -93,8 +98,8 @@ def gauss_integral(values, duration):
 @each_engine
 @pytest.mark.parametrize("variant", ["visco-elastic", "embedded"])
 def test_work_and_dissipation_balance_for_full_gains(variant, engine):
-    # v_t + v_r + p - ε of eq. 28 has the rate -V'L_tV - Ω'L_rΩ of eq. 29, whatever Λ is; both
-    # integrals, ε of eq. 26 and ∫v'dt, are compared with quadratures over the trace.
+    # v_t + v_r + p - ε of eq. 28 has the rate -V'L_tV - Ω'L_rΩ of eq. 29, for any Λ. The integrals
+    # ε of eq. 26 and ∫v'dt are compared with quadratures over the trace.
     rng = np.random.default_rng(5)
     system = random_system(rng, variant)
     Z = np.concatenate([[0.2, -0.3, 0.1], [2.0, -3.0, 1.0], rng.normal(size=6) * 0.1])
@@ -109,6 +114,9 @@ def test_work_and_dissipation_balance_for_full_gains(variant, engine):
     )
     force = np.array([o.contact_force for o in seen])
     gravity, translational, rotational = system.elements[:3]
+    assert isinstance(gravity, Gravity)
+    assert isinstance(translational, TranslationalStabilizer)
+    assert isinstance(rotational, RotationalStabilizer)
 
     def form(matrix, x):
         return np.einsum("ti,ij,tj->t", x, matrix, x)
@@ -131,9 +139,10 @@ def test_work_and_dissipation_balance_for_full_gains(variant, engine):
     assert gained == pytest.approx(-gauss_integral(lost, duration), rel=0, abs=1e-10 * scale)
 
     connector = system.elements[3]
+    assert isinstance(connector, ViscoElasticConnector | EmbeddedConnector)
     at_connector = form(connector.L_c, F)
-    if variant == "embedded":
-        D = np.array([o.connector_state for o in seen])
+    if isinstance(connector, EmbeddedConnector):
+        D = np.array([o.own_states for o in seen])
         E = np.array([o.motion.E for o in seen])
         pull = (E - D) @ connector.K_c - D @ connector.K_d  # = L_d Ḋ
         at_connector = at_connector + form(np.linalg.inv(connector.L_d), pull)
@@ -145,16 +154,16 @@ def test_work_and_dissipation_balance_for_full_gains(variant, engine):
 
 
 @pytest.mark.parametrize("variant", ["visco-elastic", "embedded"])
-@pytest.mark.parametrize("weighed", [False, True])
-def test_balance_holds_at_every_sample_of_the_papers_runs(variant, weighed):
-    result = paper_run(variant, weighed, "scipy")
+@pytest.mark.parametrize("with_gravity", [False, True])
+def test_balance_holds_at_every_sample_of_the_papers_runs(variant, with_gravity):
+    result = paper_run(variant, with_gravity, "scipy")
     V, Omega = result["velocity"], result["angular_velocity"]
     lost = np.einsum("ti,ij,tj->t", V, paper_matrix(variant, "Lt"), V)
     lost += np.einsum("ti,ij,tj->t", Omega, paper_matrix(variant, "Lr"), Omega)
     kinetic, gravity, translational, rotational, _ = result["energy"].T
     balance = kinetic + gravity + translational + rotational - result["contact_work"]
-    # Central differences of fourth order over steps of 5 ms, where the fastest time constant of
-    # the connector is 3 ms: good to a few thousandths of the largest power.
+    # Central differences of fourth order over steps of 5 ms; the fastest time constant of the
+    # connector is 3 ms. They are good to a few thousandths of the largest power.
     h = result["time"][1]
     slope = (balance[:-4] - 8 * balance[1:-3] + 8 * balance[3:-1] - balance[4:]) / (12 * h)
     np.testing.assert_allclose(slope, -lost[2:-2], rtol=0, atol=5e-3 * lost.max())

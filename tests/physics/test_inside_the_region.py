@@ -1,4 +1,4 @@
-"""What is proved of a region is seen in every motion that starts in it, up to its very border."""
+"""Motions that start inside a proved region, even close to its border, stay in it and v falls."""
 
 from dataclasses import replace
 
@@ -18,9 +18,11 @@ SEEDS = range(6)
 
 
 def system_of(variant, seed):
-    """Random gains; the light load leaves most of them a region that is not empty."""
+    """Return a system with random gains; under its light load most regions are not empty."""
     system = random_rest_system(np.random.default_rng(100 + seed), variant)
-    light = Gravity(0.2 * system.elements[0].weight)
+    gravity = system.elements[0]
+    assert isinstance(gravity, Gravity)
+    light = Gravity(0.2 * gravity.weight)
     return replace(system, elements=(light, *system.elements[1:]))
 
 
@@ -29,7 +31,7 @@ def energy(system, y):
 
 
 def start_at(system, rest, level, direction):
-    """The first state along a ray from the rest state whose energy is `level` above it."""
+    """Return the first state along a ray from the rest state with an energy `level` above it."""
 
     def above(t):
         return energy(system, rest + t * direction) - energy(system, rest) - level

@@ -1,6 +1,6 @@
-"""The centre of a body under the translational stabilizer: a damped oscillator in three axes.
+"""The centre of a free body is a damped oscillator in three axes, however the body tumbles.
 
-The free body's centre moves independently of its rotation (eq. 1 with Λ = 0), however it tumbles.
+By eq. 1 with Λ = 0 the centre moves independently of the rotation.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ FULL_DAMPING = np.array([[9.0, -3.0, 2.0], [-3.0, 6.0, 1.0], [2.0, 1.0, 12.0]])
 
 
 def centre(engine, K_t, L_t, coordinates=None):
-    """X and V over time of a tumbling body, thrown."""
+    """Return X and V over time of a body that is thrown and tumbles."""
     system = bare_system(BODY, coordinates, weight=WEIGHT, K_t=K_t, L_t=L_t)
     Z = np.concatenate([np.zeros(3), SPIN, POSITION, VELOCITY])
     if coordinates is not None:
@@ -40,7 +40,7 @@ def centre(engine, K_t, L_t, coordinates=None):
 
 
 def damped(stiffness, damping, offset, speed, t):
-    """The textbook solution of m ẍ + l ẋ + k x = 0, by the sign of its discriminant."""
+    """Return the textbook solution of m ẍ + l ẋ + k x = 0, by the sign of its discriminant."""
     decay = damping / (2 * MASS)
     discriminant = decay**2 - stiffness / MASS
     if discriminant < 0:

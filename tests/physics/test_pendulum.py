@@ -1,9 +1,9 @@
-"""A body held at its contact point under gravity alone: the pendulum and the spinning top."""
+"""A body held at its contact point under gravity moves like a pendulum and a spinning top."""
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipk
+from support.pose import attitude
 from support.problems import ENGINES, bare_system, held_start, problem, solve
 
 from rbstab.mechanics.body import Body
@@ -20,7 +20,7 @@ each_coordinates = pytest.mark.parametrize("coordinates", COORDINATES.values(), 
 
 
 def swing(engine, system, Theta, Omega, times):
-    """Observations along the motion of a held body."""
+    """Return the observations along the motion of a held body."""
     start = held_start(system, np.asarray(Theta, float), np.asarray(Omega, float))
     trajectory = solve(engine, problem(system, start, times))
     assert trajectory.status == "completed"
@@ -28,7 +28,7 @@ def swing(engine, system, Theta, Omega, times):
 
 
 def pendulum(coordinates):
-    # The contact point lies above the centre: hanging down is Θ = 0.
+    # The contact point lies above the centre, so the body hangs down at Θ = 0.
     body = Body(MASS, np.diag([0.5, 0.3, 0.2]), np.array([0.0, 0.0, LENGTH]))
     return bare_system(body, coordinates, weight=(0.0, 0.0, -MASS * GRAVITY))
 
@@ -45,7 +45,7 @@ def test_planar_pendulum_swings_as_the_elliptic_functions_say(engine, coordinate
     times = np.linspace(0.0, period, 41)
     seen = swing(engine, system, 1.2 * np.eye(3)[axis], np.zeros(3), times)
     angles = np.array([o.motion.Theta for o in seen])
-    # Released at rest from 1.2 rad: sin(θ/2) = k sn(K - ω t), back at the start after 4K/ω.
+    # From rest at 1.2 rad: sin(θ/2) = k sn(K - ω t), with the period 4K/ω.
     sn, cn, *_ = ellipj(ellipk(modulus**2) - pace * times, modulus**2)
     np.testing.assert_allclose(angles[:, axis], 2 * np.arcsin(modulus * sn), rtol=0, atol=ERROR)
     assert angles[-1, axis] == pytest.approx(1.2, rel=0, abs=ERROR)
@@ -61,7 +61,7 @@ def test_force_on_the_pin_is_weight_and_centripetal_force(engine, coordinates):
     seen = swing(engine, system, [1.2, 0.0, 0.0], np.zeros(3), np.linspace(0.0, 2.0, 21))
     inertia = 0.5 + MASS * LENGTH**2
     for o in seen:
-        # From the pin the centre lies at l (0, sin θ, -cos θ).
+        # The centre lies at l (0, sin θ, -cos θ) from the pin.
         theta, rate = o.motion.Theta[0], o.motion.Omega[0]
         radial = np.array([0.0, np.sin(theta), -np.cos(theta)])
         tangential = np.array([0.0, np.cos(theta), np.sin(theta)])
@@ -76,7 +76,7 @@ def test_pendulum_with_enough_energy_goes_round(engine):
     system = pendulum(COORDINATES["reduced"])
     inertia = 0.5 + MASS * LENGTH**2
     pace = np.sqrt(MASS * GRAVITY * LENGTH / inertia)
-    spin = 3.0 * pace  # 2 pace would just reach the top
+    spin = 3.0 * pace  # 2 * pace would just reach the top
     times = np.linspace(0.0, 3.0, 31)
     seen = swing(engine, system, np.zeros(3), [spin, 0.0, 0.0], times)
     *_, amplitude = ellipj(spin * times / 2, (2 * pace / spin) ** 2)
@@ -88,9 +88,9 @@ def test_pendulum_with_enough_energy_goes_round(engine):
 @each_coordinates
 @each_engine
 def test_fast_top_precesses_steadily(engine, coordinates):
-    # Gravity along the inertial axis -1, so that θ1 is the angle of precession and θ3 of spin; the
-    # top's axis e3, with the centre at +l e3 from the pin, leans by n from the vertical, sin θ2 =
-    # cos n. Steady: I3 ω3 p - I1 p² cos n = m g l, for the moments about the pin.
+    # Gravity acts along the inertial axis -1, so θ1 is the angle of precession and θ3 of spin. The
+    # top's axis e3 has the centre at +l e3 from the pin, and the angle n to the vertical, with
+    # sin θ2 = cos n. Steady motion about the pin: I3 ω3 p - I1 p² cos n = m g l.
     transverse, axial = 0.4, 0.25
     body = Body(MASS, np.diag([transverse, transverse, axial]), np.array([0.0, 0.0, -LENGTH]))
     system = bare_system(body, coordinates, weight=(-MASS * GRAVITY, 0.0, 0.0))
@@ -106,7 +106,7 @@ def test_fast_top_precesses_steadily(engine, coordinates):
     seen = swing(engine, system, [0.0, theta2, 0.0], Omega, times)
     angles = np.array([o.motion.Theta for o in seen])
     expected = np.stack([precession * times, np.full(21, theta2), spin * times], axis=1)
-    # The spin is 45 rad/s, and the motion a balance of large terms.
+    # The spin is 45 rad/s, and large terms cancel.
     np.testing.assert_allclose(angles, expected, rtol=0, atol=1e-9)
 
 
@@ -119,13 +119,13 @@ def test_heavy_body_keeps_its_energy_and_its_momentum_about_the_vertical(engine,
     seen = swing(engine, system, [0.2, 0.4, -0.3], [1.0, 0.4, 2.0], np.linspace(0.0, 3.0, 31))
     heights, energies, momenta = [], [], []
     for o in seen:
-        A = Rotation.from_euler("XYZ", o.motion.Theta).as_matrix()
+        A = attitude(o.motion.Theta)
         about_pin = inertia + MASS * (R @ R * np.eye(3) - np.outer(R, R))
         Omega = o.motion.Omega
-        # The centre lies at -AR from the pin; about the pin the body has no other kinetic energy.
+        # The centre lies at -AR from the pin; all kinetic energy is rotation about the pin.
         heights.append(-(A @ R)[2])
         energies.append(0.5 * Omega @ about_pin @ Omega + MASS * GRAVITY * heights[-1])
         momenta.append((A @ about_pin @ Omega)[2])
-    assert np.ptp(heights) > 0.1  # gravity did work
+    assert np.ptp(heights) > 0.1  # gravity does work
     np.testing.assert_allclose(energies, energies[0], rtol=0, atol=1e-9)
     np.testing.assert_allclose(momenta, momenta[0], rtol=0, atol=1e-9)

@@ -1,4 +1,4 @@
-"""A body of k times the mass with k times the gains moves alike: every force scales with it."""
+"""A body with k times the mass and k times the gains has the same motion, since forces scale."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def light():
 @pytest.mark.parametrize("engine", ["scipy", "heyoka"])
 @pytest.mark.parametrize("scale", [1e-4, 1e4, 1e6])
 def test_the_motion_does_not_depend_on_the_scale(light, scale, engine):
-    """The energies that are integrated beside the motion grow with the scale, its errors do not."""
+    """Integrated energies grow with the scale; the errors of the motion do not."""
     heavy = run(scale, engine)
     for name in ("orientation", "angular_velocity", "position", "contact_displacement"):
         assert np.abs(heavy[name] - light[name]).max() < 1e-9, name

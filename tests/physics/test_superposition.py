@@ -1,4 +1,4 @@
-"""Elements act side by side: how a pull is shared out among them changes no motion."""
+"""Forces of elements add: two connectors that share a force move the body like one."""
 
 from dataclasses import replace
 
@@ -18,8 +18,8 @@ def gains_scaled(element, part):
 
 @pytest.mark.parametrize("order", [1, -1], ids=["in order", "reversed"])
 def test_two_connectors_of_part_strength_pull_as_one(order):
-    # Parts of 0.3 and 0.7, each with its own state: only their mean, so weighed, acts on the body,
-    # and it moves as the state of the one connector does.
+    # Parts of 0.3 and 0.7, each with its own state. Only the mean of the states with these weights
+    # acts on the body, and it moves like the state of the single connector.
     rng = np.random.default_rng(4)
     one = random_system(rng, "embedded")
     connector = one.elements[-1]

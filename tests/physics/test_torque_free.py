@@ -1,10 +1,11 @@
-"""A body on which nothing acts, against Euler's and Jacobi's closed solutions."""
+"""A body without forces moves by Euler's and Jacobi's closed solutions."""
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipj
+from support.pose import attitude
 from support.problems import ENGINES, bare_system, problem, solve
 
 from rbstab.mechanics.body import Body
@@ -16,13 +17,8 @@ CONTACT_POINT = np.array([0.15, 0.1, -0.42])
 ERROR = 1e-10
 
 
-def attitude(Theta):
-    """A1(θ1) A2(θ2) A3(θ3) by another program: turns about the body's own axes 1, 2, 3."""
-    return Rotation.from_euler("XYZ", Theta).as_matrix()
-
-
 def turned_about(axis):
-    """The rotation about an axis, by its length in radians."""
+    """Return the rotation about an axis by its length in radians."""
     return Rotation.from_rotvec(axis).as_matrix()
 
 
@@ -41,7 +37,7 @@ def test_axisymmetric_body_precesses_about_its_angular_momentum(engine, moments)
     states = spin_freely(engine, moments, Theta, Omega)
     transverse, axial = moments[0], moments[2]
     momentum = attitude(Theta) @ (moments * Omega)
-    # Ω turns about the axis in the body at (J3 - J1)/J1 Ω3; the body turns about L at |L|/J1.
+    # Ω turns about the body's axis at (J3 - J1)/J1 Ω3; the body turns about L at |L|/J1.
     body_rate = (axial - transverse) / transverse * Omega[2]
     for t, state in zip(TIMES, states, strict=True):
         turn = turned_about([0.0, 0.0, body_rate * t])
@@ -52,9 +48,9 @@ def test_axisymmetric_body_precesses_about_its_angular_momentum(engine, moments)
 
 
 def jacobi_spin(moments, Omega1, Omega3, t):
-    """Ω(t) with Ω2(0) = 0 and Ω1, Ω3 > 0 (Landau & Lifshitz, section 37).
+    """Return Ω(t) with Ω2(0) = 0 and Ω1, Ω3 > 0 (Landau & Lifshitz, section 37).
 
-    For L² > 2T J2 with the moments in ascending order, for L² < 2T J2 in descending order.
+    The moments are in ascending order for L² > 2T J2, in descending order for L² < 2T J2.
     """
     J1, J2, J3 = moments
     energy = J1 * Omega1**2 + J3 * Omega3**2  # 2T
@@ -74,10 +70,11 @@ SPINS = {"about the largest": (0.6, 1.2), "about the smallest": (1.5, 0.5)}
 
 
 def expected_spin(spin, t):
+    Omega1, Omega3 = spin
     if spin == SPINS["about the largest"]:
-        return jacobi_spin(MOMENTS, *spin, t)
-    # Axes 1 and 3 change places. Ω2 grows at first all the same: its rate is (J3 - J1)/J2 Ω3Ω1.
-    return jacobi_spin(MOMENTS[::-1], *spin[::-1], t)[::-1]
+        return jacobi_spin(MOMENTS, Omega1, Omega3, t)
+    # Axes 1 and 3 are swapped. Ω2 still grows at first: its rate is (J3 - J1)/J2 Ω3Ω1.
+    return jacobi_spin(MOMENTS[::-1], Omega3, Omega1, t)[::-1]
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -86,8 +83,8 @@ def test_triaxial_body_follows_jacobis_functions(engine, spin):
     Omega = np.array([spin[0], 0.0, spin[1]])
     momentum = MOMENTS * Omega
     size = np.linalg.norm(momentum)
-    # Turned so that L lies along the inertial axis 1: then L, in the body, is
-    # |L| (cos θ2 cos θ3, -cos θ2 sin θ3, sin θ2), which gives θ2 and θ3 from Ω alone.
+    # The body is turned so that L lies along the inertial axis 1. In the body L is then
+    # |L| (cos θ2 cos θ3, -cos θ2 sin θ3, sin θ2), so θ2 and θ3 follow from Ω.
     Theta = np.array([0.0, np.arcsin(momentum[2] / size), 0.0])
     states = spin_freely(engine, MOMENTS, Theta, Omega)
     expected = np.array([expected_spin(spin, t) for t in TIMES])

@@ -1,16 +1,15 @@
-"""One axis in closed form: a ball in the potential K|x| - Gx, which no equation here knows of."""
+"""Each axis of a held ball moves as the closed form of a ball in the potential K|x| - Gx."""
 
 import numpy as np
 import pytest
-from support.sliding import audit, ball_in_a_V, follow
+from support.problems import ENGINES
+from support.sliding import audit, ball_in_a_V, solve_sliding
 
 M, K = 2.0, 30.0
 
-ENGINES = ["heyoka", "scipy"]
-
 
 def crossings(x, load, count):
-    """The times at which a ball crosses x = 0 that starts at rest at x > 0, without damping."""
+    """Return when an undamped ball from rest at x > 0 crosses x = 0."""
     down, up = (K - load) / M, (K + load) / M
     fall = np.sqrt(2 * x / down)
     speed = down * fall
@@ -25,26 +24,26 @@ def crossings(x, load, count):
 def test_every_axis_crosses_when_its_parabolas_say(engine):
     x, load = np.array([0.3, 0.2, 0.5]), np.array([0.0, 5.0, -10.0])
     times = np.linspace(0, 4.9, 11)
-    run = follow(engine, ball_in_a_V(M, K, load, np.zeros(3), x, np.zeros(3), times))
+    run = solve_sliding(engine, ball_in_a_V(M, K, load, np.zeros(3), x, np.zeros(3), times))
     for axis in range(3):
         found = run.switches.switch_times[run.switches.switch_axes == axis]
         expected = crossings(x[axis], load[axis], len(found) + 1)
         assert len(found) > 5
         assert found == pytest.approx(expected[:-1], abs=1e-10)
         assert expected[-1] > 4.9
-    # The compiled flow sets an axis off the surface by 1e-12 of its flight at each of 30 crossings.
+    # At each of 30 crossings the compiled flow moves the axis off by 1e-12 of its flight.
     assert audit(run) < 1e-10
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_bounces_of_a_microsecond(engine):
-    """Each is a flight of 2v/k, however short it is beside the time until then."""
+    """Each bounce is a flight of 2v/k, however short compared with the time so far."""
     k, speeds = K / M, np.array([1e-5, 1.3e-5, 0.7e-5])
     duration = (40 if engine == "heyoka" else 10) * 2e-5 / k
     problem = ball_in_a_V(
         M, K, np.zeros(3), np.zeros(3), np.full(3, 1e-18), speeds, np.array([0.0, duration])
     )
-    run = follow(engine, problem)
+    run = solve_sliding(engine, problem)
     for axis, flight in enumerate(2 * speeds / k):
         found = run.switches.switch_times[run.switches.switch_axes == axis]
         expected = flight * np.arange(1, int(duration / flight) + 1)
@@ -55,17 +54,17 @@ def test_bounces_of_a_microsecond(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_return_map_of_a_damped_ball(engine):
-    """F⁺ = F - (2d/3k)F² to leading order, k = K/M and d = damping/M."""
+    """To leading order F⁺ = F - (2d/3k)F², with k = K/M and d = damping/M."""
     damping, speed = 0.02, 0.5
     times = np.linspace(0, 3, 4)
     X, V = np.array([1e-9, 1.0, 1.0]), np.array([speed, 0.0, 0.0])
     problem = ball_in_a_V(M, K, np.zeros(3), np.full(3, damping), X, V, times)
-    run = follow(engine, problem)
+    run = solve_sliding(engine, problem)
     found = run.switches.switch_times[run.switches.switch_axes == 0]
     k, d = K / M, damping / M
     flights, F = [], speed
     for _ in found:
-        # A flight at speed F lasts 2F/k, less a part of order d.
+        # A flight at speed F lasts 2F/k, minus a term of order d.
         flights.append(2 * F / k * (1 - d * F / (3 * k)))
         F -= 2 * d / (3 * k) * F * F
     assert len(found) > 30
@@ -74,13 +73,13 @@ def test_return_map_of_a_damped_ball(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_inside_a_boundary_layer_the_ball_is_on_a_spring(engine):
-    """x = x0 cos(ωt), ω² = K/(mδ), as long as |x| < δ."""
+    """x = x0 cos(ωt), ω² = K/(mδ), while |x| < δ."""
     width, x0 = 0.01, 0.008
     times = np.linspace(0, 1, 21)
     problem = ball_in_a_V(
         M, K, np.zeros(3), np.zeros(3), np.full(3, x0), np.zeros(3), times, layer=width
     )
-    run = follow(engine, problem)
+    run = solve_sliding(engine, problem)
     expected = x0 * np.cos(np.sqrt(K / (M * width)) * times)
     assert run.states[:, 6] == pytest.approx(expected, abs=1e-10)
     assert run.switches.counts[-1].sum() == 0
@@ -88,19 +87,19 @@ def test_inside_a_boundary_layer_the_ball_is_on_a_spring(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_through_a_boundary_layer(engine):
-    """From outside: a parabola to the layer's edge, then a quarter of an oscillation."""
+    """From outside, a parabola leads to the layer, and a part of an oscillation through it."""
     width, x0 = 0.01, 0.05
     down = K / M
     entry = np.sqrt(2 * (x0 - width) / down)
     omega = np.sqrt(K / (M * width))
     speed = down * entry
-    # Inside x = δ cos ωt - (speed/ω) sin ωt, and the far edge by symmetry after twice the zero.
+    # Inside x = δ cos ωt - (speed/ω) sin ωt; by symmetry it leaves after twice the time to x = 0.
     zero = np.arctan2(width, speed / omega) / omega
     times = np.linspace(0, entry + 2 * zero + 1e-4, 2)
     problem = ball_in_a_V(
         M, K, np.zeros(3), np.zeros(3), np.full(3, x0), np.zeros(3), times, layer=width
     )
-    run = follow(engine, problem)
+    run = solve_sliding(engine, problem)
     found = run.switches.switch_times[run.switches.switch_axes == 1]
     assert found == pytest.approx([entry, entry + 2 * zero], abs=1e-10)
     assert audit(run) < 1e-11

@@ -1,17 +1,17 @@
-"""A boundary layer tends to the exact law as it becomes thinner, and as fast as it should."""
+"""A boundary layer converges to the exact law as it becomes thinner, at the expected order."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sliding import follow, paper_problem
+from support.sliding import paper_problem, solve_sliding
 
 OFFSET = np.array([0.03, 0.03, -0.04])
 WIDTHS = np.array([2e-3, 1e-3, 5e-4, 2.5e-4])
 
 
 def bounce(offset=OFFSET, **options):
-    """Through the few switches that can be predicted, from a point that is off its anchor."""
+    """Return a run from a point off its anchor, through the few predictable switches."""
     problem = paper_problem(2000, duration=0.2, samples=21, **options)
     start = problem.start.copy()
     start[6:9] += offset
@@ -19,7 +19,7 @@ def bounce(offset=OFFSET, **options):
 
 
 def slide(duration=0.4, **options):
-    """On s = F + 20E, on which the last of the three axes arrives at 0.117 s."""
+    """Return a run on s = F + 20E, which the last of the three axes reaches at 0.117 s."""
     return paper_problem(2000, slope=20.0, duration=duration, samples=21, **options)
 
 
@@ -28,17 +28,17 @@ def orders(errors):
 
 
 def test_off_the_position_by_the_square_of_the_width():
-    """A crossing that is quick goes through the layer as through a sign, but for its square.
+    """A fast crossing of the layer differs from the exact law by a term of order δ².
 
-    Half of the impulse comes before the middle and half behind it, and the energy that the layer
-    holds is the connector's outside; what remains is a shift of kδ²/F².
+    Half of the impulse comes before the middle and half after it, and the energies inside and
+    outside the layer agree. What remains is a shift of kδ²/F².
     """
-    exact = follow("heyoka", bounce())
-    runs = [follow("heyoka", bounce(layer=width)) for width in WIDTHS]
+    exact = solve_sliding("heyoka", bounce())
+    runs = [solve_sliding("heyoka", bounce(layer=width)) for width in WIDTHS]
     errors = [np.abs(run.states - exact.states).max() for run in runs]
     assert orders(errors) == pytest.approx(2.0, abs=0.05)
     assert errors[-1] < 1e-4
-    # Into the layer and out of it: two switches for each that the exact law has.
+    # Into the layer and out of it: two switches for each one of the exact law.
     assert exact.switches.counts[-1].tolist() == [2, 1, 2]
     for run in runs:
         assert run.switches.counts[-1].tolist() == [4, 2, 4]
@@ -46,9 +46,9 @@ def test_off_the_position_by_the_square_of_the_width():
 
 
 def test_off_the_position_by_the_width_where_the_start_is_in_the_layer():
-    """From E = 0 the first crossing is half of one, so that its impulse is missing: kδ/2F."""
-    exact = follow("heyoka", bounce(0.0))
-    runs = [follow("heyoka", bounce(0.0, layer=width)) for width in WIDTHS[1:]]
+    """From E = 0 the first crossing is only half of one: its missing impulse gives kδ/2F."""
+    exact = solve_sliding("heyoka", bounce(0.0))
+    runs = [solve_sliding("heyoka", bounce(0.0, layer=width)) for width in WIDTHS[1:]]
     errors = [np.abs(run.states - exact.states).max() for run in runs]
     assert orders(errors) == pytest.approx(1.0, abs=0.05)
     assert (exact.switches.modes[0] != 0).all()
@@ -56,16 +56,16 @@ def test_off_the_position_by_the_width_where_the_start_is_in_the_layer():
 
 
 def test_off_the_slope_by_the_width():
-    """In the layer s = -δΛ/K_s, with the Λ of the exact law, to the next order of δ."""
+    """In the layer s = -δΛ/K_s with the Λ of the exact law, up to a term of order δ²."""
     widths = 0.05 / 2 ** np.arange(4)
-    exact = follow("heyoka", slide())
+    exact = solve_sliding("heyoka", slide())
     sliding = exact.times > 0.15
     assert (exact.switches.modes[sliding] == 0).all()
     pairs = zip(exact.systems, exact.states, strict=True)
     forces = np.array([system.observe(y).contact_force for system, y in pairs])
     errors, residues = [], []
     for width in widths:
-        run = follow("heyoka", slide(layer=width))
+        run = solve_sliding("heyoka", slide(layer=width))
         errors.append(np.abs(run.states - exact.states)[sliding].max())
         s = run.states[:, 9:12] + 20 * run.states[:, 6:9]
         residues.append(np.abs(s + width * forces / 2000)[sliding].max())
@@ -77,8 +77,8 @@ def test_off_the_slope_by_the_width():
 
 @pytest.mark.parametrize("problem", [bounce(layer=2e-3), slide(0.13, layer=0.2)])
 def test_engines_agree(problem):
-    """As long as both can follow it, and in every switch, into the layer and out of it."""
-    runs = [follow(engine, problem) for engine in ("heyoka", "scipy")]
+    """They agree while the motion is predictable, in every switch into and out of the layer."""
+    runs = [solve_sliding(engine, problem) for engine in ("heyoka", "scipy")]
     assert runs[0].switches.counts[-1].min() > 0
     assert np.abs(runs[0].states - runs[1].states).max() < 1e-9
     ours, others = (run.switches for run in runs)
@@ -90,13 +90,13 @@ def test_engines_agree(problem):
 
 @pytest.mark.parametrize("engine", ["heyoka", pytest.param("scipy", marks=pytest.mark.slow)])
 def test_the_force_is_a_saturation(engine):
-    """-K_s s/δ inside and -K_s sgn s outside, at every sample of both surfaces."""
+    """The force is -K_s s/δ inside and -K_s sgn s outside, at every sample of both surfaces."""
     seen = set()
     for problem, slope, width in (
         (bounce(layer=0.02), None, 0.02),
         (slide(0.13, layer=0.2), 20.0, 0.2),
     ):
-        run = follow(engine, problem)
+        run = solve_sliding(engine, problem)
         for system, y in zip(run.systems, run.states, strict=True):
             s = y[6:9] if slope is None else y[9:12] + slope * y[6:9]
             expected = -2000 * np.clip(s / width, -1, 1)

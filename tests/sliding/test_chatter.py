@@ -1,22 +1,22 @@
-"""The surface s = E of eq. 39, of relative degree two: the point bounces instead of sliding."""
+"""On the surface s = E of eq. 39, of relative degree two, the point chatters and loses energy."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sliding import audit, follow, paper_problem
+from support.sliding import audit, paper_problem, solve_sliding
 
 from rbstab.integrate.status import RunStatus
 
 
 @pytest.fixture(scope="module")
 def weak():
-    return follow("heyoka", paper_problem(2000, duration=1.4, samples=15))
+    return solve_sliding("heyoka", paper_problem(2000, duration=1.4, samples=15))
 
 
 @pytest.fixture(scope="module")
 def strong():
-    return follow("heyoka", paper_problem(20000, duration=1.0, samples=11))
+    return solve_sliding("heyoka", paper_problem(20000, duration=1.0, samples=11))
 
 
 def switches_at(run, time):
@@ -25,7 +25,7 @@ def switches_at(run, time):
 
 
 def test_switches_while_they_can_be_predicted(weak, strong):
-    """Counted by another program; later the motion is chaotic and only bands are known."""
+    """Another program counted them; later the motion is chaotic and only bands are known."""
     assert switches_at(weak, 0.2) == 5
     assert switches_at(weak, 0.6) == 71
     assert switches_at(strong, 0.2) == 159
@@ -35,21 +35,22 @@ BANDS = [
     (2000, {1.0: (430, 670), 1.4: (2.5e3, 3e4)}),
     (20000, {0.6: (870, 1000), 1.0: (5e3, 1.1e4)}),
 ]
-"""K_s, and the switches until some times, over a few starts of another program."""
+"""K_s, and bands of the number of switches by some times, from a few runs of another program."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("K_s", "bands"), BANDS)
 def test_switches_beyond(K_s, bands):
-    """Which of the chaotic motions a program follows is decided by the last digits of its start.
+    """The median number of switches over 60 starts lies in the bands.
 
-    Single motions are up to five times outside the bands. The median over the starts is inside, as
-    far as 60 of them tell it: it is between the 19th and the 42nd, three standard errors around.
+    The last digits of the start decide which of the chaotic motions a program finds; a single one
+    can be outside the bands by a factor of five. The median of all starts lies between the 19th and
+    the 42nd of 60, at three standard errors.
     """
     counts, end = [], max(bands)
     samples = round(end / 0.2) + 1
     for problem in neighbours(60, K_s, duration=end, samples=samples, switch_limit=200_000):
-        run = follow("heyoka", problem)
+        run = solve_sliding("heyoka", problem)
         counts.append(
             [switches_at(run, time) if time <= run.times[-1] else np.inf for time in bands]
         )
@@ -59,7 +60,7 @@ def test_switches_beyond(K_s, bands):
 
 
 def neighbours(count, *arguments, **options):
-    """The paper's problem from its own start, and from others that differ in Ω's 13th digit."""
+    """Yield the paper's problem with its own start, and with starts of another 13th digit of Ω."""
     shifts = 1e-12 * np.random.default_rng(3).normal(size=(count - 1, 3))
     for shift in np.concatenate([np.zeros((1, 3)), shifts]):
         problem = replace(paper_problem(*arguments, **options), diagnosed=False)
@@ -69,7 +70,7 @@ def neighbours(count, *arguments, **options):
 
 def test_engines_agree_while_it_is_possible():
     problem = paper_problem(2000, duration=0.2, samples=21)
-    runs = [follow(name, problem) for name in ("heyoka", "scipy")]
+    runs = [solve_sliding(name, problem) for name in ("heyoka", "scipy")]
     assert np.abs(runs[0].states - runs[1].states).max() < 1e-8
     times = [run.switches.switch_times for run in runs]
     assert times[0] == pytest.approx(times[1], abs=1e-9)
@@ -86,7 +87,7 @@ def test_the_chatter_only_loses_energy_in_the_long_run(weak):
 
 
 def test_trust_ends_where_an_error_has_grown_to_what_it_measures(weak, strong):
-    """An error grows by about e^0.15 a switch: some 200 switches in double precision."""
+    """An error grows by about e^0.15 at each switch: double precision lasts for 200 switches."""
     assert 0.6 < weak.switches.trusted_until < 1.0
     assert 0.1 < strong.switches.trusted_until < 0.4
 
@@ -97,15 +98,15 @@ def test_every_switch_is_on_the_side_that_it_says(weak):
 
 
 def test_only_so_many_switches_are_stored_and_all_are_counted():
-    run = follow("heyoka", paper_problem(2000, duration=0.8, samples=9, stored_switches=10))
-    full = follow("heyoka", paper_problem(2000, duration=0.8, samples=9))
+    run = solve_sliding("heyoka", paper_problem(2000, duration=0.8, samples=9, stored_switches=10))
+    full = solve_sliding("heyoka", paper_problem(2000, duration=0.8, samples=9))
     assert run.switches.switch_times.tolist() == full.switches.switch_times[:10].tolist()
     assert run.switches.counts[-1].sum() == len(full.switches.switch_times) > 100
 
 
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 def test_switch_limit(engine):
-    run = follow(engine, paper_problem(2000, duration=2.0, switch_limit=20))
+    run = solve_sliding(engine, paper_problem(2000, duration=2.0, switch_limit=20))
     assert run.status is RunStatus.SWITCH_LIMIT
     assert run.switches.counts[-1].sum() == 20
     assert run.times[-1] == pytest.approx(run.switches.switch_times[-1], abs=1e-12)
@@ -113,7 +114,7 @@ def test_switch_limit(engine):
 
 @pytest.mark.parametrize("bound", [10.0, 100.0])
 def test_sticking(bound):
-    run = follow("heyoka", paper_problem(20000, stick_energy=bound))
+    run = solve_sliding("heyoka", paper_problem(20000, stick_energy=bound))
     stuck, _, _ = run.switches.transitions[0]
     after = run.times > stuck
     assert run.status is RunStatus.COMPLETED
@@ -125,18 +126,19 @@ def test_sticking(bound):
 
 @pytest.mark.slow
 def test_when_it_sticks_hardly_matters_to_what_is_slow():
-    """Θ(2) after sticking at 100, 10 and 1 J: 1e-5 apart in one motion of another program.
+    """Θ(2) hardly depends on whether the point sticks at 100, 10 or 1 J.
 
-    How long the chatter lasts from 100 to 10 J, and so how far it moves Θ meanwhile, is chaotic: of
-    600 starts a quarter keeps all three within 2e-5, the median is 3.6e-5. From 10 to 1 J there is
-    less to differ in. Bands: three standard errors of 40 starts.
+    In one run of another program the three are 1e-5 apart. How long the chatter lasts from 100 to
+    10 J, and so how far it moves Θ, is chaotic. Of 600 starts a quarter keeps all three within
+    2e-5, and the median is 3.6e-5. From 10 to 1 J they differ less. The bands are three standard
+    errors of 40 starts.
     """
     bounds = (100.0, 10.0, 1.0)
     ends = np.full((40, 3, 3), np.nan)
     for column, bound in enumerate(bounds):
         options = {"stick_energy": bound, "samples": 2, "switch_limit": 50_000}
         for row, problem in enumerate(neighbours(len(ends), 20000, **options)):
-            run = follow("heyoka", problem)
+            run = solve_sliding("heyoka", problem)
             if run.status is RunStatus.COMPLETED:
                 ends[row, column] = run.states[-1, 0:3]
     ends = ends[np.isfinite(ends).all(axis=(1, 2))]
@@ -149,9 +151,9 @@ def test_when_it_sticks_hardly_matters_to_what_is_slow():
 
 
 def test_the_bound_does_not_change_the_motion_before_it():
-    """To the last digit, though it is looked at at every switch."""
+    """The motion is the same to the last digit, though the bound is checked at every switch."""
     weak, none = (
-        follow("heyoka", paper_problem(20000, duration=0.5, samples=11, stick_energy=bound))
+        solve_sliding("heyoka", paper_problem(20000, duration=0.5, samples=11, stick_energy=bound))
         for bound in (1.0, 0.0)
     )
     assert weak.switches.counts[-1].sum() > 500
@@ -160,10 +162,10 @@ def test_the_bound_does_not_change_the_motion_before_it():
 
 
 def test_it_sticks_at_the_first_switch_with_less_energy():
-    """Two engines: one looks between its steps, the other inside its compiled run."""
+    """Both engines agree: one checks between its steps, the other inside its compiled run."""
     bound = 500.0
     runs = [
-        follow(name, paper_problem(20000, duration=0.2, samples=21, stick_energy=bound))
+        solve_sliding(name, paper_problem(20000, duration=0.2, samples=21, stick_energy=bound))
         for name in ("heyoka", "scipy")
     ]
     stuck = [run.switches.transitions[0] for run in runs]
@@ -175,8 +177,8 @@ def test_it_sticks_at_the_first_switch_with_less_energy():
 
 
 def test_nothing_sticks_where_the_connector_is_too_weak_to_hold():
-    """Until about 0.1 s the held point needs more than 2000 N."""
-    run = follow("heyoka", paper_problem(2000, duration=0.1, stick_energy=1e9))
+    """Until about 0.1 s it takes more than 2000 N to hold the point."""
+    run = solve_sliding("heyoka", paper_problem(2000, duration=0.1, stick_energy=1e9))
     held_from_the_start = [axis for time, axis, _ in run.switches.transitions if time < 0.01]
     assert len(held_from_the_start) < 3
 
@@ -185,6 +187,6 @@ def test_nothing_sticks_where_the_connector_is_too_weak_to_hold():
 def test_a_start_that_is_not_finite_diverged(engine):
     problem = paper_problem(2000)
     problem.start[4] = np.nan
-    run = follow(engine, problem)
+    run = solve_sliding(engine, problem)
     assert run.status is RunStatus.DIVERGED
     assert len(run.times) == 1

@@ -1,4 +1,4 @@
-"""What an axis does that is on s = F + κE at this instant: it is held, or leaves to one side."""
+"""An axis on s = F + κE is held if its bound allows it, and otherwise leaves to the right side."""
 
 from dataclasses import replace
 
@@ -6,36 +6,41 @@ import numpy as np
 import pytest
 from support.sliding import connector, paper_problem, pushed_ball
 
-from rbstab.integrate.switching.modes import Modes, instant, modes_on_surface, system_under
+from rbstab.integrate.switching.modes import (
+    Modes,
+    modes_on_surface,
+    surface_dynamics,
+    system_for_modes,
+)
 
 SLOPE, K = 20.0, 30.0
 
 
 def body_on_the_surface(rng, axes):
-    """The paper's body in any motion in which these axes have s = 0, with bounds it may need."""
+    """Return the paper's body in a random state with s = 0 on these axes, and random bounds."""
     system = paper_problem(1.0, slope=SLOPE).system
     y = np.concatenate([rng.normal(0, 0.3, 3), rng.normal(0, 15, 3), np.zeros(6)])
     y[6:9] = rng.normal(0, 0.05, 3)
     y[9:12] = rng.normal(0, 1, 3)
     y[9:12][axes] = -SLOPE * y[6:9][axes]
     every = Modes((0.0, 0.0, 0.0), held=(1.0, 1.0, 1.0))
-    needed = np.abs(instant(system_under(system, every), y).force)
+    needed = np.abs(surface_dynamics(system_for_modes(system, every), y).force)
     bounds = replace(connector(1.0, SLOPE), K_s=needed * rng.uniform(0.3, 1.7, 3))
     return replace(system, elements=(*system.elements[:-1], bounds)), y
 
 
 @pytest.mark.parametrize("axes", [[0], [1, 2], [0, 2], [0, 1, 2]])
 def test_the_choice_is_consistent(axes):
-    """A held axis needs no more than its bound, one that leaves goes to the side of its force.
+    """A held axis needs at most its bound; another one leaves to the side where s grows.
 
-    The axes are coupled by the body: whether one can be held depends on what the others do.
+    The body couples the axes: whether one can be held depends on the others.
     """
     rng, kinds = np.random.default_rng(5), set()
     for _ in range(60):
         system, y = body_on_the_surface(rng, axes)
         others = rng.choice([-1.0, 1.0], 3)
         chosen = modes_on_surface(system, y, Modes(tuple(others.tolist())), axes)
-        now = instant(system_under(system, chosen), y)
+        now = surface_dynamics(system_for_modes(system, chosen), y)
         bounds = system.elements[-1].K_s
         for axis in range(3):
             side = chosen.mode[axis]
@@ -60,7 +65,7 @@ def test_the_choice_is_consistent(axes):
     ],
 )  # fmt: skip
 def test_a_tie_to_round_off_is_held(load, mode):
-    """A ball at rest on the surface: what holds it is its load."""
+    """The force that holds a ball at rest on the surface is its load."""
     axis = 1
     forces = np.array([50.0, load, 50.0])
     problem = pushed_ball(

@@ -1,25 +1,23 @@
-"""Switches that coincide, and surfaces that are touched without being crossed."""
+"""Switches at the same instant, and surfaces touched but not crossed, are handled right."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sliding import audit, ball_in_a_V, pushed_ball
-from support.sliding import follow as follow_at_leisure
+from support.problems import ENGINES
+from support.sliding import audit, ball_in_a_V, pushed_ball, solve_sliding
 
 from rbstab.integrate.status import RunStatus
 
 M, K = 2.0, 30.0
 FREE = np.zeros((3, 3))
 
-ENGINES = ["heyoka", "scipy"]
 
-
-def follow(engine, problem):
-    """With limits that only a run reaches that stands still at a coincidence."""
+def limited_solve(engine, problem):
+    """Solve with limits that a run reaches only if it gets stuck at a coincidence."""
     switching = replace(problem.switching, switch_limit=1000)
     limits = {"step_limit": 5000, "time_limit": 5.0}
-    run = follow_at_leisure(engine, replace(problem, switching=switching, **limits))
+    run = solve_sliding(engine, replace(problem, switching=switching, **limits))
     assert run.status is RunStatus.COMPLETED, run.detail
     return run
 
@@ -27,10 +25,12 @@ def follow(engine, problem):
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("sides", [(1, 1, 1), (1, -1, 1), (-1, -1, 1)])
 def test_three_axes_cross_at_every_instant(engine, sides):
-    """From x = ±0.3 at rest: one fall, then flights of twice a fall, the same on every axis."""
+    """From x = ±0.3 at rest each axis falls, then makes flights of twice the time of the fall."""
     x, sides = 0.3, np.array(sides, dtype=float)
     times = np.linspace(0, 4.9, 8)
-    run = follow(engine, ball_in_a_V(M, K, np.zeros(3), np.zeros(3), x * sides, np.zeros(3), times))
+    run = limited_solve(
+        engine, ball_in_a_V(M, K, np.zeros(3), np.zeros(3), x * sides, np.zeros(3), times)
+    )
     fall = np.sqrt(2 * x * M / K)
     expected = np.arange(fall, 4.9, 2 * fall)
     assert len(expected) > 10
@@ -45,11 +45,11 @@ def test_three_axes_cross_at_every_instant(engine, sides):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_three_axes_arrive_on_a_slope_together(engine):
-    """ẍ = ±K/M until s = F + κE = 0, and from there on x decays as exp(-κt), on every axis."""
+    """On every axis ẍ = ±K/M until s = F + κE = 0; from then on x decays as exp(-κt)."""
     x, slope = 0.3, 4.0
     sides, times = np.array([1.0, -1.0, 1.0]), np.linspace(0, 1, 11)
     problem = pushed_ball(M, np.full(3, K), np.zeros(3), FREE, x * sides, np.zeros(3), times, slope)
-    run = follow(engine, problem)
+    run = limited_solve(engine, problem)
     # s = κ(x - ½kt²) - kt.
     k = K / M
     arrival = (np.sqrt(1 + 2 * slope**2 * x / k) - 1) / slope
@@ -64,10 +64,12 @@ def test_three_axes_arrive_on_a_slope_together(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_three_axes_cross_a_slope_together_that_cannot_hold_them(engine):
-    """The load 40 N is more than K = 30 N: every axis passes s = 0 and keeps going up."""
+    """The load of 40 N exceeds K = 30 N: every axis passes s = 0 and continues upwards."""
     slope, load = 4.0, np.full(3, 40.0)
     X, times = np.full(3, -0.3), np.linspace(0, 1, 11)
-    run = follow(engine, pushed_ball(M, np.full(3, K), load, FREE, X, np.zeros(3), times, slope))
+    run = limited_solve(
+        engine, pushed_ball(M, np.full(3, K), load, FREE, X, np.zeros(3), times, slope)
+    )
     # Below: ẍ = 35, s = κ(x + 35t²/2) + 35t; above ẍ = 5.
     crossing = (np.sqrt(1 + 2 * slope**2 * 0.3 / 35) - 1) / slope
     assert run.switches.switch_times == pytest.approx(np.full(3, crossing), abs=1e-12)
@@ -79,19 +81,19 @@ def test_three_axes_cross_a_slope_together_that_cannot_hold_them(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_parabola_that_touches_the_position(engine):
-    """ẍ = 2 on the upper side: one axis touches x = 0 to round-off, one misses, one dips by 1e-8.
+    """One axis touches x = 0 up to round-off, one misses it, and one dips below by 1e-8.
 
-    Below ẍ = 32. Whether the first switches is up to round-off; where it goes is not.
+    Above ẍ = 2, below ẍ = 32. Round-off decides whether the first axis switches, but not its path.
     """
     load, depth = np.full(3, 34.0), 1e-8
     X, V = np.array([1.0, 1.0 + depth, 1.0 - depth]), np.full(3, -2.0)
     times = np.linspace(0, 2, 9)
-    run = follow(engine, pushed_ball(M, np.full(3, K), load, FREE, X, V, times))
+    run = limited_solve(engine, pushed_ball(M, np.full(3, K), load, FREE, X, V, times))
     speed = np.sqrt(4 * depth)
     shorter = 2 * speed / 2 - 2 * speed / 32
     later = times > 1
     expected = X + np.outer(times, V) + (times**2)[:, None]
-    # Behind its dip the third axis is where it would have been without one, only sooner.
+    # After its dip the third axis moves as it would without one, only earlier.
     sooner = times[later] + shorter
     expected[later, 2] = X[2] + V[2] * sooner + sooner**2
     for axis, within in ((0, 1e-7), (1, 1e-12), (2, 1e-10)):
@@ -109,13 +111,15 @@ def test_a_parabola_that_touches_the_position(engine):
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("miss", [0.0, 1e-9])
 def test_a_motion_that_touches_a_slope(engine, miss):
-    """s = 2(t - 1)² of x = 2.5 - 3t + t², which is on s = 0 for no longer than an instant.
+    """x = 2.5 - 3t + t² has s = 2(t - 1)², which is zero for an instant only.
 
-    There the force that would hold it is just at its bound and about to pass it.
+    At that instant the force that would hold it is at its bound and growing.
     """
     times = np.linspace(0, 2, 9)
     X, V = np.array([2.5 + miss, 1.0, 1.0]), np.array([-3.0, 0.0, 0.0])
-    run = follow(engine, pushed_ball(M, np.full(3, K), np.full(3, 34.0), FREE, X, V, times, 2.0))
+    run = limited_solve(
+        engine, pushed_ball(M, np.full(3, K), np.full(3, 34.0), FREE, X, V, times, 2.0)
+    )
     assert run.states[:, 6] == pytest.approx(X[0] - 3 * times + times**2, abs=1e-10)
     assert (run.switches.modes[1:] == 1).all() or miss == 0.0
     assert (run.switches.modes[-1] == 1).all()
@@ -124,13 +128,15 @@ def test_a_motion_that_touches_a_slope(engine, miss):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_motion_that_only_just_reaches_a_slope_is_held_for_a_moment(engine):
-    """s would dip by 2e-6; held there, the force reaches its bound after the time τ.
+    """s would dip by 2e-6, so the axis is held; the force reaches its bound after the time τ.
 
-    On s = 0 F = F₀exp(-2τ) needs Λ = -2mF - load, which is -K at F = -1.
+    On s = 0 the velocity F = F₀exp(-2τ) needs Λ = -2mF - load, which is -K at F = -1.
     """
     times = np.linspace(0, 2, 9)
     X, V = np.array([2.5 - 1e-6, 1.0, 1.0]), np.array([-3.0, 0.0, 0.0])
-    run = follow(engine, pushed_ball(M, np.full(3, K), np.full(3, 34.0), FREE, X, V, times, 2.0))
+    run = limited_solve(
+        engine, pushed_ball(M, np.full(3, K), np.full(3, 34.0), FREE, X, V, times, 2.0)
+    )
     arrival = 1 - 1e-3
     speed = -3 + 2 * arrival
     release = arrival + np.log(-speed) / 2

@@ -1,6 +1,6 @@
-"""What a switch costs does not grow with the switches so far, in steps, in looks, or in memory.
+"""The cost of a switch, in steps, checks and memory, does not grow with the switches so far.
 
-Nothing here is timed: what a run does is counted.
+The tests count what a run does; they do not measure time.
 """
 
 import tracemalloc
@@ -17,7 +17,7 @@ from rbstab.integrate.switching.filippov import FilippovDriver
 
 
 class Counted:
-    """A flow that notes how often it is called, and at how many switches."""
+    """A flow that records at how many switches each of its calls is made."""
 
     def __init__(self, flow):
         self.flow, self.calls = flow, []
@@ -26,13 +26,17 @@ class Counted:
     def steps(self):
         return self.flow.steps
 
+    @property
+    def evaluations(self):
+        return self.flow.evaluations
+
     def advance(self, start, end, log):
         self.calls.append(log.total)
         return self.flow.advance(start, end, log)
 
 
 def counted(problem, kind=HeyokaFlow):
-    """Switches, steps and calls at each sample, and the driver behind them."""
+    """Return switches, steps and calls at each sample, and the driver and the flow."""
     flow = Counted(kind(problem, problem.switching))
     driver = FilippovDriver(problem, problem.switching, flow)
     rows = [(sum(s.counts), flow.steps, len(flow.calls)) for s in driver.samples()]
@@ -40,7 +44,7 @@ def counted(problem, kind=HeyokaFlow):
 
 
 def steps_per_switch(rows, begin, end):
-    """Between two parts of all switches, at the samples nearest to them."""
+    """Return the steps per switch between two fractions of all switches."""
     at = [np.argmin(np.abs(rows[:, 0] - part * rows[-1, 0])) for part in (begin, end)]
     switches, steps, _ = rows[at[1]] - rows[at[0]]
     assert switches > 0.02 * rows[-1, 0]
@@ -49,7 +53,7 @@ def steps_per_switch(rows, begin, end):
 
 @pytest.fixture(scope="module")
 def ball():
-    """Some 15,000 switches of three damped balls, whose rates all grow as exp(dt/3)."""
+    """Return a run of three damped balls with 15,000 switches, at rates that grow as exp(dt/3)."""
     problem = ball_in_a_V(
         2.0, 3000.0, np.zeros(3), np.array([2.4, 2.6, 2.8]), np.full(3, 1e-9),
         np.array([0.8, 1.0, 1.2]), np.linspace(0, 6, 61),
@@ -62,20 +66,20 @@ def test_a_switch_takes_as_many_steps_at_the_end_as_at_the_beginning(ball):
     assert rows[-1, 0] > 10_000
     first, last = steps_per_switch(rows, 0.0, 0.1), steps_per_switch(rows, 0.9, 1.0)
     assert last == pytest.approx(first, rel=0.05)
-    # One step ends at each switch; the rest are those that end at samples.
+    # Each step ends at a switch or at a sample.
     assert rows[-1, 1] <= 1.05 * rows[-1, 0] + len(rows)
 
 
 def test_the_paper_body_takes_one_step_a_switch():
     rows, _, _ = counted(paper_problem(20000, duration=1.0, samples=101))
     assert rows[-1, 0] > 2000
-    # At first steps end where the motion asks for it, later only at switches.
+    # At first the error control ends some steps, later only switches do.
     assert steps_per_switch(rows, 0.9, 1.0) < 1.1
     assert steps_per_switch(rows, 0.9, 1.0) <= steps_per_switch(rows, 0.0, 0.1)
 
 
 def test_bounces_of_a_microsecond_take_one_step_each():
-    """None is taken for the one before it, found again: that would be a step to be made again."""
+    """No crossing is mistaken for the one before it, which would repeat a step."""
     problem = ball_in_a_V(
         2.0, 30.0, np.zeros(3), np.zeros(3), np.full(3, 1e-18), np.array([1e-5, 1.3e-5, 0.7e-5]),
         np.array([0.0, 5e-5]),
@@ -86,13 +90,13 @@ def test_bounces_of_a_microsecond_take_one_step_each():
 
 
 def test_crossings_do_not_leave_the_compiled_flow(ball):
-    """It is called once for each sample, whatever the number of switches between."""
+    """The flow is called once for each sample, however many switches lie between."""
     rows, _, flow = ball
     assert len(flow.calls) <= len(rows) + rows[-1, 1] // 20_000
 
 
 def test_looks_at_which_axes_may_stick_become_rare(monkeypatch):
-    """Between two looks pass 32 switches, or 1/64 of all so far: 64 ln 2 in each doubling."""
+    """Between two checks pass 32 switches, or 1/64 of all so far: 64 ln 2 per doubling."""
     monkeypatch.setattr(filippov, "stick", lambda *_: None)
     problem = paper_problem(20000, duration=1.3, samples=2, stick_energy=1e9, switch_limit=30_000)
     rows, driver, flow = counted(problem)
@@ -103,7 +107,7 @@ def test_looks_at_which_axes_may_stick_become_rare(monkeypatch):
     for upper in (total, total / 2, total / 4):
         among = ((looks > upper / 2) & (looks <= upper)).sum()
         assert 5 < among <= 64 * np.log(2) + 3
-    # The first look is at the first switch, and none comes sooner than 32 switches after another.
+    # The first check is at the first switch; later ones are at least 32 switches apart.
     assert looks[:2].tolist() == [0, 1]
     assert (np.diff(looks[1:]) >= 32).all()
 
@@ -114,12 +118,12 @@ def test_what_is_stored_is_capped_and_what_is_counted_is_not(kind):
     rows, driver, _ = counted(problem, kind)
     assert len(driver.log.times) == len(driver.log.axes) == 5
     assert driver.log.total == sum(driver.log.counts) == rows[-1, 0] > 10
-    # The last step may be one that found nothing, but the last switch is known.
+    # The log knows the last switch, though it is not stored.
     assert driver.log.last_time > driver.log.times[-1]
 
 
 def test_evaluations_are_those_of_all_steps():
-    """DOP853 makes 11 or 12 in a step, and 4 more where its dense output is looked at."""
+    """DOP853 needs 11 or 12 evaluations per step, and 4 more for its dense output."""
     problem = paper_problem(2000, duration=0.2, samples=3)
     runs = {}
     for kind in (HeyokaFlow, ScipyFlow):
@@ -131,7 +135,7 @@ def test_evaluations_are_those_of_all_steps():
 
 
 def test_memory_does_not_grow_with_switches():
-    """Twice in one run: the second stretch has many times the switches of the first."""
+    """The second part of a run has many times the switches of the first, and the same peak."""
     problem = ball_in_a_V(
         2.0, 3000.0, np.zeros(3), np.full(3, 2.6), np.full(3, 1e-9), np.array([0.8, 1.0, 1.2]),
         np.array([0.0, 0.5, 3.5]),

@@ -1,10 +1,10 @@
-"""How fast the chatter on s = E dies: |F| ~ exp(-dt/3), |E| ~ exp(-2dt/3), switches ~ exp(dt/3)."""
+"""The chatter on s = E decays as it should: |F| ~ exp(-dt/3), |E| ~ exp(-2dt/3)."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sliding import ball_in_a_V, follow, paper_problem
+from support.sliding import ball_in_a_V, paper_problem, solve_sliding
 
 from rbstab.integrate.heyoka.flow import HeyokaFlow
 from rbstab.integrate.switching.filippov import FilippovDriver
@@ -18,18 +18,18 @@ PULL = K / M
 
 @pytest.fixture(scope="module")
 def ball():
-    """Three balls in a V at once, each damped otherwise, through some 20,000 bounces."""
+    """Return a run of three balls in a V with different damping, through some 20,000 bounces."""
     times = np.linspace(0, 5, 11)
     X, V = np.full(3, 1e-9), SPEED * np.array([1.0, 1.1, 0.9])
-    return follow("heyoka", ball_in_a_V(M, K, np.zeros(3), M * RATES, X, V, times))
+    return solve_sliding("heyoka", ball_in_a_V(M, K, np.zeros(3), M * RATES, X, V, times))
 
 
 def bounces(d, x, speed, duration):
-    """The times at which ẍ = -k sgn x - dẋ crosses x = 0, flight by flight.
+    """Return the times at which ẍ = -k sgn x - dẋ crosses x = 0, flight by flight.
 
-    A flight from x is x + (v + k/d)(1 - exp(-dτ))/d - kτ/d, of which Newton finds the root.
+    A flight from x is x + (v + k/d)(1 - exp(-dτ))/d - kτ/d; Newton's method finds its root.
     """
-    time, times = 0.0, []
+    time, times = 0.0, list[float]()
     while True:
         flight = 2 * speed / PULL * (1 - d * speed / (3 * PULL)) + x / speed
         for _ in range(4):
@@ -49,16 +49,16 @@ def test_every_bounce_of_a_ball_is_in_closed_form(ball, axis):
     expected = bounces(RATES[axis], start[6 + axis], start[9 + axis], ball.times[-1])
     found = ball.switches.switch_times[ball.switches.switch_axes == axis]
     assert len(expected) == len(found) > 4000
-    # An axis is set off the surface by 1e-12 of its flight each time: n flights later that is n²/2.
+    # Each switch moves the axis off the surface by 1e-12 of its flight: n²/2 of that in n flights.
     assert found[:100] == pytest.approx(expected[:100], abs=1e-11)
     assert found == pytest.approx(expected, abs=1e-7)
 
 
 @pytest.mark.parametrize("axis", range(3))
 def test_a_ball_decays_at_a_third_of_its_damping(ball, axis):
-    """The facts to leading order; what is left out is of order dF/k, here below 1e-3."""
+    """The formulas are of leading order; the neglected terms are of order dF/k, below 1e-3 here."""
     d, start = RATES[axis], ball.states[0, 9 + axis]
-    # |E| at the top of the flight, where all of the energy ½mF² + K|E| is.
+    # |E| at the top of the flight, where K|E| is the whole energy ½mF² + K|E|.
     reach = np.abs(ball.states[:, 6 + axis]) + ball.states[:, 9 + axis] ** 2 / (2 * PULL)
     top = start**2 / (2 * PULL) * np.exp(-2 * d * ball.times / 3)
     assert reach == pytest.approx(top, rel=3e-3)
@@ -72,10 +72,10 @@ def test_a_ball_decays_at_a_third_of_its_damping(ball, axis):
 
 
 def reflected_damping(system, y):
-    """D, W and the motion at a state, where DW⁻¹ is how a velocity of C is damped, 1/s.
+    """Return D, W and the motion at a state; DW⁻¹, in 1/s, damps a velocity of C.
 
-    A fast motion F of C is the momentum p = W⁻¹F there, by which the body moves with V = p/m and
-    Ω = J⁻¹(R × A'p). The stabilizers take p'Dp of it, D = L_t/m² + S'L_rS with S = J⁻¹ŘA'.
+    A fast motion F of C has the momentum p = W⁻¹F there, which moves the body with V = p/m and
+    Ω = J⁻¹(R × A'p). The stabilizers dissipate p'Dp, D = L_t/m² + S'L_rS with S = J⁻¹ŘA'.
     """
     body, (_, translational, rotational, _) = system.body, system.elements
     x, z = body.contact_point, system.motion(y)
@@ -87,15 +87,15 @@ def reflected_damping(system, y):
 
 
 def chatter(K_s, begin, end, samples):
-    """Loss p'Dp, ½F'W⁻¹F, e, eigenvalues of DW⁻¹ and switches at instants of the paper's body."""
+    """Return loss p'Dp, ½F'W⁻¹F, e, eigenvalues of DW⁻¹ and switches of the paper's body."""
     problem = paper_problem(K_s)
     times = np.linspace(begin, end, samples)
     problem = replace(problem, times=np.append(0.0, times))
     rows = []
-    # The driver itself: a second run, which tells what can be trusted, is of no use here.
+    # The driver alone: the second run, which finds how far to trust the first, is not needed.
     driver = FilippovDriver(problem, problem.switching, HeyokaFlow(problem, problem.switching))
     for sample in driver.samples():
-        y = sample.reached.state
+        y = sample.driver_state.state
         D, W, z = reflected_damping(problem.system, y)
         p = np.linalg.solve(W, z.F)
         kinetic = z.F @ p / 2
@@ -110,15 +110,16 @@ BODY = [(2000, 0.6, 1.4), (20000, 0.2, 1.0)]
 
 @pytest.fixture(scope="module", params=BODY, ids=["weak", "strong"])
 def body(request):
-    return chatter(*request.param, 2000)
+    K_s, begin, end = request.param
+    return chatter(K_s, begin, end, 2000)
 
 
 def test_chatter_energy_dies_by_what_the_stabilizers_reflect(body):
-    """e ~ exp(-∫ 2d/3 dt) with 2d/3 = p'Dp/e, where a third of e is kinetic as in a V.
+    """e ~ exp(-∫ 2d/3 dt) with 2d/3 = p'Dp/e; a third of e is kinetic, as in a V.
 
-    d depends on the direction in which C bounces, which wanders. Bands: e is known to some parts in
-    a hundred, for the load that the body puts on C makes the V lopsided, by up to all of K_s; and
-    2000 instants of a chatter sample a mean to 2 %.
+    d depends on the direction in which C bounces, which changes. Bands: the load of the body on C
+    makes the V asymmetric, by up to K_s, so e is known to a few percent; and 2000 instants of a
+    chatter give a mean to 2 %.
     """
     times, (loss, kinetic, e, *_) = body
     assert kinetic.sum() / e.sum() == pytest.approx(1 / 3, rel=0.06)
@@ -130,10 +131,10 @@ def test_chatter_energy_dies_by_what_the_stabilizers_reflect(body):
 
 
 def test_the_decay_is_that_of_a_damping_between_the_directions(body):
-    """d is between the eigenvalues of DW⁻¹, 3.6, 5.9 and 70 per second.
+    """d lies between the eigenvalues of DW⁻¹: 3.6, 5.9 and 70 per second.
 
-    A motion along the third dies within a few hundredths of a second and is only fed by the others:
-    so d is below the mean of the three, which it would be were e shared evenly. Starts that differ
+    A motion along the third decays within a few hundredths of a second, and only the others renew
+    it. So d is below the mean of the three, its value if e were shared evenly. Starts that differ
     in the last digits have d from 4.6 to 15.
     """
     _, (loss, _, e, least, _, largest, _) = body
@@ -142,7 +143,7 @@ def test_the_decay_is_that_of_a_damping_between_the_directions(body):
 
 
 def test_switches_grow_as_the_speeds_fall(body):
-    """As exp(dt/3) with a d between the eigenvalues; which one, differs from start to start."""
+    """Switches grow as exp(dt/3) with d between the eigenvalues; d depends on the start."""
     times, (*_, least, _, largest, count) = body
     growth = np.log(count[-1] / count[0]) / (times[-1] - times[0])
     assert least.mean() / 3 < growth < largest.mean() / 3

@@ -1,23 +1,17 @@
-"""The implicit law: backward Euler for the connector, without chatter and damped by its step."""
-
-import json
-from pathlib import Path
+"""The implicit law is backward Euler for the connector: no chatter, and damped by its step."""
 
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
-from support.sliding import audit, ball_in_a_V, follow, paper_problem
+from support.problems import ENGINES
+from support.sliding import SLOPE_REFERENCE, audit, ball_in_a_V, paper_problem, solve_sliding
 
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.implicit import system_for_step
-from rbstab.integrate.switching.modes import Modes, system_under
+from rbstab.integrate.switching.modes import Modes, system_for_modes
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
 
-REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "paper_state.json").read_text())
-CASE = REFERENCE["cases"]["sliding_surface_c20/0/Ks20000"]
-
-ENGINES = ["heyoka", "scipy"]
 M, K = 2.0, 30.0
 
 
@@ -27,29 +21,29 @@ def ball(x, times, step):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_each_step_of_a_flight_loses_the_same_energy(engine):
-    """F⁺ = F - hk and E⁺ = E + hF⁺ take ½h²k² of ½F² + kE, per unit of mass."""
+    """F⁺ = F - hk and E⁺ = E + hF⁺ lose ½h²k² of ½F² + kE, per unit of mass."""
     h, k = 1e-3, K / M
     times = np.linspace(0, 0.1, 101)
-    run = follow(engine, ball(1.0, times, h))
+    run = solve_sliding(engine, ball(1.0, times, h))
     assert run.steps == 100
     E, F = run.states[:, 6], run.states[:, 9]
     assert pytest.approx(-k * times, abs=1e-12) == F
     energy = 0.5 * F**2 + k * E
     assert energy == pytest.approx(energy[0] - 0.5 * h * k * k * times, abs=1e-12)
-    # Of three axes, in joules.
+    # The sum over three axes, in joules.
     assert run.switches.discarded_energy == pytest.approx(3 * M * 0.5 * h * k * k * times)
 
 
 @pytest.mark.parametrize("h", [1e-4, pytest.param(5e-5, marks=pytest.mark.slow)])
 def test_the_time_of_sticking_is_the_step_s(h):
-    """It is x/(hk), though the exact ball bounces for ever: nothing damps it.
+    """The ball sticks at x/(hk), though the exact undamped ball bounces forever.
 
-    A step without a crossing takes ½h²k² of e = ½F² + k|E|; one with a crossing takes 2k|E| more,
-    on average kh|F|, and there is one in 2|F|/k: together ė = -hk², from e = kx.
+    A step without a crossing loses ½h²k² of e = ½F² + k|E|. A step with a crossing loses 2k|E|
+    more, on average kh|F|, and there is one every 2|F|/k. Together ė = -hk², from e = kx.
     """
     x, k = 0.002, K / M
     expected = x / (h * k)
-    run = follow("heyoka", ball(x, np.linspace(0, 2 * expected, 201), h))
+    run = solve_sliding("heyoka", ball(x, np.linspace(0, 2 * expected, 201), h))
     stuck = [time for time, _, _ in run.switches.transitions]
     assert stuck[-1] == pytest.approx(expected, rel=0.05)
     assert np.abs(run.states[-1, 6:12]).max() < 1e-15
@@ -57,24 +51,26 @@ def test_the_time_of_sticking_is_the_step_s(h):
 
 
 def test_paper_s_body_is_stuck_from():
-    """0.064 s by another program."""
-    run = follow("heyoka", paper_problem(20000, duration=0.2, samples=201, step=1e-3))
+    """Another program gives 0.064 s."""
+    run = solve_sliding("heyoka", paper_problem(20000, duration=0.2, samples=201, step=1e-3))
     off = (run.switches.modes != 0).any(axis=1)
     assert run.times[off][-1] == pytest.approx(0.064, abs=0.0021)
 
 
 @pytest.mark.slow
 def test_paper_s_body_sticks_far_later_with_finer_steps():
-    """0.98 s by another program; the motion until then is chaotic, and so is the time."""
-    run = follow("heyoka", paper_problem(20000, duration=1.3, samples=14, step=1e-6))
+    """Another program gives 0.98 s; the motion until then is chaotic, and so is the time."""
+    run = solve_sliding("heyoka", paper_problem(20000, duration=1.3, samples=14, step=1e-6))
     assert 0.7 < run.switches.transitions[-1][0] < 1.3
 
 
 @pytest.mark.parametrize("h", [1e-3, 1e-4])
 def test_slides_when_the_exact_law_does_to_a_step(h):
-    run = follow("heyoka", paper_problem(20000, slope=20.0, step=h))
+    run = solve_sliding("heyoka", paper_problem(20000, slope=20.0, step=h))
     times = [time for time, _, _ in run.switches.transitions]
-    assert times == pytest.approx([float(event["t"]) for event in CASE["events"]], abs=1.1 * h)
+    assert times == pytest.approx(
+        [float(event["t"]) for event in SLOPE_REFERENCE["events"]], abs=1.1 * h
+    )
     assert [str(kind) for _, _, kind in run.switches.transitions] == ["stick"] * 3
     assert run.switches.discarded_energy.tolist() == [0.0] * len(run.times)
 
@@ -82,8 +78,10 @@ def test_slides_when_the_exact_law_does_to_a_step(h):
 def test_on_a_slope_it_converges_to_the_exact_law_like_its_step():
     errors = []
     for h in (1e-3, 1e-4, 1e-5):
-        run = follow("heyoka", paper_problem(20000, slope=20.0, duration=0.5, samples=11, step=h))
-        state = next(s for s in CASE["states"] if float(s["t"]) == 0.5)
+        run = solve_sliding(
+            "heyoka", paper_problem(20000, slope=20.0, duration=0.5, samples=11, step=h)
+        )
+        state = next(s for s in SLOPE_REFERENCE["states"] if float(s["t"]) == 0.5)
         motion = run.systems[-1].motion(run.states[-1])
         errors.append(np.abs(motion.Theta - state["Theta"]).max())
     assert errors[1] / errors[0] == pytest.approx(0.1, rel=0.2)
@@ -93,7 +91,7 @@ def test_on_a_slope_it_converges_to_the_exact_law_like_its_step():
 @pytest.mark.parametrize("slope", [None, 20.0])
 def test_engines_agree(slope):
     problem = paper_problem(20000, slope=slope, duration=0.1, samples=11, step=1e-3)
-    ours, other = (follow(engine, problem) for engine in ENGINES)
+    ours, other = (solve_sliding(engine, problem) for engine in ENGINES)
     assert np.abs(ours.states - other.states).max() < 1e-11
     assert ours.switches.modes.tolist() == other.switches.modes.tolist()
     assert ours.switches.transitions == other.switches.transitions
@@ -101,10 +99,10 @@ def test_engines_agree(slope):
 
 @pytest.mark.parametrize("slope", [None, 20.0])
 def test_the_force_of_a_step_is_that_of_a_bounded_least_squares_problem(slope):
-    """Λ ∈ -K_s Sgn(MΛ + q) is the minimum of ½Λ'MΛ + q'Λ over |Λ| <= K_s: another solver."""
+    """Λ ∈ -K_s Sgn(MΛ + q) minimises ½Λ'MΛ + q'Λ over |Λ| <= K_s, by another solver."""
     problem = paper_problem(20000, slope=slope, duration=0.07, samples=71, step=1e-3)
-    run = follow("heyoka", problem)
-    h, unforced = 1e-3, system_under(problem.system, Modes((0.0, 0.0, 0.0)))
+    run = solve_sliding("heyoka", problem)
+    h, unforced = 1e-3, system_for_modes(problem.system, Modes((0.0, 0.0, 0.0)))
     weight = (1.0 if slope else 0.0) + (slope or 1.0) * h
     held = 0
     for before, after, system in zip(run.states, run.states[1:], run.systems[1:], strict=False):
@@ -121,9 +119,9 @@ def test_the_force_of_a_step_is_that_of_a_bounded_least_squares_problem(slope):
 
 
 def test_what_it_takes_is_accounted_for():
-    """The rest of the audit is the error of the smooth part, which goes down with the step."""
+    """The rest of the residual is the error of the smooth part, which falls with the step."""
     residuals = [
-        audit(follow("heyoka", paper_problem(20000, duration=0.5, samples=51, step=h)))
+        audit(solve_sliding("heyoka", paper_problem(20000, duration=0.5, samples=51, step=h)))
         for h in (1e-3, 1e-4, 1e-5)
     ]
     assert residuals[0] < 1e-2
@@ -131,17 +129,17 @@ def test_what_it_takes_is_accounted_for():
 
 
 def test_steps_are_shortened_to_meet_the_samples():
-    run = follow("heyoka", paper_problem(20000, duration=0.1, samples=11, step=3e-3))
+    run = solve_sliding("heyoka", paper_problem(20000, duration=0.1, samples=11, step=3e-3))
     assert run.steps == 10 * 4
     assert run.times == pytest.approx(np.linspace(0, 0.1, 11), abs=1e-15)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_limits_and_failures_are_statuses(engine):
-    limited = follow(engine, paper_problem(20000, step=1e-3, switch_limit=3))
+    limited = solve_sliding(engine, paper_problem(20000, step=1e-3, switch_limit=3))
     assert limited.status is RunStatus.SWITCH_LIMIT
     assert limited.switches.counts[-1].sum() >= 3
-    too_long = follow(engine, paper_problem(20000, step=0.05))
+    too_long = solve_sliding(engine, paper_problem(20000, step=0.05))
     assert too_long.status in {RunStatus.DIVERGED, RunStatus.RANGE_LEFT}
 
 

@@ -1,22 +1,21 @@
-"""What ends a run with switching, or an axis's hold, besides what a motion usually meets."""
+"""Limits end a run with switching, and a crossing can overload and release held axes."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from support.sliding import ball_in_a_V, connector, follow, paper_problem, pushed_ball
+from support.problems import ENGINES
+from support.sliding import ball_in_a_V, connector, paper_problem, pushed_ball, solve_sliding
 
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.driver import Hit, Reached
+from rbstab.integrate.switching.driver import DriverState, SwitchEvent
 from rbstab.integrate.switching.filippov import FilippovDriver
-from rbstab.integrate.switching.modes import Modes, instant, system_under
-
-ENGINES = ["heyoka", "scipy"]
+from rbstab.integrate.switching.modes import Modes, surface_dynamics, system_for_modes
 
 
 def turning_ball(rate, samples, angle=0.0):
-    """Three balls in a V on a body that turns about its second axis: θ'' = -θ - θ'."""
+    """Return three balls in a V on a body that turns about its second axis: θ'' = -θ - θ'."""
     times = np.linspace(0, 2, samples)
     problem = ball_in_a_V(
         2.0, 30.0, np.array([0.0, 5.0, -10.0]), np.zeros(3), np.array([0.3, 0.2, 0.5]),
@@ -29,26 +28,26 @@ def turning_ball(rate, samples, angle=0.0):
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_the_range_is_left_while_axes_bounce(engine, side):
-    """θ2 = (Ω/ω)exp(-t/2)sin ωt, ω² = 3/4: the run ends where its cosine is 1e-3."""
+    """With θ2 = (Ω/ω)exp(-t/2)sin ωt, ω² = 3/4, the run ends where cos θ2 is 1e-3."""
     omega = np.sqrt(0.75)
 
     def cosine(t):
         return np.cos(5.0 / omega * np.exp(-t / 2) * np.sin(omega * t)) - 1e-3
 
     left = brentq(cosine, 0, 0.7, xtol=1e-14)
-    run = follow(engine, turning_ball(5.0 * side, 9))
+    run = solve_sliding(engine, turning_ball(5.0 * side, 9))
     assert run.status is RunStatus.RANGE_LEFT
     assert run.times[-1] == pytest.approx(left, abs=1e-9)
     assert np.cos(run.states[-1, 1]) == pytest.approx(1e-3, abs=1e-9)
     assert run.switches.counts[-1].sum() > 0
     assert len(run.switches.modes) == len(run.times)
-    # What it was in the middle of: the ball that fell from 0.3 m under 15 m/s², or rose again.
+    # The modes at the end are the sides on which the balls are.
     assert run.switches.modes[-1].tolist() == np.sign(run.states[-1, 6:9]).tolist()
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_start_out_of_range_is_the_end(engine):
-    run = follow(engine, turning_ball(0.0, 9, angle=np.pi / 2))
+    run = solve_sliding(engine, turning_ball(0.0, 9, angle=np.pi / 2))
     assert run.status is RunStatus.RANGE_LEFT
     assert run.times.tolist() == [0.0]
     assert run.steps == 0
@@ -56,26 +55,26 @@ def test_a_start_out_of_range_is_the_end(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_step_limit(engine):
-    run = follow(engine, replace(turning_ball(0.0, 3), step_limit=7))
+    run = solve_sliding(engine, replace(turning_ball(0.0, 3), step_limit=7))
     assert run.status is RunStatus.STEP_LIMIT
     assert run.times[-1] < 2.0
     assert run.steps >= 7
 
 
 def test_time_limit():
-    """The clock is looked at between two calls of the flow."""
-    run = follow("heyoka", replace(turning_ball(0.0, 100), time_limit=0.0))
+    """The driver checks the clock between two calls of the flow."""
+    run = solve_sliding("heyoka", replace(turning_ball(0.0, 100), time_limit=0.0))
     assert run.status is RunStatus.TIME_LIMIT
     assert len(run.times) < 100
 
 
 @pytest.mark.parametrize("engine", ["heyoka", pytest.param("scipy", marks=pytest.mark.slow)])
 def test_a_motion_beyond_all_numbers_ends_the_run(engine):
-    """A push away from the surface, ẍ = 5e5 x, overflows after about a second."""
+    """A force away from the surface, ẍ = 5e5 x, overflows after about a second."""
     coupling = -1e6 * np.eye(3)
     X, still, times = np.array([1.0, 2.0, -3.0]), np.zeros(3), np.linspace(0, 2, 41)
     problem = pushed_ball(2.0, np.full(3, 30.0), still, coupling, X, still, times)
-    run = follow(engine, replace(problem, step_limit=20_000))
+    run = solve_sliding(engine, replace(problem, step_limit=20_000))
     ends = {"heyoka": RunStatus.DIVERGED, "scipy": RunStatus.SOLVER_FAILURE}
     assert run.status is ends[engine]
     assert 0.2 < run.times[-1] < 1.1
@@ -83,7 +82,7 @@ def test_a_motion_beyond_all_numbers_ends_the_run(engine):
 
 
 class OneCrossing:
-    """A flow that moves nothing: at once, the third axis crosses while the others are held."""
+    """A flow that moves nothing and reports that the third axis crosses; the others are held."""
 
     steps, evaluations = 0, 0
 
@@ -92,24 +91,24 @@ class OneCrossing:
 
     def advance(self, start, end, log):
         modes = Modes((0.0, 0.0, -1.0), held=(1.0, 1.0, 0.0))
-        return Reached(end, self.y, modes, (Hit(2, 1.0, release=False),))
+        return DriverState(end, self.y, modes, (SwitchEvent(2, 1.0, release=False),))
 
 
 def crossed(bounds):
-    """The modes behind that crossing, the force and the acceleration of each axis, and the log."""
+    """Return modes, force and acceleration of each axis after that crossing, and the log."""
     problem = paper_problem(1.0, duration=1.0, samples=2)
     sliding = replace(connector(1.0), K_s=np.array(bounds))
     system = replace(problem.system, elements=(*problem.system.elements[:-1], sliding))
     y = np.array([0.2, -0.3, 0.4, 9.0, 12.0, -7.0, 0, 0, 0, 0, 0, 0.5, 0, 0])
     driver = FilippovDriver(replace(problem, system=system), problem.switching, OneCrossing(y))
     *_, last = driver.samples()
-    modes = last.reached.modes
-    now = system_under(system, modes)
-    return modes, instant(now, y[:12]).force, now.rates(y[:12])[9:12], driver.log
+    modes = last.driver_state.modes
+    now = system_for_modes(system, modes)
+    return modes, surface_dynamics(now, y[:12]).force, now.rates(y[:12])[9:12], driver.log
 
 
 def test_a_crossing_that_overloads_two_held_axes_releases_both():
-    """They leave to the sides to which the load on each is too strong for its bound."""
+    """Each leaves to the side to which its load exceeds its bound."""
     modes, _, acceleration, log = crossed([1.0, 1.0, 50.0])
     assert modes.held == (0, 0, 0)
     assert modes.mode[2] == 1

@@ -1,7 +1,7 @@
-"""The guard of the compiled flow: a step behind which an axis is on the wrong side is made again.
+"""The compiled flow repeats a step if it ends with an axis on the wrong side of its surface.
 
-heyoka hardly ever misses a crossing, so the tests make it: at one event they put an axis where it
-cannot be. What follows must be what would have been without that.
+heyoka hardly ever misses a crossing, so the tests provoke it: at one event they put an axis where
+it cannot be. The rest of the run must be as it is without that.
 """
 
 from dataclasses import replace
@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.hang_guard import within
-from support.sliding import ball_in_a_V, follow, paper_problem, pushed_ball
+from support.sliding import ball_in_a_V, paper_problem, pushed_ball, solve_sliding
 
 from rbstab.integrate.heyoka.flow import HeyokaFlow, _Run
 from rbstab.integrate.status import RunStatus
@@ -18,7 +18,7 @@ from rbstab.integrate.switching.filippov import FilippovDriver
 
 @pytest.fixture
 def disturb(monkeypatch):
-    """Makes the events of the given numbers do something besides, and tells which were reached."""
+    """Let events of the given numbers do something else too, and return the list of events."""
     at_event, reached = _Run.at_event, []
 
     def install(numbers, deed):
@@ -35,7 +35,7 @@ def disturb(monkeypatch):
 
 
 def flip_another(run, integrator, hit, report):
-    """The crossing is noted, and the axis behind it is told to be where it is not."""
+    """Note the crossing, and flip the mode of the next axis, which is then wrong."""
     goes_on = report()
     other = (hit.axis + 1) % 3
     integrator.pars[run.mode][other] *= -1
@@ -43,10 +43,7 @@ def flip_another(run, integrator, hit, report):
 
 
 def throw_another(run, integrator, hit, report):
-    """The hit is noted, and another axis, not one that is held, stands beyond its threshold.
-
-    It is s = F + 4E that stands there, by a millionth.
-    """
+    """Note the hit, and move another axis that is not held beyond s = F + 4E = 0 by a millionth."""
     goes_on = report()
     other = next(a for a in range(3) if a != hit.axis and not run.modes.held[a])
     integrator.state[6 + other] = -(integrator.state[9 + other] + 1e-6 * run.modes.mode[other]) / 4
@@ -54,7 +51,7 @@ def throw_another(run, integrator, hit, report):
 
 
 def run_of(problem):
-    """One run without the second one that tells what can be trusted."""
+    """Run once, without the second run that finds how far to trust the first."""
     flow = HeyokaFlow(problem, problem.switching)
     driver = FilippovDriver(problem, problem.switching, flow)
     samples = list(driver.samples())
@@ -63,7 +60,7 @@ def run_of(problem):
 
 def same(disturbed, undisturbed, within):
     (samples, driver, _), (expected, other, _) = disturbed, undisturbed
-    assert samples[-1].reached.status is None
+    assert samples[-1].driver_state.status is None
     assert driver.log.axes == other.log.axes
     assert driver.log.times == pytest.approx(other.log.times, abs=within)
     assert driver.log.counts == other.log.counts
@@ -73,13 +70,15 @@ def same(disturbed, undisturbed, within):
     ]
     for sample, wanted in zip(samples, expected, strict=True):
         assert sample.counts == wanted.counts
-        assert sample.reached.modes == wanted.reached.modes
-        assert sample.reached.state == pytest.approx(wanted.reached.state, abs=1e3 * within)
+        assert sample.driver_state.modes == wanted.driver_state.modes
+        assert sample.driver_state.state == pytest.approx(
+            wanted.driver_state.state, abs=1e3 * within
+        )
 
 
 @pytest.mark.parametrize("numbers", [{1}, {2, 3}, {5, 8, 12}])
 def test_an_axis_on_the_wrong_side_of_the_position(disturb, numbers):
-    """What is undone: the time, the state, the sides, and the switch that the step had noted."""
+    """The flow restores the time, the state and the modes, and drops the switch of the step."""
     times = np.linspace(0, 2, 11)
     problem = ball_in_a_V(
         2.0, 30.0, np.array([0.0, 5.0, -10.0]), np.zeros(3), np.array([0.3, 0.2, 0.5]),
@@ -94,7 +93,7 @@ def test_an_axis_on_the_wrong_side_of_the_position(disturb, numbers):
 
 
 def arrivals(side):
-    """Three balls that come to s = F + 4E from one side, one after the other."""
+    """Return three balls that reach s = F + 4E from one side, one after the other."""
     X, still = side * np.array([0.3, 0.4, 0.5]), np.zeros(3)
     times = np.array([0.0, 0.2, 0.4])
     return pushed_ball(2.0, np.full(3, 30.0), still, np.zeros((3, 3)), X, still, times, 4.0)
@@ -103,7 +102,7 @@ def arrivals(side):
 @pytest.mark.parametrize("numbers", [{1}, {1, 2, 4}])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_an_axis_beyond_a_slope(disturb, side, numbers):
-    """There a hit ends the step: it must not be there twice when the step is made again."""
+    """A hit on a slope ends the step; a repeated step must not report it twice."""
     undisturbed = run_of(arrivals(side))
     assert undisturbed[1].log.axes == [0, 1, 2]
     disturb(numbers, throw_another)
@@ -112,14 +111,14 @@ def test_an_axis_beyond_a_slope(disturb, side, numbers):
 
 @pytest.mark.parametrize("samples", [2, 5])
 def test_a_crossing_that_cannot_be_found_ends_the_run(disturb, samples):
-    """Behind ever shorter steps an axis is still on the wrong side: the last sound state stands."""
+    """If ever shorter steps do not help, the run ends with its last sound state."""
     problem = ball_in_a_V(
         2.0, 30.0, np.zeros(3), np.zeros(3), np.array([0.3, 5.0, 5.0]), np.zeros(3),
         np.linspace(0, 1, samples),
     )  # fmt: skip
     fall = np.sqrt(2 * 0.3 / 15)
     disturb(range(1, 10_000), flip_another)
-    run = follow("heyoka", problem)
+    run = solve_sliding("heyoka", problem)
     assert run.status is RunStatus.SOLVER_FAILURE
     assert run.times[-1] < fall + 1e-12
     assert run.states[-1, 6] == pytest.approx(0.3 - 7.5 * run.times[-1] ** 2, abs=1e-12)
@@ -129,7 +128,7 @@ def test_a_crossing_that_cannot_be_found_ends_the_run(disturb, samples):
 
 
 def test_a_step_that_missed_is_cut(disturb):
-    """Each time by 16: a crossing 0.2 s away is reached again in steps that are not longer."""
+    """A step that missed is cut to a sixteenth; a crossing 0.2 s away is then found."""
     lengths = []
 
     def note(run, integrator, hit, report):
@@ -145,18 +144,18 @@ def test_a_step_that_missed_is_cut(disturb):
     (_, driver, flow) = run_of(problem)
     assert driver.log.counts == [1, 0, 0]
     assert lengths == [pytest.approx(0.2)]
-    # The step that missed, the 16th part of it, the way to the crossing, and the rest.
+    # The step that missed, a sixteenth of it, the step to the crossing, and the rest.
     assert flow.steps == 4
 
 
 def test_a_crossing_that_is_missed_after_a_start_on_the_surface():
-    """The second axis leaves s = E = 0 and is back within heyoka's first step, unnoticed."""
+    """The second axis leaves s = E = 0 and returns within heyoka's first step, unnoticed."""
     problem = paper_problem(2000, duration=0.004, samples=3, switch_limit=50)
     *others, sliding = problem.system.elements
     strong = replace(sliding, K_s=np.array([2000.0, 200_000.0, 2000.0]))
     system = replace(problem.system, elements=(*others, strong))
     problem = replace(problem, system=system, diagnosed=False)
-    found, expected = (within(60.0, follow, name, problem) for name in ("heyoka", "scipy"))
+    found, expected = (within(60.0, solve_sliding, name, problem) for name in ("heyoka", "scipy"))
     assert found.status is expected.status
     assert found.switches.counts.tolist() == expected.switches.counts.tolist()
     assert found.switches.counts[-1, 1] > 5

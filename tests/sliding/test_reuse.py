@@ -1,6 +1,6 @@
-"""What is compiled for one problem serves others, and remembers none of them.
+"""Compiled code is reused for other problems, and keeps nothing of earlier runs.
 
-A new thread has compiled nothing yet: what it finds is what a program finds that does nothing else.
+A new thread has compiled nothing, so it computes what a new process would.
 """
 
 import gc
@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.hang_guard import within
-from support.sliding import ball_in_a_V, follow, paper_problem, pushed_ball
+from support.sliding import ball_in_a_V, paper_problem, pushed_ball, solve_sliding
 
 from rbstab.integrate.heyoka import implicit_stepper as heyoka_stepper
 from rbstab.integrate.heyoka import switched_system as heyoka_switched
@@ -69,19 +69,19 @@ ENDS = {
 
 
 def bits(run):
-    """Everything that a run tells, but for what the problem says itself."""
+    """Return all results of a run in a form that can be compared."""
     arrays = (run.times, run.states, run.lyapunov_change, run.contact_work, *run.switches[:6])
     counts = run.status, run.detail, run.steps, run.evaluations, run.switches.transitions
     return [a.tobytes() for a in arrays], counts, run.switches.trusted_until
 
 
 def bits_of(name):
-    return bits(follow("heyoka", PROBLEMS[name]()))
+    return bits(solve_sliding("heyoka", PROBLEMS[name]()))
 
 
 @pytest.fixture(scope="module")
 def alone():
-    """Each problem by a thread that does nothing else."""
+    """Return the results of each problem from a thread that solves nothing else."""
     return {name: within(120.0, bits_of, name) for name in PROBLEMS}
 
 
@@ -121,7 +121,7 @@ def test_two_runs_that_take_turns_change_no_bit():
         return FilippovDriver(problem, problem.switching, flow).samples()
 
     def plain(sample):
-        return sample.reached.time, sample.reached.state.tobytes(), sample.counts
+        return sample.driver_state.time, sample.driver_state.state.tobytes(), sample.counts
 
     one, other = PROBLEMS["s = E"](), paper_problem(1500, duration=0.2, samples=4)
     expected = [[plain(s) for s in samples_of(problem)] for problem in (one, other)]
@@ -147,16 +147,16 @@ def test_a_run_that_was_broken_off_leaves_nothing_behind(alone, monkeypatch, aft
 
 
 def test_an_event_is_not_deaf_after_another_run():
-    """heyoka's events are for some 1e-10 s after they fired; this start leaves within 4e-11 s."""
-    assert follow("heyoka", turning(5.0)).status is RunStatus.RANGE_LEFT
-    run = follow("heyoka", turning(5.0, angle=np.arccos(1e-3) - 2e-10))
+    """heyoka ignores an event for 1e-10 s after it fired; this start leaves within 4e-11 s."""
+    assert solve_sliding("heyoka", turning(5.0)).status is RunStatus.RANGE_LEFT
+    run = solve_sliding("heyoka", turning(5.0, angle=np.arccos(1e-3) - 2e-10))
     assert run.status is RunStatus.RANGE_LEFT
     assert run.times[-1] == pytest.approx(4e-11, rel=1e-4)
 
 
 @pytest.fixture
 def compilations(monkeypatch):
-    """Counts what is compiled."""
+    """Return the list of compilations, which grows as they happen."""
     made = []
     for module, name in ((heyoka_switched, "taylor_adaptive"), (heyoka_stepper, "cfunc")):
         compiler = getattr(module.hy, name)
@@ -173,13 +173,13 @@ def test_a_structure_is_compiled_once(compilations):
     def many():
         for K_s in (2000, 3000, 20000):
             for slope in (None, 4.0, 20.0):
-                follow("heyoka", paper_problem(K_s, slope, duration=0.01, samples=2))
-        # One without held axes; on s = F + κE axes are held, which makes another.
+                solve_sliding("heyoka", paper_problem(K_s, slope, duration=0.01, samples=2))
+        # One compilation without held axes, and one for s = F + κE, which has them.
         assert compilations == ["taylor_adaptive"] * 2
         for step in (1e-3, 5e-4):
-            follow("heyoka", paper_problem(2000, duration=0.01, samples=2, step=step))
+            solve_sliding("heyoka", paper_problem(2000, duration=0.01, samples=2, step=step))
         assert compilations == ["taylor_adaptive"] * 2 + ["cfunc"]
-        follow("heyoka", replace(paper_problem(2000, duration=0.01, samples=2), rtol=1e-9))
+        solve_sliding("heyoka", replace(paper_problem(2000, duration=0.01, samples=2), rtol=1e-9))
         assert compilations[3:] == ["taylor_adaptive"]
 
     within(120.0, many)

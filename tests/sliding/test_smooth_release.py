@@ -1,8 +1,8 @@
-"""A held axis whose force reaches its bound without a jump, by a load that is known in closed form.
+"""A held axis is released when its force reaches its bound without a jump, at the known time.
 
-The point of a ball: one axis is held, and pushed by -k x of a second one, which moves on a parabola
-because its own load is stronger than the connector. So the force that holds the first axis is a
-polynomial in time (besides the exponential of a slide), and so is its motion after the release.
+One axis of a ball is held. A second one pushes it with -k x, and moves on a parabola because its
+own load exceeds the connector. So the force on the first axis is a polynomial in time (plus the
+exponential of a slide), and so is its motion after the release.
 """
 
 from dataclasses import replace
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
-from support.sliding import follow, pushed_ball
+from support.sliding import pushed_ball, solve_sliding
 
 from rbstab.integrate.heyoka.flow import HeyokaFlow
 from rbstab.integrate.switching import filippov
@@ -20,14 +20,14 @@ from rbstab.integrate.switching.filippov import FilippovDriver
 
 M, K, LOAD, STIFFNESS = 2.0, 30.0, 4.0, 25.0
 RAMP = Polynomial([0.2, 0.4, 2.5])
-"""x of the axis that pushes: 5 m/s² is what its load leaves over the connector."""
+"""x of the axis that pushes; its load exceeds the connector by 5 m/s²."""
 
 TIMES = np.linspace(0, 1, 41)
 CASES = [*product(["heyoka"], range(3), [1.0, -1.0]), ("scipy", 1, 1.0), ("scipy", 2, -1.0)]
 
 
 def pushed(axis, sign, x, v, slope=None):
-    """The run of a ball of which `axis` starts at x and v; the next axis pushes it."""
+    """Return a ball whose `axis` starts at x and v; the next axis pushes it."""
     pusher = (axis + 1) % 3
     K_s, load, X, V = np.full(3, 20.0), np.full(3, 30.0), np.ones(3), np.zeros(3)
     K_s[axis], load[axis], X[axis], V[axis] = K, LOAD, x, v
@@ -38,7 +38,7 @@ def pushed(axis, sign, x, v, slope=None):
 
 
 def acceleration(force, sign):
-    """ẍ of the pushed axis under a constant contact force, a polynomial in time."""
+    """Return ẍ of the pushed axis under a constant contact force, a polynomial in time."""
     return (force + LOAD - sign * STIFFNESS * RAMP) / M
 
 
@@ -48,11 +48,11 @@ def kinds(run, axis):
 
 @pytest.mark.parametrize(("engine", "axis", "sign"), CASES)
 def test_off_the_position(engine, axis, sign):
-    """Held at E = 0 by Λ = ±kx - load until that is ±K; from then on Λ = ±K and ẍ ~ -(t - release).
+    """Λ = ±kx - load holds E = 0 until it is ±K; from then on Λ = ±K and ẍ ~ -(t - release).
 
-    What is left over at the release grows from nothing: x leaves as the third power of time.
+    The net force grows from zero at the release, so x leaves as the third power of time.
     """
-    run = follow(engine, pushed(axis, sign, 1e-3, -0.1))
+    run = solve_sliding(engine, pushed(axis, sign, 1e-3, -0.1))
     release = brentq(sign * STIFFNESS * RAMP - LOAD - sign * K, 0, 1)
     assert kinds(run, axis) == [("stick", True), ("release", True)]
     assert run.switches.transitions[1][0] == pytest.approx(release, abs=1e-12)
@@ -60,7 +60,7 @@ def test_off_the_position(engine, axis, sign):
     after = run.times > release
     assert 10 < after.sum() < 30
     assert run.states[after, 6 + axis] == pytest.approx(path(run.times[after]), abs=1e-12)
-    # The force -K_s σ stays at the bound that it reached, and the axis goes where it cannot hold.
+    # The force -K_s σ stays at the bound that it reached, and the axis leaves against it.
     assert (run.switches.modes[after, axis] == -sign).all()
     assert (run.states[after, 6 + axis] * sign < 0).all()
     assert run.switches.counts[-1, axis] == 3
@@ -68,10 +68,10 @@ def test_off_the_position(engine, axis, sign):
 
 @pytest.mark.parametrize(("engine", "axis", "sign"), CASES)
 def test_off_a_slope(engine, axis, sign):
-    """While s = F + κE = 0 slides, E = E₀exp(-κt) and Λ = κ²mE ± kx - load."""
+    """While the axis slides on s = F + κE = 0, E = E₀exp(-κt) and Λ = κ²mE ± kx - load."""
     slope, x, v = 4.0, -0.3, 0.7
-    run = follow(engine, pushed(axis, sign, x, v, slope))
-    # s < 0 at first, so Λ = K until s = 0.
+    run = solve_sliding(engine, pushed(axis, sign, x, v, slope))
+    # At first s < 0, so Λ = K until s = 0.
     velocity = acceleration(K, sign).integ(1, k=v)
     path = velocity.integ(1, k=x)
     arrival = brentq(velocity + slope * path, 0, 0.1)
@@ -102,13 +102,13 @@ def test_off_a_slope(engine, axis, sign):
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 @pytest.mark.parametrize("slope", [None, 4.0])
 def test_two_axes_at_the_same_instant(engine, slope):
-    """Both held axes are pushed alike by the third, so both reach their bounds together."""
+    """The third axis pushes both held axes equally, so both reach their bounds together."""
     X, V = np.array([1e-3, RAMP.coef[0], 1e-3]), np.array([-0.1, RAMP.coef[1], -0.1])
     coupling = np.zeros((3, 3))
     coupling[[0, 2], 1] = STIFFNESS
     load = [LOAD, 30.0, LOAD]
     problem = pushed_ball(M, [K, 20.0, K], load, coupling, X, V, TIMES, slope, stick_energy=1e3)
-    run = follow(engine, problem)
+    run = solve_sliding(engine, problem)
     released = {axis: t for t, axis, kind in run.switches.transitions if str(kind) == "release"}
     assert sorted(released) == [0, 2]
     assert released[0] == pytest.approx(released[2], abs=1e-9)
@@ -118,7 +118,7 @@ def test_two_axes_at_the_same_instant(engine, slope):
 
 @pytest.mark.parametrize("slope", [None, 4.0])
 def test_every_release_is_the_last_event(slope):
-    """At a release s stands on its threshold without a rate; the axis must not be caught again."""
+    """At a release s is on its threshold with zero rate; the axis must not be caught again."""
     rng = np.random.default_rng(5)
     coupling = np.zeros((3, 3))
     x, v = (1e-3, -0.1) if slope is None else (-0.3, 0.7)
@@ -141,16 +141,16 @@ def test_every_release_is_the_last_event(slope):
         flow = HeyokaFlow(given, problem.switching)
         driver = FilippovDriver(given, problem.switching, flow)
         *_, last = driver.samples()
-        assert last.reached.status is None
+        assert last.driver_state.status is None
         assert [str(kind) for _, _, kind in driver.log.transitions] == ["stick", "release"]
 
 
 @pytest.mark.parametrize("slope", [None, 4.0])
 def test_a_release_is_no_occasion_to_stick_again(monkeypatch, slope):
-    """Its force is at its bound, inside it to round-off: a look there would hold it again."""
-    monkeypatch.setattr(filippov, "LOOK_AGAIN", 0)
-    monkeypatch.setattr(filippov, "LOOK_AGAIN_SHARE", 10**9)
+    """The force is at its bound up to round-off: a check there would hold the axis again."""
+    monkeypatch.setattr(filippov, "MIN_STICK_TEST_INTERVAL", 0)
+    monkeypatch.setattr(filippov, "STICK_TEST_DIVISOR", 10**9)
     for sign in (1.0, -1.0):
         start = (1e-3, -0.1) if slope is None else (-0.3, 0.7)
-        run = follow("heyoka", pushed(0, sign, *start, slope))
+        run = solve_sliding("heyoka", pushed(0, sign, *start, slope))
         assert [kind for kind, _ in kinds(run, 0)] == ["stick", "release"]

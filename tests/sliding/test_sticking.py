@@ -1,35 +1,41 @@
-"""What it takes on s = E to stick: which axes, by which impulse, and at which cost."""
+"""On s = E the right axes stick, by the right impulse, and the lost energy is counted."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sliding import (
-    audit,
-    ball_in_a_V,
-    connector,
-    follow,
-    paper_problem,
-    pushed_ball,
-)
+from support.sliding import audit, ball_in_a_V, connector, paper_problem, pushed_ball, solve_sliding
 
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.chatter import stick
-from rbstab.integrate.switching.modes import Modes, instant, system_under
+from rbstab.integrate.switching.modes import Modes, surface_dynamics, system_for_modes
 
 STATE = np.array([0.2, -0.3, 0.4, 3.0, 5.0, -4.0, 0.0, 0.0, 0.0, 0.3, -0.2, 0.4, 7.0, 8.0])
-"""Θ, Ω, E = 0, F, and two states of the audit, which sticking leaves alone."""
+"""Θ, Ω, E = 0, F, and the two integrals of energy, which sticking does not change."""
+
+
+def triple(values) -> tuple[float, float, float]:
+    """Return three numbers as floats."""
+    first, second, third = map(float, values)
+    return first, second, third
+
+
+def stick_of(system, y, modes):
+    """Return how the point sticks, where it must."""
+    found = stick(system_for_modes(system, modes), y, modes)
+    assert found is not None
+    return found
 
 
 def bound_by(K_s):
-    """The paper's body with other bounds, whose point is not held yet."""
+    """Return the paper's body with other bounds, whose point is not held yet."""
     system = paper_problem(1.0).system
     bounds = replace(connector(1.0), K_s=np.array(K_s, dtype=float))
     return replace(system, elements=(*system.elements[:-1], bounds))
 
 
 def mobility(y):
-    """W, and S = J⁻¹ŘA' with which an impulse at C turns the body."""
+    """Return W, and S = J⁻¹ŘA', which turns an impulse at C into a change of Ω."""
     system = bound_by([1, 1, 1])
     body, motion = system.body, system.motion(y[:12])
     lever = np.cross(body.contact_point, np.eye(3)).T @ motion.A.T
@@ -47,10 +53,10 @@ def at(F):
     ("F", "held"), [([0.3, -0.2, 0.4], (0, 0, 0)), ([0.0, -0.2, 0.4], (1, 0, 0))]
 )
 def test_the_impulse_takes_the_velocity_of_every_axis(F, held):
-    """p = -W⁻¹F, Ω gains Sp and X' gains p/m, ½F'W⁻¹F is lost; an axis held already takes part."""
+    """p = -W⁻¹F changes Ω by Sp and V by p/m, and ½F'W⁻¹F is lost, also with held axes."""
     y, system = at(F), bound_by([1e6, 1e6, 1e6])
-    modes = Modes(tuple(float(not h) for h in held), held=tuple(map(float, held)))
-    found = stick(system_under(system, modes), y, modes)
+    modes = Modes(triple(not h for h in held), held=triple(held))
+    found = stick_of(system, y, modes)
     W, turn = mobility(y)
     p = -np.linalg.solve(W, np.array(F))
     before, after = system.motion(y[:12]), system.motion(found.state[:12])
@@ -67,18 +73,18 @@ def test_the_impulse_takes_the_velocity_of_every_axis(F, held):
 
 @pytest.mark.parametrize("weak", range(3))
 def test_every_held_axis_has_to_bear_its_force(weak):
-    """The force behind the impulse counts: with its bound a little below it no set with it sticks.
+    """An axis with a bound a little below its force after the impulse does not stick with the rest.
 
-    The other two may stick then without it, or find that they cannot either.
+    The other two may then stick without it, or not.
     """
     modes = Modes((1.0, 1.0, 1.0))
     strong = bound_by([1e6, 1e6, 1e6])
-    stuck = stick(system_under(strong, modes), STATE, modes)
-    force = np.abs(instant(system_under(strong, stuck.modes), stuck.state).force)
+    stuck = stick_of(strong, STATE, modes)
+    force = np.abs(surface_dynamics(system_for_modes(strong, stuck.modes), stuck.state).force)
     for share, allowed in ((1.0001, True), (0.9999, False)):
         bounds = np.full(3, 1e6)
         bounds[weak] = share * force[weak]
-        found = stick(system_under(bound_by(bounds), modes), STATE, modes)
+        found = stick(system_for_modes(bound_by(bounds), modes), STATE, modes)
         assert (found is not None and found.axes == (0, 1, 2)) == allowed
         if found is not None and not allowed:
             assert weak not in found.axes or len(found.axes) < 3
@@ -86,29 +92,31 @@ def test_every_held_axis_has_to_bear_its_force(weak):
 
 @pytest.mark.parametrize("held", range(3))
 def test_an_axis_that_is_held_must_bear_what_others_put_on_it(held):
-    """Its bound is between what it bears alone and what it would bear with all three held."""
+    """Its bound lies between its force alone and its force with all three axes held."""
     modes = Modes(
-        tuple(float(axis != held) for axis in range(3)),
-        held=tuple(float(axis == held) for axis in range(3)),
+        triple(axis != held for axis in range(3)),
+        held=triple(axis == held for axis in range(3)),
     )
     y = at(np.where(np.arange(3) == held, 0.0, STATE[9:12]))
     strong = bound_by([1e6, 1e6, 1e6])
-    all_stuck = stick(system_under(strong, modes), y, modes)
-    needed = np.abs(instant(system_under(strong, all_stuck.modes), all_stuck.state).force)
+    all_stuck = stick_of(strong, y, modes)
+    needed = np.abs(
+        surface_dynamics(system_for_modes(strong, all_stuck.modes), all_stuck.state).force
+    )
     bounds = np.full(3, 1e6)
     bounds[held] = 0.999 * needed[held]
-    found = stick(system_under(bound_by(bounds), modes), y, modes)
+    found = stick(system_for_modes(bound_by(bounds), modes), y, modes)
     assert found is None or len(found.axes) < 2
 
 
 @pytest.fixture(scope="module")
 def staged():
-    """5000 N cannot hold the point at first: one axis sticks, lets go, and all stick later."""
-    return follow("heyoka", paper_problem(5000, duration=0.5, samples=51, stick_energy=1e9))
+    """Return a run with 5000 N: at first one axis sticks and is released, later all stick."""
+    return solve_sliding("heyoka", paper_problem(5000, duration=0.5, samples=51, stick_energy=1e9))
 
 
 def test_an_axis_sticks_and_lets_go_by_turns(staged):
-    """None sticks that is held already; the modes at the samples are those of the events."""
+    """No held axis sticks again, and the modes at the samples match the events."""
     assert staged.status is RunStatus.COMPLETED
     assert len(staged.switches.transitions) > 2
     for axis in range(3):
@@ -130,28 +138,28 @@ def test_every_stick_is_in_the_audit(staged):
 
 def test_a_layer_does_not_stick():
     problem = paper_problem(20000, duration=0.05, samples=3, layer=1e-3, stick_energy=1e9)
-    run = follow("heyoka", problem)
+    run = solve_sliding("heyoka", problem)
     assert run.switches.counts[-1].sum() > 3
     assert run.switches.transitions == []
     assert run.switches.discarded_energy[-1] == 0
 
 
 def test_looks_do_not_carry_a_run_past_its_limit():
-    """The next look would be at 33 switches."""
-    run = follow("heyoka", paper_problem(2000, stick_energy=1e-12, switch_limit=20))
+    """The next check would be at 33 switches."""
+    run = solve_sliding("heyoka", paper_problem(2000, stick_energy=1e-12, switch_limit=20))
     assert run.status is RunStatus.SWITCH_LIMIT
     assert run.switches.counts[-1].sum() == 20
 
 
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 def test_a_point_at_rest_on_its_anchor_stays_there(engine):
-    """A ball that is placed on the surface at E = F = 0, with loads that the connector can bear."""
+    """A ball starts on the surface with E = F = 0, under loads within the connector's bounds."""
     still = np.zeros(3)
     problem = pushed_ball(
         2.0, np.full(3, 30.0), [5.0, 0.0, -5.0], np.zeros((3, 3)), still, still, [0.0, 0.1, 0.2],
         stick_energy=1.0, switch_limit=100,
     )  # fmt: skip
-    run = follow(engine, problem)
+    run = solve_sliding(engine, problem)
     assert run.status is RunStatus.COMPLETED
     assert np.abs(run.states[:, 6:12]).max() < 1e-12
     assert run.switches.modes[-1].tolist() == [0, 0, 0]
@@ -159,12 +167,12 @@ def test_a_point_at_rest_on_its_anchor_stays_there(engine):
 
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 def test_a_point_at_rest_that_cannot_be_held_leaves_at_once(engine):
-    """The loads are more than K = 30 N on two axes: x = ½ (load ∓ K) t² / m there."""
+    """Two loads exceed K = 30 N: on these axes x = ½ (load ∓ K) t² / m."""
     still, times = np.zeros(3), np.array([0.0, 0.1, 0.2])
     problem = pushed_ball(
         2.0, np.full(3, 30.0), [40.0, 10.0, -50.0], np.zeros((3, 3)), still, still, times
     )
-    run = follow(engine, problem)
+    run = solve_sliding(engine, problem)
     assert run.status is RunStatus.COMPLETED
     pull = np.array([10.0, 0.0, -20.0]) / 2.0
     assert run.states[:, 6:9] == pytest.approx(0.5 * np.outer(times**2, pull), abs=1e-11)
@@ -178,7 +186,7 @@ def test_a_point_at_rest_in_a_layer_is_on_a_spring(engine):
     problem = pushed_ball(
         2.0, np.full(3, 30.0), [10.0, 0.0, -5.0], np.zeros((3, 3)), still, still, times, layer=width
     )
-    run = follow(engine, problem)
+    run = solve_sliding(engine, problem)
     omega = np.sqrt(30.0 / (2.0 * width))
     reach = np.array([10.0, 0.0, -5.0]) * width / 30.0
     expected = np.outer(1 - np.cos(omega * times), reach)
@@ -187,12 +195,12 @@ def test_a_point_at_rest_in_a_layer_is_on_a_spring(engine):
 
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 def test_it_sticks_at_a_crossing_and_not_at_a_sample(engine):
-    """A ball that falls from 0.3 m has 9 J of chatter from the start, and crosses after 0.2 s."""
+    """A ball that falls from 0.3 m has 9 J of chatter energy, and crosses after 0.2 s."""
     problem = ball_in_a_V(
         2.0, 30.0, np.zeros(3), np.zeros(3), np.full(3, 0.3), np.zeros(3),
         np.linspace(0, 0.5, 26), stick_energy=100.0,
     )  # fmt: skip
-    run = follow(engine, problem)
+    run = solve_sliding(engine, problem)
     fall = np.sqrt(2 * 0.3 * 2.0 / 30.0)
     assert run.switches.transitions[0][0] == pytest.approx(fall, abs=1e-10)
     assert np.abs(run.states[-1, 6:12]).max() < 1e-12

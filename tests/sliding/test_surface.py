@@ -1,42 +1,36 @@
-"""The surface s = F + κE, of relative degree one: it slides in finite time, without chatter."""
+"""On the surface s = F + κE, of relative degree one, the point slides in finite time."""
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from support.sliding import follow, paper_problem
-
-REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "paper_state.json").read_text())
-CASE = REFERENCE["cases"]["sliding_surface_c20/0/Ks20000"]
-
-ENGINES = ["heyoka", "scipy"]
+from support.problems import ENGINES
+from support.sliding import SLOPE_REFERENCE, paper_problem, solve_sliding
 
 
 @pytest.fixture(scope="module", params=ENGINES)
 def strong(request):
-    return follow(request.param, paper_problem(20000, slope=20.0))
+    return solve_sliding(request.param, paper_problem(20000, slope=20.0))
 
 
 @pytest.fixture(scope="module", params=ENGINES)
 def weak(request):
-    return follow(request.param, paper_problem(2000, slope=20.0, duration=1.0))
+    return solve_sliding(request.param, paper_problem(2000, slope=20.0, duration=1.0))
 
 
 def test_three_axes_start_to_slide_when_they_should(strong):
-    expected = [float(event["t"]) for event in CASE["events"]]
+    expected = [float(event["t"]) for event in SLOPE_REFERENCE["events"]]
     assert strong.switches.switch_times == pytest.approx(expected, abs=1e-9)
     assert [str(kind) for _, _, kind in strong.switches.transitions] == ["stick"] * 3
-    sides = [event["mode_after"] for event in CASE["events"]]
+    sides = [event["mode_after"] for event in SLOPE_REFERENCE["events"]]
     stuck = [axis for _, axis, _ in strong.switches.transitions]
     assert [side.count(0) for side in sides] == [1, 2, 3]
     assert [sides[k][axis] for k, axis in enumerate(stuck)] == [0, 0, 0]
 
 
-@pytest.mark.parametrize("state", CASE["states"], ids=lambda state: f"t={state['t']}")
+@pytest.mark.parametrize("state", SLOPE_REFERENCE["states"], ids=lambda state: f"t={state['t']}")
 def test_states_are_the_reference(strong, state):
-    """Computed by another program with 34 digits."""
+    """Another program computed them with 34 digits."""
     row = int(np.flatnonzero(np.isclose(strong.times, state["t"]))[0])
     motion = strong.systems[row].motion(strong.states[row])
     for name in ("Theta", "Omega", "X", "V", "E", "F"):
@@ -51,15 +45,15 @@ def test_there_is_no_chatter(strong):
 
 
 def test_displacement_decays_as_the_surface_says(strong):
-    """On it Ė = -20 E."""
+    """On the surface Ė = -20 E."""
     E = strong.states[:, 6:9]
-    first = 1  # the first sample behind the last stick, at 0.05 s
+    first = 1  # the first sample after the last axis sticks, at 0.05 s
     expected = E[first] * np.exp(-20.0 * (strong.times[first:, None] - strong.times[first]))
     assert E[first:] == pytest.approx(expected, abs=1e-12)
 
 
 def test_work_balances_without_a_potential(strong):
-    """v - ε of eq. 28: what the stabilizers and the body hold, less the work of the connector."""
+    """v - ε of eq. 28 balances: energy of body and stabilizers minus the connector's work."""
     energy = [s.observe(y).energy.sum() for s, y in zip(strong.systems, strong.states, strict=True)]
     value = np.array(energy) - strong.contact_work
     assert np.abs(value - value[0] - strong.lyapunov_change).max() < 1e-10 * value[0]
@@ -73,7 +67,7 @@ def test_a_weak_connector_has_six_events_and_one_detachment(weak):
 
 
 def test_engines_agree(weak):
-    other = follow("scipy", paper_problem(2000, slope=20.0, duration=1.0))
+    other = solve_sliding("scipy", paper_problem(2000, slope=20.0, duration=1.0))
     assert np.abs(weak.states - other.states).max() < 1e-9
 
 

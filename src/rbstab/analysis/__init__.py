@@ -1,1 +1,1 @@
-"""What a motion and a system say about stability."""
+"""Stability analysis of a system and of its motions."""

@@ -10,8 +10,8 @@ from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
-STATES = ("orientation", "angular_velocity", "position", "velocity", "connector_state")
-"""What the states are, three by three, in the coordinates in which a system is linearised."""
+BODY_STATES = ("orientation", "angular_velocity", "position", "velocity")
+"""The names of the body's vectors in Z; a held body has the first two."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,10 +20,10 @@ class Linearisation:
 
     Args:
         matrix: A, shape (n, n).
-        eigenvalues: λ, shape (n,), complex, 1/s: real parts descending, and of a conjugate pair the
-            one with the positive imaginary part first.
-        modes: The eigenvectors as columns, shape (n, n), complex, in the states' units; the entry
-            of each that is largest is 1.
+        eigenvalues: λ, shape (n,), complex, 1/s, by descending real part. Of a conjugate pair, the
+            one with the positive imaginary part comes first.
+        modes: The eigenvectors as columns, shape (n, n), complex, in the units of the states. The
+            largest entry of each is 1.
         states: The name of each state, shape (n,), such as `orientation[0]`.
     """
 
@@ -39,7 +39,7 @@ class Linearisation:
 
     @property
     def damping_ratios(self) -> Array:
-        """ζ = -Re λ / |λ|, shape (n,): 1 where a mode does not oscillate, < 0 where it grows.
+        """ζ = -Re λ / |λ|, shape (n,): 1 for a mode without oscillation, < 0 for a growing mode.
 
         NaN where λ = 0.
         """
@@ -48,7 +48,7 @@ class Linearisation:
 
     @property
     def time_constants(self) -> Array:
-        """τ = -1 / Re λ, shape (n,), s: infinite where a mode does not decay."""
+        """τ = -1 / Re λ, shape (n,), s; infinite for a mode that does not decay."""
         decay = -self.eigenvalues.real
         with np.errstate(divide="ignore"):
             return np.where(decay > 0, 1.0 / np.where(decay > 0, decay, 1.0), np.inf)
@@ -60,20 +60,22 @@ class Linearisation:
 
 
 def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
-    """The linearisation at a rest state, by complex steps and so exact to round-off.
+    """Linearise a system at a rest state; complex steps make the matrix exact to round-off.
 
     Args:
         system: The system, in any coordinates.
         rest: The motion at rest.
         own: The elements' own states there.
     """
-    still = configurations(system).system
-    A = jacobian(still.rates, still.start(rest, own))
+    resting = configurations(system).system
+    A = jacobian(resting.rates, resting.start(rest, own))
     eigenvalues, modes = np.linalg.eig(A)
     order = np.lexsort((-eigenvalues.imag, -eigenvalues.real.round(9)))
     modes = modes[:, order]
     largest = modes[np.abs(modes).argmax(axis=0), np.arange(len(A))]
-    body = STATES[:2] if still.coordinates.holds_contact else STATES[:4]
-    names = [*body, *(STATES[4:] if len(own) else ())]
-    states = tuple(f"{name}[{axis}]" for name in names for axis in range(3))
+    body = BODY_STATES[:2] if resting.coordinates.holds_contact else BODY_STATES
+    sizes = dict.fromkeys(body, 3) | {
+        name: place.stop - place.start for name, place in resting.own_states.items()
+    }
+    states = tuple(f"{name}[{index}]" for name, size in sizes.items() for index in range(size))
     return Linearisation(A, eigenvalues[order], modes / largest, states)

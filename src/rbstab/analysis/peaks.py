@@ -1,4 +1,4 @@
-"""Extremes of a sampled quantity between its samples."""
+"""Peaks of a sampled quantity, at or between its samples."""
 
 import numpy as np
 
@@ -6,10 +6,10 @@ from rbstab.mechanics.numbers import Array
 
 
 def signed_peak(times: Array, values: Array, rates: Array) -> float:
-    """The value farthest from zero of the cubics through values and rates of neighbouring samples.
+    """Return the value farthest from zero of the cubic Hermite interpolant of the samples.
 
-    The samples alone miss a peak by half their distance; the cubic Hermite interpolant has an error
-    of h⁴/384 times the fourth derivative.
+    Without interpolation, the time of a peak would be wrong by up to half a sampling interval. The
+    error of the interpolant is h⁴/384 times the fourth derivative.
 
     Args:
         times: Shape (n,), s, ascending.
@@ -17,14 +17,16 @@ def signed_peak(times: Array, values: Array, rates: Array) -> float:
         rates: The derivatives of the values, shape (n,), 1/s times their unit.
 
     Returns:
-        The value with its sign; NaN where a value is NaN.
+        The value with its sign; NaN if a value is NaN.
     """
     candidates = np.concatenate([values, _turning_values(np.diff(times), values, rates)])
     return float(candidates[np.abs(candidates).argmax()])
 
 
 def peaks_at_samples(times: Array, values: Array, rates: Array) -> tuple[Array, Array]:
-    """Of many quantities the value farthest from zero on the two cubics beside its largest sample.
+    """Return the peaks of many quantities, and their times.
+
+    For each quantity, only the two cubics beside its largest sample are searched.
 
     Args:
         times: Shape (n,), s, ascending.
@@ -32,25 +34,25 @@ def peaks_at_samples(times: Array, values: Array, rates: Array) -> tuple[Array, 
         rates: Their derivatives, of the same shape.
 
     Returns:
-        The values with their signs, and when they are there, s, each of shape (...).
+        The values farthest from zero with their signs, and their times, s, each of shape (...).
     """
     largest = np.abs(values).argmax(axis=-1)[..., np.newaxis]
     around = np.clip(largest + np.array([-1, 0, 1]), 0, len(times) - 1)
-    value, rate = (np.take_along_axis(of, around, -1) for of in (values, rates))
+    value, rate = (np.take_along_axis(array, around, -1) for array in (values, rates))
     start, h = times[around[..., :-1]], np.diff(times[around])
-    # Beyond an end there is an interval of no length, on which nothing turns.
+    # Beside the first or last sample, one interval has zero length and no turning point.
     turning = _turning_points(h, value[..., :-1], value[..., 1:], rate[..., :-1], rate[..., 1:])
     candidates = np.concatenate([value[..., 1:2], *(height for _, height in turning)], axis=-1)
     instants = np.concatenate([times[largest], *(start + s * h for s, _ in turning)], axis=-1)
-    # The sample comes first: it is taken where it is not a number, and all others are none.
+    # The sample comes first: if it is NaN, all candidates are NaN and argmax selects it.
     farthest = np.where(np.isnan(candidates), -1.0, np.abs(candidates)).argmax(axis=-1)
     chosen = farthest[..., np.newaxis]
-    peak, when = (np.take_along_axis(of, chosen, -1)[..., 0] for of in (candidates, instants))
+    peak, when = (np.take_along_axis(array, chosen, -1)[..., 0] for array in (candidates, instants))
     return peak, when
 
 
 def _turning_values(h: Array, values: Array, rates: Array) -> Array:
-    """The values where the cubics turn inside their intervals."""
+    """Return the values at the turning points of the cubics inside their intervals."""
     points = _turning_points(h, values[:-1], values[1:], rates[:-1], rates[1:])
     turning = np.concatenate([value for _, value in points])
     return turning[np.isfinite(turning)]
@@ -59,7 +61,9 @@ def _turning_values(h: Array, values: Array, rates: Array) -> Array:
 def _turning_points(
     h: Array, start: Array, end: Array, start_rate: Array, end_rate: Array
 ) -> list[tuple[Array, Array]]:
-    """Both points s, from 0 to 1, at which the cubics p(s) turn, and p there; NaN if there is none.
+    """Return both turning points s of each cubic p(s), 0 < s < 1, and p at these points.
+
+    Both numbers are NaN for a point that does not exist.
 
     Args:
         h: The lengths of the intervals.
@@ -72,7 +76,7 @@ def _turning_points(
     quadratic = 3 * (end - start) - 2 * linear - last
     cubic = 2 * (start - end) + linear + last
     with np.errstate(all="ignore"):
-        # Roots of p' = linear + 2 quadratic s + 3 cubic s², in the form that does not cancel.
+        # Roots of p' = linear + 2 quadratic s + 3 cubic s², in the form without cancellation.
         root = np.sqrt(quadratic**2 - 3 * cubic * linear)
         q = -(quadratic + np.copysign(root, quadratic))
         found = []

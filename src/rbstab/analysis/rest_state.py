@@ -1,4 +1,4 @@
-"""The rest state from which the Lyapunov function is counted."""
+"""The rest state at which the Lyapunov function is zero."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,22 +15,24 @@ from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
 GRADIENT_TOLERANCE = 1e-7
-"""N m and N: the energy is wrong by the square of the gradient over a stiffness, so this leaves it
-exact to round-off for every stiffness above 1e-6."""
+"""N m and N. The energy error is the squared gradient divided by a stiffness.
+
+So this tolerance leaves the energy exact to round-off for every stiffness above 1e-6.
+"""
 
 MAX_STEPS = 100
-"""Steps of the descent: it takes some ten where there is a rest state to be found."""
+"""The maximum number of steps of the descent; about ten are enough if a rest state exists."""
 
 HESSIAN_STEP = 1e-6
-"""rad and m: the Hessian only steers the descent."""
+"""rad and m. The Hessian only guides the descent, so it need not be accurate."""
 
 
 @dataclass(frozen=True, eq=False)
 class RestState:
-    """A state of rest.
+    """The system without velocity in one configuration; a rest state if `found`.
 
-    motion is at zero velocity; own are the elements' own states; energy, J, is what the elements
-    store there; gradient, N m and N, is the largest generalized force that is left.
+    motion has zero velocity. own are the elements' own states. energy, J, is the energy stored in
+    the elements. gradient, N m and N, is the largest remaining generalized force.
     """
 
     motion: Motion
@@ -40,33 +42,33 @@ class RestState:
 
     @property
     def found(self) -> bool:
-        """Whether this is a rest state, and one inside the range of eq. 5."""
+        """Whether this is a rest state inside the range of eq. 5."""
         return self.gradient <= GRADIENT_TOLERANCE and bool(regularity(self.motion.Theta) > 0)
 
 
 def nearest_rest_state(system: System) -> RestState:
-    """The rest state reached by going downhill in potential energy from the unloaded position.
+    """Find a rest state by descent in potential energy from the unloaded position.
 
-    A rest state is a zero of the gradient of the stored energy over all configurations that the
-    connection allows; downhill from Θ = 0, X = X_a, own states 0 it is a minimum. Where there are
-    several rest states this is one of them: whether it is the only one is another question.
+    A rest state is a zero of the gradient of the stored energy, over all configurations that the
+    connector allows. The descent starts at Θ = 0, X = X_a, own states 0, and ends in a minimum. A
+    system can have several rest states; this function does not check that.
 
     Returns:
-        The state where the descent ended; `RestState.found` says whether it arrived.
+        The state where the descent ended; check `RestState.found`.
     """
-    still = configurations(system)
-    energy, q = still.energy, still.unloaded
+    at_rest = configurations(system)
+    energy, q = at_rest.energy, at_rest.unloaded
     if _steepness(energy, q) > GRADIENT_TOLERANCE:
-        # Numbers near the end of their range make the descent fail: `found` says so.
+        # Numbers near overflow make the descent fail; then `found` is false.
         with suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
             q = _descend(energy, q)
-    return rest_state_at(still, q)
+    return rest_state_at(at_rest, q)
 
 
-def rest_state_at(still: Configurations, q: Array) -> RestState:
-    """A configuration as a state of rest, with the force that is left in it."""
-    steepness = _steepness(still.energy, q)
-    return RestState(still.motion(q), q[still.placing :], float(still.energy(q)), steepness)
+def rest_state_at(at_rest: Configurations, q: Array) -> RestState:
+    """Return the `RestState` of a configuration q, with its remaining generalized force."""
+    steepness = _steepness(at_rest.energy, q)
+    return RestState(at_rest.motion(q), q[at_rest.pose_size :], float(at_rest.energy(q)), steepness)
 
 
 def _steepness(energy: Callable[[Array], Any], q: Array) -> float:
@@ -74,7 +76,7 @@ def _steepness(energy: Callable[[Array], Any], q: Array) -> float:
 
 
 def _descend(energy: Callable[[Array], Any], q: Array) -> Array:
-    # Imported late: without a load the descent has nothing to do.
+    # Imported late: without a load no descent is needed.
     from scipy.optimize import minimize
 
     def gradient(q: Array) -> Array:
@@ -89,6 +91,6 @@ def _descend(energy: Callable[[Array], Any], q: Array) -> Array:
 
     options = {"gtol": GRADIENT_TOLERANCE, "maxiter": MAX_STEPS}
     found = minimize(energy, q, jac=gradient, hess=hessian, method="trust-exact", options=options)
-    # One Newton step more costs nothing, and takes the position to round-off as well.
+    # One more Newton step is cheap, and makes the position exact to round-off too.
     polished = found.x - np.linalg.solve(hessian(found.x), gradient(found.x))
     return min(found.x, polished, key=lambda q: _steepness(energy, q))

@@ -1,1 +1,1 @@
-"""From a problem to a trajectory: one interface, two engines, named statuses."""
+"""Integration of a problem: one interface, two engines, named statuses."""

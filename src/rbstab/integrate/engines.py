@@ -1,4 +1,4 @@
-"""The engines by name, each imported only when it is asked for."""
+"""The engines by name. An engine is imported only when it is used."""
 
 from importlib import import_module
 
@@ -11,24 +11,24 @@ ENGINES = {
 
 
 class EngineMissingError(RuntimeError):
-    """The engine's package is not installed here."""
+    """The package of an engine cannot be imported."""
 
 
 def engine(name: str) -> Engine:
-    """The engine of that name.
+    """Return an engine.
 
     Args:
         name: A key of `ENGINES`.
 
     Raises:
-        EngineMissingError: Its package cannot be imported (heyoka has wheels for Linux only).
+        EngineMissingError: The package of the engine cannot be imported.
     """
     try:
         module = import_module(ENGINES[name])
     except ImportError as error:
         raise EngineMissingError(
             f"the engine '{name}' cannot be used here: {error}; "
-            "heyoka is on PyPI for Linux and on conda-forge for other systems, "
+            "install heyoka from PyPI (Linux) or conda-forge (other systems), "
             "or use the engine 'scipy'"
         ) from error
     integrate: Engine = module.integrate

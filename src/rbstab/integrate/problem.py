@@ -1,4 +1,4 @@
-"""What an engine is given, and what it returns."""
+"""The input and output of an engine: a problem and its trajectory."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,22 +9,23 @@ import numpy as np
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.system import AUDIT_SIZE, System
+from rbstab.systems.system import AUDIT_SIZE, CONTACT_WORK, LYAPUNOV_CHANGE, System
 
 Progress = Callable[[float], None]
-"""Called with the time reached, s, after every step."""
+"""Called after every step with the current time, s."""
 
 
 @dataclass(frozen=True)
 class Switching:
-    """How the modes of a sliding connector change, besides what the connector itself says.
+    """The rules by which the modes of a sliding connector change.
 
     Args:
         layered: Whether a boundary layer replaces the sign.
-        step: The step of the implicit law, s; 0: the law is followed exactly.
-        stick_energy: On s = E an axis sticks when its chatter energy is below this, J; 0: never.
-        switch_limit: The run stops after so many switches.
-        stored_switches: Switches whose time and axis are kept; later ones are only counted.
+        step: The step of the implicit law, s; 0 selects the exact law.
+        stick_energy: On s = E an axis may stick when the chatter energy is below this, J; 0: never.
+        switch_limit: The run stops after this many switches.
+        stored_switches: How many switches are stored with time and axis; later ones are only
+            counted.
     """
 
     layered: bool = False
@@ -35,13 +36,13 @@ class Switching:
 
     @property
     def sticks(self) -> bool:
-        """Whether axes that chatter may be taken to stick."""
+        """Whether chattering axes may stick."""
         return self.stick_energy > 0 and not self.layered and self.step == 0
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """An initial value problem with its samples, tolerances and limits.
+    """An initial value problem with sample times, tolerances and limits.
 
     Args:
         system: The equations.
@@ -50,13 +51,14 @@ class Problem:
         rtol: Relative tolerance of a step.
         atol: Absolute tolerance of a step, in the states' units (scipy only).
         method: The name of SciPy's integrator (scipy only).
-        range_bound: The run stops where cos θ2 falls to this (eq. 5).
-        project: Whether every step is returned to the sub manifold E = F = 0 (eq. 16).
+        range_bound: The run stops when cos θ2 falls to this value (eq. 5).
+        project: Whether the state is projected onto the submanifold E = F = 0 after every step
+            (eq. 16).
         step_limit: The largest number of steps.
         time_limit: The longest wall time, s.
-        switching: How the modes of a sliding connector change, where the system has one.
-        diagnosed: Whether a run that slides tells its chatter energy, and how far it can be
-            trusted, which takes a second run.
+        switching: The rules for a sliding connector, or None if the system has none.
+        diagnosed: Whether the run of a sliding connector reports its chatter energy and
+            `trusted_until`, which needs a second run.
     """
 
     system: System
@@ -73,25 +75,25 @@ class Problem:
     diagnosed: bool = True
 
     def audited_start(self) -> Array:
-        """The state vector at the first sample with the audit states, which start at zero."""
+        """Return the initial state vector, then the audit states ∫v' dt and ε, which are zero."""
         return np.concatenate([self.start, np.zeros(AUDIT_SIZE)])
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """The samples that were reached, then, where the run stopped early, the state of the stop.
+    """The samples of a run. If it stopped early, its last state is the last sample.
 
     Args:
         times: Shape (n,), s.
         states: Shape (n, system.size).
         lyapunov_change: ∫v' dt, shape (n,), J.
         contact_work: ε of eq. 26, shape (n,), J.
-        status: How the run ended.
-        detail: The same in words, with the time.
+        status: The status of the run.
+        detail: Why and when the run stopped early, as text; else empty.
         steps: Accepted steps.
-        evaluations: Evaluations of the rates; for a Taylor engine, of its expansion.
-        switches: The switching of a sliding connector, where there is one.
-        systems: The smooth system that holds at each sample; empty where it is always the same.
+        evaluations: Evaluations of the rates; for the Taylor engine, of the Taylor expansion.
+        switches: The switching of a sliding connector, if there is one.
+        systems: The smooth system at each sample; empty if the system has no modes.
     """
 
     times: Array
@@ -107,10 +109,10 @@ class Trajectory:
 
 
 class Engine(Protocol):
-    """An integrator behind the common interface."""
+    """The interface of an engine."""
 
     def __call__(self, problem: Problem, progress: Progress | None = None) -> Trajectory:
-        """Integrates a problem. Never raises for what a motion does: that is a status."""
+        """Integrate a problem. A failed integration returns a status and raises no exception."""
         ...
 
 
@@ -121,13 +123,13 @@ def trajectory(
     steps: int,
     evaluations: int,
 ) -> Trajectory:
-    """Splits audited state vectors into a trajectory."""
+    """Return the trajectory of audited state vectors (states, then audit states)."""
     table = np.array([state for _, state in samples])
     return Trajectory(
         np.array([time for time, _ in samples]),
         table[:, :-AUDIT_SIZE],
-        table[:, -2],
-        table[:, -1],
+        table[:, LYAPUNOV_CHANGE],
+        table[:, CONTACT_WORK],
         status,
         detail,
         steps,

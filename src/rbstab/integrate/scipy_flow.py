@@ -1,4 +1,4 @@
-"""The smooth flow between switches by SciPy's DOP853: slow, and independent of the compiled one."""
+"""Integration between switches with SciPy's DOP853: slow, but independent of heyoka."""
 
 from typing import Any
 
@@ -8,22 +8,23 @@ from scipy.optimize import brentq
 
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.driver import Hit, Reached
-from rbstab.integrate.switching.modes import connector_of, system_under, thresholds
+from rbstab.integrate.switching.driver import DriverState, SwitchEvent
+from rbstab.integrate.switching.modes import connector_of, system_for_modes, thresholds
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import BODY, E_OF_W, F_OF_W
 from rbstab.systems.system import System
 
-LOOKS_PER_STEP = 16
-"""Points of a step at which its thresholds are looked at."""
+EVENT_TESTS_PER_STEP = 16
+"""Points of a step at which the event functions are evaluated."""
 
-RETURN_SHARE = 1.2
-"""How long a step may be, in flights of the axis that is next to come back to the surface."""
+RETURN_TIME_FACTOR = 1.2
+"""The longest integration in one call, relative to the time until an axis returns to E = 0."""
 
 
 class ScipyFlow:
-    """Flows of one problem by DOP853, its events located on its dense output."""
+    """The flow of one problem, by DOP853 (a `Flow`). Events are located on the dense output."""
 
     def __init__(self, problem: Problem, switching: Switching) -> None:
         self.problem = problem
@@ -31,18 +32,18 @@ class ScipyFlow:
         self.steps = 0
         self.evaluations = 0
 
-    def advance(self, start: Reached, end: float, log: SwitchLog) -> Reached:
-        """From a state to the next hit, or to a time (see `Flow`)."""
-        system = system_under(self.problem.system, start.modes)
-        watch = _Thresholds(system, start, self.switching, self.problem.range_bound)
-        problem, now = self.problem, start
-        while now.time < end:
-            longest = min(end - now.time, _next_return(system, now.state))
+    def advance(self, start: DriverState, end: float, log: SwitchLog) -> DriverState:
+        """Integrate to the next event, or to a time (see `Flow`)."""
+        system = system_for_modes(self.problem.system, start.modes)
+        event_functions = _EventFunctions(system, start, self.switching, self.problem.range_bound)
+        problem, current = self.problem, start
+        while current.time < end:
+            max_length = min(end - current.time, _time_to_next_return(system, current.state))
             solver = scipy.integrate.DOP853(
                 lambda _t, y: system.audited_rates(y),
-                now.time,
-                now.state,
-                now.time + longest if now.time + longest < end else end,
+                current.time,
+                current.state,
+                current.time + max_length if current.time + max_length < end else end,
                 rtol=problem.rtol,
                 atol=problem.atol,
             )
@@ -51,85 +52,85 @@ class ScipyFlow:
                 self.steps += 1
                 if solver.status == "failed" or not np.isfinite(solver.y).all():
                     status = RunStatus.SOLVER_FAILURE
-                    return now._replace(hits=(), status=status)
-                found = watch.first(solver)
-                now = now._replace(time=float(solver.t), state=solver.y, hits=())
-                if found is not None:
+                    return current._replace(events=(), status=status)
+                changes = event_functions.first_event(solver)
+                current = current._replace(time=float(solver.t), state=solver.y, events=())
+                if changes is not None:
                     self.evaluations += solver.nfev
-                    return now._replace(**found)
+                    return current._replace(**changes)
             self.evaluations += solver.nfev
-        return now
+        return current
 
 
-class _Thresholds:
-    """What ends a mode, as functions of the state that are positive beyond their threshold."""
+class _EventFunctions:
+    """The event functions for given modes; each is positive beyond its threshold."""
 
     def __init__(
-        self, system: System, start: Reached, switching: Switching, range_bound: float
+        self, system: System, start: DriverState, switching: Switching, range_bound: float
     ) -> None:
         self.system = system
         self.connector = connector_of(system)
         self.range_bound = range_bound
-        self.up, self.down = thresholds(system, start.modes, switching)
+        self.upper, self.lower = thresholds(system, start.modes, switching)
         self.held = np.array(start.modes.held)
 
-    def beyond(self, y: Array) -> Array:
-        """How far each quantity is beyond its threshold, shape (13,), in the order of `_hit`."""
-        motion = self.system.motion(y[:12])
+    def values(self, y: Array) -> Array:
+        """Return the event functions at a state, shape (13,), in the order of `_switch_event`."""
+        motion = self.system.motion(y[BODY])
         s = self.connector.surface(motion.E, motion.F)
-        reaction = np.full(3, 0.0)
+        held_force = np.full(3, 0.0)
         if self.held.any():
-            reaction = self.held * self.system.observe(y[:12]).contact_force
+            held_force = self.held * self.system.observe(y[BODY]).contact_force
         K_s = self.connector.K_s
-        leaving = self.range_bound - regularity(motion.Theta)
-        sides = [s - self.up, self.down - s, reaction - K_s, -reaction - K_s]
-        return np.append(np.concatenate(sides), leaving)
+        range_excess = self.range_bound - regularity(motion.Theta)
+        values = [s - self.upper, self.lower - s, held_force - K_s, -held_force - K_s]
+        return np.append(np.concatenate(values), range_excess)
 
-    def first(self, solver: scipy.integrate.DOP853) -> dict[str, Any] | None:
-        """The changes of a `Reached` at the first threshold that a step crossed, if any."""
+    def first_event(self, solver: scipy.integrate.DOP853) -> dict[str, Any] | None:
+        """Return the changes of a `DriverState` at the first event of a step, or None."""
         path = solver.dense_output()
         before = solver.t_old
-        for after in np.linspace(solver.t_old, solver.t, LOOKS_PER_STEP + 1)[1:].tolist():
-            beyond = self.beyond(path(after)) > 0
-            if beyond.any():
+        for after in np.linspace(solver.t_old, solver.t, EVENT_TESTS_PER_STEP + 1)[1:].tolist():
+            is_past = self.values(path(after)) > 0
+            if is_past.any():
                 crossings = [
                     (self._locate(path, before, after, index), index)
-                    for index in np.flatnonzero(beyond).tolist()
+                    for index in np.flatnonzero(is_past).tolist()
                 ]
                 time, index = min(crossings)
-                hit = _hit(index)
-                if hit is None:
+                event = _switch_event(index)
+                if event is None:
                     return {"time": time, "state": path(time), "status": RunStatus.RANGE_LEFT}
-                return {"time": time, "state": path(time), "hits": (hit,)}
+                return {"time": time, "state": path(time), "events": (event,)}
             before = after
         return None
 
     def _locate(self, path: Any, before: float, after: float, index: int) -> float:
-        def distance(t: float) -> float:
-            return float(self.beyond(path(t))[index])
+        def value(t: float) -> float:
+            return float(self.values(path(t))[index])
 
-        # A threshold that is crossed from the very start of a step is crossed there.
-        if distance(before) > 0:
+        # If the threshold is already exceeded at the start of the interval, the event is there.
+        if value(before) > 0:
             return before
-        return float(brentq(distance, before, after, xtol=1e-16, rtol=9e-16))
+        return float(brentq(value, before, after, xtol=1e-16, rtol=9e-16))
 
 
-def _hit(index: int) -> Hit | None:
+def _switch_event(index: int) -> SwitchEvent | None:
     if index == 12:
         return None
-    return Hit(index % 3, 1.0 if index % 6 < 3 else -1.0, release=index >= 6)
+    return SwitchEvent(index % 3, 1.0 if index % 6 < 3 else -1.0, release=index >= 6)
 
 
-def _next_return(system: System, y: Array) -> float:
-    """About when the first axis is back on s = E, if each keeps its acceleration, s."""
+def _time_to_next_return(system: System, y: Array) -> float:
+    """Return the seconds until the first axis returns to E = 0, at constant acceleration."""
     connector = connector_of(system)
     if connector.rate_weight:
         return np.inf
-    rates = system.rates(y[:12])
-    E, F, acceleration = y[6:9], y[9:12], rates[9:12]
+    rates = system.rates(y[BODY])
+    E, F, acceleration = y[E_OF_W], y[F_OF_W], rates[F_OF_W]
     with np.errstate(all="ignore"):
-        # The later root of E + Fτ + ½ aτ² = 0 where the axis is pulled back.
+        # The later root of E + Fτ + ½ aτ² = 0, for an axis that accelerates towards E = 0.
         root = np.sqrt(F * F - 2.0 * acceleration * E)
         times = (np.abs(F) + root) / np.abs(acceleration)
     valid = times[np.isfinite(times) & (times > 0)]
-    return RETURN_SHARE * float(valid.min()) if valid.size else np.inf
+    return RETURN_TIME_FACTOR * float(valid.min()) if valid.size else np.inf

@@ -1,13 +1,13 @@
-"""How a run ended."""
+"""The statuses with which a run ends."""
 
 from enum import StrEnum
 
 
 class RunStatus(StrEnum):
-    """Every way a run can end; only `COMPLETED` reached the last sample."""
+    """The status of a run at its end. Only `COMPLETED` means that it reached the last sample."""
 
     COMPLETED = "completed"
-    """The motion was followed to the end."""
+    """The run reached the last sample."""
 
     RANGE_LEFT = "range left"
     """cos θ2 fell to its bound: B(Θ) is about to become singular (eq. 5)."""
@@ -16,28 +16,28 @@ class RunStatus(StrEnum):
     """A state or a rate became infinite or not a number."""
 
     STEP_LIMIT = "step limit"
-    """The allowed number of steps was used up."""
+    """The run reached its limit of steps."""
 
     SWITCH_LIMIT = "switch limit"
-    """The allowed number of switches of a sliding connector was used up."""
+    """The sliding connector reached its limit of switches."""
 
     TIME_LIMIT = "time limit"
-    """The allowed wall time was used up."""
+    """The run reached its limit of wall time."""
 
     SOLVER_FAILURE = "solver failure"
-    """The integrator gave up, for instance because no step was small enough."""
+    """The integrator failed, for example because its step became too small."""
 
     @property
     def depends_on_machine(self) -> bool:
-        """Whether the same run may end otherwise elsewhere, or at another time."""
+        """Whether the same run may end differently on another machine, or when repeated."""
         return self is RunStatus.TIME_LIMIT
 
 
 class UnfinishedRunError(RuntimeError):
-    """A run did not complete where its whole motion is needed.
+    """A run stopped early, but its complete trajectory is needed.
 
     Attributes:
-        status: How it ended.
+        status: The status of the run.
     """
 
     def __init__(self, status: RunStatus, detail: str) -> None:

@@ -1,4 +1,4 @@
-"""The switches of a run, as a trajectory holds them."""
+"""The switches of a run, as stored in a trajectory."""
 
 from enum import StrEnum
 from typing import NamedTuple
@@ -7,20 +7,27 @@ from rbstab.mechanics.numbers import Array
 
 
 class Transition(StrEnum):
-    """How an axis changed its mode, other than by crossing the surface."""
+    """A change of mode other than a crossing of the surface."""
 
     STICK = "stick"
     RELEASE = "release"
 
 
 class SwitchTrace(NamedTuple):
-    """The switching of a run along its samples, and its switches.
+    """The switching of a run: its modes at the samples, and its switches.
 
-    modes (n, 3) is -1, 0 or 1 for each axis; counts (n, 3) are the switches so far; chatter_energy
-    (n,) and discarded_energy (n,), J; switch_times and switch_axes are those of the first switches;
-    transitions are all sticks and releases; trusted_until, s, is how far the motion is reproducible
-    in double precision (the slow quantities, Θ and e, are meaningful beyond it). chatter_energy
-    and trusted_until are NaN where the problem is not diagnosed.
+    chatter_energy and trusted_until are NaN if the problem is not diagnosed.
+
+    Attributes:
+        modes: -1, 0 or 1 for each axis, shape (n, 3).
+        counts: Switches so far, shape (n, 3).
+        chatter_energy: Shape (n,), J.
+        discarded_energy: Shape (n,), J.
+        switch_times: Times of the first switches, s.
+        switch_axes: Axes of the first switches.
+        transitions: All sticks and releases: time (s), axis and kind.
+        trusted_until: The time up to which the motion is reproducible in double precision, s. After
+            it, only the slow quantities Θ and e are meaningful.
     """
 
     modes: Array

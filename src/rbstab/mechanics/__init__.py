@@ -1,5 +1,5 @@
 """One rigid body: its attitude, its contact point, its constraint and its coordinates.
 
-Every function here is plain numpy notation without a branch on a value and without an in-place
-write, so that floats, complex numbers, intervals and symbolic expressions all pass through it.
+The equations are written in numpy notation. They never branch on a value and never write in place.
+So they accept floats, complex numbers, intervals and symbolic expressions.
 """

@@ -1,4 +1,4 @@
-"""Three-vectors and 3x3 matrices, for every kind of number (see `numbers`)."""
+"""Operations on 3-vectors and 3x3 matrices, for every kind of number (see `numbers`)."""
 
 import numpy as np
 
@@ -13,23 +13,23 @@ ZERO_MATRIX.flags.writeable = False
 
 
 def cross(a: Array, b: Array) -> Array:
-    """A × b, for two vectors of shape (3,). `numpy.cross` does the same eight times slower."""
+    """Return a × b for two vectors of shape (3,); `numpy.cross` is eight times slower."""
     a1, a2, a3 = a
     b1, b2, b3 = b
     return np.array([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])
 
 
 def cross_matrix(a: Array) -> Array:
-    """The paper's check mark: the matrix ǎ of shape (3, 3) with ǎ b = a × b."""
+    """Return the matrix ǎ of shape (3, 3) with ǎ b = a × b (ˇ as in the paper)."""
     a1, a2, a3 = a
     return np.array([[0.0, -a3, a2], [a3, 0.0, -a1], [-a2, a1, 0.0]])
 
 
 def inverse(matrix: Array) -> Array:
-    """The inverse of a 3x3 matrix by cofactors.
+    """Invert a 3x3 matrix by cofactors.
 
-    Written out because a pivoting solver branches on values; the matrices here (inertias, gains,
-    mobilities) are symmetric positive definite and well conditioned, where cofactors lose nothing.
+    A pivoting solver would branch on values. The matrices here (inertias, gains, mobilities) are
+    symmetric positive definite and well conditioned, so cofactors lose no accuracy.
     """
     a, b, c = matrix.T
     rows = np.array([cross(b, c), cross(c, a), cross(a, b)])
@@ -37,5 +37,5 @@ def inverse(matrix: Array) -> Array:
 
 
 def quadratic_form(matrix: Array, x: Array) -> Number:
-    """X' M x."""
+    """Return x' M x."""
     return x @ matrix @ x

@@ -6,7 +6,7 @@ from rbstab.mechanics.numbers import Array, Number, cos, sin
 
 
 def rotation(Theta: Array) -> Array:
-    """A(Θ) = A1(θ1) A2(θ2) A3(θ3), from body to inertial coordinates (eq. 2).
+    """Return A(Θ) = A1(θ1) A2(θ2) A3(θ3), from body to inertial coordinates (eq. 2).
 
     Args:
         Theta: Θ, shape (3,), rad.
@@ -22,9 +22,9 @@ def rotation(Theta: Array) -> Array:
 
 
 def rate_matrix(Theta: Array) -> Array:
-    """B(Θ), with Θ̇ = B(Θ) Ω (eq. 1), singular where cos θ2 = 0.
+    """Return B(Θ), with Θ̇ = B(Θ) Ω (eq. 1); it is singular where cos θ2 = 0.
 
-    The second row is [sin θ3, cos θ3, 0]; the paper prints it divided by cos θ2, with which Ȧ = A Ω̌
+    The second row is [sin θ3, cos θ3, 0]. The paper prints it divided by cos θ2, but then Ȧ = A Ω̌
     fails.
 
     Args:
@@ -44,7 +44,7 @@ def rate_matrix(Theta: Array) -> Array:
 
 
 def rate_matrix_inverse(Theta: Array) -> Array:
-    """B(Θ)⁻¹, with Ω = B⁻¹ Θ̇, finite everywhere (used by eq. 6 and 7).
+    """Return B(Θ)⁻¹, with Ω = B⁻¹ Θ̇ (used by eq. 6 and 7). It is finite everywhere.
 
     Args:
         Theta: Θ, shape (3,), rad.
@@ -63,5 +63,5 @@ def rate_matrix_inverse(Theta: Array) -> Array:
 
 
 def regularity(Theta: Array) -> Number:
-    """Cos θ2, which is 1 / det B: the range of eq. 5 ends where it falls to zero."""
+    """Return cos θ2 = 1 / det B; the range of eq. 5 ends where it is zero."""
     return cos(Theta)[1]

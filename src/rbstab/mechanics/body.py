@@ -1,4 +1,4 @@
-"""The rigid body: mass, inertia, contact point, and what follows from these alone."""
+"""The rigid body: mass, inertia, contact point, and quantities derived from them."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -63,25 +63,25 @@ class Body:
         return np.vstack(rows)
 
     def gyroscopic_couple(self, Omega: Array) -> Array:
-        """f(Ω) = -Ω × JΩ, N m, body coordinates (Euler's equations; eq. 1 leaves f unstated)."""
+        """Return f(Ω) = -Ω × JΩ, N m, body coordinates (Euler's equations; not stated in eq. 1)."""
         return -cross(Omega, self.inertia @ Omega)
 
     def kinetic_energy(self, Omega: Array, V: Array) -> Number:
-        """½ m V'V + ½ Ω'JΩ, J: the kinetic terms of eq. 25."""
+        """Return the kinetic energy ½ m V'V + ½ Ω'JΩ of eq. 25, in joules."""
         return 0.5 * self.mass * (V @ V) + 0.5 * quadratic_form(self.inertia, Omega)
 
 
 def triangle_violation(inertia: Array) -> tuple[float, float, float] | None:
-    """The principal moments of an inertia that no real body has, or None.
+    """Return the principal moments if they violate the triangle inequality, else None.
 
-    The moments of any distribution of mass obey j1 <= j2 + j3 for every order of the three. A sum
-    that is only equal (a flat body) is allowed, to round-off.
+    The principal moments of every real body satisfy j1 <= j2 + j3, in any order of the three.
+    Equality (a flat body) is allowed, to round-off.
 
     Args:
         inertia: J, shape (3, 3), symmetric, kg m².
 
     Returns:
-        The principal moments in descending order where the largest exceeds the sum of the others.
+        The principal moments in descending order, or None.
     """
     small, middle, large = np.linalg.eigvalsh(inertia).tolist()
     if large > (small + middle) * (1 + 1e-12):

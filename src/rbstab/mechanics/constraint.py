@@ -1,6 +1,6 @@
-"""The contact point held fast: constraint force, projection and motion on the sub manifold.
+"""The held contact point: constraint force, projection and motion on the submanifold.
 
-The point is held by E = F = 0, whose derivative along the motion is the acceleration constraint
+The constraint is E = F = 0. Its derivative along the motion is the acceleration constraint
 c'Ż + AΩ̌²R = 0 (eq. 13 and 14 with the sign corrected: the paper prints a minus).
 """
 
@@ -10,10 +10,11 @@ from rbstab.mechanics.algebra import cross, inverse
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import Motion, contact_directions, motion_from_centre
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import OMEGA, V_OF_Z
 
 
 def centripetal_acceleration(body: Body, motion: Motion) -> Array:
-    """AΩ̌²R, shape (3,), m/s², inertial: the part of Ḟ that is there without Ω̇ and V̇ (eq. 13).
+    """Return AΩ̌²R, shape (3,), m/s², inertial: the part of Ḟ without Ω̇ and V̇ (eq. 13).
 
     Here Ω̌²R = Ω × (Ω × R).
     """
@@ -22,19 +23,25 @@ def centripetal_acceleration(body: Body, motion: Motion) -> Array:
 
 
 def mobility(body: Body, c: Array) -> Array:
-    """W = c'𝒥⁻¹c = I/m - AŘJ⁻¹ŘA', shape (3, 3), 1/kg: Ḟ per unit of Λ (the bracket of eq. 15)."""
+    """Return W = c'𝒥⁻¹c = I/m - AŘJ⁻¹ŘA', shape (3, 3), 1/kg (the bracket of eq. 15).
+
+    W Λ is the part of Ḟ that Λ causes. This W is not the state W of eq. 4.
+    """
     return c.T @ body.mass_matrix_inverse @ c
 
 
 def constraint_force(body: Body, c: Array, applied: Array, demand: Array) -> Array:
-    """Λ = -[c'𝒥⁻¹c]⁻¹(c'𝒥⁻¹𝓔 + γ), shape (3,), N, inertial, on the body at C (eq. 15).
+    """Return Λ = -[c'𝒥⁻¹c]⁻¹(c'𝒥⁻¹𝓔 + γ), the force on the body at C (eq. 15).
 
     Args:
         body: The body.
         c: c of eq. 10, shape (12, 3).
         applied: 𝓔 of eq. 9, shape (12,).
-        demand: γ, shape (3,), m/s²: Λ makes c'Ż = -γ. For the constraint itself γ = AΩ̌²R (the paper
-            prints its sign reversed); Baumgarte's stabilization adds to it.
+        demand: γ, shape (3,), m/s²: Λ makes c'Ż = -γ. Without drift control γ = AΩ̌²R (the paper
+            prints the opposite sign). See `baumgarte_demand` for a γ that also damps drift.
+
+    Returns:
+        Λ, shape (3,), N, inertial.
     """
     return -inverse(mobility(body, c)) @ (c.T @ body.mass_matrix_inverse @ applied + demand)
 
@@ -42,47 +49,53 @@ def constraint_force(body: Body, c: Array, applied: Array, demand: Array) -> Arr
 def partial_constraint_force(
     body: Body, c: Array, applied: Array, demand: Array, held: Array
 ) -> Array:
-    """Λ on the held axes alone, by which these have c'Ż = -γ, shape (3,), N, inertial.
+    """Return the Λ that gives the held axes c'Ż = -γ, and is 0 on the other axes.
 
-    With S the held axes, Λ_S = -(W_SS)⁻¹(c'𝒥⁻¹𝓔 + γ)_S, and 0 on the others; for all three axes
-    this is eq. 15. The axes are picked by numbers, not by branches: M = diag(held), and
-    Λ = -(MWM + I - M)⁻¹ M (c'𝒥⁻¹𝓔 + γ), whose matrix is W_SS beside an identity.
+    With S the held axes, Λ_S = -(W_SS)⁻¹(c'𝒥⁻¹𝓔 + γ)_S. If all three axes are held this is eq. 15.
+    The code has no branches: it selects the axes by M = diag(held), and computes
+    Λ = -(MWM + I - M)⁻¹ M (c'𝒥⁻¹𝓔 + γ). The inverted matrix has the blocks W_SS and identity.
 
     Args:
         body: The body.
         c: c of eq. 10, shape (12, 3).
-        applied: Everything else that acts, 𝓔 of eq. 9 plus c times the force on the axes that are
-            not held, shape (12,).
+        applied: All other forces, shape (12,): 𝓔 of eq. 9 plus c times the force on the axes that
+            are not held.
         demand: γ, shape (3,), m/s².
-        held: 1 for each held axis and 0 for each other, shape (3,).
+        held: 1 for each held axis, 0 for each other axis, shape (3,).
+
+    Returns:
+        Λ, shape (3,), N, inertial.
     """
     picked = np.outer(held, held) * mobility(body, c) + np.diag(1.0 - held)
     return -(inverse(picked) @ (held * (c.T @ (body.mass_matrix_inverse @ applied) + demand)))
 
 
 def projected(body: Body, c: Array, forces: Array) -> Array:
-    """P x with P = c[c'𝒥⁻¹c]⁻¹c'𝒥⁻¹, where P² = P and Pc = c (eq. 16).
+    """Return P x with P = c[c'𝒥⁻¹c]⁻¹c'𝒥⁻¹, where P² = P and Pc = c (eq. 16).
+
+    For a vector, P is not formed: a compiled engine would need a hundred times as many operations.
 
     Args:
         body: The body.
         c: c of eq. 10, shape (12, 3).
-        forces: x, shape (12,); or (12, 12), where the identity gives P itself. P is never formed
-            for a vector: that would cost a compiled engine a hundred times the operations.
+        forces: x, shape (12,) or (12, 12); the identity gives P.
     """
     return c @ (inverse(mobility(body, c)) @ (c.T @ (body.mass_matrix_inverse @ forces)))
 
 
 def manifold_rates(body: Body, c: Array, applied: Array, demand: Array) -> Array:
-    """Ż = 𝒥⁻¹[(I - P)𝓔 - c(c'𝒥⁻¹c)⁻¹γ], shape (12,): motion on the sub manifold (eq. 17).
+    """Return Ż = 𝒥⁻¹[(I - P)𝓔 - c(c'𝒥⁻¹c)⁻¹γ], shape (12,): motion on the submanifold (eq. 17).
 
-    Arguments as in `constraint_force`; with its Λ this is 𝒥⁻¹(𝓔 + cΛ).
+    With the Λ of `constraint_force` this is 𝒥⁻¹(𝓔 + cΛ). Both functions have the same arguments.
     """
     free_part = applied - projected(body, c, applied)
     return body.mass_matrix_inverse @ (free_part - c @ (inverse(mobility(body, c)) @ demand))
 
 
 def baumgarte_demand(body: Body, motion: Motion, rate: float | Array) -> Array:
-    """γ = AΩ̌²R + 2αF + α²E, so that Ë + 2αĖ + α²E = 0: drift dies out critically damped.
+    """Return γ = AΩ̌²R + 2αF + α²E.
+
+    Then Ë + 2αĖ + α²E = 0, so drift decays with critical damping.
 
     Args:
         body: The body.
@@ -99,15 +112,15 @@ def baumgarte_demand(body: Body, motion: Motion, rate: float | Array) -> Array:
 
 
 def projected_state(body: Body, anchor: Array, Z: Array) -> Array:
-    """The state nearest to Z, in the metric of kinetic energy, with E = 0 and F = 0.
+    """Return the state nearest to Z with E = 0 and F = 0, in the metric of kinetic energy.
 
-    Two Newton steps along 𝒥⁻¹c return the position (each squares what is left of E); then
-    𝒥Ż := (I - P)𝒥Ż, the projection of eq. 16, takes F off the velocities.
+    Two Newton steps along 𝒥⁻¹c make E zero; they converge quadratically. Then the projection
+    𝒥Ż := (I - P)𝒥Ż of eq. 16 makes F zero.
 
     Args:
         body: The body.
         anchor: X_a, shape (3,), m.
-        Z: The state [Θ, Ω, X, V], shape (12,), close to the sub manifold.
+        Z: The state [Θ, Ω, X, V], shape (12,), close to the submanifold.
 
     Returns:
         The projected state, shape (12,).
@@ -116,14 +129,16 @@ def projected_state(body: Body, anchor: Array, Z: Array) -> Array:
         motion = motion_from_centre(body, anchor, Z)
         step = _shift(body, motion, motion.E)
         Z = np.concatenate(
-            [motion.Theta - motion.B @ step[3:6], motion.Omega, motion.X - step[9:12], motion.V]
+            [motion.Theta - motion.B @ step[OMEGA], motion.Omega, motion.X - step[V_OF_Z], motion.V]
         )
     motion = motion_from_centre(body, anchor, Z)
     step = _shift(body, motion, motion.F)
-    return np.concatenate([motion.Theta, motion.Omega - step[3:6], motion.X, motion.V - step[9:12]])
+    return np.concatenate(
+        [motion.Theta, motion.Omega - step[OMEGA], motion.X, motion.V - step[V_OF_Z]]
+    )
 
 
 def _shift(body: Body, motion: Motion, residual: Array) -> Array:
-    """𝒥⁻¹c(c'𝒥⁻¹c)⁻¹ρ: the least shift of body and centre that moves C by ρ."""
+    """Return 𝒥⁻¹c(c'𝒥⁻¹c)⁻¹ρ: the smallest shift of the state that moves C by ρ."""
     c = contact_directions(body, motion)
     return body.mass_matrix_inverse @ c @ inverse(mobility(body, c)) @ residual

@@ -1,11 +1,11 @@
-"""The contact point C: where it is from its anchor, and how fast it moves (eq. 4, 32, 38)."""
+"""The displacement and the velocity of the contact point C (eq. 4, 32, 38)."""
 
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.numbers import Array
 
 
 def displacement(body: Body, A: Array, X: Array, anchor: Array) -> Array:
-    """E = X + A R - R - X_a: C from its anchor (eq. 4; with X_a = X_e, eq. 38).
+    """Return E = X + A R - R - X_a, from the anchor to C (eq. 4; with X_a = X_e, eq. 38).
 
     Args:
         body: The body, for R.
@@ -20,7 +20,7 @@ def displacement(body: Body, A: Array, X: Array, anchor: Array) -> Array:
 
 
 def velocity(body: Body, A: Array, Omega: Array, V: Array) -> Array:
-    """F = Ė = V - A Ř Ω (eq. 4).
+    """Return F = Ė = V - A Ř Ω (eq. 4).
 
     Args:
         body: The body, for Ř.
@@ -35,10 +35,16 @@ def velocity(body: Body, A: Array, Omega: Array, V: Array) -> Array:
 
 
 def centre_position(body: Body, A: Array, E: Array, anchor: Array) -> Array:
-    """X = E - AR + R + X_a: eq. 4 solved for X; with E = 0, eq. 32. Shapes as `displacement`."""
+    """Return X = E - AR + R + X_a: eq. 4 solved for X; with E = 0, eq. 32.
+
+    The arguments have the same shapes as in `displacement`.
+    """
     return E - A @ body.contact_point + body.contact_point + anchor
 
 
 def centre_velocity(body: Body, A: Array, Omega: Array, F: Array) -> Array:
-    """V = F + A Ř Ω: eq. 4 solved for V; with F = 0, eq. 32. Shapes as `velocity`."""
+    """Return V = F + A Ř Ω: eq. 4 solved for V; with F = 0, eq. 32.
+
+    The arguments have the same shapes as in `velocity`.
+    """
     return F + A @ (body.contact_cross @ Omega)

@@ -8,15 +8,15 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 
 STEP = 1e-200
-"""h: far below round-off of any state, far above underflow of what it is multiplied with."""
+"""h: far below the round-off of any state, but h times a derivative does not underflow."""
 
 
 def jacobian(function: Callable[[Array], Any], x: Array) -> Array:
-    """∂f/∂x by Im f(x + ih e_k) / h, exact to round-off because nothing is subtracted.
+    """Compute ∂f/∂x by Im f(x + ih e_k) / h, exact to round-off because nothing is subtracted.
 
     Args:
-        function: f, which takes an array of shape (n,) of complex numbers and returns shape (m,),
-            or a scalar. It must be analytic: all of the project's equations are.
+        function: f, analytic, as all equations of this project are. It takes a complex array of
+            shape (n,) and returns shape (m,), or a scalar.
         x: The point, shape (n,).
 
     Returns:
@@ -30,7 +30,7 @@ def jacobian(function: Callable[[Array], Any], x: Array) -> Array:
 
 
 def derivative_along(function: Callable[[Array], Any], x: Array, direction: Array) -> Any:
-    """(∂f/∂x) d by Im f(x + ih d) / h: one evaluation, whatever the number of states.
+    """Compute (∂f/∂x) d by Im f(x + ih d) / h, with one evaluation of f for any n.
 
     Args:
         function: f, as for `jacobian`.
@@ -38,6 +38,6 @@ def derivative_along(function: Callable[[Array], Any], x: Array, direction: Arra
         direction: d, shape (n,).
 
     Returns:
-        The derivative, of the shape of f.
+        The derivative, in the shape of f.
     """
     return np.imag(function(x + 1j * STEP * direction)) / STEP

@@ -8,14 +8,15 @@ from rbstab.mechanics import attitude, contact
 from rbstab.mechanics.algebra import IDENTITY, ZERO_MATRIX
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import E_OF_W, F_OF_W, OMEGA, THETA, V_OF_Z, X_OF_Z
 
 
 class Motion(NamedTuple):
-    """Everything that forces may depend on, each of shape (3,) but for the matrices (3, 3).
+    """All quantities that forces may depend on: vectors of shape (3,), matrices of shape (3, 3).
 
-    Theta (rad) and Omega (rad/s, body) turn the body; X (m) and V (m/s) move its centre of
-    gravity, inertial; A and B belong to Theta; E (m) and F (m/s) are the contact point's
-    displacement from its anchor and its velocity, inertial.
+    Theta (rad) and Omega (rad/s, body) describe the rotation of the body. X (m) and V (m/s) are the
+    position and velocity of its centre of gravity, inertial. A and B are computed from Theta. E (m)
+    and F (m/s) are the contact point's displacement from its anchor and its velocity, inertial.
     """
 
     Theta: Array
@@ -29,9 +30,9 @@ class Motion(NamedTuple):
 
 
 class Wrench(NamedTuple):
-    """What acts on the body besides a constraint, each of shape (3,).
+    """All forces on the body except the constraint force, each of shape (3,).
 
-    force (N, inertial) acts at the centre of gravity, couple (N m) is in body coordinates,
+    force (N, inertial) acts at the centre of gravity. couple (N m) is in body coordinates.
     contact_force (N, inertial) acts on the body at the contact point C.
     """
 
@@ -41,8 +42,8 @@ class Wrench(NamedTuple):
 
 
 def motion_from_centre(body: Body, anchor: Array, Z: Array) -> Motion:
-    """The motion at the state Z' = [Θ', Ω', X', V'], shape (12,), by eq. 2 and 4."""
-    Theta, Omega, X, V = Z[0:3], Z[3:6], Z[6:9], Z[9:12]
+    """Return the motion at the state Z' = [Θ', Ω', X', V'], shape (12,), by eq. 2 and 4."""
+    Theta, Omega, X, V = Z[THETA], Z[OMEGA], Z[X_OF_Z], Z[V_OF_Z]
     A = attitude.rotation(Theta)
     return Motion(
         Theta,
@@ -57,12 +58,12 @@ def motion_from_centre(body: Body, anchor: Array, Z: Array) -> Motion:
 
 
 def motion_from_contact(body: Body, anchor: Array, W: Array) -> Motion:
-    """The motion at the state W' = [Θ', Ω', E', F'], shape (12,), by eq. 2, and 4 solved for X, V.
+    """Return the motion at the state W' = [Θ', Ω', E', F'], shape (12,), by eq. 2 and 4.
 
-    With E = F = 0 this is the body held at its contact point: X = -AR + R + X_a and V = AŘΩ
-    (eq. 32).
+    Eq. 4 is solved for X and V. With E = F = 0 this is the body held at its contact point:
+    X = -AR + R + X_a and V = AŘΩ (eq. 32).
     """
-    Theta, Omega, E, F = W[0:3], W[3:6], W[6:9], W[9:12]
+    Theta, Omega, E, F = W[THETA], W[OMEGA], W[E_OF_W], W[F_OF_W]
     A = attitude.rotation(Theta)
     return Motion(
         Theta,
@@ -77,9 +78,9 @@ def motion_from_contact(body: Body, anchor: Array, W: Array) -> Motion:
 
 
 def applied_forces(body: Body, motion: Motion, force: Array, couple: Array) -> Array:
-    """𝓔 = [BΩ, f(Ω) + N, V, G + H] of eq. 9, shape (12,).
+    """Return 𝓔 = [BΩ, f(Ω) + N, V, G + H] of eq. 9, shape (12,).
 
-    In the order of Z; the paper prints the blocks of 𝓔 in another order than those of Z.
+    The blocks are in the order of Z; the paper prints them in another order.
 
     Args:
         body: The body, for f.
@@ -98,16 +99,16 @@ def applied_forces(body: Body, motion: Motion, force: Array, couple: Array) -> A
 
 
 def contact_directions(body: Body, motion: Motion) -> Array:
-    """c of eq. 10, shape (12, 3): c' = [0, -AŘ, 0, I], so that c'Ż = Ḟ - AΩ̌²R.
+    """Return c of eq. 10, shape (12, 3): c' = [0, -AŘ, 0, I], so that c'Ż = Ḟ - AΩ̌²R.
 
-    cΛ is what Λ does: its second block ŘA'Λ is the moment R × A'Λ in body coordinates (eq. 1).
+    cΛ is the effect of Λ. Its second block ŘA'Λ is the moment R × A'Λ in body coordinates (eq. 1).
     """
     lever = body.contact_cross @ motion.A.T
     return np.concatenate([ZERO_MATRIX, lever, ZERO_MATRIX, IDENTITY])
 
 
 def free_rates(body: Body, motion: Motion, wrench: Wrench) -> Array:
-    """Ż = 𝒥⁻¹(𝓔 + cΛ), shape (12,): eq. 1, 3 and 9.
+    """Return Ż = 𝒥⁻¹(𝓔 + cΛ), shape (12,): eq. 1, 3 and 9.
 
     Args:
         body: The body.

@@ -1,8 +1,8 @@
-"""Elementary functions for every kind of number that flows through the equations.
+"""Sine and cosine for every kind of number that the equations accept.
 
-Floats and complex numbers go to numpy. Anything else arrives in an object array: its sine and
-cosine are the element's own methods (python-flint's ``arb``, mpmath), unless the kind of number was
-registered here by the module that brings it in (``sin_of.register(Kind, function)``).
+numpy handles floats and complex numbers. All other numbers are entries of object arrays. Their own
+methods ``sin`` and ``cos`` are called (python-flint's ``arb``, mpmath), unless a module registers
+another function for its kind of number (``sin_of.register(Kind, function)``).
 """
 
 from collections.abc import Callable
@@ -18,29 +18,29 @@ Number = Any
 
 @singledispatch
 def sin_of(x: Number) -> Number:
-    """The sine of one number of a kind that numpy does not know."""
+    """Return the sine of one number of a kind that numpy does not support."""
     return x.sin()
 
 
 @singledispatch
 def cos_of(x: Number) -> Number:
-    """The cosine of one number of a kind that numpy does not know."""
+    """Return the cosine of one number of a kind that numpy does not support."""
     return x.cos()
 
 
-for _plain in (int, float, complex):
-    # A constant among symbols (an angle held at 0.0) has no sine method of its own.
-    sin_of.register(_plain, np.sin)
-    cos_of.register(_plain, np.cos)
+for _scalar_type in (int, float, complex):
+    # A constant among symbols (an angle fixed at 0.0) has no sine method.
+    sin_of.register(_scalar_type, np.sin)
+    cos_of.register(_scalar_type, np.cos)
 
 
 def sin(x: Array) -> Array:
-    """The sine of each entry of an array, whatever its kind of number."""
+    """Return the sine of each entry of an array of any kind of number."""
     return np.sin(x) if x.dtype != object else _each(sin_of, x)
 
 
 def cos(x: Array) -> Array:
-    """The cosine of each entry of an array, whatever its kind of number."""
+    """Return the cosine of each entry of an array of any kind of number."""
     return np.cos(x) if x.dtype != object else _each(cos_of, x)
 
 

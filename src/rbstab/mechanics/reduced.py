@@ -1,6 +1,6 @@
-"""The held body in its own six states: rotation about the contact point (section 3.2).
+"""Rotation of the body about its held contact point, with six states (section 3.2).
 
-The motion itself is `motion.motion_from_contact` with E = F = 0 (eq. 32).
+`motion.motion_from_contact` with E = F = 0 gives X and V from these states (eq. 32).
 """
 
 from rbstab.mechanics.algebra import cross
@@ -10,13 +10,13 @@ from rbstab.mechanics.numbers import Array
 
 
 def angular_acceleration(body: Body, motion: Motion, force: Array, couple: Array) -> Array:
-    """Ω̇ from (J - mŘ²)Ω̇ = f(Ω) + N - ŘA'(G + H) - mŘΩ̌²R (eq. 21, and 35 corrected).
+    """Return Ω̇ from (J - mŘ²)Ω̇ = f(Ω) + N - ŘA'(G + H) - mŘΩ̌²R (eq. 21, and 35 corrected).
 
-    The last term is the paper's mŘ(ŘΩ)ˇΩ, for (R × Ω) × Ω = Ω × (Ω × R).
+    The last term equals the paper's mŘ(ŘΩ)ˇΩ, because (R × Ω) × Ω = Ω × (Ω × R).
 
     Args:
         body: The body.
-        motion: A motion on the sub manifold.
+        motion: A motion on the submanifold.
         force: G + H, shape (3,), N, inertial.
         couple: N, shape (3,), N m, body.
 
@@ -31,11 +31,11 @@ def angular_acceleration(body: Body, motion: Motion, force: Array, couple: Array
 
 
 def holding_force(body: Body, motion: Motion, force: Array, Omega_rate: Array) -> Array:
-    """Λ = -(G + H) - mA(ŘΩ)ˇΩ + mAŘΩ̇ = mV̇ - G - H (eq. 20).
+    """Return Λ = -(G + H) - mA(ŘΩ)ˇΩ + mAŘΩ̇ = mV̇ - G - H (eq. 20).
 
     Args:
         body: The body.
-        motion: A motion on the sub manifold.
+        motion: A motion on the submanifold.
         force: G + H, shape (3,), N, inertial.
         Omega_rate: Ω̇ of `angular_acceleration`, shape (3,), rad/s², body.
 

@@ -1,3 +1,5 @@
+"""Boxes of angles: halves, hulls and ranges cover all that they must, despite round-off."""
+
 import math
 
 import mpmath
@@ -35,20 +37,20 @@ def test_whole_range_is_made_anew():
 
 
 def test_reach_covers_the_box(rng):
-    # Ends of unlike sizes, so that sums and differences are rounded.
+    # Ends of very different sizes, so that sums and differences are rounded.
     ends = rng.normal(size=(2, 200, 3)) * 10.0 ** rng.integers(-9, 1, size=(2, 200, 3))
     boxes = Boxes(ends.min(axis=0), ends.max(axis=0))
-    # Sums of doubles in exact arithmetic: fsum is correctly rounded, its sign is right.
-    for low, high, centre, reach in zip(
+    # fsum rounds the exact sum once, so its sign is right.
+    for low, high, centre, radius in zip(
         boxes.low.ravel(),
         boxes.high.ravel(),
         boxes.centre.ravel(),
-        boxes.reach.ravel(),
+        boxes.radius.ravel(),
         strict=True,
     ):
         assert low <= centre <= high
-        assert math.fsum([centre, reach, -high]) >= 0
-        assert math.fsum([low, reach, -centre]) >= 0
+        assert math.fsum([centre, radius, -high]) >= 0
+        assert math.fsum([low, radius, -centre]) >= 0
 
 
 def test_halves_cover_the_box_and_meet(rng):
@@ -75,7 +77,7 @@ def test_within_and_meets():
     high = np.array([[1, 1, 1], [0.4, 0.4, 1.1], [0.5, 1, 1], [2, 2, 2], [2, 1, 1]], dtype=float)
     boxes = Boxes(low, high)
     np.testing.assert_array_equal(boxes.within(unit), [True, False, False, False, False])
-    np.testing.assert_array_equal(boxes.meets(unit), [True, True, True, True, False])
+    np.testing.assert_array_equal(boxes.intersects(unit), [True, True, True, True, False])
 
 
 def test_box_around_a_point_is_rounded_outwards(rng):
@@ -88,7 +90,7 @@ def test_box_around_a_point_is_rounded_outwards(rng):
 
 def test_joining_nothing():
     assert len(joined([no_boxes(), no_boxes()])) == 0
-    assert no_boxes().reach.shape == (0, 3)
+    assert no_boxes().radius.shape == (0, 3)
 
 
 def test_hulls_take_what_touches_together():

@@ -1,3 +1,5 @@
+"""The certified region is bounded by the lowest border point or other rest state, with proof."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -5,7 +7,7 @@ import pytest
 from support.rest import DAMPING, HEAVY, K_R, inverted_pendulum, paper_system, random_rest_system
 
 from rbstab.analysis.proof.boxes import RANGE_END
-from rbstab.analysis.proof.branch_and_bound import Outcome
+from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.certified_region import Face, certified_region
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.rest_states import rest_states
@@ -13,8 +15,16 @@ from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 
 
+def region_of(rest, **options):
+    """Return the region of at least one rest state."""
+    found = certified_region(rest, **options)
+    assert found is not None
+    return found
+
+
 def region(system, **options):
-    return certified_region(rest_states(system, **options))
+    """Return the region of a system."""
+    return region_of(rest_states(system, **options))
 
 
 def border_points(rng, face, count=20_000):
@@ -24,7 +34,7 @@ def border_points(rng, face, count=20_000):
     return points
 
 
-# As stated with the facts: to a joule.
+# Known values, rounded to a joule.
 @pytest.mark.parametrize(
     ("variant", "least"), [("free", 493), ("permanent", 1020), ("visco-elastic", 918)]
 )
@@ -34,20 +44,20 @@ def test_least_energy_where_the_angles_become_singular(variant, least):
     assert found.face in {Face.THETA2_LOW, Face.THETA2_HIGH}
     assert found.level == pytest.approx(least, abs=0.5)
     assert found.level - 1e-5 < found.lower_bound <= found.level
-    # Without a load the rest state has no energy.
+    # Without a load the energy at rest is zero.
     assert found.energy == found.level
 
 
 def test_free_body_needs_a_quarter_turn():
     found = region(paper_system("free"))
-    # ½ K (π/2)² for the softest axis that reaches an end: 400 N m/rad on θ2.
+    # ½ K (π/2)² of the softest axis: 400 N m/rad on θ2.
     assert found.level == pytest.approx(0.5 * 400 * (np.pi / 2) ** 2, rel=1e-14)
     assert abs(found.attained_at[1]) == pytest.approx(np.pi / 2, rel=1e-15)
     np.testing.assert_allclose(found.attained_at[[0, 2]], 0, atol=1e-7)
 
 
 def test_of_faces_that_are_alike_the_first_counts():
-    # θ3 = π and -π are one attitude, and store the same but for what couples θ3 with θ1.
+    # θ3 = π and -π are one attitude; only the coupling of θ3 with θ1 makes their energies differ.
     soft = paper_system("permanent", 0.1)
     lower = []
     for coupling in (4e-11, -4e-11):
@@ -65,14 +75,14 @@ def test_of_faces_that_are_alike_the_first_counts():
 
 def test_level_is_counted_from_the_rest_state():
     light, heavy = region(paper_system("free")), region(paper_system("free", weight=HEAVY))
-    # The weight changes the energy of all attitudes of a free body alike.
+    # The weight shifts the energy of all attitudes of a free body by the same amount.
     assert heavy.level == pytest.approx(light.level, rel=1e-12)
     assert heavy.energy == pytest.approx(light.energy - 25.625, rel=1e-12)
     assert heavy.lower_bound == pytest.approx(heavy.level, rel=1e-9)
 
 
 def test_level_does_not_depend_on_where_energy_is_counted_from():
-    # The weight has done 4e5 J on the way to an anchor a kilometre below, and K_t holds none of it.
+    # The anchor lies a kilometre below: the weight has done work of 4e5 J, and K_t stores none.
     near = paper_system("permanent", weight=HEAVY)
     loose = TranslationalStabilizer(np.zeros((3, 3)), DAMPING)
     near = replace(near, elements=(near.elements[0], loose, near.elements[2]))
@@ -81,7 +91,7 @@ def test_level_does_not_depend_on_where_energy_is_counted_from():
     assert one.energy - other.energy == pytest.approx(4.1e5, rel=1e-6)
     assert one.level == pytest.approx(other.level, rel=1e-9)
     assert other.level - 1e-5 < other.lower_bound <= other.level
-    # What rounding does to either energy is taken off.
+    # The round-off of both energies is subtracted.
     energy = reduced_energy(far).form
     assert other.lower_bound < other.level - 1.9 * energy.round_off[0]
 
@@ -89,7 +99,7 @@ def test_level_does_not_depend_on_where_energy_is_counted_from():
 @pytest.mark.parametrize("variant", ["permanent", "visco-elastic", "embedded"])
 def test_border_and_other_rest_states_are_not_lower(rng, variant):
     rest = rest_states(random_rest_system(rng, variant))
-    found = certified_region(rest)
+    found = region_of(rest)
     form, lowest = rest.energy.form, rest.states[0].state.energy
     assert found.proved
     for face in Face:
@@ -108,22 +118,22 @@ def test_border_and_other_rest_states_are_not_lower(rng, variant):
 
 
 def test_other_rest_state_can_be_the_limit():
-    # θ2 is stiff, and a half turn of θ1 costs more than to come over the top at θ1 = 0.
+    # θ2 is stiff, and a half turn of θ1 costs more than crossing the top at θ1 = 0.
     found = region(inverted_pendulum([10.0, 1e3, 1e3], 100.0))
     assert found.proved
     assert found.face is None
     np.testing.assert_allclose(np.sort(np.abs(found.attained_at[1:])), 0, atol=1e-12)
-    # Two rest states of one energy: the region about one of them is empty.
+    # Two rest states have the same energy, so the region about one of them is empty.
     assert found.level == pytest.approx(0, abs=1e-10)
     assert 0 <= found.lower_bound < 1e-9
 
 
 def test_rest_state_on_top_of_the_hill_is_the_limit_of_a_valley():
-    # The weight leans to one side, so that one valley is lower: the other's rest states are higher.
+    # The weight is tilted, so one valley is lower, and the other rest states are higher.
     system = inverted_pendulum([30.0, 1e3, 1e3], 100.0)
     gravity = replace(system.elements[0], weight=np.array([0.0, 20.0, -100.0]))
     rest = rest_states(replace(system, elements=(gravity, *system.elements[1:])))
-    found = certified_region(rest)
+    found = region_of(rest)
     assert [point.index for point in rest.states] == [0, 0, 1]
     assert found.face is None
     np.testing.assert_array_equal(found.attained_at, rest.states[1].Theta)
@@ -139,7 +149,7 @@ def test_region_is_empty_where_the_border_is_lower_than_rest():
     rest = rest_states(inverted_pendulum([150.0, 50.0, 70.0], 100.0))
     assert rest.unique is True
     assert not rest.states[0].stable
-    found = certified_region(rest)
+    found = region_of(rest)
     assert found.proved
     assert found.level == pytest.approx(25 * (np.pi / 2) ** 2 - 100, rel=1e-12)
     assert found.level < 0
@@ -155,7 +165,7 @@ def test_search_alone_proves_nothing():
 
 def test_limit_on_boxes_is_handed_on():
     rest = rest_states(paper_system("permanent"))
-    found = certified_region(rest, box_limit=10)
+    found = region_of(rest, box_limit=10)
     assert not found.proved
     assert found.lower_bound < found.level
     stopped = region(paper_system("permanent", 0.01), box_limit=50)
@@ -165,8 +175,8 @@ def test_limit_on_boxes_is_handed_on():
 
 def test_what_is_undecided_at_rest_leaves_no_region():
     rest = rest_states(inverted_pendulum([100.0, 250.0, 70.0], 100.0))
-    assert rest.outcome is Outcome.UNDECIDED
-    found = certified_region(rest)
+    assert rest.outcome is SearchOutcome.UNDECIDED
+    found = region_of(rest)
     assert not found.proved
     assert found.lower_bound == 0
 
@@ -176,7 +186,7 @@ def test_what_is_undecided_high_up_leaves_a_region():
     hill = replace(
         rest.undecided, low=np.array([[0.50, 0.5, 0.5]]), high=np.array([[0.51, 0.51, 0.51]])
     )
-    found = certified_region(replace(rest, undecided=hill, outcome=Outcome.UNDECIDED))
+    found = region_of(replace(rest, undecided=hill, outcome=SearchOutcome.UNDECIDED))
     corners = rest.energy.form.value(np.random.default_rng(0).uniform(0.5, 0.51, size=(1000, 3)))
     assert not found.proved
     assert found.level > corners.min()
@@ -193,7 +203,7 @@ def test_faces_hold_their_ends(face):
     axis, sign = face.value
     low, high = face.box.low[0], face.box.high[0]
     assert sign * RANGE_END[axis] in {low[axis], high[axis]}
-    # π and π/2 lie between the two doubles.
+    # The exact π or π/2 lies between the two doubles.
     assert high[axis] == np.nextafter(low[axis], np.inf)
     others = [other for other in range(3) if other != axis]
     np.testing.assert_array_equal(low[others], -RANGE_END[others])

@@ -1,3 +1,5 @@
+"""The least value of a form over a box has a proved lower bound, close to the value found."""
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -24,11 +26,11 @@ def box(low, high):
 def test_nothing_in_the_box_is_below_the_bound(seed):
     rng = np.random.default_rng(seed)
     form = reduced_energy(random_rest_system(rng, rng.choice(VARIANTS))).form
-    reach = 10.0 ** rng.uniform(-6, 0, size=(100, 3))
-    # Half of them are thin, as a face is.
-    reach[np.arange(50), rng.integers(0, 3, size=50)] = 0.0
+    radius = 10.0 ** rng.uniform(-6, 0, size=(100, 3))
+    # Half of them are flat, like a face.
+    radius[np.arange(50), rng.integers(0, 3, size=50)] = 0.0
     centre = rng.uniform(-1, 1, size=(100, 3)) * [3, 1.5, 3]
-    boxes = Boxes(centre - reach, centre + reach)
+    boxes = Boxes(centre - radius, centre + radius)
     weights = rng.random(size=(100, 40, 3))
     weights[:, :20] = np.round(weights[:, :20])
     points = boxes.low[:, None] + weights * (boxes.high - boxes.low)[:, None]
@@ -50,11 +52,11 @@ def test_errors_of_rounding_are_counted():
 def test_bound_is_near_where_the_box_is_small(rng):
     form = reduced_energy(random_rest_system(rng, "permanent")).form
     centre = rng.uniform(-1, 1, size=(50, 3))
-    for reach in (1e-3, 1e-6):
-        over = enclosure(form, Boxes(centre - reach, centre + reach))
-        steepest = np.abs(over.gradient).sum(axis=1) * reach
+    for radius in (1e-3, 1e-6):
+        over = enclosure(form, Boxes(centre - radius, centre + radius))
+        steepest = np.abs(over.gradient).sum(axis=1) * radius
         lost = over.value - lower_bounds(over)
-        assert np.all(lost <= 1.5 * steepest + 1e3 * reach**2 + 1e-10)
+        assert np.all(lost <= 1.5 * steepest + 1e3 * radius**2 + 1e-10)
 
 
 def test_bowl_in_a_box_with_its_bottom():
@@ -68,7 +70,7 @@ def test_bowl_in_a_box_with_its_bottom():
 
 
 def test_bowl_cut_by_a_face():
-    # θ2 is held at 0.5, and θ1 cannot come to its best place.
+    # θ2 is fixed at 0.5, and the best θ1 lies outside the box.
     bowl = TrigonometricForm(np.diag([2.0, 3, 5]), np.array([-8.0, 0, -1]), NO_WAVES)
     found = least_value(bowl, box([-3, 0.5, -3], [3, 0.5, 3]), LIMIT)
     np.testing.assert_allclose(found.Theta, [3, 0.5, 0.2], rtol=0, atol=1e-6)

@@ -1,3 +1,5 @@
+"""Polynomials in sines and cosines become sums over multiple angles; other terms are refused."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Polynomials in angles, their sines and cosines, and lengths have exact coefficients."""
+
 from fractions import Fraction
 
 import numpy as np
@@ -19,7 +21,7 @@ def variables(ring):
 
 
 def at(polynomial, Theta, x):
-    """The value in floats, term by term."""
+    """Return the value in floats, summed term by term."""
     values = np.concatenate([Theta, np.sin(Theta), np.cos(Theta), x])
     return sum(
         float(fraction(coefficient)) * np.prod(values ** np.array(powers))

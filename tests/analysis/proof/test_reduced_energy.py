@@ -1,5 +1,8 @@
+"""The reduced energy U(Θ) is the stored energy minimised over all lengths, with proved errors."""
+
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -16,17 +19,19 @@ from support.rest import (
 from support.systems import VARIANTS
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.reduced_energy import NoReducedEnergy, Refusal, reduced_energy
+from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
+from rbstab.mechanics.motion import Motion
+from rbstab.mechanics.numbers import Number
 from rbstab.systems.coordinates import ContactCoordinates, ManifoldCoordinates
 
 
 def settled_energy(system, Theta):
-    """U and ∇U by complex steps through the stored energy, and a solve."""
+    """Return U, ∇U and the configuration, by complex steps and a linear solve."""
     still = configurations(system)
     lengths = still.size - 3
     unsettled = still.gradient(np.concatenate([Theta, np.zeros(lengths)]))[3:]
@@ -52,7 +57,7 @@ def test_it_is_the_least_of_the_stored_energy(system, rng):
     energy = reduced_energy(system)
     for Theta in rng.uniform(-3, 3, size=(5, 3)):
         value, gradient, q = settled_energy(system, Theta)
-        (found,), (slope,) = energy.form.to_round_off(Theta[np.newaxis], 1)
+        (found,), (slope,) = energy.form.approximate(Theta[np.newaxis], 1)
         scale = np.abs(value) + np.abs(gradient).max()
         assert found == pytest.approx(value, rel=0, abs=1e-12 * scale)
         np.testing.assert_allclose(slope, gradient, rtol=0, atol=1e-12 * scale)
@@ -75,18 +80,19 @@ def test_intervals_through_the_equations_agree_to_the_stated_error(system, rng):
         with ctx.workprec(200):
             exact = reduced_derivatives(system, arbs(Theta))
         for found, interval in zip(form.rigorous(Theta[np.newaxis], 2), exact, strict=True):
+            bounds: Any = np.asarray(interval, dtype=object)
             for place, value in np.ndenumerate(found.values[0]):
                 widened = arb(float(value), float(found.error[place]))
-                assert widened.contains(np.asarray(interval, dtype=object)[place])
+                assert widened.contains(bounds[place])
 
 
 def test_intervals_over_a_box_hold_the_values_in_it(system, rng):
     form = reduced_energy(system).form
-    centre, reach = rng.uniform(-1, 1, size=3) * [3, 1.4, 3], 1e-3
-    box = np.array([arb(x, reach) for x in centre.tolist()], dtype=object)
+    centre, radius = rng.uniform(-1, 1, size=3) * [3, 1.4, 3], 1e-3
+    box = np.array([arb(x, radius) for x in centre.tolist()], dtype=object)
     intervals = reduced_derivatives(system, box)
-    points = centre + rng.uniform(-reach, reach, size=(20, 3))
-    for values, interval in zip(form.to_round_off(points, 2), intervals, strict=True):
+    points = centre + rng.uniform(-radius, radius, size=(20, 3))
+    for values, interval in zip(form.approximate(points, 2), intervals, strict=True):
         for place, bounds in np.ndenumerate(np.asarray(interval, dtype=object)):
             low, high = float(bounds.lower()), float(bounds.upper())
             inside = values[(slice(None), *place)]
@@ -119,7 +125,7 @@ def test_free_body_keeps_its_rotational_stiffness_alone():
     form = reduced_energy(paper_system("free", weight=HEAVY)).form
     np.testing.assert_array_equal(form.quadratic, np.diag([400, 400, 320]))
     assert form.coefficients.size == 1
-    # Half of the weight's work is left in the spring of 3280 N/m.
+    # Half of the weight's work is stored in the spring of 3280 N/m.
     assert form.coefficients[0, 0, 0] == -0.5 * 410 * 0.125
 
 
@@ -136,20 +142,20 @@ def test_rest_state_is_a_zero(variant):
     rest = nearest_rest_state(system)
     energy = reduced_energy(system)
     Theta = rest.motion.Theta
-    np.testing.assert_allclose(energy.form.to_round_off(Theta[np.newaxis], 1)[1], 0, atol=1e-10)
+    np.testing.assert_allclose(energy.form.approximate(Theta[np.newaxis], 1)[1], 0, atol=1e-10)
     assert energy.form.value(Theta[np.newaxis])[0] == pytest.approx(rest.energy, rel=1e-12)
     q = energy.configuration(Theta)
-    np.testing.assert_allclose(q[energy.configurations.placing :], rest.own, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(q[energy.configurations.pose_size :], rest.own, rtol=0, atol=1e-12)
     np.testing.assert_allclose(energy.configurations.motion(q).X, rest.motion.X, rtol=0, atol=1e-12)
 
 
-def refusal(*elements, variant="visco-elastic"):
+def reason(*elements, variant="visco-elastic"):
     base = paper_system("permanent" if variant == "permanent" else "free")
     system = replace(base, elements=elements, coordinates=coordinates_of(variant))
     with pytest.raises(NoReducedEnergy) as raised:
         reduced_energy(system)
-    assert str(raised.value) == raised.value.refusal.value
-    return raised.value.refusal
+    assert str(raised.value) == raised.value.reason.value
+    return raised.value.reason
 
 
 STABILIZER = TranslationalStabilizer(np.eye(3), DAMPING)
@@ -161,29 +167,29 @@ def sliding(rate_weight):
 
 
 def test_sliding_connector_has_none():
-    assert refusal(STABILIZER, sliding(1.0)) is Refusal.NO_POTENTIAL
-    assert refusal(STABILIZER, sliding(0.0)) is Refusal.NOT_SMOOTH
+    assert reason(STABILIZER, sliding(1.0)) is NoEnergyReason.NO_POTENTIAL
+    assert reason(STABILIZER, sliding(0.0)) is NoEnergyReason.NOT_SMOOTH
 
 
 @pytest.mark.parametrize("stiffness", [[0, 0, 0], [1, 1, 0], [1, -1, 1], [1, -1, -1]])
 def test_body_that_nothing_holds_has_none(stiffness):
     loose = TranslationalStabilizer(np.diag(np.array(stiffness, dtype=float)), DAMPING)
-    assert refusal(Gravity(np.array(HEAVY)), loose) is Refusal.NOT_HELD
+    assert reason(Gravity(np.array(HEAVY)), loose) is NoEnergyReason.NOT_HELD
 
 
 def test_body_without_elements_that_store_has_none_unless_held():
-    assert refusal() is Refusal.NOT_HELD
+    assert reason() is NoEnergyReason.NOT_HELD
     held = replace(paper_system("permanent"), elements=())
     assert reduced_energy(held).form.coefficients.size == 1
 
 
 @dataclass(frozen=True, eq=False)
 class Spring(Element):
-    """A spring with a law of its own."""
+    """A spring that stores any given function of the motion."""
 
     name: ClassVar[str] = "spring"
 
-    law: object
+    law: Callable[[Motion], Number]
 
     def stored(self, motion, own):
         return self.law(motion)
@@ -198,7 +204,7 @@ class Spring(Element):
     ],
 )
 def test_stiffness_that_is_not_constant_is_refused(law):
-    assert refusal(STABILIZER, Spring(law)) is Refusal.NOT_QUADRATIC
+    assert reason(STABILIZER, Spring(law)) is NoEnergyReason.NOT_QUADRATIC
 
 
 @pytest.mark.parametrize(
@@ -210,11 +216,11 @@ def test_stiffness_that_is_not_constant_is_refused(law):
     ],
 )
 def test_other_functions_of_the_angles_are_refused(law):
-    assert refusal(STABILIZER, Spring(law)) is Refusal.NOT_TRIGONOMETRIC
+    assert reason(STABILIZER, Spring(law)) is NoEnergyReason.NOT_TRIGONOMETRIC
 
 
 def test_spring_of_another_law_needs_no_word_of_its_own():
-    # X[0] settles at -θ1, and leaves -½ θ1².
+    # X[0] settles at -θ1, so U is -½ θ1².
     spring = Spring(lambda motion: motion.Theta[0] * motion.X[0])
     system = replace(paper_system("free"), elements=(STABILIZER, spring))
     np.testing.assert_array_equal(reduced_energy(system).form.quadratic, np.diag([-1, 0, 0]))

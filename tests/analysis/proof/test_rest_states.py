@@ -1,3 +1,5 @@
+"""The list of rest states: all of them, in order, with index, proof and uniqueness."""
+
 import subprocess
 import sys
 import time
@@ -7,6 +9,7 @@ import numpy as np
 import pytest
 from support.rest import (
     HEAVY,
+    SADDLES,
     coordinates_of,
     inverted_pendulum,
     paper_system,
@@ -14,19 +17,16 @@ from support.rest import (
 )
 from support.systems import VARIANTS
 
-from rbstab.analysis.proof.branch_and_bound import Outcome
+from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.rest_state import nearest_rest_state
-
-# To half of the last digit that is stated with the facts.
-SADDLES = [[-1.330, 1.514, -2.447], [-2.682, 0.851, -1.382]]
 
 
 @pytest.mark.parametrize("proof", [True, False])
 def test_saddles_of_the_paper_body(proof):
     found = rest_states(paper_system("permanent", 0.1), proof=proof)
     np.testing.assert_allclose(
-        [point.Theta for point in found.states], [[0, 0, 0], *SADDLES], rtol=0, atol=5.1e-4
+        [point.Theta for point in found.states], [np.zeros(3), *SADDLES], rtol=0, atol=5.1e-4
     )
     assert [point.stable for point in found.states] == [True, False, False]
     assert all(point.index in {1, 2} for point in found.states[1:])
@@ -90,12 +90,12 @@ def test_order_is_that_of_the_energy_and_not_of_the_index():
 
 
 def hessian_by_differences(system, Theta):
-    """Of the energy that is left when all else has settled, by its least values."""
+    """Return the Hessian of the reduced energy by differences of its gradient."""
     form = rest_states(system, proof=False).energy.form
     h = 1e-4
     rows = []
     for shift in h * np.eye(3):
-        ahead, behind = (form.to_round_off((Theta + s * shift)[None], 1)[1][0] for s in (1, -1))
+        ahead, behind = (form.approximate((Theta + s * shift)[None], 1)[1][0] for s in (1, -1))
         rows.append((ahead - behind) / (2 * h))
     return np.array(rows)
 
@@ -109,11 +109,11 @@ def test_index_counts_the_ways_down(rng, variant):
 
 
 def test_index_of_the_pendulum():
-    # Upright it falls along θ1 alone, for a < k2; leaning it is stable.
+    # Upright it falls along θ1 only, since a < k2; leaning it is stable.
     found = rest_states(inverted_pendulum([50.0, 150.0, 70.0], 100.0))
     assert [point.index for point in found.states] == [0, 0, 1]
     np.testing.assert_allclose(found.states[2].Theta, 0, atol=1e-12)
-    # θ = 2 sin θ
+    # It leans where θ = 2 sin θ.
     leaning = np.abs(found.states[0].Theta[0])
     assert leaning == pytest.approx(2 * np.sin(leaning), rel=1e-14)
     assert found.states[0].state.energy == pytest.approx(
@@ -146,7 +146,7 @@ def test_uniqueness_is_proved_or_disproved():
 
 def test_search_alone_decides_nothing():
     alone = rest_states(paper_system("permanent"), proof=False)
-    assert alone.outcome is Outcome.SEARCHED
+    assert alone.outcome is SearchOutcome.SEARCHED
     assert not alone.proved
     assert alone.unique is None
     assert alone.examined == 0
@@ -158,10 +158,10 @@ def test_search_alone_decides_nothing():
 
 def test_undecided_decides_nothing():
     found = rest_states(inverted_pendulum([100.0, 250.0, 70.0], 100.0))
-    assert found.outcome is Outcome.UNDECIDED
+    assert found.outcome is SearchOutcome.UNDECIDED
     assert found.unique is None
     assert len(found.undecided) > 0
-    # The state is listed all the same, as one that is not proved.
+    # The state is listed, but as not proved.
     (point,) = found.states
     assert not point.proved
     np.testing.assert_allclose(point.Theta, 0, atol=1e-5)
@@ -169,7 +169,7 @@ def test_undecided_decides_nothing():
 
 def test_two_proved_states_disprove_uniqueness_whatever_is_undecided():
     found = rest_states(paper_system("permanent", 0.01), box_limit=500)
-    assert found.outcome is Outcome.BOX_LIMIT
+    assert found.outcome is SearchOutcome.BOX_LIMIT
     assert sum(point.proved for point in found.states) > 1
     assert found.unique is False
 

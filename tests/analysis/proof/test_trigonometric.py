@@ -1,3 +1,5 @@
+"""Derivatives of trigonometric forms are within their proved errors, which are near round-off."""
+
 import mpmath
 import numpy as np
 import pytest
@@ -7,8 +9,8 @@ from hypothesis import strategies as st
 from rbstab.analysis.proof.trigonometric import (
     ROUND_OFF,
     TrigonometricForm,
-    circular,
-    proved_circular,
+    rigorous_basis,
+    trigonometric_basis,
 )
 
 ORDERS = range(4)
@@ -21,14 +23,14 @@ def random_form(rng, size=5):
 
 
 def exact_derivative(form, Theta, axes):
-    """The derivative along some axes in fifty digits, as a sum of shifted cosines."""
+    """Return the derivative along some axes in fifty digits, as a sum of shifted cosines."""
     with mpmath.workdps(50):
         total = mpmath.mpf(0)
         for place in np.ndindex(form.coefficients.shape):
             term = mpmath.mpf(float(form.coefficients[place]))
             for axis, index in enumerate(place):
                 k, count = (index + 1) // 2, axes.count(axis)
-                # cos(kθ + nπ/2) kⁿ is the n-th derivative of cos kθ; a sine lags a quarter turn.
+                # The n-th derivative of cos kθ is cos(kθ + nπ/2) kⁿ; a sine lags a quarter turn.
                 lag = count - (index > 0 and index % 2 == 0)
                 phase = k * mpmath.mpf(float(Theta[axis])) + lag * mpmath.pi / 2
                 term *= mpmath.cos(phase) * mpmath.mpf(k) ** count if k or count == 0 else 0
@@ -65,7 +67,7 @@ def test_errors_are_near_round_off(rng, order):
 
 
 def test_errors_grow_with_every_part(rng):
-    # Each of the three parts alone must be allowed for.
+    # The error must count each of the three parts.
     for part in range(3):
         factors = [1e6 if part == k else 1e-6 for k in range(3)]
         form = random_form(rng)
@@ -82,7 +84,7 @@ def test_third_derivatives_change_no_faster_than_bounded(rng):
     Theta = rng.uniform(-3, 3, size=(2000, 3))
     h = 1e-5
     for axis, shift in enumerate(h * np.eye(3)):
-        ahead, behind = (form.to_round_off(Theta + sign * shift, 3)[3] for sign in (1, -1))
+        ahead, behind = (form.approximate(Theta + sign * shift, 3)[3] for sign in (1, -1))
         seen = np.abs(ahead - behind).max(axis=0) / (2 * h)
         assert np.all(seen <= form.fourth_derivative_bound[..., axis] * (1 + 1e-6))
 
@@ -99,26 +101,26 @@ def test_fourth_derivative_bound_is_reached_by_one_wave():
 
 def test_round_off_of_sines_is_proved():
     Theta = np.random.default_rng(0).uniform(-4, 4, size=(100, 3))
-    found = proved_circular(Theta, 2)
+    found = rigorous_basis(Theta, 2)
     with mpmath.workdps(40):
         for (row, axis), angle in np.ndenumerate(Theta):
             exact = [f(k * mpmath.mpf(angle)) for k in (1, 2) for f in (mpmath.cos, mpmath.sin)]
             off = [abs(mpmath.mpf(x) - y) for x, y in zip(found[row, axis, 1:], exact, strict=True)]
             assert max(off) <= ROUND_OFF
     np.testing.assert_array_equal(found[..., 0], 1)
-    np.testing.assert_allclose(found, circular(Theta, 2), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found, trigonometric_basis(Theta, 2), rtol=0, atol=1e-15)
 
 
 def test_one_point_at_a_time_or_many_is_the_same(rng):
     form, Theta = random_form(rng), rng.uniform(-3, 3, size=(7, 3))
-    together = form.to_round_off(Theta, 2)
+    together = form.approximate(Theta, 2)
     for row in range(7):
-        for many, one in zip(together, form.to_round_off(Theta[row : row + 1], 2), strict=True):
+        for many, one in zip(together, form.approximate(Theta[row : row + 1], 2), strict=True):
             np.testing.assert_allclose(many[row], one[0], rtol=1e-11, atol=1e-11)
 
 
 def test_no_points_at_all():
     form, nowhere = random_form(np.random.default_rng(0)), np.zeros((0, 3))
-    for derivatives in (form.to_round_off(nowhere, 3), form.rigorous(nowhere, 3)):
+    for derivatives in (form.approximate(nowhere, 3), form.rigorous(nowhere, 3)):
         assert len(derivatives) == 4
     assert [d.values.shape for d in form.rigorous(nowhere, 2)] == [(0,), (0, 3), (0, 3, 3)]

@@ -1,4 +1,4 @@
-"""Boxes of angles, many at once, and the range of eq. 5 as one of them."""
+"""Boxes of angles, many at once, and the range of eq. 5 as a box."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,10 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 
 PI = np.nextafter(np.pi, np.inf)
-"""The least double above π: the double called pi is below it."""
+"""The smallest double above π; `np.pi` is below π."""
 
 RANGE_END = np.array([PI, PI / 2, PI])
-"""rad: |θ1|, |θ2|, |θ3| up to here are the closed range of eq. 5, and a rounding more."""
+"""rad: the largest |θ1|, |θ2| and |θ3| in the closed range of eq. 5, rounded outwards."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,59 +32,59 @@ class Boxes:
         return 0.5 * (self.low + self.high)
 
     @property
-    def reach(self) -> Array:
-        """How far each box reaches from its `centre` along each axis, rounded up, shape (m, 3)."""
+    def radius(self) -> Array:
+        """The radius: the largest distance from `centre` by axis, rounded up, shape (m, 3)."""
         centre = self.centre
         return np.nextafter(np.maximum(self.high - centre, centre - self.low), np.inf)
 
     def within(self, other: "Boxes") -> Array:
-        """Whether each box lies in a single other one, shape (m,)."""
+        """Return whether each box lies inside a single other box, shape (m,)."""
         return np.all((self.low >= other.low) & (self.high <= other.high), axis=1)
 
-    def meets(self, other: "Boxes") -> Array:
-        """Whether each box has a point in common with a single other one, shape (m,)."""
+    def intersects(self, other: "Boxes") -> Array:
+        """Return whether each box has a point in common with a single other box, shape (m,)."""
         return np.all((self.low <= other.high) & (self.high >= other.low), axis=1)
 
     def halves(self, axis: Array) -> "Boxes":
-        """Each box cut in two along its axis; the halves share a face, so nothing is lost."""
+        """Cut each box in two along its axis. The halves share a face, so they cover the box."""
         rows, middle = np.arange(len(self)), self.centre
         left, right = self.high.copy(), self.low.copy()
         left[rows, axis] = right[rows, axis] = middle[rows, axis]
         return joined([Boxes(self.low, left), Boxes(right, self.high)])
 
 
-def box_around(point: Array, reach: Array | float) -> Boxes:
-    """One box about a point, rounded outwards."""
-    low, high = np.nextafter(point - reach, -np.inf), np.nextafter(point + reach, np.inf)
+def box_around(point: Array, radius: Array | float) -> Boxes:
+    """Return one box about a point, rounded outwards."""
+    low, high = np.nextafter(point - radius, -np.inf), np.nextafter(point + radius, np.inf)
     return Boxes(low[np.newaxis], high[np.newaxis])
 
 
 def joined(parts: list[Boxes]) -> Boxes:
-    """All boxes of several lots."""
+    """Return the boxes of several `Boxes` in one `Boxes`."""
     return Boxes(
         np.concatenate([part.low for part in parts]), np.concatenate([part.high for part in parts])
     )
 
 
 def whole_range() -> Boxes:
-    """The closed range of eq. 5 as one box."""
+    """Return the closed range of eq. 5 as one box."""
     return Boxes(-RANGE_END[np.newaxis], RANGE_END[np.newaxis].copy())
 
 
 def no_boxes() -> Boxes:
-    """No box at all."""
+    """Return an empty set of boxes."""
     return Boxes(np.zeros((0, 3)), np.zeros((0, 3)))
 
 
 def hulls(boxes: Boxes) -> Boxes:
-    """Fewer boxes that cover the same: those that touch are taken together."""
+    """Merge boxes that touch into their hull; the hulls cover all given boxes."""
     found = []
     while len(boxes):
-        hull, members = boxes[:1], boxes.meets(boxes[:1])
+        hull, members = boxes[:1], boxes.intersects(boxes[:1])
         while np.any(members):
             taken = joined([hull, boxes[members]])
             hull = Boxes(taken.low.min(axis=0)[np.newaxis], taken.high.max(axis=0)[np.newaxis])
             boxes = boxes[~members]
-            members = boxes.meets(hull)
+            members = boxes.intersects(hull)
         found.append(hull)
     return joined([no_boxes(), *found])

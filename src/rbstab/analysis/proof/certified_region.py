@@ -1,8 +1,8 @@
 """The region in which the Lyapunov function proves convergence to the rest state.
 
-v = U - U* plus kinetic energy never grows. So a motion that starts with v below the least U - U* on
-the border of the range stays inside the range; if no other rest state has U - U* that low either,
-it must come to the rest state (La Salle).
+v = U - U* plus kinetic energy never grows. So if a motion starts with v below the least U - U* on
+the border of the range, it stays inside the range. If also no other rest state has such a low
+U - U*, the motion converges to the rest state (La Salle).
 """
 
 from collections.abc import Iterable, Mapping
@@ -12,7 +12,7 @@ from enum import Enum
 import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, joined
-from rbstab.analysis.proof.branch_and_bound import Outcome
+from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.least_value import LeastValue, least_value, lower_bounds
 from rbstab.analysis.proof.rest_states import RestStates
@@ -20,9 +20,11 @@ from rbstab.mechanics.numbers import Array
 
 FACE_BOX_LIMIT = 100_000
 
-ALIKE = 1e-10
-"""Relative: of energies that differ by no more, as those of opposite faces under symmetry, the
-first counts, on every processor."""
+TIE_TOLERANCE = 1e-10
+"""Energies with a smaller relative difference count as equal, such as on faces that are symmetric.
+
+The first of several equal energies is reported, so the result is the same on every processor.
+"""
 
 
 class Face(Enum):
@@ -37,7 +39,7 @@ class Face(Enum):
 
     @property
     def box(self) -> Boxes:
-        """The face as a box that is thin along its axis: it holds the end, which is no double."""
+        """The face as a box, thin along its axis; π and π/2 are no doubles, so it is not flat."""
         axis, sign = self.value
         low, high = -RANGE_END, RANGE_END.copy()
         outer, inner = sign * RANGE_END[axis], sign * np.nextafter(RANGE_END[axis], 0)
@@ -47,17 +49,17 @@ class Face(Enum):
 
 @dataclass(frozen=True, eq=False)
 class CertifiedRegion:
-    """The set {v < level}, of which all converges to the lowest rest state.
+    """The set {v < level}: every motion from it converges to the lowest rest state.
 
     energy, J, is c*, the least potential energy on the border of the range and at every other rest
-    state; level, J, is c* less the energy of the lowest rest state, and so a value of v. Where it
-    is zero or less the region is empty.
+    state. level, J, is c* minus the energy of the lowest rest state, so it is a value of v. If it
+    is zero or negative, the region is empty.
 
-    lower_bound, J, is the level up to which this is proved: near `level` where `proved`, less where
-    what is undecided might hold a rest state of less energy, and 0 where nothing is proved.
+    lower_bound, J, is the level up to which this is proved. It is near `level` if `proved`. It is
+    lower if an undecided box may contain a rest state of lower energy, and 0 if nothing is proved.
 
-    attained_at, shape (3,), rad, is where c* is, or the first such place: on `face`, or at a rest
-    state if that is None. faces has the least energy on each face.
+    attained_at, shape (3,), rad, is the (first) point with energy c*: on `face`, or a rest state if
+    `face` is None. faces has the least energy on each face.
     """
 
     energy: float
@@ -70,26 +72,28 @@ class CertifiedRegion:
 
 
 def certified_region(rest: RestStates, box_limit: int = FACE_BOX_LIMIT) -> CertifiedRegion | None:
-    """The region in which v proves convergence to the lowest rest state.
+    """Compute the region in which v proves convergence to the lowest rest state.
 
     Args:
         rest: The rest states of the system.
-        box_limit: The number of boxes on one face at which to give up.
+        box_limit: The number of boxes on one face at which the search stops.
 
     Returns:
-        The region, or None where the range has no known rest state.
+        The region, or None if no rest state in the range is known.
     """
     if not rest.states:
         return None
     form, (lowest, *others) = rest.energy.form, rest.states
     faces = {face: least_value(form, face.box, box_limit) for face in Face}
-    ends: list[tuple[float, Array, Face | None]] = [
+    candidates: list[tuple[float, Array, Face | None]] = [
         (least.value, least.Theta, face) for face, least in faces.items()
     ]
-    ends += [(point.state.energy, point.Theta, None) for point in others]
-    energy = min(end[0] for end in ends)
-    alike = ALIKE * max(abs(energy), abs(lowest.state.energy))
-    _, attained_at, face = next(end for end in ends if end[0] - energy <= alike)
+    candidates += [(point.state.energy, point.Theta, None) for point in others]
+    energy = min(candidate[0] for candidate in candidates)
+    tie = TIE_TOLERANCE * max(abs(energy), abs(lowest.state.energy))
+    _, attained_at, face = next(
+        candidate for candidate in candidates if candidate[0] - energy <= tie
+    )
     return CertifiedRegion(
         energy,
         energy - lowest.state.energy,
@@ -102,8 +106,8 @@ def certified_region(rest: RestStates, box_limit: int = FACE_BOX_LIMIT) -> Certi
 
 
 def _proved_level(rest: RestStates, faces: Iterable[LeastValue]) -> float:
-    """A level below which v meets neither the border nor a rest state other than the lowest."""
-    if rest.outcome is Outcome.SEARCHED:
+    """Return a level below which v reaches neither the border nor any other rest state."""
+    if rest.outcome is SearchOutcome.SEARCHED:
         return 0.0
     form, (lowest, *others) = rest.energy.form, rest.states
     places = joined([rest.undecided, *(point.enclosure for point in others)])
@@ -111,6 +115,6 @@ def _proved_level(rest: RestStates, faces: Iterable[LeastValue]) -> float:
     at_border = [least.lower_bound for least in faces]
     reached = min([*at_border, float(inside.min(initial=np.inf))])
     found = form.rigorous(lowest.Theta[np.newaxis], 0)[0]
-    # The lowest rest state has at most this energy, so v there is counted from no more.
+    # This bounds the energy of the lowest rest state from above, so the level is a lower bound.
     level = reached - float(found.values[0] + found.error)
     return max(0.0, float(np.nextafter(level, -np.inf)))

@@ -1,4 +1,4 @@
-"""From an exact polynomial in sines and cosines to a form in those of the multiple angles."""
+"""Conversion of a polynomial in sines and cosines to a form in multiple angles."""
 
 from fractions import Fraction
 from functools import cache
@@ -13,17 +13,21 @@ Exponents = tuple[int, ...]
 
 
 class NotTrigonometric(Exception):
-    """A polynomial has a term that is neither quadratic in Θ nor of sines and cosines alone."""
+    """A polynomial has a term that a form cannot contain, such as θ³, θ sin θ, or a length."""
 
 
 def form_of(polynomial: Polynomial) -> TrigonometricForm:
-    """The form that a polynomial without lengths is; each coefficient is rounded once.
+    """Convert a polynomial without lengths to a form in multiple angles.
+
+    Each coefficient is exact and then rounded once.
 
     Raises:
-        NotTrigonometric: It has another term.
+        NotTrigonometric: The polynomial has a term that a form cannot contain.
     """
     terms = list(polynomial.terms())
-    most = max((powers[3 + k] + powers[6 + k] for powers, _ in terms for k in range(3)), default=0)
+    highest_multiple = max(
+        (powers[3 + k] + powers[6 + k] for powers, _ in terms for k in range(3)), default=0
+    )
     quadratic, linear = np.zeros((3, 3)), np.zeros(3)
     exact: dict[Exponents, Fraction] = {}
     for powers, value in terms:
@@ -37,7 +41,7 @@ def form_of(polynomial: Polynomial) -> TrigonometricForm:
         else:
             i, j = [axis for axis in range(3) for _ in range(angles[axis])]
             quadratic[i, j] = quadratic[j, i] = float(coefficient * (2 if i == j else 1))
-    coefficients = np.zeros([2 * most + 1] * 3)
+    coefficients = np.zeros([2 * highest_multiple + 1] * 3)
     for place, coefficient in exact.items():
         coefficients[place] = float(coefficient)
     return TrigonometricForm(quadratic, linear, coefficients)
@@ -54,7 +58,7 @@ def _add_product(
 
 @cache
 def _power_in_multiples(sines: int, cosines: int) -> dict[int, Fraction]:
-    """Sinᵖ θ cosᵠ θ as a sum of the entries of t: their places and coefficients."""
+    """Expand sinᵖ θ cosᵠ θ as a sum of the entries of t: their indices and coefficients."""
     if sines + cosines == 0:
         return {0: Fraction(1)}
     by_sine = sines > 0
@@ -67,14 +71,14 @@ def _power_in_multiples(sines: int, cosines: int) -> dict[int, Fraction]:
 
 
 def _times(place: int, by_sine: bool) -> list[tuple[int, Fraction]]:
-    """One entry of t times sin θ or cos θ, by the product formulas."""
+    """Multiply one entry of t by sin θ or cos θ, using the product formulas."""
     k, half = (place + 1) // 2, Fraction(1, 2)
     if k == 0:
         return [(2 if by_sine else 1, Fraction(1))]
     is_sine = place % 2 == 0
-    up, down = 2 * k + 1, 2 * k - 3  # the places of cos (k+1)θ and cos (k-1)θ
+    up, down = 2 * k + 1, 2 * k - 3  # the indices of cos (k+1)θ and cos (k-1)θ
     to_sine = is_sine != by_sine
-    # sin k cos 1 and cos k sin 1 give sines, cos k cos 1 and sin k sin 1 give cosines.
+    # sin kθ cos θ and cos kθ sin θ give sines, cos kθ cos θ and sin kθ sin θ give cosines.
     signs = {(False, False): (1, 1), (False, True): (1, -1), (True, False): (1, 1)}
     first, second = signs.get((is_sine, by_sine), (-1, 1))
     if k == 1:

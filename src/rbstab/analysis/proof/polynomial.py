@@ -1,8 +1,8 @@
 """Polynomials in the sines and cosines of angles: one more kind of number for the equations.
 
-The equations take them as they take floats and intervals, and hand back the stored energy as an
-exact polynomial: the coefficients are rational numbers, of which every double is one, so nothing is
-rounded, and what cancels is gone before any interval is put in.
+The equations accept them like floats and intervals, and return the stored energy as an exact
+polynomial. Its coefficients are rational numbers. Every double is rational, so nothing is
+rounded, and terms cancel exactly before any interval is inserted.
 """
 
 import operator
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 
 
 def rational(number: Any) -> "fmpq":
-    """A double or an integer as the rational number that it is."""
-    # Imported late, here and below: commands that prove nothing do not wait for it.
+    """Convert a double or an integer exactly to a rational number."""
+    # Imported late, here and below: only proofs need it.
     from flint import fmpq
 
     return fmpq(*number.as_integer_ratio())
 
 
 def fraction(number: "fmpq") -> Fraction:
-    """A rational number as Python's: its conversion to a float is correctly rounded."""
+    """Convert a rational number to a `Fraction`; `float()` of it is correctly rounded."""
     return Fraction(int(number.p), int(number.q))
 
 
@@ -53,34 +53,35 @@ class Ring:
         return fmpq_mpoly_ctx.get(names, Ordering.lex)
 
     def constant(self, number: Any) -> "Polynomial":
-        """A double or an integer as a polynomial."""
+        """Return the constant polynomial of a double or an integer."""
         return Polynomial(self, self.context.constant(rational(number)))
 
     def constants(self, numbers: Array) -> Array:
-        """An array of doubles as an array of polynomials of the same shape."""
+        """Return an array of doubles as an array of polynomials of the same shape."""
         flat = [self.constant(number) for number in numbers.ravel().tolist()]
         return np.array(flat, dtype=object).reshape(numbers.shape)
 
     def variables(self) -> Array:
-        """[θ, x], shape (angles + lengths,)."""
+        """Return [θ, x], shape (angles + lengths,)."""
         generators = self.context.gens()
         chosen = [*generators[: self.angles], *generators[3 * self.angles :]]
         return np.array([Polynomial(self, generator) for generator in chosen], dtype=object)
 
     def angle_of(self, value: "fmpq_mpoly") -> int | None:
-        """The index of the angle that a polynomial is, or None if it is something else."""
+        """Return the index of the angle that a polynomial equals, or None if it equals no angle."""
         generators = self.context.gens()[: self.angles]
         return next((k for k, generator in enumerate(generators) if value == generator), None)
 
 
 class Polynomial:
-    """One polynomial, or nothing known: what a division or the sine of a sum leaves.
+    """One polynomial, or the unknown value.
 
-    The unknown may arise (the rate matrix B has 1/cos θ2), but an energy must not depend on it.
+    A division by a polynomial that is not constant gives the unknown value, and so does the sine of
+    a sum. It may occur (the rate matrix B has 1/cos θ2), but an energy must not depend on it.
 
     Args:
         ring: The ring.
-        value: The polynomial, or None for the unknown.
+        value: The polynomial, or None for the unknown value.
     """
 
     def __init__(self, ring: Ring, value: "fmpq_mpoly | None") -> None:
@@ -88,32 +89,32 @@ class Polynomial:
 
     @property
     def known(self) -> bool:
-        """Whether this is a polynomial."""
+        """Whether this is a polynomial, not the unknown value."""
         return self.value is not None
 
     @property
     def degree(self) -> int:
-        """The degree in the lengths x, all together."""
+        """The total degree in the lengths x."""
         return max((sum(self._lengths(powers)) for powers, _ in self.terms()), default=0)
 
     def terms(self) -> Iterator[tuple[tuple[int, ...], "fmpq"]]:
-        """Each term's powers, in the order of `Ring.context`, and its coefficient."""
+        """Yield each term's powers, in the order of `Ring.context`, and its coefficient."""
         assert self.value is not None
         for powers, coefficient in self.value.to_dict().items():
             yield tuple(int(power) for power in powers), coefficient
 
     @property
     def constant_value(self) -> "fmpq | None":
-        """The number that this is, or None where it depends on a variable."""
+        """The value of a constant polynomial, or None if it depends on a variable."""
         if self.value is None or not self.value.is_constant():
             return None
         return self.value.leading_coefficient()
 
     def length_coefficient(self, *wanted: int) -> "Polynomial":
-        """The polynomial in the angles that stands with the product of the wanted lengths.
+        """Return the coefficient of a product of lengths, a polynomial in the angles.
 
         Args:
-            wanted: The indices of the lengths; none for the part without lengths.
+            wanted: The indices of the lengths; give none for the terms without lengths.
         """
         powers = tuple(wanted.count(index) for index in range(self.ring.lengths))
         cut = 3 * self.ring.angles
@@ -128,21 +129,21 @@ class Polynomial:
         return powers[3 * self.ring.angles :]
 
     def sin(self) -> "Polynomial":
-        """The sine of an angle."""
-        return self._circular(0)
+        """Return the sine of an angle."""
+        return self._sine_or_cosine(0)
 
     def cos(self) -> "Polynomial":
-        """The cosine of an angle."""
-        return self._circular(1)
+        """Return the cosine of an angle."""
+        return self._sine_or_cosine(1)
 
-    def _circular(self, kind: int) -> "Polynomial":
+    def _sine_or_cosine(self, kind: int) -> "Polynomial":
         index = None if self.value is None else self.ring.angle_of(self.value)
         if index is None:
             return Polynomial(self.ring, None)
         place = self.ring.angles * (1 + kind) + index
         return Polynomial(self.ring, self.ring.context.gens()[place])
 
-    def _with(self, other: Any, operation: Callable[[Any, Any], Any]) -> "Polynomial":
+    def _combine(self, other: Any, operation: Callable[[Any, Any], Any]) -> "Polynomial":
         if isinstance(other, np.ndarray):
             return NotImplemented  # numpy takes over, entry by entry
         value = other.value if isinstance(other, Polynomial) else rational(other)
@@ -150,13 +151,13 @@ class Polynomial:
         return Polynomial(self.ring, None if unknown else operation(self.value, value))
 
     def __add__(self, other: Any) -> "Polynomial":
-        return self._with(other, operator.add)
+        return self._combine(other, operator.add)
 
     def __mul__(self, other: Any) -> "Polynomial":
-        return self._with(other, operator.mul)
+        return self._combine(other, operator.mul)
 
     def __truediv__(self, other: Any) -> "Polynomial":
-        return self._with(other, _quotient)
+        return self._combine(other, _quotient)
 
     def __rtruediv__(self, other: Any) -> "Polynomial":
         return NotImplemented if isinstance(other, np.ndarray) else self.ring.constant(other) / self
@@ -175,7 +176,7 @@ class Polynomial:
 
 
 def _quotient(dividend: Any, divisor: Any) -> Any:
-    """The quotient by a constant other than zero; by anything else, the unknown."""
+    """Divide by a constant other than zero; any other divisor gives the unknown value (None)."""
     if hasattr(divisor, "is_constant"):
         divisor = divisor.leading_coefficient() if divisor.is_constant() else 0
     return dividend * (1 / divisor) if divisor != 0 else None

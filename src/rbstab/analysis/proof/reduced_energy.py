@@ -1,4 +1,4 @@
-"""The reduced potential energy: what is stored at a given attitude when all else has settled."""
+"""The reduced potential energy: the stored energy at an attitude, minimized over all else."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from flint import fmpq
 
 
-class Refusal(Enum):
-    """Why a system has no reduced potential energy; the value says it in words."""
+class NoEnergyReason(Enum):
+    """Why a system has no reduced potential energy; the value is the text to show."""
 
     NO_POTENTIAL = "the connector's force on the surface s = F + κE has no potential"
     NOT_SMOOTH = "the energy K_s|E| of the sliding connector has no gradient at E = 0"
@@ -32,97 +32,101 @@ class Refusal(Enum):
 
 
 class NoReducedEnergy(Exception):
-    """A system has no reduced potential energy; `refusal` names the reason."""
+    """A system has no reduced potential energy; `reason` names the reason."""
 
-    def __init__(self, refusal: Refusal) -> None:
-        super().__init__(refusal.value)
-        self.refusal = refusal
+    def __init__(self, reason: NoEnergyReason) -> None:
+        super().__init__(reason.value)
+        self.reason = reason
 
 
 @dataclass(frozen=True, eq=False)
 class ReducedEnergy:
-    """U(Θ) = min over x of Π(Θ, x), with x = [X, D] (x = D where the contact point is held).
+    """U(Θ) = min over x of Π(Θ, x), with x = [X, D] (x = D if the contact point is held).
 
-    Π, the stored energy, is quadratic in x, so x* = -H⁻¹b(Θ) and U = Π(Θ, 0) - ½ b'H⁻¹b. A zero of
-    ∂U/∂Θ is a rest state, and each rest state is one.
+    Π, the stored energy, is quadratic in x, so x* = -H⁻¹b(Θ) and U = Π(Θ, 0) - ½ b'H⁻¹b. Zeros of
+    ∂U/∂Θ and rest states correspond one to one.
 
-    configurations are those of the system; form is U; settled are the entries of x*.
+    configurations are the system's configurations. form is U. minimizer has the entries of x*.
     """
 
     configurations: Configurations
     form: TrigonometricForm
-    settled: tuple[TrigonometricForm, ...]
+    minimizer: tuple[TrigonometricForm, ...]
 
     def configuration(self, Theta: Array) -> Array:
-        """q = [Θ, x*(Θ)], shape (size,)."""
-        values = [form.value(Theta[np.newaxis])[0] for form in self.settled]
+        """Return q = [Θ, x*(Θ)], shape (size,)."""
+        values = [form.value(Theta[np.newaxis])[0] for form in self.minimizer]
         return np.concatenate([Theta, values])
 
 
 def reduced_energy(system: System) -> ReducedEnergy:
-    """The reduced potential energy of a system, from what its elements say that they store.
+    """Compute the reduced potential energy of a system from the stored energies of its elements.
 
-    The stored energy is taken as an exact polynomial, so the elimination is exact as well.
+    The stored energy is an exact polynomial, so the elimination of x is exact as well.
 
     Raises:
-        NoReducedEnergy: There is none, or none of the form that is understood here.
+        NoReducedEnergy: The system has none, or it does not have the supported form.
     """
-    _refuse_sliding(system)
-    still = configurations(system)
-    ring = Ring(3, still.size - 3)
-    exact = map_parameters(still.system, lambda _, value: ring.constants(value))
+    _reject_sliding(system)
+    at_rest = configurations(system)
+    ring = Ring(3, at_rest.size - 3)
+    exact = map_parameters(at_rest.system, lambda _, value: ring.constants(value))
     energy = Configurations(exact).energy(ring.variables())
     if not isinstance(energy, Polynomial):
         energy = ring.constant(energy)
     if not energy.known:
-        raise NoReducedEnergy(Refusal.NOT_TRIGONOMETRIC)
-    reduced, settled = _eliminated(energy)
+        raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
+    reduced, minimizer = _eliminated(energy)
     try:
-        return ReducedEnergy(still, form_of(reduced), tuple(form_of(entry) for entry in settled))
+        return ReducedEnergy(
+            at_rest, form_of(reduced), tuple(form_of(entry) for entry in minimizer)
+        )
     except NotTrigonometric as error:
-        raise NoReducedEnergy(Refusal.NOT_TRIGONOMETRIC) from error
+        raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
 
 
-def _refuse_sliding(system: System) -> None:
+def _reject_sliding(system: System) -> None:
     for element in system.elements:
         if isinstance(element, SlidingConnector):
             on_position = element.rate_weight == 0
-            raise NoReducedEnergy(Refusal.NOT_SMOOTH if on_position else Refusal.NO_POTENTIAL)
+            raise NoReducedEnergy(
+                NoEnergyReason.NOT_SMOOTH if on_position else NoEnergyReason.NO_POTENTIAL
+            )
 
 
 def _eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:
-    """U and x*, with b = ∂Π/∂x at x = 0 and H = ∂²Π/∂x²."""
+    """Return U and x*, with b = ∂Π/∂x at x = 0 and H = ∂²Π/∂x²."""
     lengths = range(energy.ring.lengths)
     bare = energy.length_coefficient()
     if not lengths:
         return bare, []
     compliance = _inverse_stiffness(energy)
     b = [energy.length_coefficient(i) for i in lengths]
-    settled = [-sum((b[j] * compliance[i][j] for j in lengths), start=0 * bare) for i in lengths]
-    # Π(Θ, x*) = Π(Θ, 0) + ½ b'x*, for x* is where b + Hx = 0.
-    reduced = bare + sum((b[i] * settled[i] for i in lengths), start=0 * bare) * 0.5
-    return reduced, settled
+    minimizer = [-sum((b[j] * compliance[i][j] for j in lengths), start=0 * bare) for i in lengths]
+    # Π(Θ, x*) = Π(Θ, 0) + ½ b'x*, because b + Hx* = 0.
+    reduced = bare + sum((b[i] * minimizer[i] for i in lengths), start=0 * bare) * 0.5
+    return reduced, minimizer
 
 
 def _inverse_stiffness(energy: Polynomial) -> list[list[Polynomial]]:
-    """H⁻¹, whose entries are constants."""
-    from flint import fmpq_mat  # late, as in `polynomial`
+    """Return H⁻¹, whose entries are constants."""
+    from flint import fmpq_mat  # imported late, as in `polynomial`
 
     if energy.degree > 2:
-        raise NoReducedEnergy(Refusal.NOT_QUADRATIC)
+        raise NoReducedEnergy(NoEnergyReason.NOT_QUADRATIC)
     ring, lengths = energy.ring, range(energy.ring.lengths)
     rows = [[_second_derivative(energy, i, j) for j in lengths] for i in lengths]
     minors = [fmpq_mat([row[:n] for row in rows[:n]]).det() for n in range(1, len(rows) + 1)]
     if not all(fraction(minor) > 0 for minor in minors):
-        raise NoReducedEnergy(Refusal.NOT_HELD)
+        raise NoReducedEnergy(NoEnergyReason.NOT_HELD)
     inverse = fmpq_mat(rows).inv()
     wrapped = ring.context.constant
     return [[Polynomial(ring, wrapped(inverse[i, j])) for j in lengths] for i in lengths]
 
 
 def _second_derivative(energy: Polynomial, i: int, j: int) -> "fmpq":
-    """∂²Π/∂x_i∂x_j: the term of x_i² carries half of it, that of x_i x_j all."""
+    """Return ∂²Π/∂x_i∂x_j: twice the coefficient of x_i², or the coefficient of x_i x_j."""
     value = (energy.length_coefficient(i, j) * (1 + (i == j))).constant_value
     if value is None:
-        raise NoReducedEnergy(Refusal.NOT_QUADRATIC)
+        raise NoReducedEnergy(NoEnergyReason.NOT_QUADRATIC)
     return value

@@ -1,4 +1,4 @@
-"""Zeros of the gradient of a reduced energy, looked for from many starts."""
+"""A search for zeros of the gradient of a reduced energy, by Newton's method from many starts."""
 
 import numpy as np
 
@@ -8,23 +8,28 @@ from rbstab.analysis.proof.zero import newton
 from rbstab.mechanics.numbers import Array
 
 STARTS = 1000
-ARRIVED = 1e-9
-"""rad: the last Newton step where one has arrived. From there it falls to round-off at once."""
+CONVERGED_STEP = 1e-9
+"""rad: Newton's method has converged if its last step is below this.
 
-APART = 3e-4
-"""rad: arrivals closer than this are taken for one zero, which the proof does not do. At a
-threefold zero, where a rest state is about to part into three, the gradient is round-off from 1e-4
-on."""
+One more step would then reach round-off.
+"""
+
+MERGE_DISTANCE = 3e-4
+"""rad: results closer than this count as one zero. The proof makes no such assumption.
+
+At a threefold zero, where a rest state is about to split into three, the gradient is below
+round-off within a distance of 1e-4.
+"""
 
 
-@np.errstate(all="ignore")  # no test holds for what is not a number
+@np.errstate(all="ignore")  # comparisons with NaN are false
 def search(form: TrigonometricForm, seed: int = 0, starts: int = STARTS) -> Array:
-    """The zeros of ∇U in the open range of eq. 5 that Newton's method reaches.
+    """Return the zeros of ∇U in the open range of eq. 5 that Newton's method reaches.
 
     Args:
         form: U.
-        seed: Of the random starts, which are uniform over the range; Θ = 0 is one more.
-        starts: Their number.
+        seed: Seed of the random starts, which are uniform over the range; Θ = 0 is added.
+        starts: Number of random starts.
 
     Returns:
         The zeros, to round-off, shape (n, 3), rad, from the lowest energy to the highest.
@@ -32,12 +37,12 @@ def search(form: TrigonometricForm, seed: int = 0, starts: int = STARTS) -> Arra
     random = np.random.default_rng(seed).uniform(-RANGE_END, RANGE_END, size=(starts, 3))
     points = np.concatenate([np.zeros((1, 3)), random])
     Theta, last = newton(form, points)
-    balanced = np.abs(form.to_round_off(Theta, 1)[1]) <= form.round_off[1]
+    at_round_off = np.abs(form.approximate(Theta, 1)[1]) <= form.round_off[1]
     inside = np.all(np.abs(Theta) < RANGE_END, axis=1)
-    arrived = inside & ((last < ARRIVED) | np.all(balanced, axis=1))
-    # Of those that are taken together the one whose last step was the shortest is kept.
-    order = np.argsort(last[arrived])
-    distinct = _distinct(Theta[arrived][order])
+    converged = inside & ((last < CONVERGED_STEP) | np.all(at_round_off, axis=1))
+    # If several results count as one zero, keep the result with the shortest last step.
+    order = np.argsort(last[converged])
+    distinct = _distinct(Theta[converged][order])
     return distinct[np.argsort(form.value(distinct))]
 
 
@@ -45,5 +50,5 @@ def _distinct(points: Array) -> Array:
     kept: list[Array] = []
     while len(points):
         kept.append(points[0])
-        points = points[np.abs(points - points[0]).max(axis=1) > APART]
+        points = points[np.abs(points - points[0]).max(axis=1) > MERGE_DISTANCE]
     return np.array(kept).reshape(-1, 3)

@@ -1,7 +1,7 @@
 """Quadratics plus trigonometric polynomials in three angles, with all their derivatives.
 
 f(Θ) = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3) with t = [1, cos θ, sin θ, cos 2θ, ...].
-Each evaluation takes many points at once and says how far rounding can have moved the result.
+Each evaluation takes many points at once and bounds the rounding errors of its results.
 """
 
 from collections.abc import Iterable
@@ -17,17 +17,17 @@ ROUND_OFF = 2.0**-53
 """u: the relative error of one operation on doubles."""
 
 MAX_ANGLE = 4.0
-"""rad: the bounds on round-off hold for angles up to this, which the range of eq. 5 is within."""
+"""rad: the bounds on round-off hold for angles up to this, which includes the range of eq. 5."""
 
 Counts = tuple[int, int, int]
-"""How often something is derived along each of the three axes."""
+"""The number of derivatives along each of the three axes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Derivatives:
     """Derivatives of one order at m points: values of shape (m, 3, ..., 3).
 
-    error, of the shape of one point's values, bounds what rounding has done to each of them.
+    error, in the shape of one point's values, bounds the rounding error of each value.
     """
 
     values: Array
@@ -54,35 +54,35 @@ class TrigonometricForm:
         return (np.arange(len(self.coefficients)) + 1) // 2
 
     @cached_property
-    def _slope(self) -> Array:
+    def _differentiation(self) -> Array:
         """The matrix that takes t to dt/dθ: (cos kθ)' = -k sin kθ, (sin kθ)' = k cos kθ."""
-        slope = np.zeros((len(self._multiples), len(self._multiples)))
-        for cosine in range(1, len(slope), 2):
-            slope[cosine, cosine + 1] = -self._multiples[cosine]
-            slope[cosine + 1, cosine] = self._multiples[cosine]
-        return slope
+        differentiation = np.zeros((len(self._multiples), len(self._multiples)))
+        for cosine in range(1, len(differentiation), 2):
+            differentiation[cosine, cosine + 1] = -self._multiples[cosine]
+            differentiation[cosine + 1, cosine] = self._multiples[cosine]
+        return differentiation
 
     def value(self, Theta: Array) -> Array:
-        """F at points of shape (m, 3), to round-off, shape (m,)."""
-        return self.to_round_off(Theta, 0)[0]
+        """Return f at points of shape (m, 3), to round-off, shape (m,)."""
+        return self.approximate(Theta, 0)[0]
 
-    def to_round_off(self, Theta: Array, order: int) -> list[Array]:
-        """The derivatives of order 0 to `order` at points, of shapes (m,), (m, 3), ..."""
-        t = circular(Theta, self._multiples[-1])
+    def approximate(self, Theta: Array, order: int) -> list[Array]:
+        """Return the derivatives of order 0 to `order` to round-off, of shapes (m,), (m, 3), ..."""
+        t = trigonometric_basis(Theta, self._multiples[-1])
         return [found.values for found in self.derivatives(t, Theta, order)]
 
     def rigorous(self, Theta: Array, order: int) -> list[Derivatives]:
-        """The derivatives of order 0 to `order` at points, with proved bounds on their errors.
+        """Return the derivatives of order 0 to `order` with proved bounds on their errors.
 
         Args:
-            Theta: Shape (m, 3), within ±`MAX_ANGLE`.
+            Theta: The points, shape (m, 3), within ±`MAX_ANGLE`.
             order: At most 3.
         """
-        return self.derivatives(proved_circular(Theta, self._multiples[-1]), Theta, order)
+        return self.derivatives(rigorous_basis(Theta, self._multiples[-1]), Theta, order)
 
     def derivatives(self, t: Array, Theta: Array, order: int) -> list[Derivatives]:
-        """The derivatives of order 0 to `order`, from t of shape (m, 3, n)."""
-        sums = _mixed_derivatives(self.coefficients, self._slope, t, order)
+        """Return the derivatives of order 0 to `order`, from t of shape (m, 3, n)."""
+        sums = _mixed_derivatives(self.coefficients, self._differentiation, t, order)
         found = []
         for level in range(order + 1):
             columns = [sums[_counts(axes)] for axes in product(range(3), repeat=level)]
@@ -105,10 +105,11 @@ class TrigonometricForm:
         return [self._error(level) for level in range(4)]
 
     def _error(self, level: int) -> Array:
-        """A bound on the error of each derivative by the sum of the magnitudes of its terms.
+        """Bound the error of each derivative by the sum of the magnitudes of its terms.
 
-        A term is a product of a coefficient and three entries of t, each with an error of u, and
-        is added up in three sums of n: fewer than 4n + 8 roundings. Twice as many are allowed for.
+        A term is a product of a coefficient and three entries of t, each with an error of u. The
+        terms are added up in three sums of n: fewer than 4n + 8 roundings. The bound allows twice
+        as many.
         """
         roundings = 8 * len(self.coefficients) + 16
         magnitudes = np.zeros([3] * level)
@@ -122,14 +123,14 @@ class TrigonometricForm:
 
     @cached_property
     def fourth_derivative_bound(self) -> Array:
-        """Bounds on the fourth derivatives, anywhere, shape (3, 3, 3, 3).
+        """Bounds on the fourth derivatives at any point, shape (3, 3, 3, 3).
 
-        For each triple of multiples the eight entries of C stand with products of unit vectors
-        (cos, sin), so their Frobenius norm bounds their sum.
+        The eight entries of C for a triple of multiples are multiplied by products of three unit
+        vectors (cos, sin). So the Frobenius norm of these entries bounds the sum of the terms.
         """
-        most = self._multiples[-1]
+        highest = self._multiples[-1]
         found = np.zeros([3] * 4)
-        for multiples in product(range(most + 1), repeat=3):
+        for multiples in product(range(highest + 1), repeat=3):
             block = self.coefficients[np.ix_(*[self._multiples == k for k in multiples])]
             norm = np.sqrt(np.sum(block * block))
             for axes in product(range(3), repeat=4):
@@ -138,16 +139,18 @@ class TrigonometricForm:
 
 
 def _counts(axes: Iterable[int]) -> Counts:
-    """How often each of three axes is derived along."""
+    """Count the derivatives along each of three axes."""
     listed = list(axes)
     return listed.count(0), listed.count(1), listed.count(2)
 
 
-def _mixed_derivatives(C: Array, slope: Array, t: Array, order: int) -> dict[Counts, Array]:
-    """Σ C_abc t_a t_b t_c derived p, q and r times along the axes, for all p + q + r <= order."""
+def _mixed_derivatives(
+    C: Array, differentiation: Array, t: Array, order: int
+) -> dict[Counts, Array]:
+    """Differentiate Σ C_abc t_a t_b t_c p, q, r times by θ1, θ2, θ3, for all p + q + r <= order."""
     powers = [t]
     for _ in range(order):
-        powers.append(powers[-1] @ slope.T)
+        powers.append(powers[-1] @ differentiation.T)
     m, n = len(t), len(C)
     found: dict[Counts, Array] = {}
     for p in range(order + 1):
@@ -159,21 +162,21 @@ def _mixed_derivatives(C: Array, slope: Array, t: Array, order: int) -> dict[Cou
     return found
 
 
-def circular(Theta: Array, highest: int) -> Array:
-    """t = [1, cos θ, sin θ, cos 2θ, ...] of each angle, to round-off, shape (m, 3, n)."""
+def trigonometric_basis(Theta: Array, highest: int) -> Array:
+    """Return t = [1, cos θ, sin θ, cos 2θ, ...] of each angle, to round-off, shape (m, 3, n)."""
     columns = [np.ones_like(Theta)]
     for k in range(1, highest + 1):
         columns += [np.cos(k * Theta), np.sin(k * Theta)]
     return np.stack(columns, axis=-1)
 
 
-def proved_circular(Theta: Array, highest: int) -> Array:
-    """The same with errors that are proved to be at most u: from python-flint's intervals."""
-    from flint import arb, ctx  # late, as in `polynomial`
+def rigorous_basis(Theta: Array, highest: int) -> Array:
+    """Return t as `trigonometric_basis` does, with proved errors of at most u, by python-flint."""
+    from flint import arb, ctx  # imported late, as in `polynomial`
 
     different, places = np.unique(Theta, return_inverse=True)
     rows = []
-    with ctx.workprec(80):  # to round to 53 digits once, at the end
+    with ctx.workprec(80):  # so that rounding to 53 bits happens once, at the end
         for angle in different.tolist():
             row = [1.0]
             for k in range(1, highest + 1):

@@ -1,4 +1,4 @@
-"""One zero of the gradient of a reduced energy, proved to exist and to be alone."""
+"""One zero of the gradient of a reduced energy, proved to exist and to be unique in a box."""
 
 from dataclasses import dataclass
 
@@ -11,17 +11,17 @@ from rbstab.mechanics.numbers import Array
 
 NEWTON_STEPS = 40
 MAX_STEP = 0.5
-"""rad: longer Newton steps are cut to this, for beyond it the gradient has changed its course."""
+"""rad: longer Newton steps are cut to this, because the linear model fails so far away."""
 
-REACHES = np.geomspace(1e-15, 2.0, 200)
-"""rad: the sizes of boxes about a zero that are tried, from round-off to most of the range."""
+RADII = np.geomspace(1e-15, 2.0, 200)
+"""rad: the radii of the boxes that are tried about a zero, from round-off to most of the range."""
 
 
 @dataclass(frozen=True, eq=False)
 class Zero:
     """A zero of the gradient: exactly one is in `enclosure`, and no other one is in `domain`.
 
-    Theta, shape (3,), rad, is the zero to round-off; both boxes are about it.
+    Theta, shape (3,), rad, is the zero to round-off, and both boxes are around it.
     """
 
     Theta: Array
@@ -30,41 +30,41 @@ class Zero:
 
     @property
     def radius(self) -> float:
-        """How far the zero can be from Theta along each axis, rad."""
-        return float(self.enclosure.reach.max())
+        """The largest distance of the zero from Theta along any axis, rad."""
+        return float(self.enclosure.radius.max())
 
-    def owns(self, Theta: Array) -> bool:
-        """Whether a point is in the domain, so that a zero there is this one."""
+    def domain_contains(self, Theta: Array) -> bool:
+        """Return whether a point is in the domain; then a zero at that point is this zero."""
         return bool(np.all((Theta >= self.domain.low) & (Theta <= self.domain.high)))
 
-    def is_the_same_as(self, other: "Zero") -> bool | None:
-        """Whether two proofs speak of one zero; None where that cannot be told."""
+    def is_same_as(self, other: "Zero") -> bool | None:
+        """Return whether this and another `Zero` are the same zero; None if undecided."""
         for small, large in ((self.enclosure, other.domain), (other.enclosure, self.domain)):
             if small.within(large)[0]:
                 return True
-        return None if self.enclosure.meets(other.enclosure)[0] else False
+        return None if self.enclosure.intersects(other.enclosure)[0] else False
 
 
 @np.errstate(all="ignore")
 def newton(form: TrigonometricForm, starts: Array) -> tuple[Array, Array]:
-    """Newton's method for ∇U = 0 from many points at once.
+    """Run Newton's method for ∇U = 0 from many points at once.
 
     Args:
         form: U.
         starts: Shape (m, 3), rad.
 
     Returns:
-        Where it ended, shape (m, 3), and the last step, shape (m,), rad, which is round-off where
-        it arrived.
+        The end points, shape (m, 3), and the last steps, shape (m,), rad. The last step is
+        round-off if the method has converged.
     """
     Theta = starts
     last = np.full(len(starts), np.inf)
     for _ in range(NEWTON_STEPS):
-        _, gradient, hessian = form.to_round_off(Theta, 2)
+        _, gradient, hessian = form.approximate(Theta, 2)
         step = np.einsum("mkl,ml->mk", inverses(hessian), gradient)
         last = np.abs(step).max(axis=1)
         shortened = step * np.minimum(1.0, MAX_STEP / last)[:, np.newaxis]
-        # At a zero the step may be 0/0; a singular Hessian leads nowhere.
+        # At a zero the step may be 0/0; with a singular Hessian there is no step.
         Theta = Theta - np.where(np.isfinite(shortened), shortened, 0.0)
         if not np.any(last > 1e-13):
             break
@@ -72,20 +72,20 @@ def newton(form: TrigonometricForm, starts: Array) -> tuple[Array, Array]:
 
 
 def isolated_zero(form: TrigonometricForm, Theta: Array) -> Zero | None:
-    """The zero near a point with the proof that it is one, or None where that fails.
+    """Prove that a zero near a point exists and is unique; return it, or None if the proof fails.
 
     Args:
         form: U.
-        Theta: Where Newton's method arrived, shape (3,), rad.
+        Theta: The end point of Newton's method, shape (3,), rad.
     """
-    boxes = joined([box_around(Theta, reach) for reach in REACHES])
-    over = enclosure(form, boxes)
-    # One Y for all sizes: H is that at Theta, but for the rounding of the boxes' centres.
-    bounds = over.preconditioned(inverses(over.hessian))
-    alone = bounds.one_at_most
-    tight = np.flatnonzero(bounds.one_at_least & alone)
-    if not len(tight):
+    boxes = joined([box_around(Theta, radius) for radius in RADII])
+    enclosed = enclosure(form, boxes)
+    # All boxes have nearly the same Y: their centres differ only by rounding.
+    bounds = enclosed.preconditioned(inverses(enclosed.hessian))
+    at_most_one = bounds.at_most_one_zero
+    exactly_one = np.flatnonzero(bounds.at_least_one_zero & at_most_one)
+    if not len(exactly_one):
         return None
-    # The domain is the largest box up to which all are free of a second zero.
-    widest = np.flatnonzero(alone)[-1]
-    return Zero(Theta, boxes[tight[:1]], boxes[widest : widest + 1])
+    # The domain is the largest box proved to have no second zero.
+    widest = np.flatnonzero(at_most_one)[-1]
+    return Zero(Theta, boxes[exactly_one[:1]], boxes[widest : widest + 1])

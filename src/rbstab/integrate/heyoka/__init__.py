@@ -1,1 +1,1 @@
-"""The compiled engine: everything that imports heyoka."""
+"""The compiled engine; only this package imports heyoka."""

@@ -1,6 +1,6 @@
-"""What was compiled is kept: once for each structure of equations, in each thread.
+"""A cache of compiled code, one for each thread.
 
-One for each thread, because an integrator holds the state of its run.
+Each thread needs its own, because an integrator holds the state of its run.
 """
 
 import threading
@@ -10,31 +10,32 @@ from typing import Any, TypeVar, cast
 
 T = TypeVar("T")
 
-MAX_KEPT = 32
-"""Things that a thread keeps: a sweep needs a few for each variant, but may vary its tolerance."""
+MAX_CACHED = 32
+"""The maximum number of entries for a thread. A sweep needs a few for each variant, and more if it
+varies the tolerance."""
 
 
-class _Kept(threading.local):
-    """What this thread has compiled, that which was used longest ago first."""
+class _ThreadCache(threading.local):
+    """The cache entries of the current thread, the least recently used first."""
 
     def __init__(self) -> None:
-        self.things: OrderedDict[Hashable, Any] = OrderedDict()
+        self.entries: OrderedDict[Hashable, Any] = OrderedDict()
 
 
-_kept = _Kept()
+_cache = _ThreadCache()
 
 
-def compiled_once(key: Hashable, make: Callable[[], T]) -> T:
-    """What this thread has compiled under a key, made if it is not there.
+def compiled_once(key: Hashable, compile_entry: Callable[[], T]) -> T:
+    """Return the compiled entry of a key; compile it if this thread has none.
 
     Args:
-        key: Everything that the compiled code depends on, and what it is.
-        make: Compiles.
+        key: The kind of the entry, and everything that its code depends on.
+        compile_entry: Compiles the entry.
     """
-    things = _kept.things
-    if key not in things:
-        things[key] = make()
-        if len(things) > MAX_KEPT:
-            things.popitem(last=False)
-    things.move_to_end(key)
-    return cast("T", things[key])
+    entries = _cache.entries
+    if key not in entries:
+        entries[key] = compile_entry()
+        if len(entries) > MAX_CACHED:
+            entries.popitem(last=False)
+    entries.move_to_end(key)
+    return cast("T", entries[key])

@@ -1,4 +1,4 @@
-"""A function of numbers, written once, compiled for many at a time."""
+"""Compiled functions, evaluated for many arguments at once."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,16 +10,16 @@ from rbstab.integrate.heyoka.symbols import state_symbols
 from rbstab.mechanics.numbers import Array
 
 SIMD = hy.recommended_simd_size()
-"""Numbers in a vector of the processor."""
+"""The number of floating-point numbers in a SIMD vector."""
 
 
 class CompiledMap:
-    """A function of many arguments at once.
+    """A compiled function, evaluated for many arguments at once.
 
     Args:
-        function: Takes an array of shape (inputs,) of any kind of number, and returns one of shape
-            (outputs,).
-        inputs: How many numbers it takes.
+        function: Takes an array of shape (inputs,), of any kind of number, and returns an array of
+            shape (outputs,).
+        inputs: The number of inputs.
 
     Attributes:
         varies: Which outputs depend on an input, shape (outputs,).
@@ -31,28 +31,30 @@ class CompiledMap:
         self.varies = np.array([bool(hy.get_variables(entry)) for entry in results])
         self.compiled = hy.cfunc(results, vars=list(symbols) or [hy.expression("none")])
 
-    def __call__(self, given: Array) -> Array:
-        """The outputs, shape (outputs, m), at inputs of shape (inputs, m)."""
-        return evaluated(self.compiled, given if len(given) else np.zeros((1, given.shape[1])))
+    def __call__(self, inputs: Array) -> Array:
+        """Return the outputs, shape (outputs, m), for inputs of shape (inputs, m)."""
+        return evaluate_compiled(
+            self.compiled, inputs if len(inputs) else np.zeros((1, inputs.shape[1]))
+        )
 
 
-def evaluated(compiled: Any, inputs: Array, pars: Array | None = None) -> Array:
-    """A compiled function of many arguments, each with the same bits wherever it stands.
+def evaluate_compiled(compiled: Any, inputs: Array, pars: Array | None = None) -> Array:
+    """Evaluate a compiled function; the bits of a column do not depend on its position.
 
-    heyoka evaluates what does not fill a SIMD vector by other code, whose last digits differ: so
-    the columns are filled up.
+    heyoka evaluates an incomplete SIMD vector with other code, whose last digits differ. So the
+    last column is repeated until all vectors are complete.
 
     Args:
         compiled: A `heyoka.cfunc`.
         inputs: Shape (inputs, m).
-        pars: Shape (parameters, m), where there are any.
+        pars: Shape (parameters, m), or None.
 
     Returns:
-        Shape (outputs, m).
+        The outputs, shape (outputs, m).
     """
     count = inputs.shape[1]
     full = np.arange(-(-count // SIMD) * SIMD)
     full[count:] = count - 1
-    given = {} if pars is None else {"pars": np.ascontiguousarray(pars[:, full])}
-    found = compiled(np.ascontiguousarray(inputs[:, full]), **given)
-    return np.ascontiguousarray(found[:, :count])
+    parameters = {} if pars is None else {"pars": np.ascontiguousarray(pars[:, full])}
+    outputs = compiled(np.ascontiguousarray(inputs[:, full]), **parameters)
+    return np.ascontiguousarray(outputs[:, :count])

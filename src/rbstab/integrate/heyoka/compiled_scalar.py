@@ -1,18 +1,18 @@
-"""A scalar function of many systems of one structure, with two derivatives, compiled."""
+"""A compiled scalar function with gradient and Hessian, for all systems of one structure."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import heyoka as hy
 
-from rbstab.integrate.heyoka.compiled_map import evaluated
+from rbstab.integrate.heyoka.compiled_map import evaluate_compiled
 from rbstab.integrate.heyoka.symbols import state_symbols, symbols_of
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.system import System
 
 
 class ScalarAt(NamedTuple):
-    """Of m arguments: value (m,), gradient (m, n) and Hessian (m, n, n)."""
+    """The value (m,), gradient (m, n) and Hessian (m, n, n) for m arguments."""
 
     value: Array
     gradient: Array
@@ -20,12 +20,12 @@ class ScalarAt(NamedTuple):
 
 
 class CompiledScalar:
-    """f(system, q), for every system of a structure.
+    """A compiled function f(system, q) with its derivatives by q, for all systems of a structure.
 
     Args:
         system: Any system of the structure.
         function: f, for any kind of number in the system and in q, shape (n,).
-        size: n.
+        size: The size n of q.
     """
 
     def __init__(
@@ -40,12 +40,12 @@ class CompiledScalar:
         self.compiled = hy.cfunc([value, *first, *second], vars=list(q))
 
     def at(self, parameters: Array, q: Array) -> ScalarAt:
-        """The value and its derivatives.
+        """Return the value and its derivatives.
 
         Args:
-            parameters: Shape (parameters, m), in the order of `parameter_values`.
-            q: Shape (n, m).
+            parameters: The parameters, shape (parameters, m), in the order of `parameter_values`.
+            q: The arguments, shape (n, m).
         """
-        found = evaluated(self.compiled, q, parameters[: self.compiled.nparams]).T
+        outputs = evaluate_compiled(self.compiled, q, parameters[: self.compiled.nparams]).T
         n = self.size
-        return ScalarAt(found[:, 0], found[:, 1 : n + 1], found[:, n + 1 :].reshape(-1, n, n))
+        return ScalarAt(outputs[:, 0], outputs[:, 1 : n + 1], outputs[:, n + 1 :].reshape(-1, n, n))

@@ -1,7 +1,7 @@
-"""The compiled engine: Taylor integration by heyoka, the equations traced once per structure.
+"""The compiled engine: Taylor integration by heyoka, compiled once per structure.
 
 Every parameter of a system becomes a `par[]` of the compiled integrator, so one compilation serves
-all systems of a structure. Its dense output is as accurate as its steps.
+all systems of a structure. The dense output is as accurate as the steps.
 """
 
 import time
@@ -24,47 +24,48 @@ from rbstab.integrate.switching.laws import drive_sliding
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import BODY, THETA
 from rbstab.systems.parameters import structure
 from rbstab.systems.system import AUDIT_SIZE, System
 
 STATUSES = {
-    hy.taylor_outcome.time_limit: RunStatus.COMPLETED,  # heyoka's word for the end of the grid
+    hy.taylor_outcome.time_limit: RunStatus.COMPLETED,  # heyoka's name for the end of the grid
     hy.taylor_outcome.step_limit: RunStatus.STEP_LIMIT,
     hy.taylor_outcome.err_nf_state: RunStatus.DIVERGED,
 }
 
 
 def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
-    """Integrates a problem with heyoka; `rtol` is its one tolerance (see `Engine`)."""
+    """Integrate a problem with heyoka; `rtol` is its only tolerance (see `Engine`)."""
     if problem.switching is not None:
         return _integrate_switching(problem, problem.switching, progress)
     start, first = problem.audited_start(), float(problem.times[0])
-    status = status_at_start(problem)
+    status = initial_status(problem)
     if status is not None:
-        detail = f"{reason(status, problem)} at t = {first:.9g} s"
+        detail = f"{stop_reason(status, problem)} at t = {first:.9g} s"
         return trajectory([(first, start)], status, detail, 0, 0)
     compiled = compiled_system(problem.system, problem.rtol)
-    # The clock starts here: a compilation cannot be stopped, and is made once only.
-    watch = Watch(problem, progress)
-    outcome, steps, reached = compiled.run(problem, watch)
-    status = watch.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
-    rows = list(zip(problem.times.tolist(), reached, strict=False)) or [(first, start)]
+    # The time limit starts here. It excludes the compilation, which happens only once.
+    callback = StepCallback(problem, progress)
+    outcome, steps, samples = compiled.run(problem, callback)
+    status = callback.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
+    rows = list(zip(problem.times.tolist(), samples, strict=False)) or [(first, start)]
     if len(rows) == len(problem.times):
-        # A limit that was used up by the last step stopped nothing.
+        # A limit reached in the last step does not count.
         status = RunStatus.COMPLETED
     detail = ""
     if status is not RunStatus.COMPLETED:
-        stop, state = compiled.reached()
+        stop, state = compiled.final_state()
         if np.isfinite(state).all() and stop > rows[-1][0]:
             rows.append((stop, state))
-        detail = f"{reason(status, problem)} at t = {rows[-1][0]:.9g} s"
+        detail = f"{stop_reason(status, problem)} at t = {rows[-1][0]:.9g} s"
     return trajectory(rows, status, detail, steps, steps)
 
 
 def _integrate_switching(
     problem: Problem, switching: Switching, progress: Progress | None
 ) -> Trajectory:
-    # Imported late: only motions that slide need them.
+    # Imported late: only sliding connectors need them.
     from rbstab.integrate.heyoka.flow import HeyokaFlow
     from rbstab.integrate.heyoka.implicit_stepper import compiled_stepper
 
@@ -79,18 +80,18 @@ def _integrate_switching(
 
 
 class CompiledSystem:
-    """The audited equations of one structure, compiled, with their parameters open.
+    """The compiled audited equations of one structure; each run sets the parameters.
 
     Args:
         system: Any system of the structure.
-        tolerance: heyoka's tolerance, relative or absolute, whichever is larger for a state.
+        tolerance: heyoka's tolerance: relative or absolute, whichever is larger for a state.
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
         symbolic, self.names, count = symbols_of(system)
         y = state_symbols(system.size + AUDIT_SIZE)
         bound, self.scale = hy.par[count], 1.0
-        leaving = regularity(y[0:3]) - bound
+        leaving = regularity(y[THETA]) - bound
         rates = scaled_audit(symbolic.audited_rates(y), hy.par[count + 1])
         self.integrator = hy.taylor_adaptive(
             list(zip(y, rates, strict=True)),
@@ -99,28 +100,28 @@ class CompiledSystem:
             t_events=[hy.t_event(leaving)],
         )
 
-    def run(self, problem: Problem, watch: "Watch") -> tuple[Any, int, Array]:
-        """Integrates over the problem's samples.
+    def run(self, problem: Problem, callback: "StepCallback") -> tuple[Any, int, Array]:
+        """Integrate over the problem's samples.
 
         Returns:
-            heyoka's outcome, the number of steps, and the samples reached, shape (n, states).
+            heyoka's outcome, the number of steps, and the computed samples, shape (n, states).
         """
         integrator = self.integrator
         self.scale = energy_scale(problem)
         extra = [problem.range_bound, self.scale]
-        # Symbols behind the last one that the equations use are not there.
+        # heyoka has no `par[]` after the last one that the equations use.
         values = np.concatenate([parameter_values(problem.system), extra])
         integrator.pars[:] = values[: len(integrator.pars)]
         integrator.time = problem.times[0]
         integrator.state[:] = problem.audited_start()
         integrator.reset_cooldowns()
         outcome, _, _, steps, _, samples = integrator.propagate_grid(
-            problem.times, max_steps=problem.step_limit, callback=watch
+            problem.times, max_steps=problem.step_limit, callback=callback
         )
         return outcome, steps, self._in_joules(samples)
 
-    def reached(self) -> tuple[float, Array]:
-        """The time and the state where the last run ended."""
+    def final_state(self) -> tuple[float, Array]:
+        """Return the time and the state at the end of the last run."""
         return self.integrator.time, self._in_joules(self.integrator.state.copy())
 
     def _in_joules(self, states: Array) -> Array:
@@ -129,13 +130,13 @@ class CompiledSystem:
 
 
 def compiled_system(system: System, tolerance: float) -> CompiledSystem:
-    """The compiled equations of a system's structure, made once in each thread."""
+    """Return the compiled equations of a system's structure, compiled once in each thread."""
     key = CompiledSystem, structure(system), tolerance
     return compiled_once(key, lambda: CompiledSystem(system, tolerance))
 
 
-class Watch:
-    """What is looked at after every step: the clock, the sub manifold, the progress."""
+class StepCallback:
+    """The callback after every step: time limit, projection and progress."""
 
     def __init__(self, problem: Problem, progress: Progress | None) -> None:
         self.deadline = time.monotonic() + problem.time_limit
@@ -144,10 +145,10 @@ class Watch:
         self.status: RunStatus | None = None
 
     def __call__(self, integrator: Any) -> bool:
-        """Whether the run goes on; heyoka asks after every step."""
+        """Return whether the run continues; heyoka calls this after every step."""
         if self.system is not None:
             state = integrator.state
-            state[:12] = projected_state(self.system.body, self.system.anchor, state[:12])
+            state[BODY] = projected_state(self.system.body, self.system.anchor, state[BODY])
         if self.progress is not None:
             self.progress(integrator.time)
         if time.monotonic() > self.deadline:
@@ -155,20 +156,20 @@ class Watch:
         return self.status is None
 
 
-def status_at_start(problem: Problem) -> RunStatus | None:
-    """How a run ends that cannot begin, or None."""
+def initial_status(problem: Problem) -> RunStatus | None:
+    """Return the status of a run that cannot start, or None if it can."""
     start = problem.start
     with np.errstate(all="ignore"):
         rates = problem.system.audited_rates(problem.audited_start())
     if not (np.isfinite(start).all() and np.isfinite(rates).all()):
         return RunStatus.DIVERGED
-    if regularity(start[0:3]) <= problem.range_bound:
+    if regularity(start[THETA]) <= problem.range_bound:
         return RunStatus.RANGE_LEFT
     return None
 
 
-def reason(status: RunStatus, problem: Problem) -> str:
-    """Why a run stopped, in words."""
+def stop_reason(status: RunStatus, problem: Problem) -> str:
+    """Return why a run stopped, as text."""
     return {
         RunStatus.RANGE_LEFT: f"cos θ2 fell to {problem.range_bound:g}",
         RunStatus.DIVERGED: "the state stopped being finite",

@@ -1,17 +1,26 @@
-"""Λ and v' along many motions: what their traces show, and their summaries do not need."""
+"""Λ and v' along many trajectories. Traces contain them; summaries do not need them."""
+
+from typing import NamedTuple
 
 import heyoka as hy
 import numpy as np
 
-from rbstab.integrate.heyoka.ensemble import Ensemble, Motions
+from rbstab.integrate.heyoka.ensemble import Ensemble, EnsembleTrajectories
 from rbstab.mechanics.numbers import Array
 
 
+class ForcesAlong(NamedTuple):
+    """Λ, shape (3, k, n), N, inertial, and v', shape (k, n), W, of k members at n samples."""
+
+    contact_force: Array
+    lyapunov_rate: Array
+
+
 class EnsembleForces:
-    """The compiled contact force and derivative of v of a structure.
+    """The compiled functions Λ and v' of a structure.
 
     Args:
-        ensemble: That of the structure.
+        ensemble: The ensemble of the structure.
     """
 
     def __init__(self, ensemble: Ensemble) -> None:
@@ -19,27 +28,30 @@ class EnsembleForces:
         force = system.observe(y[: system.size]).contact_force
         rate = system.audited_rates(y)[system.size]
         entries = [hy.expression(0.0) + entry for entry in (*force.tolist(), rate)]
-        self.open, self.batch = ensemble.open, ensemble.batch
+        self.open_indices, self.batch = ensemble.open_indices, ensemble.batch
         self.compiled = hy.cfunc(entries, vars=list(y[: system.size]))
 
-    def along(self, parameters: Array, motions: Motions, rows: Array) -> Array:
-        """Λ and v' of some members, shape (4, k, n).
+    def along(
+        self, parameters: Array, trajectories: EnsembleTrajectories, rows: Array
+    ) -> ForcesAlong:
+        """Return Λ and v' of some members.
 
         Args:
             parameters: Shape (parameters, m).
-            motions: What the ensemble's `run` returned.
-            rows: Which members, ascending, shape (k,), from 0 to m - 1.
+            trajectories: The result of the ensemble's `run`.
+            rows: The members, ascending, shape (k,), from 0 to m - 1.
         """
-        count, (size, _, samples) = len(rows), motions.lanes.shape
-        # Whole batches are whole vectors of the processor; see `evaluated`.
+        count, (size, _, samples) = len(rows), trajectories.lanes.shape
+        # Complete batches are complete SIMD vectors; see `evaluate_compiled`.
         full = rows[np.minimum(np.arange(-(-count // self.batch) * self.batch), count - 1)]
-        everyone = count == len(motions.steps)
-        lanes = motions.lanes if everyone else np.take(motions.lanes, full, axis=1)
-        chosen = parameters[self.open][: self.compiled.nparams]
-        found = np.empty((4, len(full) * samples))
+        all_members = count == len(trajectories.steps)
+        lanes = trajectories.lanes if all_members else np.take(trajectories.lanes, full, axis=1)
+        chosen = parameters[self.open_indices][: self.compiled.nparams]
+        outputs = np.empty((4, len(full) * samples))
         self.compiled(
             lanes.reshape(size, len(full) * samples),
             pars=np.repeat(chosen[:, full], samples, axis=1),
-            outputs=found,
+            outputs=outputs,
         )
-        return found.reshape(4, len(full), samples)[:, :count]
+        force_and_rate = outputs.reshape(4, len(full), samples)[:, :count]
+        return ForcesAlong(force_and_rate[:3], force_and_rate[3])

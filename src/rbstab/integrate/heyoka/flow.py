@@ -1,4 +1,4 @@
-"""The smooth flow between switches by the compiled engine."""
+"""Integration between switches with the compiled engine."""
 
 from typing import Any, NamedTuple
 
@@ -6,47 +6,54 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
-from rbstab.integrate.heyoka.switched_system import Switched, WeakChatter, switched_system
+from rbstab.integrate.heyoka.switched_system import (
+    CompiledSwitchedSystem,
+    WeakChatter,
+    switched_system,
+)
 from rbstab.integrate.heyoka.symbols import energy_scale, parameter_values
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.driver import Hit, Reached
-from rbstab.integrate.switching.filippov import COINCIDENT
+from rbstab.integrate.switching.driver import DriverState, SwitchEvent
+from rbstab.integrate.switching.filippov import COINCIDENCE_TOLERANCE
 from rbstab.integrate.switching.modes import (
-    FAR,
     ROUND_OFF,
+    UNREACHABLE,
     Modes,
     connector_of,
-    system_under,
+    system_for_modes,
     thresholds,
 )
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import E_OF_W, F_OF_W
 from rbstab.systems.system import AUDIT_SIZE
 
-CLEARANCE = 1e-12
-"""By which part of its last flight (of the layer's width) an axis is set off its threshold after a
-crossing: a root at the very start of a step makes heyoka's root isolation fail."""
+EVENT_OFFSET = 1e-12
+"""After a crossing, s is moved this far past its threshold, because heyoka's root isolation fails
+if a step starts on a root. It is relative to |F| times the time since the last crossing, or to the
+width of the layer."""
 
 MIN_STEP = 1e-18
-"""s: a crossing that is missed by a shorter step is not found at all."""
+"""s: the run fails if a step shorter than this would be needed to find a missed crossing."""
 
-FINER = 16
-"""By how much a step is cut that missed a crossing."""
+STEP_REDUCTION = 16
+"""A step that missed a crossing is repeated with its length divided by this."""
 
-STEPS_AT_ONCE = 20_000
-"""Steps between two looks at the clock."""
+MAX_STEPS_PER_CALL = 20_000
+"""Steps between two checks of the wall time."""
 
-TINY = 1e-15
-"""m or m/s: by how much s may stand beyond its threshold at a hit, besides round-off."""
+MISSED_TOLERANCE = 1e-15
+"""m or m/s: if s is further beyond its threshold after a step, besides round-off, the step missed a
+crossing."""
 
 
 class HeyokaFlow:
-    """Flows of one problem: one compiled integrator without held axes, one with.
+    """The flow of one problem (a `Flow`), by two compiled integrators: with and without held axes.
 
     Args:
-        problem: The problem; its system holds the sliding connector.
-        switching: How its modes change.
+        problem: The problem; its system contains the sliding connector.
+        switching: The rules for its modes.
     """
 
     def __init__(self, problem: Problem, switching: Switching) -> None:
@@ -55,216 +62,231 @@ class HeyokaFlow:
         self.steps = 0
         self.on_position = connector_of(problem.system).rate_weight == 0.0
         self.scale = energy_scale(problem)
-        self.legs: dict[Modes, _Leg] = {}
-        self.weak: WeakChatter | None = None
+        self.setups: dict[Modes, _ModeSetup] = {}
+        self.weak_chatter: WeakChatter | None = None
         if self.on_position and switching.sticks:
-            self.weak = WeakChatter(problem.system, switching.stick_energy)
+            self.weak_chatter = WeakChatter(problem.system, switching.stick_energy)
 
     @property
     def evaluations(self) -> int:
-        """Taylor expansions, one for each step."""
+        """The number of Taylor expansions, one for each step."""
         return self.steps
 
-    def advance(self, start: Reached, end: float, log: SwitchLog) -> Reached:
-        """From a state to the next hit that has to be decided, or to a time (see `Flow`)."""
-        if start.modes not in self.legs:
-            self.legs[start.modes] = self._leg(start.modes)
-        run = _Run(self.legs[start.modes], start, log)
-        reached = run.to(end)
+    def advance(self, start: DriverState, end: float, log: SwitchLog) -> DriverState:
+        """Integrate to the next event that the driver must handle, or to a time (see `Flow`)."""
+        if start.modes not in self.setups:
+            self.setups[start.modes] = self._setup(start.modes)
+        run = _Run(self.setups[start.modes], start, log)
+        driver_state = run.integrate_to(end)
         self.steps += run.steps
-        return reached
+        return driver_state
 
-    def _leg(self, modes: Modes) -> "_Leg":
+    def _setup(self, modes: Modes) -> "_ModeSetup":
         problem, switching = self.problem, self.switching
-        system = system_under(problem.system, modes)
+        system = system_for_modes(problem.system, modes)
         connector = connector_of(system)
-        # With an axis held, a crossing makes its equivalent force jump, which has to be judged.
-        flips = self.on_position and not switching.layered and not modes.any_held
-        up, down = thresholds(system, modes, switching)
-        ends = np.concatenate([up, down])
-        if flips:
-            # Both directions of a crossing count, for the sides change inside the run.
-            ends[:] = 0.0
-        used = np.abs(ends) < FAR
-        extra = [np.where(used, ends, 0.0), used, [problem.range_bound, self.scale]]
-        return _Leg(
+        # If an axis is held, its equivalent force jumps at a crossing. The driver must check this
+        # force, so the crossing must end the run.
+        switches_inside = self.on_position and not switching.layered and not modes.any_held
+        upper, lower = thresholds(system, modes, switching)
+        levels = np.concatenate([upper, lower])
+        if switches_inside:
+            # Both directions of a crossing count, because the sides change inside the run.
+            levels[:] = 0.0
+        is_used = np.abs(levels) < UNREACHABLE
+        extra = [np.where(is_used, levels, 0.0), is_used, [problem.range_bound, self.scale]]
+        return _ModeSetup(
             switched_system(system, problem.rtol),
             np.concatenate([parameter_values(system), *extra]),
             connector,
-            CLEARANCE * float(connector.layer_width) if switching.layered else 0.0,
-            flips,
-            self.weak,
-            up,
-            down,
+            EVENT_OFFSET * float(connector.layer_width) if switching.layered else 0.0,
+            switches_inside,
+            self.weak_chatter,
+            upper,
+            lower,
             self.scale,
         )
 
 
-class _Leg(NamedTuple):
-    """What a run under given modes is made of, whatever its start.
+class _ModeSetup(NamedTuple):
+    """The inputs of a run in given modes, apart from its start.
 
-    values are those of the open parameters; up and down are the thresholds; see `_Run` for the
-    rest.
+    values are the values of the open parameters; upper and lower are the thresholds of s. See
+    `_Run` for the rest.
     """
 
-    switched: Switched
+    switched: CompiledSwitchedSystem
     values: Array
     connector: SlidingConnector
-    nudge: float
-    flips: bool
-    weak: WeakChatter | None
-    up: Array
-    down: Array
+    layer_offset: float
+    switches_inside: bool
+    weak_chatter: WeakChatter | None
+    upper: Array
+    lower: Array
     scale: float
 
 
 class _Run:
-    """One use of a compiled integrator, from one state to a hit or a time.
+    """One run of a compiled integrator, from a state to an event or a time.
 
-    Everything that the integrator remembers of another use is set anew. With `flips`, crossings of
-    s = E do not end the run: the axis changes sides and the motion goes on without leaving compiled
-    code for long.
+    All data of earlier runs are reset. With `switches_inside`, crossings of s = E do not end the
+    run: the axis changes sides, and the compiled integration continues.
     """
 
-    def __init__(self, leg: _Leg, start: Reached, log: SwitchLog) -> None:
-        self.integrator, self.sink = leg.switched.integrator, leg.switched.sink
-        self.mode, self.log = leg.switched.mode, log
-        self.connector, self.nudge, self.scale = leg.connector, leg.nudge, leg.scale
-        self.flips, self.weak = leg.flips, leg.weak
-        self.up, self.down = leg.up, leg.down
+    def __init__(self, setup: _ModeSetup, start: DriverState, log: SwitchLog) -> None:
+        self.integrator, self.dispatcher = setup.switched.integrator, setup.switched.dispatcher
+        self.mode, self.log = setup.switched.mode, log
+        self.connector, self.layer_offset, self.scale = (
+            setup.connector,
+            setup.layer_offset,
+            setup.scale,
+        )
+        self.switches_inside, self.weak_chatter = setup.switches_inside, setup.weak_chatter
+        self.upper, self.lower = setup.upper, setup.lower
         self.modes = start.modes
-        self.integrator.pars[:] = leg.values[: len(self.integrator.pars)]
+        self.integrator.pars[:] = setup.values[: len(self.integrator.pars)]
         self.integrator.time = start.time
         self.integrator.state[:] = self._scaled(start.state, 1.0 / self.scale)
         self.integrator.reset_cooldowns()
-        self.hits: list[Hit] = []
+        self.events: list[SwitchEvent] = []
         self.left_range = self.missed = False
         self.steps = 0
 
-    def to(self, end: float) -> Reached:
-        """Integrates to a hit, to a time, or for `STEPS_AT_ONCE` steps."""
-        self.sink.listener = self
+    def integrate_to(self, end: float) -> DriverState:
+        """Integrate to an event, to a time, or for `MAX_STEPS_PER_CALL` steps."""
+        self.dispatcher.handler = self
         try:
-            return self._to(end)
+            return self._integrate_to(end)
         finally:
-            # What is compiled outlives its runs, which hold their logs.
-            del self.sink.listener
+            # The integrator is cached: a reference to this run would keep its log in memory.
+            del self.dispatcher.handler
 
-    def _to(self, end: float) -> Reached:
-        self._save()
-        largest, whole = np.inf, np.inf
+    def _integrate_to(self, end: float) -> DriverState:
+        self._save_checkpoint()
+        max_step, missed_step = np.inf, np.inf
         while True:
-            most = STEPS_AT_ONCE if largest == np.inf else 1
+            max_steps = MAX_STEPS_PER_CALL if max_step == np.inf else 1
             outcome, _, _, steps, _, _ = self.integrator.propagate_until(
-                end, max_steps=most, max_delta_t=largest, callback=self._after_step
+                end, max_steps=max_steps, max_delta_t=max_step, callback=self._after_step
             )
             self.steps += steps
             if self.missed:
-                whole = abs(self.integrator.last_h)
-                largest = self._go_back()
-                if largest < MIN_STEP:
-                    return self._saved_with(RunStatus.SOLVER_FAILURE)
-            elif largest == np.inf or self.hits or outcome != hy.taylor_outcome.step_limit:
-                return self._reached(outcome)
+                missed_step = abs(self.integrator.last_h)
+                max_step = self._undo_step()
+                if max_step < MIN_STEP:
+                    return self._checkpoint_with(RunStatus.SOLVER_FAILURE)
+            elif max_step == np.inf or self.events or outcome != hy.taylor_outcome.step_limit:
+                return self._driver_state(outcome)
             elif self.integrator.last_h != 0.0:
-                # Past what was missed the steps grow again. (An axis that starts on the surface
-                # crosses it in a step of no length, which is past nothing.)
-                largest = FINER * largest if FINER * largest < whole else np.inf
+                # After the missed crossing the steps grow again. A step of zero length does not
+                # count: an axis that starts on the surface crosses it in such a step.
+                max_step = (
+                    STEP_REDUCTION * max_step if STEP_REDUCTION * max_step < missed_step else np.inf
+                )
 
-    def at_event(self, integrator: Any, hit: Hit | None) -> bool:
-        """An event of the compiled integrator; false ends the run."""
-        if hit is None:
+    def at_event(self, integrator: Any, event: SwitchEvent | None) -> bool:
+        """Handle an event of the compiled integrator; return False to end the run."""
+        if event is None:
             self.left_range = True
             return False
-        if hit.release or not self.flips:
-            self.hits.append(hit)
-            if not hit.release:
-                self._set_off(integrator, hit)
+        if event.release or not self.switches_inside:
+            self.events.append(event)
+            if not event.release:
+                self._move_past_threshold(integrator, event)
             return False
-        modes, axis = integrator.pars[self.mode], hit.axis
-        if modes[axis] == hit.direction:
-            return True  # the crossing with which the axis entered this side, found once more
+        modes, axis = integrator.pars[self.mode], event.axis
+        if modes[axis] == event.direction:
+            return True  # heyoka has found the last crossing of this axis again
         time, state = integrator.time, integrator.state
-        since = time - self.log.last_time
-        goes_on = True
+        elapsed = time - self.log.last_time
+        continues = True
         for other in range(3):
-            arriving = -modes[other] * state[9 + other]
-            near = arriving > 0 and abs(state[6 + other]) <= COINCIDENT * since * arriving
-            if other != axis and not near:
+            arriving = -modes[other] * state[F_OF_W.start + other]
+            crosses_too = (
+                arriving > 0
+                and abs(state[E_OF_W.start + other]) <= COINCIDENCE_TOLERANCE * elapsed * arriving
+            )
+            if other != axis and not crosses_too:
                 continue
-            # What crosses with it would be behind the start of the next step, and never be found.
+            # All simultaneous crossings are handled here: the next step would start after them.
             modes[other] = -modes[other]
-            state[6 + other] = modes[other] * CLEARANCE * abs(state[9 + other]) * since
-            goes_on = self.log.switch(time, other)
-        if self.weak is None or self.log.total < self.log.look_from:
-            return goes_on
-        return goes_on and not self.weak(state)
+            state[E_OF_W.start + other] = (
+                modes[other] * EVENT_OFFSET * abs(state[F_OF_W.start + other]) * elapsed
+            )
+            continues = self.log.add_switch(time, other)
+        if self.weak_chatter is None or self.log.total < self.log.next_stick_test:
+            return continues
+        return continues and not self.weak_chatter(state)
 
-    def _set_off(self, integrator: Any, hit: Hit) -> None:
-        """Moves s a little past the threshold that it has just reached."""
+    def _move_past_threshold(self, integrator: Any, event: SwitchEvent) -> None:
+        """Move s slightly past the threshold that it has just reached."""
         if self.connector.rate_weight:
-            integrator.state[9 + hit.axis] += hit.direction * self.nudge
+            integrator.state[F_OF_W.start + event.axis] += event.direction * self.layer_offset
             return
-        flight = abs(integrator.state[9 + hit.axis]) * (integrator.time - self.log.last_time)
-        integrator.state[6 + hit.axis] += hit.direction * (self.nudge or CLEARANCE * flight)
+        flight = abs(integrator.state[F_OF_W.start + event.axis]) * (
+            integrator.time - self.log.last_time
+        )
+        integrator.state[E_OF_W.start + event.axis] += event.direction * (
+            self.layer_offset or EVENT_OFFSET * flight
+        )
 
     def _after_step(self, integrator: Any) -> bool:
         state = integrator.state
-        if self.flips:
-            modes = integrator.pars[self.mode]
-            self.missed = (
-                state[6] * modes[0] < 0 or state[7] * modes[1] < 0 or state[8] * modes[2] < 0
-            )
+        if self.switches_inside:
+            modes, (x, y, z) = integrator.pars[self.mode], state[E_OF_W]
+            self.missed = x * modes[0] < 0 or y * modes[1] < 0 or z * modes[2] < 0
         else:
-            E, F = state[6:9], state[9:12]
+            E, F = state[E_OF_W], state[F_OF_W]
             s = self.connector.surface(E, F)
-            slack = ROUND_OFF * self.connector.surface(np.abs(E), np.abs(F)) + TINY
-            beyond = (s > self.up + slack) | (s < self.down - slack)
-            beyond[[hit.axis for hit in self.hits]] = False
+            tolerance = ROUND_OFF * self.connector.surface(np.abs(E), np.abs(F)) + MISSED_TOLERANCE
+            beyond = (s > self.upper + tolerance) | (s < self.lower - tolerance)
+            beyond[[event.axis for event in self.events]] = False
             self.missed = bool(beyond.any())
         if not self.missed:
-            self._save()
+            self._save_checkpoint()
         return not self.missed
 
-    def _save(self) -> None:
+    def _save_checkpoint(self) -> None:
         integrator = self.integrator
-        self.saved = (
+        self.checkpoint = (
             integrator.time,
             integrator.state.copy(),
             integrator.pars[self.mode].copy(),
-            self.log.mark(),
+            self.log.checkpoint(),
         )
 
-    def _go_back(self) -> float:
-        """Undoes the step that missed a crossing; returns how long it may be at most."""
+    def _undo_step(self) -> float:
+        """Undo a step that missed a crossing; return the maximum length of its repetition."""
         integrator = self.integrator
-        largest = abs(integrator.last_h) / FINER
-        integrator.time, integrator.state[:], integrator.pars[self.mode], mark = self.saved
-        self.log.back_to(mark)
+        max_step = abs(integrator.last_h) / STEP_REDUCTION
+        integrator.time, integrator.state[:], integrator.pars[self.mode], checkpoint = (
+            self.checkpoint
+        )
+        self.log.restore(checkpoint)
         integrator.reset_cooldowns()
         self.missed = False
-        self.hits.clear()
-        return largest
+        self.events.clear()
+        return max_step
 
-    def _reached(self, outcome: Any) -> Reached:
+    def _driver_state(self, outcome: Any) -> DriverState:
         integrator = self.integrator
         status = None
         if self.left_range:
             status = RunStatus.RANGE_LEFT
         elif outcome == hy.taylor_outcome.err_nf_state:
-            return self._saved_with(RunStatus.DIVERGED)
+            return self._checkpoint_with(RunStatus.DIVERGED)
         modes = self.modes
-        if self.flips:
+        if self.switches_inside:
             a, b, c = integrator.pars[self.mode].tolist()
             modes = modes._replace(mode=(a, b, c))
         state = self._scaled(integrator.state, self.scale)
-        return Reached(integrator.time, state, modes, tuple(self.hits), status)
+        return DriverState(integrator.time, state, modes, tuple(self.events), status)
 
-    def _saved_with(self, status: RunStatus) -> Reached:
-        time, state, _, _ = self.saved
-        return Reached(time, self._scaled(state, self.scale), self.modes, status=status)
+    def _checkpoint_with(self, status: RunStatus) -> DriverState:
+        time, state, _, _ = self.checkpoint
+        return DriverState(time, self._scaled(state, self.scale), self.modes, status=status)
 
     @staticmethod
     def _scaled(state: Array, factor: float) -> Array:
-        """A copy of a state with its audit states in other units."""
+        """Return a copy of a state with scaled audit states."""
         return np.concatenate([state[:-AUDIT_SIZE], state[-AUDIT_SIZE:] * factor])

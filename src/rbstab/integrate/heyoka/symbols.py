@@ -1,4 +1,4 @@
-"""Systems as heyoka's expressions: their equations with symbols for states and parameters."""
+"""Systems as heyoka expressions, with symbols for states and parameters."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,23 +14,23 @@ from rbstab.systems.system import AUDIT_SIZE, System
 sin_of.register(hy.expression, hy.sin)
 cos_of.register(hy.expression, hy.cos)
 
-# What heyoka would log (a step that is not a number) is a status here.
+# Do not log failures such as a step that is NaN: they become statuses.
 hy.set_logger_level_critical()
 
 
 def open_symbol(index: int) -> Any:
-    """The symbol of one open parameter."""
+    """Return `par[index]`, a parameter whose value is set at run time."""
     return hy.par[index]
 
 
 def symbols_of(
     system: System, symbol_of: Callable[[int], Any] = open_symbol
 ) -> tuple[System, dict[str, int], int]:
-    """A system whose parameters are symbols, by default `par[]`.
+    """Return a system whose parameters are symbols, by default `par[]`.
 
     Args:
         system: Any system of the structure.
-        symbol_of: What stands for the parameter of that index.
+        symbol_of: Returns the symbol of a parameter, given its index.
 
     Returns:
         The symbolic system, the index of each parameter's first symbol, and the number of symbols.
@@ -49,26 +49,26 @@ def symbols_of(
 
 
 def state_symbols(size: int) -> Array:
-    """The symbols of a state vector."""
+    """Return the symbols of a state vector."""
     return np.array([hy.expression(f"y{k}") for k in range(size)], dtype=object)
 
 
 def parameter_values(system: System) -> Array:
-    """The values that belong to the symbols of `symbols_of`, in their order."""
+    """Return the parameter values of a system, in the order of the symbols of `symbols_of`."""
     return np.concatenate([np.ravel(value) for value in parameters(system).values()])
 
 
 def scaled_audit(rates: Array, scale: Any) -> Array:
-    """Audited rates with those of the audit states in units of an energy.
+    """Return audited rates in which the rates of the audit states are divided by an energy scale.
 
-    heyoka measures its error against the largest of all states. Audit states are energies, as large
-    as the body is heavy: unscaled they would drown the error of the motion.
+    heyoka measures its error relative to the largest state. Audit states are energies and grow with
+    the mass of the body. Unscaled, they would hide the error of the motion.
     """
     return np.concatenate([rates[:-AUDIT_SIZE], rates[-AUDIT_SIZE:] / scale])
 
 
 def energy_scale(problem: Problem) -> float:
-    """The size of the energies at the start, J; 1 J where there are none, or more than numbers."""
+    """Return the sum of the absolute energies at the start, J; 1 J if it is zero or not finite."""
     with np.errstate(all="ignore"):
         size = float(np.abs(problem.system.observe(problem.start).energy).sum())
     return size if 0.0 < size < np.inf else 1.0

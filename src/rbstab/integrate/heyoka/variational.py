@@ -1,9 +1,9 @@
-"""The motion and its derivative along one direction of the parameters and the start.
+"""A trajectory and its derivative along one direction of the parameters and the initial state.
 
-A system's parameters p and start y(0) are moved to p + s q and y(0) + s z(0). The derivative
+The parameters are p + s q, and the initial state is y(0) + s z(0). The derivative
 z = ∂y/∂s at s = 0 obeys the variational equation ż = (∂f/∂y) z + (∂f/∂p) q, which heyoka derives
-(`var_ode_sys`). Both p and q are open, so one compilation serves every direction of every system of
-a structure, and what a config's quantities do to p and y(0) stays outside.
+(`var_ode_sys`). Both p and q are set at run time, so one compilation serves every direction of
+every system of a structure. The caller computes q and z(0) from the change of the config.
 """
 
 import threading
@@ -14,7 +14,7 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from rbstab.integrate.heyoka.engine import STATUSES, Watch, reason, status_at_start
+from rbstab.integrate.heyoka.engine import STATUSES, StepCallback, initial_status, stop_reason
 from rbstab.integrate.heyoka.symbols import (
     energy_scale,
     parameter_values,
@@ -25,21 +25,23 @@ from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import THETA
 from rbstab.systems.parameters import structure
 from rbstab.systems.system import System
 
 TOLERANCE = 1e-15
-"""Finer than a run's: a derivative that is small beside the motion is to be exact as well."""
+"""Smaller than the tolerance of a run, so that derivatives much smaller than the states are also
+accurate."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tangent:
-    """How a problem moves with s.
+    """The direction of the derivative: how a problem changes with s.
 
     Args:
         parameters: q, in the order of `parameter_values`.
         start: z(0), shape (states,).
-        rest_energy: The derivative of the stored energy of the rest state, J.
+        rest_energy: The derivative by s of the stored energy of the rest state, J.
     """
 
     parameters: Array
@@ -48,20 +50,20 @@ class Tangent:
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
-    """A motion with its derivative along a tangent, at the samples that were reached.
+class VariationalTrajectory:
+    """A trajectory with its derivative along a tangent, up to the last computed sample.
 
     Args:
         times: Shape (n,), s.
         states: y, shape (n, states).
         tangents: z = ∂y/∂s, shape (n, states).
         lyapunov_integral: ∫v dt, shape (n,), J s.
-        lyapunov_integral_tangent: Its derivative in s, shape (n,), J s.
-        turnings: The times at which F_1, F_2, F_3 and E'F are zero, where the contact point is not
-            held; four arrays, s.
+        lyapunov_integral_tangent: Its derivative by s, shape (n,), J s.
+        turning_times: The times at which F_1, F_2, F_3 and E'F are zero, four arrays, s. They are
+            empty if the contact point is held.
         crossings: The times at which v crosses its threshold, s.
-        status: How the run ended.
-        detail: The same in words.
+        status: The status of the run.
+        detail: Why and when the run stopped early, as text; else empty.
     """
 
     times: Array
@@ -69,16 +71,16 @@ class Course:
     tangents: Array
     lyapunov_integral: Array
     lyapunov_integral_tangent: Array
-    turnings: tuple[Array, ...]
+    turning_times: tuple[Array, ...]
     crossings: Array
     status: RunStatus
     detail: str
 
 
 class VariationalSystem:
-    """The equations of one structure with their derivative along an open direction, compiled.
+    """The compiled equations of one structure, with their derivative along any direction.
 
-    Compact mode: it compiles in 2 s instead of 40 s, and runs three times slower (some 10 ms).
+    Compact mode compiles in 2 s instead of 40 s, and runs three times slower (about 10 ms).
 
     Args:
         system: Any system of the structure.
@@ -87,97 +89,100 @@ class VariationalSystem:
     def __init__(self, system: System) -> None:
         self.size, self.count = system.size, parameter_values(system).size
         self.zeros: tuple[list[float], ...] = tuple([] for _ in range(5))
-        # Behind all p and q: s, and what `_set` puts there in the same order.
+        # After all p and q: s, and the parameters that `_reset` sets in the same order.
         s, rest, rest_slope, scale, bound, level = (hy.par[2 * self.count + k] for k in range(6))
         symbolic, _, _ = symbols_of(system)
-        moved, _, _ = symbols_of(system, lambda k: hy.par[k] + s * hy.par[self.count + k])
+        perturbed, _, _ = symbols_of(system, lambda k: hy.par[k] + s * hy.par[self.count + k])
         y = state_symbols(self.size + 1)
-        value = moved.observe(y).energy.sum() - (rest + s * rest_slope)
-        rates = [*moved.rates(y), value / scale]
+        value = perturbed.observe(y).energy.sum() - (rest + s * rest_slope)
+        rates = [*perturbed.rates(y), value / scale]
         equations = hy.var_ode_sys(list(zip(y, rates, strict=True)), [s], 1).sys
         self.integrator = hy.taylor_adaptive(
             equations,
             state=[0.0] * len(equations),
             tol=TOLERANCE,
-            t_events=[hy.t_event(regularity(y[0:3]) - bound)],
+            t_events=[hy.t_event(regularity(y[THETA]) - bound)],
             nt_events=self._events(symbolic, y, rest + level),
             compact_mode=True,
         )
 
     def _events(self, symbolic: System, y: Array, energy: Any) -> list[Any]:
         observation = symbolic.observe(y)
-        watched = [observation.energy.sum() - energy]
-        if not symbolic.coordinates.holds_contact:  # else E and F are zero at all times
+        event_functions = [observation.energy.sum() - energy]
+        if not symbolic.coordinates.holds_contact:  # else E and F are always zero
             E, F = observation.motion.E, observation.motion.F
-            watched += [*F, E @ F]
+            event_functions += [*F, E @ F]
         return [
-            hy.nt_event(expression, callback=_note(zeros))
-            for expression, zeros in zip(watched, self.zeros, strict=False)
+            hy.nt_event(expression, callback=_append_time(zeros))
+            for expression, zeros in zip(event_functions, self.zeros, strict=False)
         ]
 
-    def follow(
+    def integrate(
         self,
         problem: Problem,
         times: Array,
         rest_energy: float = 0.0,
         threshold: float = 0.0,
         tangent: Tangent | None = None,
-    ) -> Course:
-        """The motion of a problem and its derivative.
+    ) -> VariationalTrajectory:
+        """Integrate a problem and its derivative.
 
         Args:
             problem: The problem; its own samples and tolerances are not used.
             times: The samples, shape (n,), s, ascending, the first at the problem's start.
-            rest_energy: The stored energy of the rest state, from which v counts, J.
-            threshold: The value of v whose crossings are noted, J.
-            tangent: The direction; none for the motion alone.
+            rest_energy: The stored energy of the rest state, at which v = 0, J.
+            threshold: The value of v whose crossings are recorded, J.
+            tangent: The direction; None for a zero derivative.
         """
         scale = energy_scale(problem)
         if tangent is None:
             tangent = Tangent(np.zeros(self.count), np.zeros(self.size), 0.0)
-        status = status_at_start(problem)
+        status = initial_status(problem)
         samples = np.zeros((0, 2 * (self.size + 1)))
         if status is None:
-            self._set(problem, tangent, [rest_energy, tangent.rest_energy, scale], threshold)
-            watch = Watch(problem, None)
+            self._reset(problem, tangent, [rest_energy, tangent.rest_energy, scale], threshold)
+            callback = StepCallback(problem, None)
             outcome, *_, samples = self.integrator.propagate_grid(
-                times, max_steps=problem.step_limit, callback=watch
+                times, max_steps=problem.step_limit, callback=callback
             )
-            status = watch.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
+            status = callback.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
             if len(samples) == len(times):
-                # A limit that was used up by the last step stopped nothing.
+                # A limit reached in the last step does not count.
                 status = RunStatus.COMPLETED
         detail = ""
         if status is not RunStatus.COMPLETED:
             stop = self.integrator.time if len(samples) else float(times[0])
-            detail = f"{reason(status, problem)} at t = {stop:.9g} s"
-        return self._course(times[: len(samples)], samples, scale, status, detail)
+            detail = f"{stop_reason(status, problem)} at t = {stop:.9g} s"
+        return self._trajectory(times[: len(samples)], samples, scale, status, detail)
 
-    def _course(
+    def _trajectory(
         self, times: Array, samples: Array, scale: float, status: RunStatus, detail: str
-    ) -> Course:
-        motion, derivative = samples[:, : self.size + 1], samples[:, self.size + 1 :]
-        crossings, *turnings = (np.unique(zeros) for zeros in self.zeros)
-        return Course(
+    ) -> VariationalTrajectory:
+        values, derivative = samples[:, : self.size + 1], samples[:, self.size + 1 :]
+        crossings, *turning_times = (np.unique(zeros) for zeros in self.zeros)
+        return VariationalTrajectory(
             times,
-            motion[:, :-1],
+            values[:, :-1],
             derivative[:, :-1],
-            motion[:, -1] * scale,
+            values[:, -1] * scale,
             derivative[:, -1] * scale,
-            tuple(turnings),
+            tuple(turning_times),
             crossings,
             status,
             detail,
         )
 
-    def _set(
+    def _reset(
         self, problem: Problem, tangent: Tangent, energies: list[float], threshold: float
     ) -> None:
-        """Sets the parameters, the direction and the start, and forgets the last run."""
+        """Set the parameters, the direction and the initial state, and clear the last run."""
         integrator = self.integrator
-        p, others = parameter_values(problem.system), [*energies, problem.range_bound, threshold]
-        values = np.concatenate([p, tangent.parameters, [0.0], others])
-        # Symbols behind the last one that the equations use are not there.
+        p, event_parameters = (
+            parameter_values(problem.system),
+            [*energies, problem.range_bound, threshold],
+        )
+        values = np.concatenate([p, tangent.parameters, [0.0], event_parameters])
+        # heyoka has no `par[]` after the last one that the equations use.
         integrator.pars[:] = values[: len(integrator.pars)]
         integrator.time = problem.times[0]
         # ∫v dt and its derivative start at zero.
@@ -187,18 +192,18 @@ class VariationalSystem:
             zeros.clear()
 
 
-def _note(zeros: list[float]) -> Callable[[Any, float, int], None]:
-    def note(_integrator: Any, time: float, _direction: int) -> None:
+def _append_time(zeros: list[float]) -> Callable[[Any, float, int], None]:
+    def append_time(_integrator: Any, time: float, _direction: int) -> None:
         zeros.append(time)
 
-    return note
+    return append_time
 
 
 _compiled = threading.local()
 
 
 def variational_system(system: System) -> VariationalSystem:
-    """The compiled variational equations of a system's structure, made once in each thread."""
+    """Return the variational equations of a system's structure, compiled once in each thread."""
     cache: dict[Hashable, VariationalSystem] = _compiled.__dict__.setdefault("systems", {})
     key = structure(system)
     if key not in cache:

@@ -1,1 +1,1 @@
-"""Switching: drivers that integrate a sliding connector through its modes."""
+"""Drivers: they integrate a system with a sliding connector from mode to mode."""

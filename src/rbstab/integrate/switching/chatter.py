@@ -1,38 +1,39 @@
-"""The chatter of s = E: its energy, and when an axis may be taken to stick."""
+"""The chatter of a sliding connector on the surface s = E: its energy, and its end by sticking."""
 
 from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.integrate.switching.modes import Modes, connector_of, instant, system_under
+from rbstab.integrate.switching.modes import Modes, connector_of, surface_dynamics, system_for_modes
 from rbstab.mechanics.algebra import inverse, quadratic_form
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
 from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.states import BODY, OMEGA
 from rbstab.systems.system import System
 
 
-def bouncing_energy(system: System, y: Array) -> Number:
-    """½ F'W⁻¹F, J: the kinetic energy that is in the motion of C, for any kind of number."""
+def contact_kinetic_energy(system: System, y: Array) -> Number:
+    """Return ½ F'W⁻¹F, J, the kinetic energy of the contact velocity, with the mobility W."""
     motion = system.motion(y)
-    there = mobility(system.body, contact_directions(system.body, motion))
-    return 0.5 * quadratic_form(inverse(there), motion.F)
+    mobility_matrix = mobility(system.body, contact_directions(system.body, motion))
+    return 0.5 * quadratic_form(inverse(mobility_matrix), motion.F)
 
 
 def chatter_energy(system: System, y: Array) -> float:
-    """e = ½ F'W⁻¹F + Σ K_s|E|, J: what the fast bouncing holds.
+    """Return e = ½ F'W⁻¹F + Σ K_s|E|, the energy of the chatter, J; W is the mobility.
 
     Args:
         system: The system, in coordinates W.
         y: The state.
     """
     E = system.motion(y).E
-    return float(bouncing_energy(system, y) + connector_of(system).K_s @ np.abs(E))
+    return float(contact_kinetic_energy(system, y) + connector_of(system).K_s @ np.abs(E))
 
 
-class Stick(NamedTuple):
-    """Axes that were made to stick: the modes and the state after it, and what it cost, J."""
+class StickResult(NamedTuple):
+    """The result of sticking: new modes and state, the axes, and the discarded energy, J."""
 
     modes: Modes
     state: Array
@@ -40,46 +41,47 @@ class Stick(NamedTuple):
     discarded: float
 
 
-def stick(system: System, y: Array, modes: Modes) -> Stick | None:
-    """Ends a weak chatter: of as many axes as may stick, or of none.
+def stick(system: System, y: Array, modes: Modes) -> StickResult | None:
+    """Make as many axes as possible stick, to end a weak chatter; return None if no axis may.
 
-    A set S may stick where the chatter energy is below a bound and the equivalent force, with
-    which Ë_S = 0, is inside the box of every axis of S; the largest such set does. Then E_S is set
-    to 0, the impulse -W_SS⁻¹F_S at C takes F_S away, and S is held. That costs about the chatter
-    energy: the shift of E moves the springs of the stabilizers a little, too.
+    The caller must have tested that the chatter energy is below its bound. A set S of axes may
+    stick if the equivalent force, with which Ë_S = 0, is inside the bounds ±K_s of every axis of S.
+    The largest such set sticks: E_S is set to 0, the impulse -W_SS⁻¹F_S at C makes F_S = 0, and S
+    is held. W is the mobility. The discarded energy is about the chatter energy. It differs a
+    little, because the shift of E also changes the energy of the stabilizers.
 
     Args:
-        system: The system under its modes, in coordinates W.
-        y: The state, with the audit states behind it.
+        system: The system in these modes, in coordinates W.
+        y: The audited state.
         modes: The modes.
     """
     free = [axis for axis in range(3) if not modes.held[axis]]
     for size in range(len(free), 0, -1):
         for axes in combinations(free, size):
-            tried = modes
+            candidate = modes
             for axis in axes:
-                tried = tried.with_axis(axis, 0.0, held=1.0)
-            held = system_under(system, tried)
-            # An axis that is held already takes its part of the impulse.
-            all_held = [axis for axis in range(3) if tried.held[axis]]
-            after = _without_chatter(system, y, all_held)
-            force = instant(held, after).force
+                candidate = candidate.with_axis(axis, 0.0, held=1.0)
+            held = system_for_modes(system, candidate)
+            # An axis that is already held takes part in the impulse.
+            all_held = [axis for axis in range(3) if candidate.held[axis]]
+            after = _state_without_chatter(system, y, all_held)
+            force = surface_dynamics(held, after).force
             if all(abs(force[axis]) <= connector_of(system).K_s[axis] for axis in all_held):
                 before = system.observe(y).energy.sum()
-                lost = float(before - held.observe(after).energy.sum())
-                return Stick(tried, after, axes, lost)
+                discarded = float(before - held.observe(after).energy.sum())
+                return StickResult(candidate, after, axes, discarded)
     return None
 
 
-def _without_chatter(system: System, y: Array, picked: list[int]) -> Array:
-    """The state with E_S = 0 on the picked axes S, after the impulse at C that makes F_S = 0."""
+def _state_without_chatter(system: System, y: Array, axes: list[int]) -> Array:
+    """Return the state with E_S = 0 for the axes S, after the impulse at C that makes F_S = 0."""
     motion, body = system.motion(y), system.body
     c = contact_directions(body, motion)
-    mobility_there = mobility(body, c)[np.ix_(picked, picked)]
+    mobility_of_axes = mobility(body, c)[np.ix_(axes, axes)]
     impulse = np.zeros(3)
-    impulse[picked] = -np.linalg.solve(mobility_there, motion.F[picked])
+    impulse[axes] = -np.linalg.solve(mobility_of_axes, motion.F[axes])
     jump = body.mass_matrix_inverse @ (c @ impulse)
-    Omega, F = motion.Omega + jump[3:6], motion.F + c.T @ jump
+    Omega, F = motion.Omega + jump[OMEGA], motion.F + c.T @ jump
     E = motion.E.copy()
-    E[picked], F[picked] = 0.0, 0.0
-    return np.concatenate([motion.Theta, Omega, E, F, y[12:]])
+    E[axes], F[axes] = 0.0, 0.0
+    return np.concatenate([motion.Theta, Omega, E, F, y[BODY.stop :]])

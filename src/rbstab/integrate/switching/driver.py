@@ -1,7 +1,7 @@
-"""Following a sliding connector sample by sample, and how far the result can be trusted.
+"""Integration of a system with a sliding connector, and the time up to which it is reproducible.
 
-How a motion goes from one sample to the next is a `Driver`'s: exactly, switch by switch
-(`filippov`), or by implicit steps (`implicit`).
+A `Driver` integrates from one sample to the next: it locates each switch (`filippov`), or makes
+implicit steps (`implicit`).
 """
 
 from collections.abc import Callable, Iterator
@@ -15,26 +15,28 @@ from rbstab.integrate.problem import Problem, Progress, Switching, Trajectory, t
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.integrate.switching.chatter import chatter_energy
-from rbstab.integrate.switching.modes import Modes, initial_modes, system_under
+from rbstab.integrate.switching.modes import Modes, initial_modes, system_for_modes
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import BODY, THETA
 from rbstab.systems.system import System
 
-UNSOLVABLE = (ArithmeticError, ValueError, np.linalg.LinAlgError)
-"""Raised where a decision has to solve a small system that holds infinities."""
+NUMERICAL_ERRORS = (ArithmeticError, ValueError, np.linalg.LinAlgError)
+"""Exceptions raised if a small linear system contains infinities."""
 
-TRUST = 1e-4
-"""Of a vector's largest entry: two runs this far apart have no digits left to lose."""
+TRUST_TOLERANCE = 1e-4
+"""If two runs differ by more than this times the largest entry, they are not reproducible."""
 
-NOTHING = 1e-9
-"""rad, rad/s, m, m/s: a vector that never is larger is only round-off."""
+NEGLIGIBLE = 1e-9
+"""rad, rad/s, m, m/s: a vector that never exceeds this contains only round-off."""
 
 
-class Hit(NamedTuple):
-    """An event that ends a mode: an axis reaches a threshold of s, or of its equivalent force.
+class SwitchEvent(NamedTuple):
+    """An event that ends a mode: s or the equivalent force of an axis reaches a threshold.
 
-    direction is 1 where the quantity was rising, else -1; release tells a bound of the force.
+    direction is 1 if the quantity was rising, else -1. release is True if the quantity is the
+    force, False if it is s.
     """
 
     axis: int
@@ -42,33 +44,33 @@ class Hit(NamedTuple):
     release: bool
 
 
-class Reached(NamedTuple):
-    """Where a flow ended: time, audited state, modes, and the hits there (none at its end).
+class DriverState(NamedTuple):
+    """The state of a run at the end of a flow: time, audited state, modes and events.
 
-    status is set where the run ends here.
+    There are no events if the flow ended at its end time. status is set if the run ends here.
     """
 
     time: float
     state: Array
     modes: Modes
-    hits: tuple[Hit, ...] = ()
+    events: tuple[SwitchEvent, ...] = ()
     status: RunStatus | None = None
 
 
 class Sample(NamedTuple):
     """One sample of a run with switching."""
 
-    reached: Reached
+    driver_state: DriverState
     counts: tuple[int, ...]
     discarded: float
 
 
 class Driver(Protocol):
-    """One run of a problem."""
+    """The interface of a driver: one run of a problem."""
 
     log: SwitchLog
     failure: str
-    """Why a switch could not be resolved, where that ended the run."""
+    """The reason, as text, if the run ended because a switch could not be resolved."""
 
     @property
     def steps(self) -> int:
@@ -81,97 +83,103 @@ class Driver(Protocol):
         ...
 
     def samples(self) -> Iterator[Sample]:
-        """The samples one after the other; the last has a status where the run stopped early."""
+        """Yield the samples in order; the last has a status if the run stopped early."""
         ...
 
 
-def at_start(problem: Problem, switching: Switching) -> Reached:
-    """The first sample, with a status where the motion cannot even begin."""
+def initial_driver_state(problem: Problem, switching: Switching) -> DriverState:
+    """Return the state at the first sample, with a status if the run cannot start."""
     y = problem.audited_start()
-    modes = initial_modes(problem.system, y[:12], switching)
-    rates = system_under(problem.system, modes).audited_rates(y)
+    modes = initial_modes(problem.system, y[BODY], switching)
+    rates = system_for_modes(problem.system, modes).audited_rates(y)
     status = None
     if not (np.isfinite(y).all() and np.isfinite(rates).all()):
         status = RunStatus.DIVERGED
-    elif regularity(y[0:3]) <= problem.range_bound:
+    elif regularity(y[THETA]) <= problem.range_bound:
         status = RunStatus.RANGE_LEFT
-    return Reached(float(problem.times[0]), y, modes, status=status)
+    return DriverState(float(problem.times[0]), y, modes, status=status)
 
 
-def follow(
-    problem: Problem, make: Callable[[Problem], Driver], progress: Progress | None = None
+def drive(
+    problem: Problem, make_driver: Callable[[Problem], Driver], progress: Progress | None = None
 ) -> Trajectory:
-    """Follows a problem with a sliding connector to its end, in coordinates W.
+    """Integrate a problem with a sliding connector, in coordinates W.
 
-    Never raises for what a motion does: that is a status.
+    A failed integration returns a status and raises no exception.
 
     Args:
         problem: The problem.
-        make: Makes the follower of a problem; it is asked twice of one that is to be diagnosed (see
-            `_trusted_until`).
-        progress: Called with the time of every sample.
+        make_driver: Makes the driver of a problem. It is called twice if the problem is diagnosed
+            (see `_trusted_until`).
+        progress: Called with the time of each sample.
     """
-    driver = make(problem)
+    driver = make_driver(problem)
     samples: list[Sample] = []
     try:
         for sample in driver.samples():
             samples.append(sample)
             if progress is not None:
-                progress(sample.reached.time)
-    except UNSOLVABLE as error:
-        last = samples[-1].reached._replace(status=RunStatus.SOLVER_FAILURE)
-        samples[-1] = samples[-1]._replace(reached=last)
+                progress(sample.driver_state.time)
+    except NUMERICAL_ERRORS as error:
+        last = samples[-1].driver_state._replace(status=RunStatus.SOLVER_FAILURE)
+        samples[-1] = samples[-1]._replace(driver_state=last)
         driver.failure = str(error)
-    status = samples[-1].reached.status or RunStatus.COMPLETED
+    status = samples[-1].driver_state.status or RunStatus.COMPLETED
     detail = ""
     if status is not RunStatus.COMPLETED:
-        detail = f"{_reason(status, problem, driver)} at t = {samples[-1].reached.time:.9g} s"
-    rows = [(s.reached.time, s.reached.state) for s in samples]
-    systems = tuple(system_under(problem.system, s.reached.modes) for s in samples)
-    plain = trajectory(rows, status, detail, driver.steps, driver.evaluations)
-    switches = _trace(samples, driver.log)
+        detail = (
+            f"{_stop_reason(status, problem, driver)} at t = {samples[-1].driver_state.time:.9g} s"
+        )
+    rows = [(s.driver_state.time, s.driver_state.state) for s in samples]
+    systems = tuple(system_for_modes(problem.system, s.driver_state.modes) for s in samples)
+    result = trajectory(rows, status, detail, driver.steps, driver.evaluations)
+    switches = _switch_trace(samples, driver.log)
     if problem.diagnosed:
         switches = switches._replace(
             chatter_energy=_chatter_energies(samples, systems),
-            trusted_until=_trusted_until(make, problem, plain),
+            trusted_until=_trusted_until(make_driver, problem, result),
         )
-    return replace(plain, switches=switches, systems=systems)
+    return replace(result, switches=switches, systems=systems)
 
 
-def _trusted_until(make: Callable[[Problem], Driver], problem: Problem, run: Trajectory) -> float:
-    """The last sample up to which the motion does not depend on the last digit of its start.
+def _trusted_until(
+    make_driver: Callable[[Problem], Driver], problem: Problem, run: Trajectory
+) -> float:
+    """Return the time of the last sample that does not depend on the last digit of the start.
 
-    A second run starts one unit in the last place away in every state; where the two differ by more
-    than `TRUST` of the largest value of Θ, Ω, E or F, no program in double precision can say which
-    is right.
+    A second run starts one unit in the last place away in every state. The trusted time ends when
+    the two runs differ by more than `TRUST_TOLERANCE` times the largest value of Θ, Ω, E or F.
+    After that, both runs are equally valid in double precision.
     """
-    shadow = make(replace(problem, start=np.nextafter(problem.start, np.inf)))
-    # Axis by axis a held point would be measured by its own round-off.
-    largest = np.abs(run.states).reshape(len(run.times), -1, 3).max(axis=(0, 2))
-    scale = np.repeat(np.maximum(largest, NOTHING), 3)
+    perturbed = make_driver(replace(problem, start=np.nextafter(problem.start, np.inf)))
+    # The largest value is taken over all axes, because a held axis contains only round-off.
+    largest_values = np.abs(run.states).reshape(len(run.times), -1, 3).max(axis=(0, 2))
+    scale = np.repeat(np.maximum(largest_values, NEGLIGIBLE), 3)
     trusted = float(run.times[0])
-    # Where the second run fails, trust ends too.
-    with suppress(*UNSOLVABLE):
-        for row, sample in enumerate(shadow.samples()):
-            if row >= len(run.times) or sample.reached.time != run.times[row]:
+    # A failure of the second run also ends the trusted time.
+    with suppress(*NUMERICAL_ERRORS):
+        for row, sample in enumerate(perturbed.samples()):
+            if row >= len(run.times) or sample.driver_state.time != run.times[row]:
                 break
-            apart = np.abs(sample.reached.state[: len(scale)] - run.states[row])
-            if not (apart <= TRUST * scale).all():
+            difference = np.abs(sample.driver_state.state[: len(scale)] - run.states[row])
+            if not (difference <= TRUST_TOLERANCE * scale).all():
                 break
-            trusted = sample.reached.time
+            trusted = sample.driver_state.time
     return trusted
 
 
 def _chatter_energies(samples: list[Sample], systems: tuple[System, ...]) -> Array:
     pairs = zip(systems, samples, strict=True)
-    return np.array([chatter_energy(system, one.reached.state[:12]) for system, one in pairs])
+    return np.array(
+        [chatter_energy(system, sample.driver_state.state[BODY]) for system, sample in pairs]
+    )
 
 
-def _trace(samples: list[Sample], log: SwitchLog) -> SwitchTrace:
-    """The switching of a run that is not diagnosed."""
+def _switch_trace(samples: list[Sample], log: SwitchLog) -> SwitchTrace:
+    """Return the switching of a run, without its diagnosis."""
     return SwitchTrace(
-        # An axis whose force is inside its bounds is on neither side.
-        modes=np.trunc([sample.reached.modes.mode for sample in samples]),
+        # `ImplicitDriver` stores a fraction for an axis held on the surface; its mode is 0.
+        modes=np.trunc([sample.driver_state.modes.mode for sample in samples]),
         counts=np.array([sample.counts for sample in samples]),
         chatter_energy=np.full(len(samples), np.nan),
         discarded_energy=np.array([sample.discarded for sample in samples]),
@@ -182,7 +190,7 @@ def _trace(samples: list[Sample], log: SwitchLog) -> SwitchTrace:
     )
 
 
-def _reason(status: RunStatus, problem: Problem, driver: Driver) -> str:
+def _stop_reason(status: RunStatus, problem: Problem, driver: Driver) -> str:
     return {
         RunStatus.RANGE_LEFT: f"cos θ2 fell to {problem.range_bound:g}",
         RunStatus.DIVERGED: "the state stopped being finite",

@@ -1,7 +1,7 @@
-"""Following a sliding connector through its modes: smooth flow between switches (Filippov).
+"""Integration of a sliding connector with exact switches, by Filippov's rules for the modes.
 
-Between two switches the vector field is smooth and either engine follows it (a `Flow`). What a
-switch leads to is decided here, the same for both.
+Between two switches the vector field is smooth, and an engine integrates it (a `Flow`). This module
+chooses the modes after each switch. It is the same for both engines.
 """
 
 import time
@@ -14,47 +14,51 @@ from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_trace import Transition
 from rbstab.integrate.switching.chatter import chatter_energy, stick
-from rbstab.integrate.switching.driver import Hit, Reached, Sample, at_start
+from rbstab.integrate.switching.driver import DriverState, Sample, SwitchEvent, initial_driver_state
 from rbstab.integrate.switching.modes import (
     ROUND_OFF,
     Modes,
     connector_of,
-    instant,
     modes_on_surface,
-    system_under,
+    surface_dynamics,
+    system_for_modes,
     thresholds,
 )
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import BODY
 
-LOOK_AGAIN = 32
-"""Switches, at least, between two looks at which axes of a weak chatter may stick: a look costs as
-much as many."""
+MIN_STICK_TEST_INTERVAL = 32
+"""The minimum number of switches between two stick tests, because one test costs as much as many
+switches."""
 
-SET_OFF = 1e-13
-"""m or m/s: how far from its surface an axis is let go; below what an integration is exact to."""
+RELEASE_OFFSET = 1e-13
+"""m or m/s: the distance from the surface at which an axis is released. It is below the error of
+the integration."""
 
-AT_START = 1e-12
-"""m and m/s: a start this near to its surface is on it."""
+START_TOLERANCE = 1e-12
+"""m and m/s: an initial state this close to the surface counts as on it."""
 
-COINCIDENT = 1e-9
-"""Of the time since the last crossing: axes that cross s = E within this cross together."""
+COINCIDENCE_TOLERANCE = 1e-9
+"""Relative to the time since the last crossing: axes that cross s = E within this time cross
+together."""
 
-AT_SURFACE = 1e-13
-"""Of |F| + κ|E|: axes that are this near to their thresholds of s = F + κE are there."""
+SURFACE_TOLERANCE = 1e-13
+"""Relative to |F| + κ|E|: an axis this close to its threshold of s = F + κE counts as on it."""
 
-MAX_AT_ONCE = 100
-"""Decisions at one instant, after which nothing will ever change."""
+MAX_EVENTS_PER_INSTANT = 100
+"""The run fails after this many flows in a row that end at the same time."""
 
-LOOK_AGAIN_SHARE = 64
-"""Of all switches so far, this part may pass between two looks."""
+STICK_TEST_DIVISOR = 64
+"""The number of switches between two stick tests grows to 1/64 of all switches so far."""
 
 
 class Flow(Protocol):
-    """Follows the smooth motion of an engine.
+    """The interface of a smooth flow, integrated by an engine.
 
-    Crossings of s = E may be passed over inside (their mode simply changes sides); a flow that does
-    so notes them in the log, and returns where that is full or where the chatter has become weak.
+    A flow may handle crossings of s = E without the driver, because only the sign of the mode
+    changes. Such a flow records the crossings in the log. It returns when the log has reached its
+    limit of switches, or when the chatter is weak.
     """
 
     @property
@@ -67,13 +71,13 @@ class Flow(Protocol):
         """Evaluations of the rates so far."""
         ...
 
-    def advance(self, start: Reached, end: float, log: SwitchLog) -> Reached:
-        """From a state to the next hit that has to be decided, or to a time."""
+    def advance(self, start: DriverState, end: float, log: SwitchLog) -> DriverState:
+        """Integrate to the next event that the driver must handle, or to a time."""
         ...
 
 
 class FilippovDriver:
-    """One run through the modes of its connector, each switch at its time (a `Driver`)."""
+    """The driver of a run in which each switch is located exactly (a `Driver`)."""
 
     def __init__(self, problem: Problem, switching: Switching, flow: Flow) -> None:
         self.problem = problem
@@ -86,25 +90,25 @@ class FilippovDriver:
         self.deadline = time.monotonic() + problem.time_limit
 
     def samples(self) -> Iterator[Sample]:
-        """The samples one after the other; the last has a status where the run stopped early."""
-        now = self._begun(at_start(self.problem, self.switching))
+        """Yield the samples in order; the last has a status if the run stopped early."""
+        current = self._set_modes_at_start(initial_driver_state(self.problem, self.switching))
         times = self.problem.times.tolist()
-        yield self._sample(now)
-        for end in times[1:] if now.status is None else []:
-            standing = 0
-            while now.time < end and now.status is None:
-                begin = now.time
-                now = self._decided(self.flow.advance(now, end, self.log))
-                standing = standing + 1 if now.time == begin else 0
-                if standing > MAX_AT_ONCE:
-                    self.failure = "its switches do not end"
-                    now = now._replace(status=RunStatus.SOLVER_FAILURE)
-            yield self._sample(now)
-            if now.status is not None:
+        yield self._sample(current)
+        for end in times[1:] if current.status is None else []:
+            events_at_this_time = 0
+            while current.time < end and current.status is None:
+                begin = current.time
+                current = self._handle_events(self.flow.advance(current, end, self.log))
+                events_at_this_time = events_at_this_time + 1 if current.time == begin else 0
+                if events_at_this_time > MAX_EVENTS_PER_INSTANT:
+                    self.failure = "too many switches at one time"
+                    current = current._replace(status=RunStatus.SOLVER_FAILURE)
+            yield self._sample(current)
+            if current.status is not None:
                 return
 
-    def _sample(self, now: Reached) -> Sample:
-        return Sample(now, tuple(self.log.counts), self.discarded)
+    def _sample(self, current: DriverState) -> Sample:
+        return Sample(current, tuple(self.log.counts), self.discarded)
 
     @property
     def steps(self) -> int:
@@ -116,47 +120,52 @@ class FilippovDriver:
         """Evaluations of the rates so far."""
         return self.flow.evaluations
 
-    def _begun(self, now: Reached) -> Reached:
-        """The start, with the axes that stand on the surface already where they stay on it."""
-        if now.status is not None or self.switching.layered:
-            return now
+    def _set_modes_at_start(self, current: DriverState) -> DriverState:
+        """Return the start, with modes chosen for the axes that start on the surface."""
+        if current.status is not None or self.switching.layered:
+            return current
         system = self.problem.system
-        motion, connector = system.motion(now.state[:12]), connector_of(system)
+        motion, connector = system.motion(current.state[BODY]), connector_of(system)
         s = np.abs(connector.surface(motion.E, motion.F))
-        still = np.maximum(s, np.abs(motion.F)) if self.on_position else s
-        axes = np.flatnonzero(still <= AT_START).tolist()
+        distance = np.maximum(s, np.abs(motion.F)) if self.on_position else s
+        axes = np.flatnonzero(distance <= START_TOLERANCE).tolist()
         if not axes:
-            return now
+            return current
         if not self.on_position:
-            return self._changed(now, modes_on_surface(system, now.state[:12], now.modes, axes))
-        modes, state = now.modes, now.state.copy()
+            return self._set_modes(
+                current, modes_on_surface(system, current.state[BODY], current.modes, axes)
+            )
+        modes, state = current.modes, current.state.copy()
         for axis in axes:
             modes = modes.with_axis(axis, 0.0, held=1.0)
             state[[6 + axis, 9 + axis]] = 0.0
-        return self._inside_boxes(self._changed(now._replace(state=state), modes))
+        return self._release_overloaded(self._set_modes(current._replace(state=state), modes))
 
-    def _decided(self, now: Reached) -> Reached:
-        if now.status is not None:
-            return now
-        crossed = [hit for hit in now.hits if not hit.release]
-        for hit in now.hits:
-            if hit.release:
-                now = self._release(now, hit)
-        now = self._cross(now, crossed)
-        if self.on_position and self._may_look(now):
-            now = self._stick(now)
-        if self.on_position and now.modes.any_held:
-            now = self._inside_boxes(now)
-        return now._replace(hits=(), status=self._limit_reached())
+    def _handle_events(self, current: DriverState) -> DriverState:
+        if current.status is not None:
+            return current
+        crossings = [event for event in current.events if not event.release]
+        for event in current.events:
+            if event.release:
+                current = self._release(current, event)
+        current = self._handle_crossings(current, crossings)
+        if self.on_position and self._stick_test_is_due(current):
+            current = self._test_sticking(current)
+        if self.on_position and current.modes.any_held:
+            current = self._release_overloaded(current)
+        return current._replace(events=(), status=self._limit_reached())
 
-    def _may_look(self, now: Reached) -> bool:
-        """Whether this is a crossing, and one at which to look whether the chatter is weak.
+    def _stick_test_is_due(self, current: DriverState) -> bool:
+        """Return whether this is a crossing at which sticking must be tested.
 
-        Not at a release, whose force is at its bound; not at a sample, which is no event.
+        A release is excluded, because its force is at the bound. A sample is excluded, because it
+        is not an event.
         """
-        released = any(hit.release for hit in now.hits)
-        due = self.switching.sticks and self.log.total >= self.log.look_from
-        return due and not released and self.log.total > 0 and now.time == self.log.last_time
+        has_release = any(event.release for event in current.events)
+        is_due = self.switching.sticks and self.log.total >= self.log.next_stick_test
+        return (
+            is_due and not has_release and self.log.total > 0 and current.time == self.log.last_time
+        )
 
     def _limit_reached(self) -> RunStatus | None:
         if self.log.total >= self.switching.switch_limit:
@@ -165,101 +174,114 @@ class FilippovDriver:
             return RunStatus.STEP_LIMIT
         return RunStatus.TIME_LIMIT if time.monotonic() > self.deadline else None
 
-    def _cross(self, now: Reached, hits: list[Hit]) -> Reached:
-        """Axes that arrived at their thresholds, with those that arrive there to round-off."""
-        if not hits:
-            return now
-        hits = hits + self._coinciding(now, hits)
-        for hit in hits:
-            self.log.switch(now.time, hit.axis)
-        modes = now.modes
+    def _handle_crossings(self, current: DriverState, events: list[SwitchEvent]) -> DriverState:
+        """Change the modes of all axes that cross their thresholds now, to round-off."""
+        if not events:
+            return current
+        events = events + self._simultaneous_crossings(current, events)
+        for event in events:
+            self.log.add_switch(current.time, event.axis)
+        modes = current.modes
         if not self.switching.layered and not self.on_position:
-            arrived = {hit.axis for hit in hits}
-            on_surface = [a for a in range(3) if a in arrived or modes.held[a]]
-            chosen = modes_on_surface(self.problem.system, now.state[:12], modes, on_surface)
-            return self._changed(now, chosen)
-        for hit in hits:
-            if self.switching.layered and modes.layer[hit.axis]:
-                modes = modes.with_axis(hit.axis, hit.direction)
+            crossing_axes = {event.axis for event in events}
+            surface_axes = [a for a in range(3) if a in crossing_axes or modes.held[a]]
+            chosen_modes = modes_on_surface(
+                self.problem.system, current.state[BODY], modes, surface_axes
+            )
+            return self._set_modes(current, chosen_modes)
+        for event in events:
+            if self.switching.layered and modes.layer[event.axis]:
+                modes = modes.with_axis(event.axis, event.direction)
             elif self.switching.layered:
-                modes = modes.with_axis(hit.axis, 0.0, layer=1.0)
+                modes = modes.with_axis(event.axis, 0.0, layer=1.0)
             else:
-                modes = modes.with_axis(hit.axis, hit.direction)
-        return now._replace(modes=modes)
+                modes = modes.with_axis(event.axis, event.direction)
+        return current._replace(modes=modes)
 
-    def _coinciding(self, now: Reached, hits: list[Hit]) -> list[Hit]:
-        """The axes that cross their thresholds at this instant too, to round-off.
+    def _simultaneous_crossings(
+        self, current: DriverState, events: list[SwitchEvent]
+    ) -> list[SwitchEvent]:
+        """Return the crossings of other axes at the same time, to round-off.
 
-        A flow stops at the first; the others would stand behind the start of the next.
+        A flow stops at the first crossing. The other crossings would lie before the start of the
+        next flow, which would miss them.
         """
-        system = system_under(self.problem.system, now.modes)
-        motion = system.motion(now.state[:12])
+        system = system_for_modes(self.problem.system, current.modes)
+        motion = system.motion(current.state[BODY])
         connector = connector_of(system)
         s = connector.surface(motion.E, motion.F)
-        near = AT_SURFACE * connector.surface(np.abs(motion.E), np.abs(motion.F))
+        tolerance = SURFACE_TOLERANCE * connector.surface(np.abs(motion.E), np.abs(motion.F))
         if self.on_position:
-            near = COINCIDENT * (now.time - self.log.last_time) * np.abs(motion.F)
-        up, down = thresholds(system, now.modes, self.switching)
-        known = {hit.axis for hit in hits}
+            tolerance = (
+                COINCIDENCE_TOLERANCE * (current.time - self.log.last_time) * np.abs(motion.F)
+            )
+        upper, lower = thresholds(system, current.modes, self.switching)
+        known_axes = {event.axis for event in events}
         found = []
         rate: Array | None = None
         for axis in range(3):
-            at_end = min(abs(s[axis] - up[axis]), abs(s[axis] - down[axis])) <= near[axis]
-            if axis in known or not at_end:
+            at_threshold = (
+                min(abs(s[axis] - upper[axis]), abs(s[axis] - lower[axis])) <= tolerance[axis]
+            )
+            if axis in known_axes or not at_threshold:
                 continue
             if rate is None:
-                rate = instant(system, now.state[:12]).surface_rate
-            direction = 1.0 if abs(s[axis] - up[axis]) <= near[axis] else -1.0
+                rate = surface_dynamics(system, current.state[BODY]).surface_rate
+            direction = 1.0 if abs(s[axis] - upper[axis]) <= tolerance[axis] else -1.0
             if direction * rate[axis] > 0:
-                found.append(Hit(axis, direction, release=False))
+                found.append(SwitchEvent(axis, direction, release=False))
         return found
 
-    def _changed(self, now: Reached, chosen: Modes) -> Reached:
-        """Under modes that were chosen, with what sticks and what lets go noted."""
+    def _set_modes(self, current: DriverState, chosen_modes: Modes) -> DriverState:
+        """Set the modes, and record the sticks and releases."""
         for axis in range(3):
-            if chosen.held[axis] != now.modes.held[axis]:
-                what = Transition.STICK if chosen.held[axis] else Transition.RELEASE
-                self.log.transition(now.time, axis, what)
-        return now._replace(modes=chosen)
+            if chosen_modes.held[axis] != current.modes.held[axis]:
+                kind = Transition.STICK if chosen_modes.held[axis] else Transition.RELEASE
+                self.log.add_transition(current.time, axis, kind)
+        return current._replace(modes=chosen_modes)
 
-    def _release(self, now: Reached, hit: Hit) -> Reached:
-        """Lets an axis go whose force is at its bound -K_s σ, where it stays.
+    def _release(self, current: DriverState, event: SwitchEvent) -> DriverState:
+        """Release an axis whose force has reached its bound; the force stays there, at -K_s σ.
 
-        What round-off left of s while it was held could stand on the wrong side: s is put a little
-        onto its own.
+        While the axis was held, round-off may have moved s to the wrong side. So s is placed at
+        `RELEASE_OFFSET` on its new side.
         """
-        self.log.switch(now.time, hit.axis)
-        self.log.transition(now.time, hit.axis, Transition.RELEASE)
-        side, axis, state = -hit.direction, hit.axis, now.state.copy()
+        self.log.add_switch(current.time, event.axis)
+        self.log.add_transition(current.time, event.axis, Transition.RELEASE)
+        side, axis, state = -event.direction, event.axis, current.state.copy()
         connector = connector_of(self.problem.system)
         if self.on_position:
-            state[6 + axis], state[9 + axis] = side * SET_OFF, 0.0
+            state[6 + axis], state[9 + axis] = side * RELEASE_OFFSET, 0.0
         else:
-            state[9 + axis] = -float(connector.slope) * state[6 + axis] + side * SET_OFF
-        return now._replace(state=state, modes=now.modes.with_axis(axis, side))
+            state[9 + axis] = -float(connector.slope) * state[6 + axis] + side * RELEASE_OFFSET
+        return current._replace(state=state, modes=current.modes.with_axis(axis, side))
 
-    def _inside_boxes(self, now: Reached) -> Reached:
-        """Releases the held axes whose equivalent force a crossing of another made jump too far."""
+    def _release_overloaded(self, current: DriverState) -> DriverState:
+        """Release each held axis whose equivalent force is beyond its bound after a crossing."""
         for _ in range(3):
-            force = instant(system_under(self.problem.system, now.modes), now.state[:12]).force
-            load = np.abs(force) / connector_of(self.problem.system).K_s * now.modes.held
-            axis = int(load.argmax())
-            if load[axis] <= 1.0 + ROUND_OFF:
+            force = surface_dynamics(
+                system_for_modes(self.problem.system, current.modes), current.state[BODY]
+            ).force
+            load_ratio = np.abs(force) / connector_of(self.problem.system).K_s * current.modes.held
+            axis = int(load_ratio.argmax())
+            if load_ratio[axis] <= 1.0 + ROUND_OFF:
                 break
-            now = self._release(now, Hit(axis, float(np.sign(force[axis])), release=True))
-        return now
+            current = self._release(
+                current, SwitchEvent(axis, float(np.sign(force[axis])), release=True)
+            )
+        return current
 
-    def _stick(self, now: Reached) -> Reached:
-        system = system_under(self.problem.system, now.modes)
-        if chatter_energy(system, now.state) >= self.switching.stick_energy:
-            return now
-        found = stick(system, now.state, now.modes)
-        pause = max(LOOK_AGAIN, self.log.total // LOOK_AGAIN_SHARE)
-        self.log.look_from = self.log.total + pause
+    def _test_sticking(self, current: DriverState) -> DriverState:
+        system = system_for_modes(self.problem.system, current.modes)
+        if chatter_energy(system, current.state) >= self.switching.stick_energy:
+            return current
+        found = stick(system, current.state, current.modes)
+        interval = max(MIN_STICK_TEST_INTERVAL, self.log.total // STICK_TEST_DIVISOR)
+        self.log.next_stick_test = self.log.total + interval
         if found is None:
-            return now
+            return current
         self.discarded += found.discarded
         for axis in found.axes:
-            self.log.switch(now.time, axis)
-            self.log.transition(now.time, axis, Transition.STICK)
-        return now._replace(state=found.state, modes=found.modes)
+            self.log.add_switch(current.time, axis)
+            self.log.add_transition(current.time, axis, Transition.STICK)
+        return current._replace(state=found.state, modes=found.modes)

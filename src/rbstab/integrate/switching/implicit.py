@@ -1,9 +1,9 @@
-"""The implicit law: a fixed step, with the sign taken where the step ends.
+"""The implicit law: fixed steps, with the sign taken at the end of the step.
 
-Each step is one of backward Euler for the connector, Λ ∈ -K_s Sgn(s⁺), and of explicit Euler for
-what is smooth. Wherever the box of Λ can hold it the step ends on the surface, so there is no
-chatter; but the energy that the chatter would hold is lost to the step, and with s = E the time of
-sticking depends on it.
+A step is backward Euler for the connector, Λ ∈ -K_s Sgn(s⁺), and explicit Euler for the smooth
+forces. If a force within the bounds ±K_s can hold an axis on the surface, the step ends there, so
+there is no chatter. But the step loses the energy of the chatter, and with s = E the time of
+sticking depends on the step.
 
 Source: V. Acary, B. Brogliato, Systems & Control Letters 59 (2010) 284-293.
 """
@@ -19,20 +19,21 @@ import numpy as np
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_trace import Transition
-from rbstab.integrate.switching.driver import Reached, Sample, at_start
-from rbstab.integrate.switching.modes import ROUND_OFF, Modes, connector_of, system_under
+from rbstab.integrate.switching.driver import DriverState, Sample, initial_driver_state
+from rbstab.integrate.switching.modes import ROUND_OFF, Modes, connector_of, system_for_modes
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.states import BODY, E_OF_W, F_OF_W, OMEGA, THETA
 from rbstab.systems.coordinates import PartlyHeldCoordinates
-from rbstab.systems.system import System
+from rbstab.systems.system import CONTACT_WORK, LYAPUNOV_CHANGE, System
 
 SIDES = [(a, b, c) for a, b, c in product((1.0, -1.0, 0.0), repeat=3)]
-"""Every combination of sides of three axes, 0 for one that is held."""
+"""Every combination of the sides of three axes; 0 for a held axis."""
 
 
-def _nearest(mode: tuple[float, float, float]) -> list[Modes]:
-    """All modes, those first that differ from the given ones on few axes."""
+def _modes_by_distance(mode: tuple[float, float, float]) -> list[Modes]:
+    """Return all modes, ordered by the number of axes on which they differ from the given mode."""
     ordered = sorted(SIDES, key=lambda sides: int(np.sum(np.array(sides) != mode)))
     return [
         Modes(sides, held=(float(sides[0] == 0), float(sides[1] == 0), float(sides[2] == 0)))
@@ -40,15 +41,15 @@ def _nearest(mode: tuple[float, float, float]) -> list[Modes]:
     ]
 
 
-NEAREST = {sides: _nearest(sides) for sides in SIDES}
-"""The order in which modes are tried, by the modes before."""
+MODES_BY_DISTANCE = {sides: _modes_by_distance(sides) for sides in SIDES}
+"""The order in which modes are tried, for each mode of the previous step."""
 
-CLOCK_EVERY = 64
-"""Steps between two looks at the clock."""
+STEPS_PER_CLOCK_CHECK = 64
+"""Steps between two checks of the wall time."""
 
 
-class Stepped(NamedTuple):
-    """Where a step ends, if its choice of modes is right: audited state, s⁺ and Λ, by axis."""
+class StepResult(NamedTuple):
+    """The result of a step in given modes: audited state, and s⁺ and Λ by axis."""
 
     state: Array
     surface: Array
@@ -56,55 +57,57 @@ class Stepped(NamedTuple):
 
 
 class Stepper(Protocol):
-    """Makes one step of given length under given modes."""
+    """The interface of a function that makes one step in given modes."""
 
-    def __call__(self, y: Array, modes: Modes, h: float) -> Stepped:
-        """The step from an audited state in coordinates W."""
+    def __call__(self, y: Array, modes: Modes, h: float) -> StepResult:
+        """Make a step of length h from an audited state in coordinates W."""
         ...
 
 
 def system_for_step(system: System, modes: Modes, h: Number) -> System:
-    """The system whose held axes reach s⁺ = ρF⁺ + κE⁺ = 0 in one step.
+    """Return the system whose held axes reach s⁺ = ρF⁺ + κE⁺ = 0 in one step.
 
-    With F⁺ = F + hḞ and E⁺ = E + hF⁺ that is Ḟ = -F/h - κE/(h(ρ + κh)).
+    With F⁺ = F + hḞ and E⁺ = E + hF⁺ this means Ḟ = -F/h - κE/(h(ρ + κh)).
     """
     connector = connector_of(system)
-    under = system_under(system, modes)
+    smooth_system = system_for_modes(system, modes)
     gain = connector.slope / (h * (connector.rate_weight + connector.slope * h))
     coordinates = PartlyHeldCoordinates(np.array(modes.held), 1.0 / h, gain)
-    return System(under.body, under.elements, coordinates, under.anchor)
+    return System(smooth_system.body, smooth_system.elements, coordinates, smooth_system.anchor)
 
 
-def step(system: System, y: Array, h: Number) -> Stepped:
-    """One step of a system of `system_for_step`, for any kind of number.
+def step(system: System, y: Array, h: Number) -> StepResult:
+    """Make one step of a system from `system_for_step`, for any kind of number.
 
-    The velocities first, then Θ⁺ = Θ + hB(Θ)Ω⁺ and E⁺ = E + hF⁺. The work of Λ is exact for it,
-    h½(F + F⁺)'Λ; ∫v' takes the velocities half way.
+    The velocities are stepped first, then Θ⁺ = Θ + hB(Θ)Ω⁺ and E⁺ = E + hF⁺. The work of Λ is exact
+    for the step, h½(F + F⁺)'Λ. ∫v' uses the mean of the old and new velocities.
     """
     rates, force = system.audited_rates(y), system.observe(y).contact_force
-    Omega, F = y[3:6] + h * rates[3:6], y[9:12] + h * rates[9:12]
-    E = y[6:9] + h * F
-    Theta = y[0:3] + h * (system.motion(y).B @ Omega)
-    middle = np.concatenate([y[0:3], 0.5 * (y[3:6] + Omega), y[6:9], 0.5 * (y[9:12] + F), y[12:]])
-    lyapunov = y[12] + h * system.audited_rates(middle)[12]
-    work = y[13] + h * (middle[9:12] @ force)
+    Omega, F = y[OMEGA] + h * rates[OMEGA], y[F_OF_W] + h * rates[F_OF_W]
+    E = y[E_OF_W] + h * F
+    Theta = y[THETA] + h * (system.motion(y).B @ Omega)
+    midpoint = np.concatenate(
+        [y[THETA], 0.5 * (y[OMEGA] + Omega), y[E_OF_W], 0.5 * (y[F_OF_W] + F), y[BODY.stop :]]
+    )
+    lyapunov = y[LYAPUNOV_CHANGE] + h * system.audited_rates(midpoint)[LYAPUNOV_CHANGE]
+    work = y[CONTACT_WORK] + h * (midpoint[F_OF_W] @ force)
     state = np.concatenate([Theta, Omega, E, F, np.array([lyapunov, work])])
-    return Stepped(state, connector_of(system).surface(E, F), force)
+    return StepResult(state, connector_of(system).surface(E, F), force)
 
 
-def plain_stepper(system: System) -> Stepper:
-    """Steps by numpy."""
+def numpy_stepper(system: System) -> Stepper:
+    """Return a stepper that uses numpy."""
 
-    def stepper(y: Array, modes: Modes, h: float) -> Stepped:
+    def stepper(y: Array, modes: Modes, h: float) -> StepResult:
         return step(system_for_step(system, modes, h), y, h)
 
     return stepper
 
 
 class ImplicitDriver:
-    """One run by implicit steps (a `Driver`).
+    """The driver of a run with implicit steps (a `Driver`).
 
-    Between two samples the steps are equal, and `Switching.step` or a little less.
+    The steps between two samples are equal, and at most `Switching.step` (to round-off).
     """
 
     def __init__(self, problem: Problem, switching: Switching, stepper: Stepper) -> None:
@@ -118,89 +121,95 @@ class ImplicitDriver:
         self.deadline = time.monotonic() + problem.time_limit
 
     def samples(self) -> Iterator[Sample]:
-        """The samples one after the other; the last has a status where the run stopped early."""
-        now = at_start(self.problem, self.switching)
-        self.modes = now.modes
-        potential = self._potential(now.state)
-        yield Sample(now, tuple(self.log.counts), 0.0)
-        for end in self.problem.times[1:].tolist() if now.status is None else []:
-            now = self._to(now, end)
-            # What the connector took and neither holds nor gave back: the damping of the steps.
-            damped = potential - self._potential(now.state) - float(now.state[-1])
-            yield Sample(now, tuple(self.log.counts), damped if self.on_position else 0.0)
-            if now.status is not None:
+        """Yield the samples in order; the last has a status if the run stopped early."""
+        current = initial_driver_state(self.problem, self.switching)
+        self.modes = current.modes
+        initial_energy = self._connector_energy(current.state)
+        yield Sample(current, tuple(self.log.counts), 0.0)
+        for end in self.problem.times[1:].tolist() if current.status is None else []:
+            current = self._step_to(current, end)
+            # The connector received this energy, but neither stores nor returned it: the implicit
+            # steps dissipate it.
+            discarded = (
+                initial_energy
+                - self._connector_energy(current.state)
+                - float(current.state[CONTACT_WORK])
+            )
+            yield Sample(current, tuple(self.log.counts), discarded if self.on_position else 0.0)
+            if current.status is not None:
                 return
 
-    def _potential(self, y: Array) -> float:
-        return float(self.connector.K_s @ np.abs(y[6:9]))
+    def _connector_energy(self, y: Array) -> float:
+        return float(self.connector.K_s @ np.abs(y[E_OF_W]))
 
-    def _to(self, now: Reached, end: float) -> Reached:
-        """Equal steps to a sample, or to the step at which the run ends."""
-        begin = now.time
+    def _step_to(self, current: DriverState, end: float) -> DriverState:
+        """Make equal steps until the next sample, or until a step ends the run."""
+        begin = current.time
         count = max(1, math.ceil((end - begin) / self.switching.step * (1.0 - ROUND_OFF)))
         h = (end - begin) / count
         for k in range(1, count + 1):
-            modes, after = self._choice(now.state, h)
+            modes, after = self._consistent_step(current.state, h)
             self.steps += 1
             if not np.isfinite(after.state).all():
-                return now._replace(status=RunStatus.DIVERGED)
+                return current._replace(status=RunStatus.DIVERGED)
             time_reached = end if k == count else begin + k * h
-            self._note(time_reached, modes)
-            status = self._status(after.state)
-            now = Reached(time_reached, after.state, now.modes, status=status)
+            self._record_switches(time_reached, modes)
+            status = self._stop_status(after.state)
+            current = DriverState(time_reached, after.state, current.modes, status=status)
             if k == count or status is not None:
                 break
-        # The modes of a sample are the shares of its bounds that the last force had.
+        # The stored mode of a held axis is σ = -Λ/K_s of the last step.
         share = np.clip(-after.force / self.connector.K_s, -1.0, 1.0)
         shares = np.where(np.array(self.modes.held) == 1.0, share, self.modes.mode)
-        return now._replace(modes=Modes((shares[0], shares[1], shares[2])))
+        return current._replace(modes=Modes((shares[0], shares[1], shares[2])))
 
-    def _choice(self, y: Array, h: float) -> tuple[Modes, Stepped]:
-        """The step whose modes are consistent: there is one, for W is positive definite.
+    def _consistent_step(self, y: Array, h: float) -> tuple[Modes, StepResult]:
+        """Make the step in the modes for which Λ ∈ -K_s Sgn(s⁺); return these modes and the step.
 
-        Those most like the modes before are tried first.
+        Such modes exist, because the mobility is positive definite. The modes that differ least
+        from the last ones are tried first.
         """
-        # By how many newtons s⁺ is wrong, roughly: it only breaks ties.
+        # A rough factor from errors of s⁺ to newtons, to compare violations of both kinds.
         weight = self.connector.rate_weight + self.connector.slope * h
         scale = self.problem.system.body.mass / (h * weight)
-        found: tuple[float, Modes, Stepped] | None = None
-        for modes in NEAREST[self.modes.mode]:
+        best: tuple[float, Modes, StepResult] | None = None
+        for modes in MODES_BY_DISTANCE[self.modes.mode]:
             after = self.stepper(y, modes, h)
             self.evaluations += 1
             violation = self._violation(modes, after, scale)
-            if found is None or violation < found[0]:
-                found = violation, modes, after
+            if best is None or violation < best[0]:
+                best = violation, modes, after
             if violation <= ROUND_OFF:
                 break
-        assert found is not None
-        return found[1], found[2]
+        assert best is not None
+        return best[1], best[2]
 
-    def _violation(self, modes: Modes, after: Stepped, scale: float) -> float:
-        """By which part of K_s the force of an axis breaks the law Λ ∈ -K_s Sgn(s⁺)."""
+    def _violation(self, modes: Modes, after: StepResult, scale: float) -> float:
+        """Return the largest violation of Λ ∈ -K_s Sgn(s⁺) of any axis, relative to K_s."""
         surface, force = after.surface.tolist(), after.force.tolist()
         worst = 0.0
         for side, s, f, K_s in zip(modes.mode, surface, force, self.K_s, strict=True):
-            wrong = abs(f) / K_s - 1.0 if side == 0.0 else -side * s * scale / K_s
-            if not wrong <= worst:
-                worst = wrong
+            violation = abs(f) / K_s - 1.0 if side == 0.0 else -side * s * scale / K_s
+            if not violation <= worst:
+                worst = violation
         return worst
 
-    def _note(self, time_reached: float, modes: Modes) -> None:
+    def _record_switches(self, time_reached: float, modes: Modes) -> None:
         for axis, (old, new) in enumerate(zip(self.modes.mode, modes.mode, strict=True)):
             if new == old:
                 continue
-            self.log.switch(time_reached, axis)
+            self.log.add_switch(time_reached, axis)
             if 0.0 in (old, new):
-                what = Transition.STICK if new == 0.0 else Transition.RELEASE
-                self.log.transition(time_reached, axis, what)
+                kind = Transition.STICK if new == 0.0 else Transition.RELEASE
+                self.log.add_transition(time_reached, axis, kind)
         self.modes = modes
 
-    def _status(self, y: Array) -> RunStatus | None:
-        if regularity(y[0:3]) <= self.problem.range_bound:
+    def _stop_status(self, y: Array) -> RunStatus | None:
+        if regularity(y[THETA]) <= self.problem.range_bound:
             return RunStatus.RANGE_LEFT
         if self.log.total >= self.switching.switch_limit:
             return RunStatus.SWITCH_LIMIT
         if self.steps >= self.problem.step_limit:
             return RunStatus.STEP_LIMIT
-        late = self.steps % CLOCK_EVERY == 0 and time.monotonic() > self.deadline
-        return RunStatus.TIME_LIMIT if late else None
+        out_of_time = self.steps % STEPS_PER_CLOCK_CHECK == 0 and time.monotonic() > self.deadline
+        return RunStatus.TIME_LIMIT if out_of_time else None

@@ -1,9 +1,9 @@
-"""The laws of a sliding connector: which follower goes with which, for any engine."""
+"""The choice of the driver for the law of a sliding connector, for any engine."""
 
 from collections.abc import Callable
 
 from rbstab.integrate.problem import Problem, Progress, Switching, Trajectory
-from rbstab.integrate.switching.driver import follow
+from rbstab.integrate.switching.driver import drive
 from rbstab.integrate.switching.filippov import FilippovDriver, Flow
 from rbstab.integrate.switching.implicit import ImplicitDriver, Stepper
 
@@ -11,22 +11,22 @@ from rbstab.integrate.switching.implicit import ImplicitDriver, Stepper
 def drive_sliding(
     problem: Problem,
     switching: Switching,
-    flow: Callable[[Problem], Flow],
-    stepper: Callable[[], Stepper],
+    make_flow: Callable[[Problem], Flow],
+    make_stepper: Callable[[], Stepper],
     progress: Progress | None,
 ) -> Trajectory:
-    """Follows a problem with a sliding connector under its law.
+    """Integrate a problem with a sliding connector under its law.
 
     Args:
         problem: The problem.
-        switching: Its law.
-        flow: Makes an engine's smooth flow of a problem, for the laws that are followed switch by
-            switch.
-        stepper: Makes an engine's steps of the implicit law.
-        progress: Called with the time of every sample.
+        switching: The law.
+        make_flow: Returns the engine's smooth flow of a problem. It is called for the laws that
+            locate each switch.
+        make_stepper: Returns the engine's stepper. It is called for the implicit law.
+        progress: Called with the time of each sample.
     """
     if switching.step:
-        steps = stepper()
-        return follow(problem, lambda p: ImplicitDriver(p, switching, steps), progress)
-    # Each run has a flow of its own: a flow counts its steps, which are limited.
-    return follow(problem, lambda p: FilippovDriver(p, switching, flow(p)), progress)
+        stepper = make_stepper()
+        return drive(problem, lambda p: ImplicitDriver(p, switching, stepper), progress)
+    # Each run needs its own flow: a flow counts its steps, and their number is limited.
+    return drive(problem, lambda p: FilippovDriver(p, switching, make_flow(p)), progress)

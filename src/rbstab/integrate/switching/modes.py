@@ -1,4 +1,4 @@
-"""The modes of a sliding connector, and the system that each combination of them makes."""
+"""The modes of a sliding connector, and the smooth system for given modes."""
 
 from dataclasses import replace
 from itertools import product
@@ -11,21 +11,22 @@ from rbstab.integrate.problem import Switching
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import E_OF_W, F_OF_W
 from rbstab.systems.coordinates import ContactCoordinates, PartlyHeldCoordinates
 from rbstab.systems.system import System
 
-FAR = 1e300
-"""A threshold that no surface reaches: it switches an event off."""
+UNREACHABLE = 1e300
+"""A threshold that s never reaches: it disables an event."""
 
 ROUND_OFF = 1e-9
-"""By how much an equivalent force may exceed its bound, relative to it, when it is released."""
+"""Relative tolerance of the bound of an equivalent force."""
 
 
 class Modes(NamedTuple):
-    """What each axis does, by three tuples of three numbers.
+    """The mode of each axis, as three tuples of three numbers.
 
-    mode is the side of the surface, -1 or 1, and 0 for an axis that is held on it (held 1) or
-    inside the boundary layer (layer 1).
+    mode is the side of the surface, -1 or 1. It is 0 for an axis that is held on the surface
+    (held = 1) or inside the boundary layer (layer = 1).
     """
 
     mode: tuple[float, float, float]
@@ -35,9 +36,9 @@ class Modes(NamedTuple):
     def with_axis(
         self, axis: int, mode: float, *, layer: float = 0.0, held: float = 0.0
     ) -> "Modes":
-        """The same modes but for one axis."""
+        """Return these modes with one axis changed."""
         values = zip(self, (mode, layer, held), strict=True)
-        return Modes(*(_with(entry, axis, value) for entry, value in values))
+        return Modes(*(_with_entry(entry, axis, value) for entry, value in values))
 
     @property
     def any_held(self) -> bool:
@@ -45,19 +46,21 @@ class Modes(NamedTuple):
         return any(self.held)
 
 
-def _with(entry: tuple[float, float, float], axis: int, value: float) -> tuple[float, float, float]:
+def _with_entry(
+    entry: tuple[float, float, float], axis: int, value: float
+) -> tuple[float, float, float]:
     changed = list(entry)
     changed[axis] = value
     return (changed[0], changed[1], changed[2])
 
 
 def connector_of(system: System) -> SlidingConnector:
-    """The sliding connector among the elements of a system."""
+    """Return the sliding connector of a system."""
     return next(e for e in system.elements if isinstance(e, SlidingConnector))
 
 
-def system_under(system: System, modes: Modes) -> System:
-    """The smooth system that holds as long as the modes do, in coordinates W."""
+def system_for_modes(system: System, modes: Modes) -> System:
+    """Return the smooth system for these modes, in coordinates W."""
     connector = connector_of(system)
     changed = replace(connector, mode=np.array(modes.mode), layer=np.array(modes.layer))
     elements = tuple(changed if e is connector else e for e in system.elements)
@@ -68,80 +71,85 @@ def system_under(system: System, modes: Modes) -> System:
     return replace(system, elements=elements, coordinates=coordinates)
 
 
-class Instant(NamedTuple):
-    """What decides about modes at one state: ṡ, Λ and W, of shapes (3,) and (3, 3)."""
+class SurfaceDynamics(NamedTuple):
+    """The quantities that decide the modes: ṡ (3,), Λ (3,) and the mobility c'𝒥⁻¹c (3, 3)."""
 
     surface_rate: Array
     force: Array
     mobility: Array
 
 
-def instant(system: System, y: Array) -> Instant:
-    """ṡ, the contact force and the mobility at a state of a system under its modes."""
+def surface_dynamics(system: System, y: Array) -> SurfaceDynamics:
+    """Return ṡ, the contact force and the mobility of a smooth system at a state."""
     connector, motion = connector_of(system), system.motion(y)
     rates = system.rates(y)
-    # In W the rates of E and F are entries 6 to 12.
-    surface_rate = connector.surface(rates[6:9], rates[9:12])
+    # In coordinates W the rates of E and F are entries 6 to 12.
+    surface_rate = connector.surface(rates[E_OF_W], rates[F_OF_W])
     c = contact_directions(system.body, motion)
     force = system.observe(y).contact_force
-    return Instant(surface_rate, force, mobility(system.body, c))
+    return SurfaceDynamics(surface_rate, force, mobility(system.body, c))
 
 
 def initial_modes(system: System, y: Array, switching: Switching) -> Modes:
-    """The modes at a start that is not yet known to slide anywhere."""
+    """Return the initial modes, with no axis held."""
     connector, motion = connector_of(system), system.motion(y)
     s = connector.surface(motion.E, motion.F)
     modes = Modes((0.0, 0.0, 0.0))
     for axis in range(3):
         inside = switching.layered and abs(s[axis]) <= connector.layer_width
-        # On the surface itself the side is the one that the axis is about to enter.
-        entered = s[axis] if s[axis] != 0 else motion.F[axis]
-        side = 1.0 if entered >= 0 else -1.0
+        # An axis exactly on the surface has the side that it enters next.
+        entered_side = s[axis] if s[axis] != 0 else motion.F[axis]
+        side = 1.0 if entered_side >= 0 else -1.0
         modes = modes.with_axis(axis, 0.0 if inside else side, layer=float(inside))
     return modes
 
 
 def thresholds(system: System, modes: Modes, switching: Switching) -> tuple[Array, Array]:
-    """Where s of each axis ends its mode: going up and going down, each of shape (3,)."""
+    """Return the values of s that end the modes: upper and lower, each of shape (3,)."""
     width = float(connector_of(system).layer_width) if switching.layered else 0.0
-    up, down = np.full(3, FAR), np.full(3, -FAR)
+    upper, lower = np.full(3, UNREACHABLE), np.full(3, -UNREACHABLE)
     for axis in range(3):
         if modes.held[axis]:
             continue
         if modes.layer[axis]:
-            up[axis], down[axis] = width, -width
+            upper[axis], lower[axis] = width, -width
         elif modes.mode[axis] > 0:
-            down[axis] = width
+            lower[axis] = width
         else:
-            up[axis] = -width
-    return up, down
+            upper[axis] = -width
+    return upper, lower
 
 
 def modes_on_surface(system: System, y: Array, modes: Modes, axes: list[int]) -> Modes:
-    """Filippov's choice for axes that are on a surface s = F + κE at this instant.
+    """Return Filippov's choice of modes for axes on a surface s = F + κE.
 
-    Each is held where the equivalent force that keeps ṡ = 0 is inside its box, and leaves to the
-    side of its ṡ where it is not. Because W is positive definite exactly one choice is consistent;
-    at a tie to round-off the one with most axes held is taken.
+    An axis is held if the equivalent force that keeps ṡ = 0 is inside its bounds ±K_s. Otherwise
+    the axis leaves to the side of the sign of ṡ. Exactly one choice is consistent, because the
+    mobility is positive definite. If two choices are equally good to round-off, the choice with
+    more held axes is taken.
 
     Args:
-        system: The system, under any modes.
+        system: The system, in any modes.
         y: The state.
         modes: The modes of the other axes.
-        axes: The axes that are on the surface.
+        axes: The axes on the surface.
     """
     K_s = connector_of(system).K_s
     choices = sorted(product((0.0, 1.0, -1.0), repeat=len(axes)), key=lambda c: sum(map(abs, c)))
     best, best_violation = modes, np.inf
     for choice in choices:
-        tried = modes
+        candidate = modes
         for axis, side in zip(axes, choice, strict=True):
-            tried = tried.with_axis(axis, side, held=float(side == 0.0))
-        now = instant(system_under(system, tried), y)
-        excess = np.abs(now.force) / K_s - 1.0
-        inward = -np.array(tried.mode) * now.surface_rate / (np.diag(now.mobility) * K_s)
-        wrong = [excess[axis] if tried.held[axis] else inward[axis] for axis in axes]
-        violation = max(*wrong, 0.0)
+            candidate = candidate.with_axis(axis, side, held=float(side == 0.0))
+        dynamics = surface_dynamics(system_for_modes(system, candidate), y)
+        force_excess = np.abs(dynamics.force) / K_s - 1.0
+        inward_rate = (
+            -np.array(candidate.mode) * dynamics.surface_rate / (np.diag(dynamics.mobility) * K_s)
+        )
+        violations = [
+            force_excess[axis] if candidate.held[axis] else inward_rate[axis] for axis in axes
+        ]
+        violation = max(*violations, 0.0)
         if violation < best_violation - ROUND_OFF:
-            best, best_violation = tried, violation
+            best, best_violation = candidate, violation
     return best

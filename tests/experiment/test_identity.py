@@ -1,7 +1,8 @@
-"""Whose result it is: the run's identity, its config, its attributes, and the same run again."""
+"""Protects the identity of a result: its run id, its config, its attributes, and equal reruns."""
 
 import datetime
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ def assert_identical(found, expected):
 @each_engine
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_stored_config_gives_the_same_run_bit_for_bit(variant, engine):
-    config = paper_config(variant, weighed=True, engine=engine, duration=0.3, samples=61)
+    config = paper_config(variant, with_gravity=True, engine=engine, duration=0.3, samples=61)
     first = rbstab.simulate(config)
     again = rbstab.simulate(yaml.safe_load(first.config))
     assert again.run_id == first.run_id
@@ -56,7 +57,7 @@ def test_config_may_be_given_in_four_ways(tmp_path):
     ],
 )
 def test_another_run_has_another_identity(key, value):
-    short = {"samples": 2, "duration": 0.1}
+    short: dict[str, Any] = {"samples": 2, "duration": 0.1}
     plain = rbstab.simulate(paper_config("free", **short))
     other = rbstab.simulate(paper_config("free", **(short | {key: value})))
     assert other.run_id != plain.run_id
@@ -66,7 +67,7 @@ def test_another_run_has_another_identity(key, value):
 def test_attributes_say_what_was_run_and_with_what(engine):
     config = paper_config("embedded", samples=3, duration=0.1, engine=engine)
     result = rbstab.simulate(config | {"title": "a try"})
-    attributes = result.attributes
+    attributes: dict[str, Any] = dict(result.attributes)
     assert attributes["title"] == "a try"
     assert attributes["variant"] == "embedded"
     assert attributes["engine"] == engine
@@ -93,20 +94,21 @@ def test_attributes_say_what_was_run_and_with_what(engine):
 
 
 def test_settings_of_the_config_reach_the_integration():
-    loose = {"rtol": 1e-4, "atol": 1e-4, "samples": 2}
+    loose: dict[str, Any] = {"rtol": 1e-4, "atol": 1e-4, "samples": 2}
+    settings: dict[str, dict[str, Any]] = {
+        "plain": {},
+        "rtol": {"rtol": 1e-10},
+        "atol": {"atol": 1e-10},
+        "method": {"method": "RK45"},
+        "coordinates": {"coordinates": "manifold"},
+        "projection": {"coordinates": "manifold", "drift_control": "projection"},
+        "baumgarte": {"coordinates": "manifold", "drift_control": {"baumgarte": 20.0}},
+    }
     runs = {
         name: rbstab.simulate(paper_config("permanent", **(loose | changes)))
-        for name, changes in {
-            "plain": {},
-            "rtol": {"rtol": 1e-10},
-            "atol": {"atol": 1e-10},
-            "method": {"method": "RK45"},
-            "coordinates": {"coordinates": "manifold"},
-            "projection": {"coordinates": "manifold", "drift_control": "projection"},
-            "baumgarte": {"coordinates": "manifold", "drift_control": {"baumgarte": 20.0}},
-        }.items()
+        for name, changes in settings.items()
     }
-    steps = {name: run.attributes["steps"] for name, run in runs.items()}
+    steps: dict[str, Any] = {name: run.attributes["steps"] for name, run in runs.items()}
     assert steps["rtol"] > 1.2 * steps["plain"]
     assert steps["atol"] > 1.2 * steps["plain"]
     assert steps["method"] > 1.2 * steps["plain"]

@@ -1,7 +1,6 @@
-"""What the paper's three cases come to, as measured by other programs before this one.
+"""Protects the numbers of the paper's three cases, as other programs computed them."""
 
-The paper's own final states follow from no reading of its equations, and are expected nowhere.
-"""
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +13,8 @@ each_engine = pytest.mark.parametrize("engine", ENGINES)
 
 
 def finely_sampled(variant, **controller):
-    """The first half second, in which all peaks lie, in samples that do not miss them."""
-    sampling = {"duration": 0.5, "samples": 2001, "engine": "heyoka"}
+    """Run the first half second, which holds all peaks, with samples close enough for them."""
+    sampling: dict[str, Any] = {"duration": 0.5, "samples": 2001, "engine": "heyoka"}
     result = rbstab.simulate(paper_config(variant, controller=controller, **sampling))
     assert result.status == "completed"
     return result
@@ -49,7 +48,7 @@ def test_final_states_of_the_cases(variant, Theta, Omega, engine):
 def test_excursions_of_the_contact_point(variant, controller, centimetres):
     E = finely_sampled(variant, **controller)["contact_displacement"]
     peaks = E[np.abs(E).argmax(axis=0), range(3)]
-    # Half of the last digit, and a little for one that was rounded twice.
+    # Half of the last digit, plus a margin for numbers that were rounded twice.
     np.testing.assert_allclose(100 * peaks, centimetres, rtol=0, atol=0.055)
 
 
@@ -62,7 +61,7 @@ def test_angles_of_case_1_stay_inside_the_range():
 
 
 def test_largest_force_that_holds_the_point():
-    # With the damping of cases 2 and 3; in newtons, the last of them cut off.
+    # With the damping of cases 2 and 3; the expected number is truncated to whole newtons.
     force = finely_sampled("permanent", L_t=[200.0, 200.0, 140.0])["contact_force"]
     assert np.abs(force).max() == pytest.approx(16_041, abs=1)
 

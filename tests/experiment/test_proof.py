@@ -1,10 +1,11 @@
-"""What is proved of a config, and kept beside its results."""
+"""Protects the proofs of a config: what is proved, what it depends on, and where it is stored."""
 
 import numpy as np
 import pytest
 from support.paper_runs import paper_config
 
 import rbstab
+from rbstab.config.build import problem_of
 from rbstab.experiment import proof_cache
 from rbstab.experiment.proof import Proof, proof_id, prove, start_level, starts_inside
 from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
@@ -14,39 +15,41 @@ from rbstab.experiment.stability import kind_of, stability_of
 SLOW_START = {"angular_velocity": [1.0, 2.0, -1.0]}
 
 
-def config_of(variant="permanent", weighed=False, scale=1.0, **changes):
+def config_of(variant="permanent", with_gravity=False, scale=1.0, **changes):
     gains = {"K_r": [scale * 400.0, scale * 400.0, scale * 320.0]}
     changes.setdefault("controller", {})
     changes["controller"] = {**gains, **changes["controller"]}
-    return rbstab.load_config(paper_config(variant, weighed, **changes))
+    return rbstab.load_config(paper_config(variant, with_gravity, **changes))
 
 
 @pytest.mark.parametrize(
     ("variant", "level"), [("free", 493), ("permanent", 1020), ("visco-elastic", 918)]
 )
 def test_the_level_up_to_which_the_paper_s_cases_are_certified(variant, level):
-    """Found by another program; the paper starts above it."""
+    """Another program found these levels; the paper's initial states are above them."""
     config = config_of(variant)
     proof = prove(config)
     assert proof.proved
     assert proof.unique is True
+    assert proof.region is not None
     assert proof.region.level == pytest.approx(level, abs=0.6)
     assert proof.region.level - 1e-4 < proof.region.lower_bound <= proof.region.level
     assert proof.region.face in {"θ2 = -π/2", "θ2 = π/2"}
     start = {"free": 5427.2, "permanent": 8893.5, "visco-elastic": 5427.2}[variant]
-    assert start_level(config, proof) == pytest.approx(start, abs=0.1)
-    assert not starts_inside(config, proof)
+    assert start_level(problem_of(config), proof) == pytest.approx(start, abs=0.1)
+    assert not starts_inside(problem_of(config), proof)
 
 
 def test_inside_is_below_the_proved_level():
-    """Free of springs but those in Θ: v(0) = ½ Ω'JΩ."""
+    """Here only the spin stores energy at the start: v(0) = ½ Ω'JΩ."""
     proof = prove(config_of("free"))
+    assert proof.region is not None
     bound = proof.region.lower_bound
     for factor, inside in ((0.999, True), (1.001, False)):
         spin = np.sqrt(2 * factor * bound / 10.0)
         config = config_of("free", initial={"angular_velocity": [spin, 0.0, 0.0]})
-        assert start_level(config, proof) == pytest.approx(factor * bound, rel=1e-9)
-        assert starts_inside(config, proof) is inside
+        assert start_level(problem_of(config), proof) == pytest.approx(factor * bound, rel=1e-9)
+        assert starts_inside(problem_of(config), proof) is inside
 
 
 def test_where_there_are_more_rest_states():
@@ -66,8 +69,9 @@ def test_a_search_alone_certifies_nothing():
     proof = prove(config, search_only=True)
     assert not proof.proved
     assert proof.unique is None
+    assert proof.region is not None
     assert proof.region.lower_bound == 0.0
-    assert not starts_inside(config, proof)
+    assert not starts_inside(problem_of(config), proof)
     assert rbstab.simulate(config, proof=proof).attributes["verdict"] == "consistent"
 
 
@@ -78,7 +82,7 @@ def test_what_a_proof_depends_on():
         config_of("visco-elastic", duration=1.0, engine="heyoka", rtol=1e-9),
     ]
     others = [
-        config_of("visco-elastic", weighed=True),
+        config_of("visco-elastic", with_gravity=True),
         config_of("visco-elastic", scale=0.5),
         config_of("visco-elastic", controller={"anchor": "equilibrium"}),
         config_of("permanent"),
@@ -88,7 +92,7 @@ def test_what_a_proof_depends_on():
 
 
 def test_a_proof_is_plain_data():
-    proof = prove(config_of("embedded", weighed=True))
+    proof = prove(config_of("embedded", with_gravity=True))
     again = Proof.model_validate_json(proof.model_dump_json())
     assert again == proof
     assert len(proof.states[0].connector_state) == 3
@@ -106,8 +110,8 @@ def test_a_sliding_connector_has_no_proof(surface, words):
     proof = prove(config)
     assert words in proof.outcome
     assert (proof.states, proof.region, proof.unique) == ((), None, None)
-    assert start_level(config, proof) is None
-    stability = stability_of(config, proof)
+    assert start_level(problem_of(config), proof) is None
+    stability = stability_of(problem_of(config), proof)
     assert words in stability.statements[0]
     assert rbstab.simulate(config, proof=proof).attributes["verdict"] == "consistent"
 
@@ -147,37 +151,37 @@ def test_a_run_can_be_certified_though_global_stability_is_false():
 
 
 @pytest.fixture
-def counted(monkeypatch):
-    """How often a proof is made."""
-    made = []
+def proved_configs(monkeypatch):
+    """The configs of all proofs made by the cache, in order."""
+    configs = []
 
-    def counting(config):
-        made.append(config)
-        return prove(config)
+    def record_and_prove(config, problem=None):
+        configs.append(config)
+        return prove(config, problem)
 
-    monkeypatch.setattr(proof_cache, "prove", counting)
-    return made
+    monkeypatch.setattr(proof_cache, "prove", record_and_prove)
+    return configs
 
 
-def test_a_proof_is_made_once_and_kept(tmp_path, counted):
+def test_a_proof_is_made_once_and_kept(tmp_path, proved_configs):
     config = config_of("free")
     assert cached_proof(tmp_path, config) is None
     first = proof_for(tmp_path, config)
     other_start = config_of("free", initial=SLOW_START)
     assert proof_for(tmp_path, other_start) == first
     assert cached_proof(tmp_path, other_start) == first
-    assert len(counted) == 1
+    assert len(proved_configs) == 1
 
 
 @pytest.mark.parametrize("damage", ["{", "[]", "{}"])
-def test_a_damaged_proof_is_made_again(tmp_path, counted, damage):
+def test_a_damaged_proof_is_made_again(tmp_path, proved_configs, damage):
     config = config_of("free")
     first = proof_for(tmp_path, config)
     proof_file(tmp_path, config).write_text(damage)
     assert cached_proof(tmp_path, config) is None
     again = proof_for(tmp_path, config)
     assert again.model_copy(update={"seconds": first.seconds}) == first
-    assert len(counted) == 2
+    assert len(proved_configs) == 2
 
 
 def test_a_proof_of_something_else_is_not_believed(tmp_path):
@@ -192,23 +196,23 @@ def test_a_finished_run_is_repeated_when_it_does_not_know_the_proof(tmp_path):
     path = tmp_path / "a.h5"
     run_to_file(config, path)
     proof = prove(config)
-    assert finished_run(config, path) is not None
-    assert finished_run(config, path, proof=proof) is None
+    assert finished_run(config, problem_of(config), path) is not None
+    assert finished_run(config, problem_of(config), path, proof=proof) is None
     proved = run_to_file(config, path, proof=proof)
-    assert proved.repeated
+    assert proved.computed
     assert proved.moved_aside is None
     assert rbstab.open_result(path).attributes["verdict"] == "certified"
-    assert not run_to_file(config, path, proof=proof).repeated
-    assert not run_to_file(config, path).repeated
+    assert not run_to_file(config, path, proof=proof).computed
+    assert not run_to_file(config, path).computed
     assert rbstab.open_result(path).attributes["verdict"] == "certified"
 
 
 @pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])
 def test_each_rest_state_comes_with_its_linearisation(variant):
-    config = config_of(variant, weighed=True, scale=0.1)
-    stability = stability_of(config, prove(config))
+    config = config_of(variant, with_gravity=True, scale=0.1)
+    stability = stability_of(problem_of(config), prove(config))
     for state, linear in zip(stability.proof.states, stability.linearisations, strict=True):
-        # As many growing modes as directions downhill: damping does not change their number.
+        # There are as many growing modes as negative eigenvalues of the Hessian, at any damping.
         assert linear.growing == state.index
 
 
@@ -219,5 +223,5 @@ def test_one_rest_state_that_is_no_minimum_is_not_stable():
     assert proof.globally_stable is True
     assert saddle.globally_stable is False
     assert proof.model_copy(update={"unique": None}).globally_stable is None
-    stability = stability_of(config_of("free"), saddle)
-    assert any("no minimum" in statement for statement in stability.statements)
+    stability = stability_of(problem_of(config_of("free")), saddle)
+    assert any("not a minimum" in statement for statement in stability.statements)

@@ -1,4 +1,4 @@
-"""What a result holds: every quantity, with its dimensions, and worth what its meaning says."""
+"""Protects the quantities of a result: each has its dimensions and the right values."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ each_variant = pytest.mark.parametrize("variant", VARIANTS)
 @pytest.fixture(scope="module")
 def manifold_run():
     return rbstab.simulate(
-        paper_config("permanent", weighed=True, coordinates="manifold", samples=41, rtol=1e-9)
+        paper_config("permanent", with_gravity=True, coordinates="manifold", samples=41, rtol=1e-9)
     )
 
 
@@ -129,12 +129,12 @@ def test_first_row_is_the_initial_state_of_the_config(coordinates):
 
 
 def rotations(result):
-    """A at each sample, by another program: turns about the body's own axes 1, 2, 3."""
+    """Return A at each sample by SciPy: rotations about the body axes 1, 2, 3."""
     return Rotation.from_euler("XYZ", result["orientation"]).as_matrix()
 
 
 def rate_matrices(result):
-    """B at each sample, from the axes about which the three angles turn, in the body."""
+    """Return B at each sample, from the axes of the three angles in body coordinates."""
     found = []
     for theta1, theta2, theta3 in result["orientation"]:
         first = Rotation.from_euler("XYZ", [theta1, theta2, theta3]).inv().apply([1, 0, 0])
@@ -143,14 +143,14 @@ def rate_matrices(result):
     return np.array(found)
 
 
-def form(matrix, x):
+def quadratic_form(matrix, x):
     return np.einsum("ti,ij,tj->t", x, matrix, x)
 
 
 @each_variant
 def test_contact_point_is_where_position_and_orientation_put_it(variant):
     result = paper_run(variant, True, "scipy")
-    R = np.array(reference_case(variant, weighed=True)["params"]["R"])
+    R = np.array(reference_case(variant, with_gravity=True)["params"]["R"])
     A = rotations(result)
     E = result["position"] + A @ R - R
     F = result["velocity"] + np.einsum("tij,tj->ti", A, np.cross(result["angular_velocity"], R))
@@ -172,23 +172,30 @@ def test_stabilizers_push_and_turn_by_their_gains(variant):
 @each_variant
 def test_energy_and_dissipation_by_part(variant):
     result = paper_run(variant, True, "scipy")
-    parameters = reference_case(variant, weighed=True)["params"]
+    parameters = reference_case(variant, with_gravity=True)["params"]
     matrix = {name: paper_matrix(variant, name) for name in parameters if name[0] in "KL"}
     X, V = result["position"], result["velocity"]
     Theta, Omega = result["orientation"], result["angular_velocity"]
     E, F = result["contact_displacement"], result["contact_velocity"]
     zero = np.zeros(401)
-    kinetic = 41.0 * (V**2).sum(axis=1) / 2 + form(paper_matrix(variant, "J"), Omega) / 2
-    energy = [kinetic, 410.0 * X[:, 2], form(matrix["Kt"], X) / 2, form(matrix["Kr"], Theta) / 2]
-    dissipation = [zero, zero, form(matrix["Lt"], V), form(matrix["Lr"], Omega)]
+    kinetic = 41.0 * (V**2).sum(axis=1) / 2 + quadratic_form(paper_matrix(variant, "J"), Omega) / 2
+    energy = [
+        kinetic,
+        410.0 * X[:, 2],
+        quadratic_form(matrix["Kt"], X) / 2,
+        quadratic_form(matrix["Kr"], Theta) / 2,
+    ]
+    dissipation = [zero, zero, quadratic_form(matrix["Lt"], V), quadratic_form(matrix["Lr"], Omega)]
     if variant == "visco-elastic":
-        energy.append(form(matrix["Kc"], E) / 2)
-        dissipation.append(form(matrix["Lc"], F))
+        energy.append(quadratic_form(matrix["Kc"], E) / 2)
+        dissipation.append(quadratic_form(matrix["Lc"], F))
     if variant == "embedded":
         D = result["connector_state"]
-        energy.append(form(matrix["Kc"], E - D) / 2 + form(matrix["Kd"], D) / 2)
+        energy.append(quadratic_form(matrix["Kc"], E - D) / 2 + quadratic_form(matrix["Kd"], D) / 2)
         pull = (E - D) @ matrix["Kc"] - D @ matrix["Kd"]
-        dissipation.append(form(matrix["Lc"], F) + form(np.linalg.inv(matrix["Ld"]), pull))
+        dissipation.append(
+            quadratic_form(matrix["Lc"], F) + quadratic_form(np.linalg.inv(matrix["Ld"]), pull)
+        )
     np.testing.assert_allclose(result["energy"], np.transpose(energy), rtol=1e-12, atol=1e-10)
     np.testing.assert_allclose(
         result["dissipation"], np.transpose(dissipation), rtol=1e-11, atol=1e-9

@@ -1,4 +1,6 @@
-"""The rest state from which v is counted, and the anchor at the loaded position."""
+"""Protects the rest state from which v is counted, and the anchor at the loaded rest position."""
+
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,15 +14,15 @@ import rbstab
 
 WEIGHT = np.array([0.0, 0.0, -410.0])
 TIED = ("permanent", "visco-elastic", "embedded")
-# The centre at rest in its loaded translational stabilizer: 410 N over 3280 N/m.
+# The rest position of the centre under its weight: 410 N over 3280 N/m.
 LOADED = np.array([0.0, 0.0, -0.125])
 
 each_tied = pytest.mark.parametrize("variant", TIED)
 
 
 def least_stored_energy(variant):
-    """The minimum of the stored energy over all positions, by another program's A and a search."""
-    R = np.array(reference_case(variant, weighed=True)["params"]["R"])
+    """Return the minimum of the stored energy and its place, by SciPy's rotations and minimizer."""
+    R = np.array(reference_case(variant, with_gravity=True)["params"]["R"])
     K_t, K_r = paper_matrix(variant, "Kt"), paper_matrix(variant, "Kr")
 
     def stored(q):
@@ -42,13 +44,13 @@ def least_stored_energy(variant):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_energy_at_rest_is_the_least_that_can_be_stored(variant):
-    result = rbstab.simulate(paper_config(variant, weighed=True, duration=0.01, samples=2))
+    result = rbstab.simulate(paper_config(variant, with_gravity=True, duration=0.01, samples=2))
     expected, _ = least_stored_energy(variant)
     assert result["energy_at_rest"] == pytest.approx(expected, rel=1e-8)
 
 
 def test_loaded_free_body_hangs_by_its_weight_squared_over_the_stiffness():
-    result = rbstab.simulate(paper_config("free", weighed=True, duration=0.01, samples=2))
+    result = rbstab.simulate(paper_config("free", with_gravity=True, duration=0.01, samples=2))
     assert result["energy_at_rest"] == pytest.approx(-0.5 * 410.0**2 / 3280.0, rel=1e-14)
 
 
@@ -62,11 +64,11 @@ def test_without_gravity_nothing_is_stored_at_rest(variant):
     ("engine", "variant"), [*(("heyoka", v) for v in VARIANTS), ("scipy", "permanent")]
 )
 def test_long_run_ends_at_rest(engine, variant):
-    config = paper_config(variant, weighed=True, duration=14.0, samples=15, engine=engine)
+    config = paper_config(variant, with_gravity=True, duration=14.0, samples=15, engine=engine)
     result = rbstab.simulate(config)
     assert result.status == "completed"
     v = result["lyapunov"]
-    # The slowest motion dies out as exp(-2 t); v, of second order, ends in round-off of 9 kJ.
+    # The slowest mode decays as exp(-2 t), and v as its square, so v ends in round-off of 9 kJ.
     assert abs(v[-1]) < 1e-9
     _, q = least_stored_energy(variant)
     np.testing.assert_allclose(result["orientation"][-1], q[:3], rtol=0, atol=1e-6)
@@ -74,7 +76,7 @@ def test_long_run_ends_at_rest(engine, variant):
     np.testing.assert_allclose(result["velocity"][-1], 0.0, rtol=0, atol=1e-8)
 
 
-# Published for these parameters to the digits given.
+# Published values for these parameters, to the given digits.
 @pytest.mark.parametrize(
     ("variant", "expected", "error"),
     [
@@ -83,22 +85,22 @@ def test_long_run_ends_at_rest(engine, variant):
     ],
 )
 def test_load_turns_a_body_that_is_anchored_at_the_origin(variant, expected, error):
-    config = paper_config(variant, weighed=True, duration=14.0, samples=2, engine="heyoka")
+    config = paper_config(variant, with_gravity=True, duration=14.0, samples=2, engine="heyoka")
     end = rbstab.simulate(config)["orientation"][-1]
     np.testing.assert_allclose(end, expected, rtol=0, atol=error)
 
 
 @each_tied
 def test_anchor_at_the_equilibrium_makes_level_the_rest_state(variant):
-    long = {"duration": 14.0, "samples": 15, "engine": "heyoka"}
+    long: dict[str, Any] = {"duration": 14.0, "samples": 15, "engine": "heyoka"}
     anchored = {"anchor": "equilibrium"}
-    result = rbstab.simulate(paper_config(variant, weighed=True, controller=anchored, **long))
+    result = rbstab.simulate(paper_config(variant, with_gravity=True, controller=anchored, **long))
     assert result.status == "completed"
     np.testing.assert_allclose(result["orientation"][-1], 0.0, rtol=0, atol=1e-8)
     np.testing.assert_allclose(result["position"][-1], LOADED, rtol=0, atol=1e-8)
     np.testing.assert_allclose(result["contact_displacement"][-1], 0.0, rtol=0, atol=1e-8)
     assert abs(result["lyapunov"][-1]) < 1e-9
-    # E is counted from that anchor from the start.
+    # E is relative to that anchor at every sample.
     R = np.array([0.15, 0.1, -0.42])
     A = Rotation.from_euler("XYZ", result["orientation"]).as_matrix()
     np.testing.assert_allclose(
@@ -110,11 +112,11 @@ def test_anchor_at_the_equilibrium_makes_level_the_rest_state(variant):
 @each_tied
 def test_body_put_down_at_rest_stays_there(variant, engine):
     initial = {"angular_velocity": [0.0, 0.0, 0.0]}
-    if variant != "permanent":  # the held body is where its anchor is
+    if variant != "permanent":  # the anchor decides the position of a held body
         initial["position"] = LOADED.tolist()
     config = paper_config(
         variant,
-        weighed=True,
+        with_gravity=True,
         controller={"anchor": "equilibrium"},
         initial=initial,
         samples=11,
@@ -129,6 +131,6 @@ def test_body_put_down_at_rest_stays_there(variant, engine):
 
 def test_free_body_put_down_at_rest_stays_there():
     initial = {"angular_velocity": [0.0, 0.0, 0.0], "position": LOADED.tolist()}
-    result = rbstab.simulate(paper_config("free", weighed=True, initial=initial, samples=11))
+    result = rbstab.simulate(paper_config("free", with_gravity=True, initial=initial, samples=11))
     np.testing.assert_allclose(result["lyapunov"], 0.0, atol=1e-12)
     np.testing.assert_allclose(result["position"], LOADED[None, :].repeat(11, 0), atol=1e-12)

@@ -1,9 +1,13 @@
+"""Protects runs with a sliding connector: energy balance, switches, sticking, stored quantities."""
+
+from typing import Any
+
 import numpy as np
 import pytest
 
 import rbstab
 
-CONFIG = {
+CONFIG: dict[str, Any] = {
     "body": {"mass": 41, "inertia": [10, 8, 0.4], "contact_point": [0.15, 0.1, -0.42]},
     "controller": {
         "variant": "sliding",
@@ -18,7 +22,7 @@ CONFIG = {
     "integration": {"duration": 0.3, "samples": 31, "engine": "heyoka"},
 }
 
-LAWS = {
+LAWS: dict[str, dict[str, Any]] = {
     "position": {"surface": "position"},
     "position, sticking": {"surface": "position", "stick_energy": 300.0},
     "position, layer": {"surface": "position", "law": {"boundary_layer": 1e-3}},
@@ -44,20 +48,20 @@ def test_every_audit_closes(law, gravity):
     result = run(gravity, **LAWS[law])
     assert result.status == "completed"
     residual = np.abs(result["energy_residual"]).max()
-    # Implicit steps are of first order, in what is smooth too.
+    # Implicit steps are of first order, also where the motion is smooth.
     assert residual < (1e-2 if "implicit" in law else 1e-9) * result["lyapunov"][0]
     assert result["lyapunov"][-1] < result["lyapunov"][0]
 
 
 def test_no_lyapunov_function_of_its_own_on_a_slope():
-    """There the work of the force stands in its place (eq. 28)."""
+    """On a slope the work of the force replaces the potential (eq. 28)."""
     result = run(**LAWS["slope"])
     parts = result["part"].tolist()
     assert (result["energy"][:, parts.index("connector")] == -result["contact_work"]).all()
 
 
 def test_a_stored_potential_on_the_position():
-    """Σ K_s |E|, J."""
+    """The potential is Σ K_s |E|, J."""
     result = run(**LAWS["position"])
     stored = result["energy"][:, result["part"].tolist().index("connector")]
     expected = 20000 * np.abs(result["contact_displacement"]).sum(axis=1)
@@ -65,7 +69,7 @@ def test_a_stored_potential_on_the_position():
 
 
 def test_chatter_energy_is_its_formula():
-    """e = ½ F'W⁻¹F + Σ K_s |E| with W = I/m - A Ř J⁻¹ Ř A', written out."""
+    """e = ½ F'W⁻¹F + Σ K_s |E| with W = I/m - A Ř J⁻¹ Ř A'."""
     result = run(**LAWS["position"])
     R, J_inverse = np.array([0.15, 0.1, -0.42]), np.diag([1 / 10, 1 / 8, 1 / 0.4])
     lever = np.cross(np.eye(3), R).T
@@ -125,13 +129,13 @@ def test_a_result_opens_as_a_dataset(tmp_path):
 def test_engines_agree(law):
     ours, other = (run(engine=name, **LAWS[law]) for name in ("heyoka", "scipy"))
     for name in ("orientation", "angular_velocity", "contact_displacement"):
-        # A layer this thin lets an error grow as the chatter does: later they may differ.
+        # In a layer this thin, errors grow as fast as in chatter: later samples may differ.
         assert np.abs(ours[name] - other[name])[:11].max() < 1e-8, name
     assert ours["mode"][:11].tolist() == other["mode"][:11].tolist()
 
 
 def test_axes_are_numbered_as_everywhere_else():
-    """The reference: the second axis is the first to slide, then the third, then the first."""
+    """In the reference the second axis slides first, then the third, then the first."""
     result = run(**LAWS["slope"])
     assert result["switch_axis"].tolist() == [2, 3, 1]
     assert result["transition_axis"].tolist() == [2, 3, 1]

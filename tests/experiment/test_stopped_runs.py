@@ -1,4 +1,4 @@
-"""Results of runs that did not reach their end, which are results all the same."""
+"""Protects the results of runs that stop early: they are complete up to the stop."""
 
 import sys
 
@@ -27,7 +27,7 @@ def test_free_body_that_turns_over_leaves_the_range(engine):
     assert np.cos(result["orientation"][-1, 1]) == pytest.approx(1e-3, rel=0, abs=1e-11)
     detail = f"cos θ2 fell to 0.001 at t = {stop:.9g} s"
     assert result.attributes["status_detail"] == detail
-    # Every array ends with the stop, and the samples before it are all there.
+    # Every array ends with the stop and holds all samples before it.
     rows = len(result["time"])
     for name, variable in result.variables.items():
         if variable.dimensions[:1] == ("time",):
@@ -67,7 +67,7 @@ def test_run_that_diverges_at_once_holds_its_start(engine):
 
 @each_engine
 def test_progress_is_passed_on(engine):
-    seen = []
+    seen: list[float] = []
     config = paper_config("free", samples=3, duration=0.2, engine=engine)
     result = rbstab.simulate(config, progress=seen.append)
     assert len(seen) == result.attributes["steps"]

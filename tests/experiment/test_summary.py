@@ -1,4 +1,4 @@
-"""The few numbers of a run, against the same found the long way."""
+"""Protects the summary of a run against the same numbers computed without shortcuts."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from rbstab.mechanics.attitude import rate_matrix
 @pytest.mark.parametrize("samples", [2, 3, 9, 41])
 @pytest.mark.parametrize("spin", [[16, 32, -16], [-20, 5, 25], [0, -8, 0]])
 def test_the_largest_pitch_is_that_of_all_cubics(samples, spin):
-    """Rates are looked at where θ2 can be largest alone; nothing is lost by that."""
+    """The summary computes rates only where θ2 can be largest; the result is the same."""
     config = paper_config("visco-elastic", duration=0.5, samples=samples, rtol=1e-8)
     config["initial"]["angular_velocity"] = spin
     result = rbstab.simulate(rbstab.load_config(config))

@@ -1,4 +1,4 @@
-"""What is odd about a run and yet no error."""
+"""Protects the warnings of a run: unusual facts that are not errors."""
 
 import numpy as np
 import pytest
@@ -14,13 +14,13 @@ REAL_BODY = {"mass": 41.0, "inertia": [10.0, 8.0, 4.0], "contact_point": [0.15, 
 
 
 def warnings(result):
-    """The warnings of a result, one by one."""
+    """Return the warnings of a result, one by one."""
     text = result.attributes["warnings"]
     return text.split("\n") if text else []
 
 
 def turning(Omega, engine="scipy", **integration):
-    """A real body that turns almost freely about one of its principal axes."""
+    """Run a real body that turns almost freely about one of its principal axes."""
     weak = {"K_r": [1e-9] * 3, "L_r": [1e-9] * 3}
     config = paper_config(
         "free",
@@ -51,34 +51,34 @@ def test_real_body_that_stays_in_range_is_nothing_odd():
 def test_angle_beyond_pi_is_told_with_its_time(engine, axis, name, sign):
     result = turning(sign * 4.0 * np.eye(3)[axis], engine)
     assert result.status == "completed"
-    # 4 rad/s pass π at 0.7854 s; samples are 10 ms apart.
+    # At 4 rad/s the angle passes π at 0.7854 s; samples are 10 ms apart.
     assert warnings(result) == [f"{name} is outside [-π, π], the range of eq. 5, from t = 0.79 s"]
 
 
 def test_angle_that_ends_before_pi_is_not_told():
-    # 4 rad/s over 0.78 s: 3.12 rad.
+    # At 4 rad/s the angle reaches 3.12 rad in 0.78 s.
     assert warnings(turning((4.0, 0.0, 0.0), duration=0.78, samples=79)) == []
 
 
 def test_angle_that_comes_back_is_told_from_its_first_time():
-    # θ1 = 4 sin(ω t) with ω² = K/J1; back inside for good after half a period and more.
-    pace = 3.0
+    # θ1 = 4 sin(ω t) with ω² = K/J1 leaves the range and returns; at t = 1 s it is inside.
+    frequency = 3.0
     config = paper_config(
         "free",
-        controller={"K_r": [10.0 * pace**2] * 3, "L_r": [1e-9] * 3},
-        initial={"angular_velocity": [4.0 * pace, 0.0, 0.0]},
+        controller={"K_r": [10.0 * frequency**2] * 3, "L_r": [1e-9] * 3},
+        initial={"angular_velocity": [4.0 * frequency, 0.0, 0.0]},
         duration=1.0,
         samples=101,
     )
     result = rbstab.simulate(config | {"body": REAL_BODY})
     assert abs(result["orientation"][-1, 0]) < np.pi
-    leaves = np.ceil(100 * np.arcsin(np.pi / 4.0) / pace) / 100
+    leaves = np.ceil(100 * np.arcsin(np.pi / 4.0) / frequency) / 100
     assert warnings(result) == [f"θ1 is outside [-π, π], the range of eq. 5, from t = {leaves:g} s"]
 
 
 def test_rest_state_beyond_the_range_is_told():
-    # Springs too weak to carry the body on its contact point, above which its centre lies: it
-    # falls over, to where θ2 is beyond -π/2.
+    # The centre is above the contact point and the springs are too weak: the body falls over, to
+    # a rest state with θ2 beyond -π/2.
     stiffness, turning_stiffness, R = 100.0, 10.0, np.array([0.15, 0.1, -0.42])
 
     def stored(Theta):
@@ -88,6 +88,6 @@ def test_rest_state_beyond_the_range_is_told():
     rest = minimize(stored, np.zeros(3), method="BFGS", options={"gtol": 1e-6}).x
     assert abs(rest[1]) > np.pi / 2
     weak = {"K_t": [stiffness] * 3, "K_r": [turning_stiffness] * 3}
-    config = paper_config("permanent", weighed=True, controller=weak, duration=0.01, samples=2)
+    config = paper_config("permanent", with_gravity=True, controller=weak, duration=0.01, samples=2)
     result = rbstab.simulate(config | {"body": REAL_BODY})
     assert warnings(result) == ["no rest state was found in the range of eq. 5"]

@@ -1,4 +1,4 @@
-"""How the eigenvalues at the rest state move with one gain."""
+"""Root locus: the eigenvalues at the rest state as a function of one gain."""
 
 from typing import Any, NamedTuple
 
@@ -9,15 +9,14 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config, resolved
 from rbstab.config.schema import Config
-from rbstab.experiment.switching_record import resting_system
+from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.mechanics.numbers import Array
 
 
 class LocusPoint(NamedTuple):
-    """One point of a root locus: the factor on the gain, and the linearised system there.
+    """One point of a root locus: the factor on the gain, and the linearised system.
 
-    found tells whether there is a rest state within the range; without one there is no
-    linearisation.
+    If found is False, the descent found no rest state within the range, and linearisation is None.
     """
 
     factor: float
@@ -26,42 +25,42 @@ class LocusPoint(NamedTuple):
 
 
 def root_locus(config: Config, key: str, factors: Array) -> list[LocusPoint]:
-    """The linearised system for each factor on one gain.
+    """Linearise the system for each factor on one gain.
 
-    Each is taken at the rest state that is reached downhill from the unloaded position. The
-    eigenvalues of a point stand in the order in which they continue those of the point before.
+    Each system is linearised at the rest state that a descent from the unloaded position reaches.
+    The eigenvalues of each point are sorted to continue those of the previous point.
 
     Args:
         config: The config.
-        key: Where its gain stands, such as `controller.K_r`.
-        factors: Shape (n,), by which the whole gain is multiplied.
+        key: Key of the gain, such as `controller.K_r`.
+        factors: Factors by which the whole gain is multiplied, shape (n,).
 
     Raises:
         KeyError: There is no such key.
-        ConfigError: A scaled config is wrong.
+        ConfigError: A scaled config is not valid.
     """
     points: list[LocusPoint] = []
-    before: Array | None = None
+    previous: Array | None = None
     for factor in factors.tolist():
-        system = resting_system(problem_of(scaled(config, key, factor)))
+        system = smooth_rest_system(problem_of(scaled(config, key, factor)))
         rest = nearest_rest_state(system)
         if not rest.found:
             points.append(LocusPoint(factor, False, None))
             continue
-        made = linearise(system, rest.motion, rest.own)
-        if before is not None:
-            made = _continued(made, before)
-        before = made.eigenvalues
-        points.append(LocusPoint(factor, True, made))
+        at_factor = linearise(system, rest.motion, rest.own)
+        if previous is not None:
+            at_factor = _matched(at_factor, previous)
+        previous = at_factor.eigenvalues
+        points.append(LocusPoint(factor, True, at_factor))
     return points
 
 
 def scaled(config: Config, key: str, factor: float) -> Config:
-    """A config with one of its values, number by number, multiplied by a factor.
+    """Return a config with all numbers of one of its values multiplied by a factor.
 
     Raises:
         KeyError: There is no such key, or it holds no numbers.
-        ConfigError: The scaled config is wrong.
+        ConfigError: The scaled config is not valid.
     """
     data = resolved(config)
     *sections, last = key.split(".")
@@ -70,23 +69,28 @@ def scaled(config: Config, key: str, factor: float) -> Config:
         owner = owner[section]
     if not isinstance(owner, dict):
         raise KeyError(key)
-    owner[last] = _times(owner[last], factor, key)
+    owner[last] = _multiplied(owner[last], factor, key)
     return load_config(data)
 
 
-def _times(value: Any, factor: float, key: str) -> Any:
+def _multiplied(value: Any, factor: float, key: str) -> Any:
     if isinstance(value, list):
-        return [_times(entry, factor, key) for entry in value]
+        return [_multiplied(entry, factor, key) for entry in value]
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise KeyError(key)
     return value * factor
 
 
-def _continued(made: Linearisation, before: Array) -> Linearisation:
-    """The same with its eigenvalues in the order of those nearest before."""
-    # Imported late: scipy.optimize takes as long as a whole table.
+def _matched(now: Linearisation, previous: Array) -> Linearisation:
+    """Match the eigenvalues to the nearest previous ones, and sort them in the same order."""
+    # Imported late: importing scipy.optimize takes as long as computing a whole table.
     from scipy.optimize import linear_sum_assignment
 
-    distance = np.abs(before[:, None] - made.eigenvalues[None, :])
+    distance = np.abs(previous[:, None] - now.eigenvalues[None, :])
     _, order = linear_sum_assignment(distance)
-    return Linearisation(made.matrix, made.eigenvalues[order], made.modes[:, order], made.states)
+    return Linearisation(
+        now.matrix,
+        now.eigenvalues[order],
+        now.modes[:, order],
+        now.states,
+    )

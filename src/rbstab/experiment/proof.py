@@ -1,4 +1,4 @@
-"""What is proved of a body under its gravity and its controller, for every motion of it."""
+"""Proofs for a body under its gravity and its controller, valid for all its motions."""
 
 import hashlib
 import json
@@ -11,7 +11,8 @@ from pydantic import BaseModel, ConfigDict
 from rbstab.config.build import problem_of
 from rbstab.config.load import resolved
 from rbstab.config.schema import Config
-from rbstab.experiment.switching_record import resting_system
+from rbstab.experiment.switching_record import smooth_rest_system
+from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
@@ -20,22 +21,27 @@ if TYPE_CHECKING:
     from rbstab.analysis.proof.rest_states import RestPoint, RestStates
 
 PROOF_VERSION = 1
-"""Raised whenever the way of proving changes what is found: older proofs are then made again."""
+"""To be increased when a change of the method changes its results; older proofs are then redone."""
 
 ROUND_OFF = 1e-9
-"""Of v(0), which is not computed rigorously: sums of energies lose a thousandth of this."""
+"""Relative error allowed for v(0), which is not computed rigorously.
+
+The rounding error of a sum of energies is about a thousand times smaller.
+"""
 
 Triple = tuple[float, float, float]
 
 
-class _Plain(BaseModel):
+class _Model(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class ProvedState(_Plain):
-    """One rest state: Θ, X and D; its potential energy, J; the number of directions downhill.
+class ProvedState(_Model):
+    """One rest state: Θ, X and D, and its potential energy, J.
 
-    enclosure is a box of Θ, low and high, in which there is exactly this one, where `proved`.
+    index is the number of independent directions in which the energy decreases.
+
+    enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
     """
 
     orientation: Triple
@@ -47,11 +53,11 @@ class ProvedState(_Plain):
     enclosure: tuple[Triple, Triple]
 
 
-class ProvedRegion(_Plain):
-    """{v < level} converges to the lowest rest state, by proof where v < lower_bound, J.
+class ProvedRegion(_Model):
+    """Motions with v < level converge to the lowest rest state; proved for v < lower_bound, J.
 
-    energy, J, is c*, attained at the attitude `attained_at`: on the face of the range that is
-    named, or at another rest state (face None).
+    energy is c*, J. It is attained at the orientation `attained_at`: on the named face of the
+    range, or at another rest state (face None).
     """
 
     energy: float
@@ -62,12 +68,13 @@ class ProvedRegion(_Plain):
     proved: bool
 
 
-class Proof(_Plain):
-    """The rest states of a config, lowest first, and the region that belongs to the lowest.
+class Proof(_Model):
+    """The rest states of a config, lowest first, and the certified region of the lowest.
 
-    outcome says how the search for them ended, in words, or why there is none; proved whether they
-    are all; unique whether there is exactly one (None: not known); examined is the number of boxes;
-    undecided are boxes of Θ that may hold more.
+    outcome describes how the search ended, or gives the reason why there is no proof. proved is
+    True if `states` are proved to be all rest states. unique is True if there is exactly one (None:
+    not known). examined is the number of boxes that the search examined. undecided are boxes of Θ
+    that may contain more rest states.
     """
 
     id: str
@@ -82,71 +89,72 @@ class Proof(_Plain):
 
     @property
     def globally_stable(self) -> bool | None:
-        """Whether all that stays in the range comes to the one rest state; None: not known.
+        """Whether every motion that stays in the range converges to the only rest state.
 
-        By La Salle's theorem it does if there is one only, and that a minimum.
+        By La Salle's theorem this is true if that state is a minimum. None: not known.
         """
         return self.unique and self.states[0].index == 0
 
 
 def proof_id(config: Config) -> str:
-    """The identity of a proof: of the body, the gravity and the controller, and nothing else."""
+    """Return the identity of a proof: a digest of body, gravity and controller."""
     data = resolved(config)
     parts = {name: data[name] for name in ("body", "gravity", "controller")}
     text = json.dumps([PROOF_VERSION, parts], sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def prove(config: Config, *, search_only: bool = False) -> Proof:
-    """Looks for the rest states of a config, and proves that there are no others.
+def prove(config: Config, problem: Problem | None = None, *, search_only: bool = False) -> Proof:
+    """Search for the rest states of a config, and prove that there are no others.
 
     Args:
-        config: The config; its initial state and its integration are not looked at.
-        search_only: Whether to leave out the proof.
+        config: The config; its initial state and its integration have no effect.
+        problem: The problem of the config, if it is built already.
+        search_only: Whether to skip the proof.
     """
-    # Imported late: a run reads proofs, and hardly ever makes one.
+    # Imported late: a run usually reads a stored proof and makes none.
     from rbstab.analysis.proof.certified_region import certified_region
     from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
     from rbstab.analysis.proof.rest_states import rest_states
 
-    begin = time.perf_counter()
+    start_time = time.perf_counter()
     identity = proof_id(config)
     try:
         with np.errstate(all="ignore"):
-            found = rest_states(resting_system(problem_of(config)), proof=not search_only)
+            system = smooth_rest_system(problem or problem_of(config))
+            found = rest_states(system, proof=not search_only)
             region = certified_region(found)
     except NoReducedEnergy as error:
-        seconds = time.perf_counter() - begin
-        return _nothing(identity, str(error), seconds)
-    return _proof(identity, found, region, time.perf_counter() - begin)
+        seconds = time.perf_counter() - start_time
+        return _no_proof(identity, str(error), seconds)
+    return _proof(identity, found, region, time.perf_counter() - start_time)
 
 
-def start_level(config: Config, proof: Proof) -> float | None:
-    """The energy with which a config starts above its lowest rest state, J: v(0) of the region.
+def start_level(problem: Problem, proof: Proof) -> float | None:
+    """Return v(0) of a problem, J: the energy at the start minus that of the lowest rest state.
 
     Returns:
-        v(0), or None where there is no rest state to count from.
+        v(0); None if no rest state is known.
     """
     if not proof.states:
         return None
-    problem = problem_of(config)
     with np.errstate(all="ignore"):
         energy = float(problem.system.observe(problem.start).energy.sum())
     return energy - proof.states[0].energy
 
 
-def starts_inside(config: Config, proof: Proof) -> bool:
-    """Whether a config starts where convergence to the lowest rest state is proved."""
-    level = start_level(config, proof)
+def starts_inside(problem: Problem, proof: Proof) -> bool:
+    """Return whether a problem starts where convergence to the lowest rest state is proved."""
+    level = start_level(problem, proof)
     if level is None or proof.region is None:
         return False
     return level + ROUND_OFF * abs(level) < proof.region.lower_bound
 
 
-def _nothing(identity: str, why: str, seconds: float) -> Proof:
+def _no_proof(identity: str, reason: str, seconds: float) -> Proof:
     return Proof(
         id=identity,
-        outcome=why,
+        outcome=reason,
         proved=False,
         unique=None,
         examined=0,

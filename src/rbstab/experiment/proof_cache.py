@@ -1,4 +1,7 @@
-"""Proofs kept beside the results, one for all runs that share body, gravity and controller."""
+"""Cache of proofs in a folder of results.
+
+All runs with the same body, gravity and controller share one proof.
+"""
 
 from contextlib import suppress
 from pathlib import Path
@@ -7,19 +10,20 @@ from pydantic import ValidationError
 
 from rbstab.config.schema import Config
 from rbstab.experiment.proof import Proof, proof_id, prove
+from rbstab.integrate.problem import Problem
 from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import StoreError
 
 
 def proof_file(folder: Path, config: Config) -> Path:
-    """Where the proof of a config is kept, in a folder of results."""
+    """Return the file of a config's proof in a folder of results."""
     return folder / "proofs" / f"{proof_id(config)}.json"
 
 
 def cached_proof(folder: Path, config: Config) -> Proof | None:
-    """The proof of a config that is kept in a folder of results, if there is one.
+    """Return the cached proof of a config in a folder of results; None if it is missing.
 
-    A file that is damaged or that another version has written is none.
+    A damaged file, or a file of another version, is treated as missing.
     """
     with suppress(StoreError, ValidationError):
         proof = Proof.model_validate(read_document(proof_file(folder, config)))
@@ -28,14 +32,14 @@ def cached_proof(folder: Path, config: Config) -> Proof | None:
     return None
 
 
-def proof_for(folder: Path, config: Config) -> Proof:
-    """The proof of a config: the kept one, or one that is made now and kept.
+def proof_for(folder: Path, config: Config, problem: Problem | None = None) -> Proof:
+    """Return the cached proof of a config; if there is none, make it and write it to the cache.
 
     Raises:
-        StoreError: It cannot be written.
+        StoreError: The proof cannot be written.
     """
     found = cached_proof(folder, config)
     if found is None:
-        found = prove(config)
+        found = prove(config, problem)
         write_document(proof_file(folder, config), found.model_dump(mode="json"))
     return found

@@ -1,4 +1,4 @@
-"""Where a result comes from: versions, commit and time."""
+"""Provenance of a result: versions, commit and time."""
 
 import platform
 import subprocess
@@ -8,11 +8,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 PACKAGES = {"scipy": ("numpy", "scipy"), "heyoka": ("numpy", "heyoka")}
-"""The packages behind the numbers of each engine."""
+"""The packages that compute the numbers of each engine."""
 
 
 def provenance(engine: str) -> dict[str, str]:
-    """Versions, commit and time of creation, as attributes of a result."""
+    """Return versions, commit and time of creation, as attributes of a result."""
     versions = {f"{name}_version": import_module(name).__version__ for name in PACKAGES[engine]}
     return {
         "rbstab_version": version("rbstab"),
@@ -25,10 +25,10 @@ def provenance(engine: str) -> dict[str, str]:
 
 
 def commit() -> str:
-    """The commit of the program's own checkout, with "+" where its code differs from it.
+    """Return the git commit of the program, with "+" if its code was changed since.
 
     Returns:
-        The commit; "" where the program was installed from a package.
+        The commit; "" if the program was installed from a package.
     """
     source = Path(__file__).resolve().parents[1]
     checkout = source.parent.parent

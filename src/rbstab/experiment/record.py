@@ -1,4 +1,4 @@
-"""A trajectory as named arrays: what each sample means."""
+"""The record of a run: its trajectory as named arrays, with its certificate."""
 
 import math
 from typing import NamedTuple
@@ -8,25 +8,27 @@ import numpy as np
 from rbstab.analysis.certificate import Check
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import nearest_rest_state
-from rbstab.experiment.certified import certificate_of
+from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
-    resting_system,
+    has_no_potential,
+    smooth_rest_system,
     switching_arrays,
-    works_without_potential,
 )
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
-from rbstab.systems.quantities import BY_NAME
+from rbstab.systems.quantities import BY_NAME, RUN_DIMENSIONS
 from rbstab.systems.system import Observation, System
 
 
 class Record(NamedTuple):
-    """What is stored of a run.
+    """The stored data of a run.
 
-    variables are the arrays by their names in `QUANTITIES`, with the coordinates of their
-    dimensions; checks are the lines of the certificate that the run decides by itself; warnings say
-    what is odd about the rest state.
+    Attributes:
+        variables: The arrays by their names in `QUANTITIES`, and the coordinates of their
+            dimensions.
+        checks: The checks of the certificate that need no proof.
+        warnings: Warnings about the rest state.
     """
 
     variables: dict[str, Variable]
@@ -35,9 +37,9 @@ class Record(NamedTuple):
 
 
 def record_of(problem: Problem, trajectory: Trajectory) -> Record:
-    """Every quantity of a run along its trajectory, and its certificate."""
+    """Return all quantities of a run along its trajectory, and its certificate."""
     with np.errstate(all="ignore"):
-        rest = nearest_rest_state(resting_system(problem))
+        rest = nearest_rest_state(smooth_rest_system(problem))
         arrays = quantities_of(problem, trajectory, rest.energy)
         checks = certificate_of(problem, trajectory, arrays)
     parts = np.array(problem.system.parts, dtype=object)
@@ -46,7 +48,11 @@ def record_of(problem: Problem, trajectory: Trajectory) -> Record:
         for name, source in (("switch", "switch_time"), ("transition", "transition_time"))
         if source in arrays
     } | {
-        "axis": Variable(("axis",), np.array([1, 2, 3]), "1", "component of a vector"),
+        **{
+            name: Variable((name,), np.arange(1, length + 1), "1", "component of a vector")
+            for name, length in RUN_DIMENSIONS.items()
+            if any(name in BY_NAME[array].dimensions for array in arrays)
+        },
         "part": Variable(("part",), parts, "1", "part of the system"),
     }
     described = {name: _variable(name, arrays[name]) for name in BY_NAME if name in arrays}
@@ -57,26 +63,28 @@ def record_of(problem: Problem, trajectory: Trajectory) -> Record:
 def quantities_of(
     problem: Problem, trajectory: Trajectory, energy_at_rest: float
 ) -> dict[str, Array]:
-    """Every quantity of a run along its trajectory, by its name in `QUANTITIES`.
+    """Return all quantities of a run along its trajectory, by their names in `QUANTITIES`.
 
     Args:
-        problem: What was integrated.
-        trajectory: The motion.
-        energy_at_rest: What the elements store at rest, J, from which v counts.
+        problem: The initial value problem.
+        trajectory: The trajectory.
+        energy_at_rest: The stored energy of the rest state, J; v is zero there.
     """
     system = problem.system
-    # A diverged run ends where its numbers do: overflow is its result, not a fault.
+    # Overflow is the result of a diverged run, not an error.
     with np.errstate(all="ignore"):
         systems = trajectory.systems or (system,) * len(trajectory.times)
         observations = [s.observe(y) for s, y in zip(systems, trajectory.states, strict=True)]
-        arrays = {"time": trajectory.times, **_arrays(system, observations)}
+        arrays = {
+            "time": trajectory.times,
+            **_arrays(system, trajectory.states, observations),
+        }
         change = trajectory.lyapunov_change
         if trajectory.switches is not None:
             arrays |= switching_arrays(trajectory.switches)
             change = change - trajectory.switches.discarded_energy
-        if works_without_potential(system):
-            # Where no energy is stored against the work of the contact force, v - ε takes the place
-            # of v (eq. 28).
+        if has_no_potential(system):
+            # The contact force has no potential, so v - ε replaces v (eq. 28).
             arrays["energy"][:, system.parts.index("connector")] = -trajectory.contact_work
         trace = lyapunov_trace(arrays["energy"], arrays["dissipation"], change, energy_at_rest)
     return arrays | {
@@ -90,17 +98,17 @@ def quantities_of(
 
 
 def motion_warnings(trajectory: Trajectory) -> list[str]:
-    """Where θ1 or θ3 leave the range of eq. 5, which no equation notices."""
-    found = []
+    """Return a warning if θ1 or θ3 leaves the range of eq. 5; no equation becomes singular then."""
+    warnings = []
     for index, name in ((0, "θ1"), (2, "θ3")):
         outside = np.abs(trajectory.states[:, index]) > math.pi
         if outside.any():
             t = trajectory.times[int(outside.argmax())]
-            found.append(f"{name} is outside [-π, π], the range of eq. 5, from t = {t:.6g} s")
-    return found
+            warnings.append(f"{name} is outside [-π, π], the range of eq. 5, from t = {t:.6g} s")
+    return warnings
 
 
-def _arrays(system: System, observations: list[Observation]) -> dict[str, Array]:
+def _arrays(system: System, states: Array, observations: list[Observation]) -> dict[str, Array]:
     motions = [observation.motion for observation in observations]
     names = [element.name for element in system.elements]
     H, N = names.index("translational stabilizer"), names.index("rotational stabilizer")
@@ -117,8 +125,8 @@ def _arrays(system: System, observations: list[Observation]) -> dict[str, Array]
         "energy": np.array([o.energy for o in observations]),
         "dissipation": np.array([o.dissipation for o in observations]),
     }
-    if system.size > system.coordinates.size:
-        arrays["connector_state"] = np.array([o.connector_state for o in observations])
+    for name, indices in system.own_states.items():
+        arrays[name] = states[:, indices]
     if system.coordinates.name == "manifold":
         for level, source in (("position", "displacement"), ("velocity", "velocity")):
             residual = np.linalg.norm(arrays[f"contact_{source}"], axis=1)

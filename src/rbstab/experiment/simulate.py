@@ -1,4 +1,4 @@
-"""Simulating one config."""
+"""Simulate one config."""
 
 import time
 from collections.abc import Mapping
@@ -9,13 +9,14 @@ from rbstab.config.build import config_warnings, problem_of
 from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
-from rbstab.experiment.certified import certificate_variables, proved_checks, verdict_of
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.provenance import provenance
 from rbstab.experiment.record import motion_warnings, record_of
+from rbstab.experiment.run_certificate import certificate_variables, proved_checks, verdict_of
 from rbstab.integrate.engines import engine
-from rbstab.integrate.problem import Progress
+from rbstab.integrate.problem import Problem, Progress
 from rbstab.store.result import Result
+from rbstab.systems.quantities import LAYOUT_VERSION
 
 
 def simulate(
@@ -24,15 +25,15 @@ def simulate(
     progress: Progress | None = None,
     proof: Proof | None = None,
 ) -> Result:
-    """Integrates a config and returns its result, which is not written anywhere.
+    """Integrate a config and return its result; no file is written.
 
     Args:
-        config: A config, or what `load_config` takes.
-        progress: Called with the time reached, s, after every step.
-        proof: What is proved of the config; without it the verdict is at best `consistent`.
+        config: A config, or any argument that `load_config` takes.
+        progress: Called after every step with the time reached, s.
+        proof: The proof of the config; without one the verdict is at best `consistent`.
 
     Returns:
-        The result; `Result.status` says how the run ended, `Result.to_xarray` gives a dataset.
+        The result. `Result.status` is the status at the end; `Result.to_xarray` returns a dataset.
 
     Raises:
         ConfigError: The config is wrong.
@@ -40,8 +41,18 @@ def simulate(
     """
     if not isinstance(config, Section):
         config = load_config(config)
+    return simulate_problem(config, problem_of(config), progress=progress, proof=proof)
+
+
+def simulate_problem(
+    config: Config,
+    problem: Problem,
+    *,
+    progress: Progress | None = None,
+    proof: Proof | None = None,
+) -> Result:
+    """Integrate the problem of a config and return its result; see `simulate`."""
     integrate = engine(config.integration.engine)
-    problem = problem_of(config)
     begin = time.perf_counter()
     trajectory = integrate(problem, progress)
     wall_time = time.perf_counter() - begin
@@ -54,13 +65,14 @@ def simulate(
         "warnings": "\n".join(
             [*config_warnings(config), *record.warnings, *motion_warnings(trajectory)]
         ),
-        "verdict": str(verdict_of(record.checks, config, proof)),
+        "verdict": str(verdict_of(record.checks, problem, proof)),
         "run_id": run_id(config),
+        "layout_version": LAYOUT_VERSION,
         "engine": config.integration.engine,
         "steps": trajectory.steps,
         "evaluations": trajectory.evaluations,
         "wall_time": wall_time,
         **provenance(config.integration.engine),
     }
-    lines = certificate_variables([*record.checks, *proved_checks(config, proof)])
+    lines = certificate_variables([*record.checks, *proved_checks(problem, proof)])
     return Result(record.variables | lines, attributes, resolved_yaml(config))

@@ -1,4 +1,4 @@
-"""The certificate of a run as it stands in its result."""
+"""The certificate of a run, read from its result."""
 
 from typing import NamedTuple
 
@@ -6,9 +6,9 @@ from rbstab.store.result import Result
 
 
 class CertificateLine(NamedTuple):
-    """One line: what is checked and what was found, by what number against what bound.
+    """One check of a certificate: its name, its verdict, and a value with its bound.
 
-    value and bound are as `quantity` says; when, s, is NaN where the value belongs to no time.
+    quantity describes value and bound. when is the time of the value, s; NaN if it has none.
     """
 
     check: str
@@ -20,7 +20,7 @@ class CertificateLine(NamedTuple):
 
 
 def certificate_lines(result: Result) -> list[CertificateLine]:
-    """The lines of the certificate; none where the result has none, as older ones."""
+    """Return the checks of the certificate; [] for an older result without a certificate."""
     names = [f"certificate/{column}" for column in CertificateLine._fields]
     if any(name not in result for name in names):
         return []

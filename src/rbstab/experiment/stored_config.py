@@ -1,4 +1,4 @@
-"""The config of a run as it stands in its result."""
+"""The config of a run, read from its result."""
 
 from typing import Any, NamedTuple
 
@@ -10,9 +10,10 @@ from rbstab.store.result import Result
 
 
 class StoredConfig(NamedTuple):
-    """A config, None where this version of the program cannot read it, and the same as plain data.
+    """A config, and its text as plain data.
 
-    The data are what the text says, whatever that is; none where it is no YAML.
+    config is None if this version of the program cannot read it. data is the parsed text, which may
+    be invalid as a config; it is empty if the text is not a YAML mapping.
     """
 
     config: Config | None
@@ -20,7 +21,7 @@ class StoredConfig(NamedTuple):
 
 
 def stored_config(result: Result) -> StoredConfig:
-    """The config of a result."""
+    """Return the config of a result."""
     try:
         source = parse_source(result.config, "config")
     except ConfigError:

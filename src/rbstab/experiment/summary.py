@@ -1,4 +1,4 @@
-"""The few numbers by which a run is judged at a glance."""
+"""Summary of a run in a few numbers, and comparison with the values printed in a source."""
 
 from typing import NamedTuple
 
@@ -14,9 +14,9 @@ from rbstab.store.result import Result
 class Summary(NamedTuple):
     """A run in a few numbers.
 
-    v at both ends, J; the largest audit residual |r| over v(0); the largest |E|, m, and the value
-    of E farthest from zero by axis, m; the largest |θ2|, rad; the last time reached, s. Peaks are
-    those between the samples (see `signed_peak`).
+    They are v at both ends, J; the largest energy residual |r| over v(0); the largest |E|, m; the
+    value of E farthest from zero by axis, m; the largest |θ2|, rad; and the last time reached, s.
+    Peaks between the samples are included (see `signed_peak`).
     """
 
     lyapunov_start: float
@@ -29,7 +29,7 @@ class Summary(NamedTuple):
 
 
 def summary_of(result: Result) -> Summary:
-    """The summary of a result, from its stored arrays alone."""
+    """Return the summary of a result, from its stored arrays only."""
     t, v = result["time"], result["lyapunov"]
     E, F = result["contact_displacement"], result["contact_velocity"]
     Theta, Omega = result["orientation"], result["angular_velocity"]
@@ -50,10 +50,10 @@ def summary_of(result: Result) -> Summary:
 
 
 def _rates_where_largest(t: Array, Theta: Array, Omega: Array) -> Array:
-    """The rate of θ2, shape (n,), rad/s, at samples beside which |θ2| can be largest; 0 elsewhere.
+    """Return the rate of θ2 at samples where |θ2| may be largest nearby, 0 elsewhere, shape (n,).
 
-    |θ̇2| is at most |Ω|, so that a cubic passes the larger of its ends by less than h max|Ω|. With
-    rates of zero it does not pass it at all.
+    The unit is rad/s. |θ̇2| is at most |Ω|, so between two samples the interpolating cubic exceeds
+    the larger sample by less than h max|Ω|. With zero rates at both samples it does not exceed it.
     """
     pitch = np.abs(Theta[:, 1])
     reach = np.diff(t).max(initial=0.0) * np.linalg.norm(Omega, axis=1).max()
@@ -64,10 +64,10 @@ def _rates_where_largest(t: Array, Theta: Array, Omega: Array) -> Array:
     return rates
 
 
-def without_work(result: Result) -> Array:
-    """v, shape (n,), J, also where the result has v - ε in its place (on s = F + κE).
+def lyapunov_function_of(result: Result) -> Array:
+    """Return v, shape (n,), J. If the result stores v - ε (on s = F + κE), ε is added.
 
-    v - ε does not end at zero, so that v alone tells when a motion has settled.
+    v - ε does not end at zero, so only v shows whether a motion has settled.
     """
     v, parts = result["lyapunov"], result["part"].tolist()
     if result.attributes.get("variant") != "sliding" or "connector" not in parts:
@@ -76,8 +76,8 @@ def without_work(result: Result) -> Array:
     return v + work if np.array_equal(connector, -work) else v
 
 
-class Comparison(NamedTuple):
-    """A printed vector beside the computed one, under the name of the quantity and its unit."""
+class ReferenceValue(NamedTuple):
+    """A printed vector and the computed one, with the name and unit of the quantity."""
 
     name: str
     unit: str
@@ -85,17 +85,17 @@ class Comparison(NamedTuple):
     computed: tuple[float, float, float]
 
 
-def comparisons_of(
+def reference_values_of(
     result: Result, reference: object, summary: Summary | None = None
-) -> list[Comparison]:
-    """The values of a config's `reference` beside those of its run.
+) -> list[ReferenceValue]:
+    """Return the printed values of a config's `reference`, each with the computed value of its run.
 
     Args:
         result: The result.
         reference: The `Reference` of the config.
-        summary: That of the result, where it is known already.
+        summary: The summary of the result, if the caller has it.
     """
-    found = []
+    values = []
     final = getattr(reference, "final", None)
     for name in ("orientation", "angular_velocity", "position", "velocity"):
         printed = getattr(final, name, None)
@@ -103,9 +103,9 @@ def comparisons_of(
             variable = result.variables[name]
             x, y, z = variable.data[-1].tolist()
             computed = (x, y, z)
-            found.append(Comparison(f"final {name}", variable.unit, printed, computed))
+            values.append(ReferenceValue(f"final {name}", variable.unit, printed, computed))
     printed = getattr(reference, "peak_contact_displacement", None)
     if printed is not None:
         computed = (summary or summary_of(result)).peak_contact_displacement
-        found.append(Comparison("peak contact_displacement", "m", printed, computed))
-    return found
+        values.append(ReferenceValue("peak contact_displacement", "m", printed, computed))
+    return values

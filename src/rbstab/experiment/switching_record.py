@@ -1,4 +1,4 @@
-"""What a sliding connector adds to a record: its modes, its switches, its chatter."""
+"""Quantities of a run with a sliding connector: its modes, switches and chatter."""
 
 from dataclasses import replace
 
@@ -7,14 +7,14 @@ import numpy as np
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.switch_trace import SwitchTrace
-from rbstab.integrate.switching.modes import Modes, connector_of, system_under
+from rbstab.integrate.switching.modes import Modes, connector_of, system_for_modes
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.coordinates import ReducedCoordinates
 from rbstab.systems.system import System
 
 
 def switching_arrays(switches: SwitchTrace) -> dict[str, Array]:
-    """The arrays of a switching; those along switches only where there are any."""
+    """Return the arrays of a switch trace; switches and transitions only if there are any."""
     arrays = {
         "mode": switches.modes.astype(np.int8),
         "switch_count": switches.counts,
@@ -33,20 +33,20 @@ def switching_arrays(switches: SwitchTrace) -> dict[str, Array]:
     return arrays
 
 
-def works_without_potential(system: System) -> bool:
-    """Whether the contact force of a system is no gradient of an energy: s = F + κE."""
+def has_no_potential(system: System) -> bool:
+    """Whether the contact force has no potential energy, as for s = F + κE."""
     sliding = [e for e in system.elements if isinstance(e, SlidingConnector)]
     return bool(sliding) and sliding[0].rate_weight != 0.0
 
 
-def resting_system(problem: Problem) -> System:
-    """The smooth system whose rest state is that of a problem.
+def smooth_rest_system(problem: Problem) -> System:
+    """Return a smooth system with the same rest state as a problem.
 
-    At rest a sliding connector holds its point, if it is strong enough; in a boundary layer of
-    s = E it is a spring there.
+    At rest a sliding connector holds the contact point, if its force is large enough. In a boundary
+    layer of s = E it acts as a spring.
     """
     if problem.switching is None:
         return problem.system
     if problem.switching.layered and connector_of(problem.system).rate_weight == 0.0:
-        return system_under(problem.system, Modes((0.0, 0.0, 0.0), layer=(1.0, 1.0, 1.0)))
+        return system_for_modes(problem.system, Modes((0.0, 0.0, 0.0), layer=(1.0, 1.0, 1.0)))
     return replace(problem.system, coordinates=ReducedCoordinates())

@@ -1,4 +1,4 @@
-"""Derivatives of a run against differences of whole runs, and against a closed solution."""
+"""Protects the sensitivities of a run against finite differences and a closed solution."""
 
 import copy
 
@@ -16,7 +16,7 @@ from rbstab.integrate.status import RunStatus, UnfinishedRunError
 ERROR = 1e-6
 
 NOISE = 1e-9
-"""What differences leave of an effect that is small beside the largest on the same quantity."""
+"""The error of finite differences, relative to the largest effect on the same quantity."""
 
 GRAVITY = [1.0, 2.0, -10.0]
 
@@ -68,7 +68,7 @@ ALL = [
     name if name == "visco-elastic-W-equilibrium" else pytest.param(name, marks=pytest.mark.slow)
     for name in CASES
 ]
-"""The one with the longest chain rule is for daily use: each structure compiles for seconds."""
+"""Only the case with the longest chain rule is not slow: each structure compiles for seconds."""
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -78,7 +78,7 @@ def test_every_derivative_is_that_of_differences_of_runs(name):
     np.testing.assert_allclose(quantities(data, found), found.values, rtol=0, atol=1e-9)
     assert np.isfinite(found.derivatives).all()
     expected = differences(data, found)
-    # In units of its size, so that the effects of different numbers can be compared.
+    # Each derivative is scaled by the size of its number, so that effects can be compared.
     sizes = np.array([[abs(entry.value) or 1.0] for entry in found.entries])
     actual, expected = found.derivatives * sizes, expected * sizes
     allowed = ERROR * np.abs(expected) + NOISE * np.abs(expected).max(axis=0)
@@ -89,7 +89,7 @@ def test_every_derivative_is_that_of_differences_of_runs(name):
 @pytest.mark.parametrize("name", ALL)
 def test_the_values_are_those_of_the_run(name):
     data = copy.deepcopy(CASES[name])
-    # At the tolerance of the differences, which is compiled already.
+    # The tolerance is that of the differences, whose integrator is compiled already.
     data["integration"] |= {"samples": 2001, "engine": "heyoka", "rtol": 1e-16}
     found, run = sensitivities(data), rbstab.simulate(data)
     values = dict(zip((q.name for q in found.quantities), found.values, strict=True))
@@ -132,7 +132,7 @@ def oscillator_config(m, k, damping, x, v):
 
 
 def swing(numbers, t):
-    """The textbook x - x_rest and ẋ, for parameters of any kind of number."""
+    """Return the textbook x - x_rest and ẋ, for real or complex parameters."""
     m, k, damping, x, v = numbers
     c, a = damping / (2 * m), x - m * FALL / k
     w = np.sqrt(k / m - c * c)
@@ -142,12 +142,12 @@ def swing(numbers, t):
 
 
 def closed_solution(numbers):
-    """Settling time, peak, its time, and the final position and velocity."""
+    """Return the settling time, the peak, its time, and the final position and velocity."""
     m, k, damping, x, v = numbers
     c, a = damping / (2 * m), x - m * FALL / k
     w = np.sqrt(k / m - c * c)
     b = (v + c * a) / w
-    # The swing begins upwards; the turning point below, half a period later, is farther from zero.
+    # The motion starts upwards; the lower turning point, half a period later, is farther from zero.
     turning = (np.arctan((b * w - c * a) / (a * w + c * b)) + np.pi) / w
 
     def excess(t):
@@ -163,7 +163,7 @@ def closed_solution(numbers):
 
     settling = brentq(real_excess, 0.5, DURATION, xtol=1e-14)
     for _ in range(3):
-        # v' = -l ẋ²; Newton's steps carry the complex part along.
+        # v' = -l ẋ²; Newton's steps also converge in the imaginary part.
         settling = settling + excess(settling) / (damping * swing(numbers, settling)[1] ** 2)
     rest = m * FALL / k
     end = swing(numbers, DURATION)

@@ -1,4 +1,4 @@
-"""Tuning: known optima, never worse, and what is refused."""
+"""Protects tuning: it finds known optima, never makes a config worse, and refuses bad input."""
 
 import math
 
@@ -12,7 +12,7 @@ from support.paper_runs import paper_config
 import rbstab
 from rbstab.config.load import load_config, resolved, resolved_yaml
 from rbstab.experiment.summary import summary_of
-from rbstab.experiment.tuning.design import DesignError, designs_of, retitled
+from rbstab.experiment.tuning.gain_scaling import TuningError, gain_scalings, with_title_suffix
 from rbstab.experiment.tuning.objective import OBJECTIVES
 from rbstab.experiment.tuning.search import Search
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
@@ -22,7 +22,7 @@ MASS, STIFFNESS, OFFSET = 4.0, 100.0, 0.3
 
 
 def oscillator(damping, duration=6.0):
-    """A body that only translates along one axis, drawn aside."""
+    """Return the config of a body that only translates along one axis, released from an offset."""
     return {
         "body": {"mass": MASS, "inertia": [2.0, 1.5, 1.0], "contact_point": [0.15, 0.1, -0.42]},
         "controller": {
@@ -38,7 +38,7 @@ def oscillator(damping, duration=6.0):
 
 
 def settling_time(damping):
-    """Of m ẍ + l ẋ + k x = 0 from rest: when its energy is a thousandth."""
+    """Return the time when the energy of m ẍ + l ẋ + k x = 0, from rest, is a thousandth."""
     c = damping / (2 * MASS)
     root = np.sqrt(complex(c * c - STIFFNESS / MASS))
     slow, fast = root - c, -root - c
@@ -52,7 +52,7 @@ def settling_time(damping):
 
 
 def best_damping():
-    """The damping of the shortest settling time, and this time."""
+    """Return the damping with the shortest settling time, and this time."""
     grid = np.geomspace(4.1, 399.0, 400)
     best = int(np.argmin([settling_time(damping) for damping in grid]))
     known = minimize_scalar(
@@ -83,13 +83,15 @@ def test_the_least_energy_over_time_is_at_the_textbook_damping():
 
 def test_an_optimum_at_a_bound_is_on_it():
     found = tune(oscillator(2.0), "energy", ["controller.L_t[2]"], (0.5, 10.0))
-    # Not one digit above it: exp(log 10) is.
+    # exp(log 10) would be one digit above the bound.
     assert found.factors == (10.0,)
 
 
 def visco_elastic(rng):
-    """A random config near the paper's."""
-    data = paper_config("visco-elastic", weighed=bool(rng.integers(2)), duration=1.0, samples=2001)
+    """Return a random config near the paper's."""
+    data = paper_config(
+        "visco-elastic", with_gravity=bool(rng.integers(2)), duration=1.0, samples=2001
+    )
     data["integration"]["engine"] = "heyoka"
     for gain in ("K_t", "L_t", "K_r", "L_r", "K_c", "L_c"):
         diagonal = np.array(data["controller"][gain])
@@ -99,7 +101,7 @@ def visco_elastic(rng):
 
 
 def objective_of_run(name, config):
-    """The objective from the stored arrays of an ordinary run."""
+    """Return the objective, computed from the arrays of an ordinary run."""
     result = rbstab.simulate(config)
     t, v = result["time"], result["lyapunov"]
     if name == "peak_displacement":
@@ -142,11 +144,11 @@ def test_the_tuned_config_is_better_and_its_file_gives_what_was_reported(objecti
 
 @pytest.mark.parametrize("objective", OBJECTIVES)
 def test_gradients_are_differences_of_the_objective(objective):
-    config = load_config(paper_config("visco-elastic", weighed=True))
-    designs = designs_of(config, ["controller.L_r", "controller.K_c", "controller.L_t[1]"])
-    search = Search(config, OBJECTIVES[objective], designs, (0.1, 10.0))
+    config = load_config(paper_config("visco-elastic", with_gravity=True))
+    scalings = gain_scalings(config, ["controller.L_r", "controller.K_c", "controller.L_t[1]"])
+    search = Search(config, OBJECTIVES[objective], scalings, (0.1, 10.0))
     x, h = np.array([0.2, -0.1, 0.3]), 1e-4
-    value, gradient = search.evaluated(x, gradient=True)
+    value, gradient = search.evaluate(x, gradient=True)
     expected = [(search.value(x + h * e) - search.value(x - h * e)) / (2 * h) for e in np.eye(3)]
     assert value == search.value(x)
     np.testing.assert_allclose(gradient, expected, rtol=1e-5, atol=1e-7 * value)
@@ -192,23 +194,23 @@ FULL = {"K_t": [[4100, 600, 0], [600, 4100, 0], [0, 0, 3280]]}
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        (["controller.K_c"], "controller.K_c: is no gain of this config (expected one of contr"),
-        (["body.mass"], "body.mass: is no gain"),
-        (["controller"], "controller: is no gain"),
-        (["L_r"], "L_r: is no gain"),
-        ([""], ": is no gain"),
-        (["controller.L_r[3]"], "controller.L_r[3]: leads nowhere"),
-        (["controller.L_r[0][0]"], "controller.L_r[0][0]: leads nowhere"),
-        (["controller.K_t[0][0]"], "is a part of a full matrix"),
-        (["controller.K_t[1]"], "is a part of a full matrix"),
-        (["controller.L_r", "controller.L_r[1]"], "has controller.L_r[1] in common with contr"),
-        ([], "nothing is to be tuned"),
+        (["controller.K_c"], "controller.K_c: is not a gain of this config (expected one of contr"),
+        (["body.mass"], "body.mass: is not a gain"),
+        (["controller"], "controller: is not a gain"),
+        (["L_r"], "L_r: is not a gain"),
+        ([""], ": is not a gain"),
+        (["controller.L_r[3]"], "controller.L_r[3]: does not exist"),
+        (["controller.L_r[0][0]"], "controller.L_r[0][0]: does not exist"),
+        (["controller.K_t[0][0]"], "is one entry of a full matrix"),
+        (["controller.K_t[1]"], "is one entry of a full matrix"),
+        (["controller.L_r", "controller.L_r[1]"], "controller.L_r[1] is scaled by contr"),
+        ([], "no gain to tune"),
     ],
 )
 def test_what_cannot_be_scaled_is_refused(keys, message):
     config = load_config(paper_config("permanent", controller=FULL))
-    with pytest.raises(DesignError) as raised:
-        designs_of(config, keys)
+    with pytest.raises(TuningError) as raised:
+        gain_scalings(config, keys)
     assert message in str(raised.value)
 
 
@@ -242,5 +244,5 @@ def test_an_unknown_objective_is_refused():
 
 def test_a_long_title_is_cut():
     config = load_config({**oscillator(20.0), "title": "x" * 200})
-    assert retitled(config, ", tuned").title == "x" * 193 + ", tuned"
+    assert with_title_suffix(config, ", tuned").title == "x" * 193 + ", tuned"
     assert yaml.safe_load(resolved_yaml(config))["title"] == "x" * 200

@@ -1,1 +1,1 @@
-"""Sensitivities of a run's outcome, and the tuning of gains."""
+"""Sensitivities of the outcome of a run, and tuning of gains."""

@@ -1,4 +1,4 @@
-"""What a config can be tuned for."""
+"""Objectives of a tuning."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -7,7 +7,7 @@ if TYPE_CHECKING:
 
 
 class Objective(NamedTuple):
-    """A number of a run that is to be small: its name, symbol, unit and meaning."""
+    """A number that a tuning minimizes: its name, symbol, unit and meaning."""
 
     name: str
     symbol: str
@@ -15,11 +15,11 @@ class Objective(NamedTuple):
     meaning: str
 
     def of(self, outcome: "Outcome") -> float:
-        """The number in an outcome; or its derivative in the derivative of an outcome."""
+        """Return the number from an outcome, or its derivative from an outcome's derivative."""
         fields = {
             "settling_time": outcome.settling_time,
-            # The distance |E|, not its largest component: it is smooth wherever one peak in time is
-            # the highest, while a largest component also changes where two axes change places.
+            # The largest distance |E| has kinks only where another peak in time becomes the
+            # highest. The largest component has more: where another axis becomes the largest.
             "peak_displacement": outcome.largest_distance,
             "energy": outcome.lyapunov_integral,
         }
@@ -29,7 +29,7 @@ class Objective(NamedTuple):
 OBJECTIVES = {
     objective.name: objective
     for objective in (
-        Objective("settling_time", "t_s", "s", "when v falls below v(0)/1000 for good"),
+        Objective("settling_time", "t_s", "s", "the time after which v stays below v(0)/1000"),
         Objective("peak_displacement", "max|E|", "m", "the largest distance of C from its anchor"),
         Objective("energy", "∫v dt", "J s", "the Lyapunov function integrated over the run"),
     )

@@ -1,4 +1,4 @@
-"""The search for the factors of a tuning."""
+"""Search for the factors of a tuning."""
 
 import math
 
@@ -6,76 +6,76 @@ import numpy as np
 
 from rbstab.analysis.sensitivity import baseline, derivative_along
 from rbstab.config.build import problem_of
-from rbstab.config.entries import moved
+from rbstab.config.entries import shifted
 from rbstab.config.schema import Config
-from rbstab.experiment.tuning.design import Design, scaled
+from rbstab.experiment.tuning.gain_scaling import GainScaling, scaled
 from rbstab.experiment.tuning.objective import Objective
 from rbstab.integrate.status import UnfinishedRunError
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 
 SAMPLES = 32
-"""Configs that are tried all over the bounds, before gradients are followed."""
+"""Number of configs sampled within the bounds, before the descents."""
 
 MAX_STEPS = 40
-"""Steps of each descent."""
+"""Maximum number of steps of each descent."""
 
-STEEP = 10.0
-"""What stands, in a descent, for a run that failed: so many times the worst value seen."""
+FAILURE_PENALTY = 10.0
+"""In a descent, a failed run counts as this many times the worst value seen."""
 
-FAILURES = (UnfinishedRunError, ArithmeticError, ValueError)
-"""What the run of a wild config may raise; a `ConfigError` is a ValueError."""
+RUN_ERRORS = (UnfinishedRunError, ArithmeticError, ValueError)
+"""Errors that a run with extreme gains may raise; a `ConfigError` is a ValueError."""
 
 
 class Search:
-    """The objective as a function of the logarithms x of the factors, and the best x met so far.
+    """The objective as a function of the logarithms x of the factors, and the best x so far.
 
     Args:
-        config: The config that is scaled.
-        objective: What is to be small.
-        designs: What is scaled.
-        bounds: The least and the largest factor.
+        config: The config to scale.
+        objective: The number to minimize.
+        scalings: The gains to scale.
+        bounds: The smallest and the largest factor.
     """
 
     def __init__(
         self,
         config: Config,
         objective: Objective,
-        designs: tuple[Design, ...],
+        scalings: tuple[GainScaling, ...],
         bounds: tuple[float, float],
     ) -> None:
-        self.config, self.objective, self.designs = config, objective, designs
+        self.config, self.objective, self.scalings = config, objective, scalings
         self.bounds, self.logs = bounds, (math.log(bounds[0]), math.log(bounds[1]))
-        self.best, self.best_value, self.worst = np.zeros(len(designs)), math.inf, 0.0
+        self.best, self.best_value, self.worst = np.zeros(len(scalings)), math.inf, 0.0
         self.runs = self.failures = 0
 
     def factors(self, x: Array) -> list[float]:
-        """The factors at x, within the bounds to the last digit."""
+        """Return the factors at x; rounding never moves them out of the bounds."""
         return np.clip(np.exp(x), *self.bounds).tolist()
 
     def config_at(self, x: Array) -> Config:
-        """The scaled config.
+        """Return the config scaled by the factors at x.
 
         Raises:
             ConfigError: As `scaled`.
         """
-        return scaled(self.config, self.designs, self.factors(x))
+        return scaled(self.config, self.scalings, self.factors(x))
 
     def sample(self) -> list[Array]:
-        """A Latin hypercube of the bounds, the same at every call."""
+        """Return a Latin hypercube sample of the bounds, the same at every call."""
         rng = np.random.default_rng(0)
-        shape = SAMPLES, len(self.designs)
+        shape = SAMPLES, len(self.scalings)
         ranks = rng.permuted(np.tile(np.arange(SAMPLES)[:, None], shape[1]), axis=0)
         low, high = self.logs
         return list(low + (high - low) * (ranks + rng.uniform(size=shape)) / SAMPLES)
 
     def value(self, x: Array) -> float:
-        """The objective; infinite where there is none."""
-        return self.evaluated(x, gradient=False)[0]
+        """Return the objective at x; infinite if the run fails or has no finite objective."""
+        return self.evaluate(x, gradient=False)[0]
 
     def descend(self, x: Array) -> None:
-        """Follows the gradient from a point whose run is sound."""
-        # Imported late: it takes longer than many runs.
+        """Descend along the gradient from x, if the objective at x is finite and positive."""
+        # Imported late: importing scipy.optimize takes longer than many runs.
         from scipy.optimize import minimize
 
         scale = self.value(x)
@@ -83,22 +83,25 @@ class Search:
             return
 
         def function(x: Array) -> tuple[float, Array]:
-            value, slope = self.evaluated(x, gradient=True)
+            value, slope = self.evaluate(x, gradient=True)
             if not (math.isfinite(value) and np.isfinite(slope).all()):
-                return STEEP * self.worst / scale, np.zeros(len(x))
+                return FAILURE_PENALTY * self.worst / scale, np.zeros(len(x))
             return value / scale, slope / scale
 
         limits = [self.logs] * len(x)
         options = {"maxiter": MAX_STEPS, "maxfun": 2 * MAX_STEPS}
         minimize(function, x, jac=True, method="L-BFGS-B", bounds=limits, options=options)
 
-    def evaluated(self, x: Array, *, gradient: bool) -> tuple[float, Array]:
-        """The objective and, on request, its gradient; a run that fails is worst."""
+    def evaluate(self, x: Array, *, gradient: bool) -> tuple[float, Array]:
+        """Return the objective at x and, if `gradient`, its gradient (otherwise zeros).
+
+        The objective is infinite if the run fails or has no finite objective.
+        """
         self.runs += 1
         try:
             with np.errstate(all="ignore"):
                 value, slope = self._run(x, gradient=gradient)
-        except FAILURES:
+        except RUN_ERRORS:
             value, slope = math.inf, np.zeros(len(x))
         if not math.isfinite(value):
             self.failures += 1
@@ -112,15 +115,15 @@ class Search:
         config = self.config_at(x)
         base = baseline(problem_of(config))
         slope = np.zeros(len(x))
-        for index, design in enumerate(self.designs if gradient else ()):
+        for index, scaling in enumerate(self.scalings if gradient else ()):
             factor = self.factors(x)[index]
-            # Along the logarithm of a factor a gain moves by itself.
+            # The derivative of a scaled gain with respect to log(factor) is the scaled gain.
             shift = {
                 place: 1j * STEP * factor * entry.value
-                for entry in design.entries
-                for place in entry.places
+                for entry in scaling.entries
+                for place in entry.paths
             }
             slope[index] = self.objective.of(
-                derivative_along(base, problem_of(moved(config, shift)))
+                derivative_along(base, problem_of(shifted(config, shift)))
             )
         return self.objective.of(base.outcome), slope

@@ -1,4 +1,4 @@
-"""The derivatives of a run's outcome with respect to the numbers of its config."""
+"""Derivatives of the outcome of a run with respect to the numbers of its config."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -8,25 +8,27 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.linearisation import BODY_STATES
 from rbstab.config.build import problem_of
-from rbstab.config.entries import Entry, entries_of, moved
+from rbstab.config.entries import Entry, entries_of, shifted
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.integrate.engines import engine
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.quantities import BY_NAME
 
 if TYPE_CHECKING:
     from rbstab.analysis.sensitivity import Baseline, Outcome
 
 
 class UnsuitedConfigError(ValueError):
-    """The motion of a config has no derivative that could be followed here."""
+    """The motion of a config is not smooth, or its derivatives are not supported."""
 
 
-class Quantity(NamedTuple):
-    """One number by which a run is judged: its name and its unit."""
+class OutcomeQuantity(NamedTuple):
+    """One number of the outcome of a run: its name and its unit."""
 
     name: str
     unit: str
@@ -38,26 +40,27 @@ class Sensitivities:
 
     Attributes:
         entries: The numbers of the config, n of them.
-        quantities: What is differentiated, m of them.
-        values: The quantities of the run, shape (m,); NaN for a settling time that is not reached.
-        derivatives: Shape (n, m), unit of the quantity over that of the entry.
+        quantities: The differentiated quantities, m of them.
+        values: The quantities of the run, shape (m,); NaN for the settling time of a run that does
+            not settle.
+        derivatives: Shape (n, m), in the unit of the quantity over the unit of the entry.
     """
 
     entries: tuple[Entry, ...]
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[OutcomeQuantity, ...]
     values: Array
     derivatives: Array
 
     @cached_property
     def relative(self) -> Array:
-        """The elasticities p/q ∂q/∂p, shape (n, m); NaN where q is zero, 0 where p is."""
+        """The elasticities p/q ∂q/∂p, shape (n, m); NaN if q is zero, 0 if p is zero."""
         p = np.array([entry.value for entry in self.entries])
         with np.errstate(all="ignore"):
             relative: Array = p[:, None] * self.derivatives / self.values + 0.0  # -0 is 0
         return relative
 
     def column(self, name: str) -> int:
-        """The index of the quantity of that name."""
+        """Return the index of the quantity with that name."""
         return [quantity.name for quantity in self.quantities].index(name)
 
     @property
@@ -66,9 +69,10 @@ class Sensitivities:
         return bool(np.isfinite(self.values[self.column("settling_time")]))
 
     def by_importance(self, names: Iterable[str]) -> list[int]:
-        """The indices of the entries, by falling size of their largest elasticity among names.
+        """Return the indices of the entries, with the most influential entry first.
 
-        A number that is zero has none, whatever it does, and stands last.
+        An entry is sorted by its largest absolute elasticity over the named quantities. An entry
+        with the value zero comes last.
         """
         chosen = np.abs(self.relative[:, [self.column(name) for name in names]])
         weight = np.nan_to_num(chosen, nan=0.0, posinf=np.inf).max(axis=1)
@@ -76,29 +80,29 @@ class Sensitivities:
 
 
 def sensitivities(config: Config | str | Path | Mapping[str, Any]) -> Sensitivities:
-    """The sensitivities of a config's run, by heyoka's variational equations.
+    """Compute the sensitivities of a config's run with heyoka's variational equations.
 
     The derivatives are with respect to every gain entry, mass, inertia, contact point and initial
-    state of the config. An entry beside the diagonal of a symmetric matrix moves together with its
-    mirror image; the mass is also a weight, and shifts an anchor at equilibrium.
+    state of the config. An off-diagonal entry of a symmetric matrix varies together with its mirror
+    image. The mass also changes the weight, and shifts an anchor at equilibrium.
 
     Args:
-        config: A config, or what `load_config` takes.
+        config: A config, or any argument that `load_config` takes.
 
     Raises:
         ConfigError: The config is wrong.
-        UnsuitedConfigError: Its motion is not smooth, or in coordinates of the sub manifold.
+        UnsuitedConfigError: Its motion is not smooth, or its coordinates are `manifold`.
         EngineMissingError: heyoka is not installed.
         UnfinishedRunError: The run did not complete.
     """
     if not isinstance(config, Section):
         config = load_config(config)
     check_suited(config)
-    # Imported late, after the engine was found to be there.
+    # Imported late: the engine must be installed, which was checked above.
     from rbstab.analysis.sensitivity import baseline
 
     entries = entries_of(config)
-    # A diverging run is said by its status.
+    # Overflow needs no warning: the status of the run reports a divergence.
     with np.errstate(all="ignore"):
         base = baseline(problem_of(config))
         rows = [_derivatives(base, config, entry) for entry in entries]
@@ -108,17 +112,17 @@ def sensitivities(config: Config | str | Path | Mapping[str, Any]) -> Sensitivit
 def _derivatives(base: "Baseline", config: Config, entry: Entry) -> Array:
     from rbstab.analysis.sensitivity import derivative_along
 
-    # In units of its size, a number's derivative is about as large as the motion itself.
+    # The derivative with respect to entry / size is about as large as the motion itself.
     size = abs(entry.value) or 1.0
-    shift = dict.fromkeys(entry.places, 1j * STEP * size)
-    return _row(base, derivative_along(base, problem_of(moved(config, shift)))) / size
+    shift = dict.fromkeys(entry.paths, 1j * STEP * size)
+    return _row(base, derivative_along(base, problem_of(shifted(config, shift)))) / size
 
 
 def check_suited(config: Config) -> None:
-    """Refuses a config whose motion has no variational equations here.
+    """Reject a config for which variational equations are not supported.
 
     Raises:
-        UnsuitedConfigError: The connector slides, or the coordinates are those of the sub manifold.
+        UnsuitedConfigError: The connector slides, or the coordinates are `manifold`.
         EngineMissingError: heyoka is not installed.
     """
     controller: Any = config.controller
@@ -140,26 +144,22 @@ def _row(base: "Baseline", outcome: "Outcome") -> Array:
     return np.array([outcome.settling_time, *peaks, *outcome.final], dtype=float)
 
 
-def _quantities(base: "Baseline") -> tuple[Quantity, ...]:
-    """The names of a row: a held point has no peaks, only an embedded connector a state."""
-    found = [Quantity("settling_time", "s")]
+def _quantities(base: "Baseline") -> tuple[OutcomeQuantity, ...]:
+    """Return the quantities of a row; a held contact point has no peaks."""
+    quantities = [OutcomeQuantity("settling_time", "s")]
     if not _held(base):
-        found += _axes("peak_contact_displacement", "m")
-        found += _axes("peak_time", "s")
-    named = (
-        ("final.orientation", "rad"),
-        ("final.angular_velocity", "rad/s"),
-        ("final.position", "m"),
-        ("final.velocity", "m/s"),
-        ("final.connector_state", "m"),
-    )
-    for name, unit in named[: len(base.outcome.final) // 3]:
-        found += _axes(name, unit)
-    return tuple(found)
+        quantities += _axes("peak_contact_displacement", "m")
+        quantities += _axes("peak_time", "s")
+    for name in BODY_STATES:
+        quantities += _axes(f"final.{name}", BY_NAME[name].unit)
+    for element in base.problem.system.elements:
+        for state in element.states:
+            quantities += _axes(f"final.{state.name}", state.unit, state.size)
+    return tuple(quantities)
 
 
-def _axes(name: str, unit: str) -> list[Quantity]:
-    return [Quantity(f"{name}[{axis}]", unit) for axis in range(3)]
+def _axes(name: str, unit: str, size: int = 3) -> list[OutcomeQuantity]:
+    return [OutcomeQuantity(f"{name}[{axis}]", unit) for axis in range(size)]
 
 
 def _held(base: "Baseline") -> bool:

@@ -1,4 +1,4 @@
-"""Tuning: the gains that make an objective of a run small."""
+"""Tuning: find gains that minimize an objective of a run."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -11,32 +11,33 @@ import numpy as np
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
-from rbstab.experiment.tuning.design import Design, designs_of, retitled
+from rbstab.experiment.tuning.gain_scaling import GainScaling, gain_scalings, with_title_suffix
 from rbstab.experiment.tuning.objective import OBJECTIVES, Objective
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, check_suited
 
-IMPROVEMENT = 1e-6
-"""An objective that is smaller by less than this part is not called better."""
+MIN_IMPROVEMENT = 1e-6
+"""Smallest relative improvement with which a config counts as better."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tuned:
-    """What a tuning found.
+    """The result of a tuning.
 
     Attributes:
-        config: The better config; the given one where nothing better was found.
-        objective: What was made small.
-        designs: What was scaled.
-        factors: By how much, in the order of the designs.
-        given: The objective of the given config, infinite where its run fails or does not settle.
+        config: The better config; the given one if no better one was found.
+        objective: The number that was minimized.
+        scalings: The scaled gains.
+        factors: Their factors, in the order of the scalings.
+        given: The objective of the given config; infinite if its run fails or has no finite
+            objective, for example because it does not settle.
         value: The objective of `config`.
-        runs: How many configs were tried.
-        failures: How many of them did not complete, or did not settle.
+        runs: Number of runs.
+        failures: Number of runs that failed or had no finite objective.
     """
 
     config: Config
     objective: Objective
-    designs: tuple[Design, ...]
+    scalings: tuple[GainScaling, ...]
     factors: tuple[float, ...]
     given: float
     value: float
@@ -45,7 +46,7 @@ class Tuned:
 
     @property
     def better(self) -> bool:
-        """Whether anything better was found."""
+        """Whether a better config was found."""
         return self.value < self.given
 
 
@@ -55,33 +56,34 @@ def tune(
     over: Iterable[str],
     bounds: tuple[float, float] = (0.1, 10.0),
 ) -> Tuned:
-    """Scales gains of a config so that an objective of its run becomes small.
+    """Scale gains of a config to minimize an objective of its run.
 
-    First a fixed sample of the bounds is tried, then gradients (variational equations) are followed
-    by L-BFGS-B in the logarithms of the factors, from the given config and from the best of the
-    sample; the best config that was met wins. That is a local optimum at least where the objective
-    is smooth. It is not where another peak in time becomes the highest, or where v passes its
-    threshold at a standstill: there a descent may stop early.
+    A fixed sample of configs within the bounds is run first. Then L-BFGS-B descends along exact
+    gradients (variational equations) in the logarithms of the factors, from the given config and
+    from the best of the sample. The best config of all runs is returned. It is at least a local
+    optimum where the objective is smooth. The objective is not smooth where another peak in time
+    becomes the highest, or where v passes its threshold while v' is zero. There a descent may stop
+    early.
 
     Args:
-        config: A config, or what `load_config` takes.
+        config: A config, or any argument that `load_config` takes.
         objective: A key of `OBJECTIVES`.
         over: Keys of gains, such as `controller.L_c` or `controller.L_c[0]`.
-        bounds: The least and the largest factor; 1 is between them.
+        bounds: The smallest and the largest factor; 1 must be within the bounds.
 
     Raises:
         ConfigError: The config is wrong.
-        UnsuitedConfigError: As for `sensitivities`; or the objective is fixed for this config.
-        DesignError: `over` is wrong.
+        UnsuitedConfigError: As for `sensitivities`; or the objective is constant for this config.
+        TuningError: `over` is wrong.
         EngineMissingError: heyoka is not installed.
-        ValueError: There is no such objective, or the bounds do not hold 1.
+        ValueError: There is no such objective, or 1 is not within the bounds.
     """
     if not isinstance(config, Section):
         config = load_config(config)
     check_suited(config)
     if objective not in OBJECTIVES:
         raise ValueError(f"objective: is '{objective}' (expected one of {', '.join(OBJECTIVES)})")
-    chosen, designs = OBJECTIVES[objective], designs_of(config, over)
+    chosen, scalings = OBJECTIVES[objective], gain_scalings(config, over)
     variant: str = config.controller.variant
     if chosen.name == "peak_displacement" and variant == "permanent":
         raise UnsuitedConfigError(
@@ -89,19 +91,21 @@ def tune(
             "(expected another objective, or another variant)"
         )
     if not 0 < bounds[0] <= 1 <= bounds[1] < math.inf:
-        raise ValueError("bounds: expected 0 < least factor <= 1 <= largest factor")
-    # Imported late, after the engine was found to be there.
+        raise ValueError("bounds: expected 0 < smallest factor <= 1 <= largest factor")
+    # Imported late: the engine must be installed, which was checked above.
     from rbstab.experiment.tuning.search import Search
 
-    search = Search(config, chosen, designs, bounds)
-    given, start = search.value(np.zeros(len(designs))), np.zeros(len(designs))
+    search = Search(config, chosen, scalings, bounds)
+    given, start = search.value(np.zeros(len(scalings))), np.zeros(len(scalings))
     best_sample = min(search.sample(), key=search.value)
     for x in (start, best_sample):
         search.descend(x)
-    if not search.best_value < given - IMPROVEMENT * abs(given if math.isfinite(given) else 0.0):
-        ones = (1.0,) * len(designs)
-        return Tuned(config, chosen, designs, ones, given, given, search.runs, search.failures)
-    tuned = retitled(search.config_at(search.best), f", tuned for {chosen.name}")
+    if not search.best_value < given - MIN_IMPROVEMENT * abs(
+        given if math.isfinite(given) else 0.0
+    ):
+        ones = (1.0,) * len(scalings)
+        return Tuned(config, chosen, scalings, ones, given, given, search.runs, search.failures)
+    tuned = with_title_suffix(search.config_at(search.best), f", tuned for {chosen.name}")
     factors = tuple(search.factors(search.best))
     value = search.best_value
-    return Tuned(tuned, chosen, designs, factors, given, value, search.runs, search.failures)
+    return Tuned(tuned, chosen, scalings, factors, given, value, search.runs, search.failures)

@@ -1,4 +1,4 @@
-"""The certificate of a run, as it is stored with its result."""
+"""The certificate of a run, as arrays of its result."""
 
 from typing import Any
 
@@ -14,26 +14,25 @@ from rbstab.analysis.certificate import (
     overall,
 )
 from rbstab.analysis.lyapunov import audit_scale
-from rbstab.config.schema import Config
 from rbstab.experiment.proof import Proof, start_level, starts_inside
-from rbstab.experiment.switching_record import works_without_potential
+from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
 
 GROUP = "certificate"
-"""The group of a result file that holds it."""
+"""Name of the group of a result file that holds the certificate."""
 
 
 def certificate_of(
     problem: Problem, trajectory: Trajectory, arrays: dict[str, Array]
 ) -> list[Check]:
-    """The lines that a run decides by itself.
+    """Return the checks of a trajectory that need no proof.
 
     Args:
-        problem: What was integrated.
-        trajectory: The motion.
-        arrays: The record of the motion, by the names of its quantities.
+        problem: The problem.
+        trajectory: Its trajectory.
+        arrays: The quantities along the trajectory, by their names.
     """
     systems = trajectory.systems or (problem.system,) * len(trajectory.times)
     implicit = problem.switching is not None and problem.switching.step > 0
@@ -43,40 +42,44 @@ def certificate_of(
         systems=systems,
         value=arrays["lyapunov"],
         rate=arrays["lyapunov_rate"],
+        dissipation=arrays["dissipation"],
         residual=arrays["energy_residual"],
         scale=audit_scale(arrays["lyapunov"], arrays["energy"]),
-        has_potential=not works_without_potential(problem.system),
-        # Implicit steps are of first order, whatever the tolerance.
+        has_potential=not has_no_potential(problem.system),
+        # Implicit steps are of first order: the tolerance has no effect on them.
         audit_bound=MAX_AUDIT_BOUND if implicit else audit_bound(problem.rtol),
     )
     return checks_of(evidence)
 
 
-def verdict_of(checks: list[Check], config: Config, proof: Proof | None) -> Verdict:
-    """The verdict of a run by its own lines, and by what is proved of its config."""
-    return overall(checks, proved=proof is not None and starts_inside(config, proof))
+def verdict_of(checks: list[Check], problem: Problem, proof: Proof | None) -> Verdict:
+    """Return the verdict of a run, from its own checks and from a proof."""
+    return overall(checks, proved=proof is not None and starts_inside(problem, proof))
 
 
-def proved_checks(config: Config, proof: Proof | None) -> list[Check]:
-    """The lines that a proof decides, for every motion of a config and for its start."""
+def proved_checks(problem: Problem, proof: Proof | None) -> list[Check]:
+    """Return the two checks that a proof decides: global stability, and certified region.
+
+    The first concerns all motions, the second the start of the problem.
+    """
     stable = Check(
         "global stability", Verdict.UNKNOWN, np.nan, 1.0, np.nan, "rest states in the range"
     )
     region = Check("certified region", Verdict.UNKNOWN, np.nan, np.nan, np.nan, "v(0), J")
     if proof is None or not proof.states:
         return [stable, region]
-    judged = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
-    found = judged[proof.globally_stable]
-    stable = stable._replace(verdict=found, value=float(len(proof.states)))
-    level = start_level(config, proof)
+    verdicts = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
+    verdict = verdicts[proof.globally_stable]
+    stable = stable._replace(verdict=verdict, value=float(len(proof.states)))
+    level = start_level(problem, proof)
     if proof.region is not None and level is not None:
-        inside = Verdict.CERTIFIED if starts_inside(config, proof) else Verdict.UNKNOWN
+        inside = Verdict.CERTIFIED if starts_inside(problem, proof) else Verdict.UNKNOWN
         region = region._replace(verdict=inside, value=level, bound=proof.region.lower_bound)
     return [stable, region]
 
 
 def certificate_variables(checks: list[Check]) -> dict[str, Variable]:
-    """The lines as arrays of the group `certificate`."""
+    """Return the checks as arrays of the group `certificate`."""
     columns: dict[str, tuple[str, str, list[Any]]] = {
         "check": ("1", "what is checked", [check.name for check in checks]),
         "verdict": ("1", "what was found", [str(check.verdict) for check in checks]),

@@ -1,0 +1,91 @@
+"""Scaling of the gains that a tuning may change."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+from rbstab.config.entries import Entry, entries_under, value_at
+from rbstab.config.load import load_config, resolved
+from rbstab.config.overrides import parse_key
+from rbstab.config.schema import Config
+from rbstab.config.source import Path, key_of
+from rbstab.elements.registry import GAINS
+
+MAX_TITLE_LENGTH = 200
+
+
+class TuningError(ValueError):
+    """A key is not a gain that can be scaled, or two keys include the same number."""
+
+
+class GainScaling(NamedTuple):
+    """A gain matrix, or one entry of a diagonal matrix, that is multiplied by one factor.
+
+    key is its name, and entries are its numbers. A positive factor keeps a matrix positive
+    definite. A change of one entry of a full matrix may not.
+    """
+
+    key: str
+    entries: tuple[Entry, ...]
+
+
+def gain_scalings(config: Config, keys: Iterable[str]) -> tuple[GainScaling, ...]:
+    """Return the scaling of each key, such as `controller.L_c` or `controller.L_c[0]`.
+
+    Raises:
+        TuningError: A key is not a gain of this config, is one entry of a full matrix, or includes
+            a number of another key.
+    """
+    scalings: list[GainScaling] = []
+    taken: dict[Path, str] = {}
+    for key in keys:
+        scaling = GainScaling(key, _entries(config, key))
+        for place in (place for entry in scaling.entries for place in entry.paths):
+            if place in taken:
+                raise TuningError(f"{key}: {key_of(place)} is scaled by {taken[place]} already")
+            taken[place] = key
+        scalings.append(scaling)
+    if not scalings:
+        raise TuningError("no gain to tune (expected a key such as controller.L_r)")
+    return tuple(scalings)
+
+
+def _entries(config: Config, key: str) -> tuple[Entry, ...]:
+    path = parse_key(key) or ()
+    gains = [name for name in GAINS if hasattr(config.controller, name)]
+    known = [("controller", name) for name in gains]
+    if path[:2] not in known:
+        expected = ", ".join(key_of(gain) for gain in known)
+        raise TuningError(f"{key}: is not a gain of this config (expected one of {expected})")
+    if len(path) > 2 and isinstance(value_at(config, path[:2])[0], tuple):
+        raise TuningError(
+            f"{key}: is one entry of a full matrix, which might not stay positive definite "
+            f"(expected {key_of(path[:2])})"
+        )
+    try:
+        return entries_under(config, path)
+    except LookupError:
+        expected = f"expected {key_of(path[:2])} or one of its three entries, from [0]"
+        raise TuningError(f"{key}: does not exist ({expected})") from None
+
+
+def scaled(config: Config, scalings: Sequence[GainScaling], factors: Sequence[float]) -> Config:
+    """Return the config with its gains scaled, validated.
+
+    Raises:
+        ConfigError: A scaled gain is not valid, for example because it is not finite.
+    """
+    data = resolved(config)
+    for scaling, factor in zip(scalings, factors, strict=True):
+        for entry in scaling.entries:
+            for *above, last in entry.paths:
+                here: Any = data
+                for part in above:
+                    here = here[part]
+                here[last] = entry.value * factor
+    return load_config(data)
+
+
+def with_title_suffix(config: Config, suffix: str) -> Config:
+    """Return the config with a suffix added to its title."""
+    title = config.title[: MAX_TITLE_LENGTH - len(suffix)] + suffix
+    return load_config({**resolved(config), "title": title})

@@ -1,1 +1,1 @@
-"""What tests share: systems to try the equations on, and the reference trajectories."""
+"""Helpers shared by the tests: systems, configs, made up runs and sweeps, independent oracles."""

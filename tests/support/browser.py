@@ -1,8 +1,8 @@
-"""What the fixture `opened` of the tests in a browser is."""
+"""The type of the fixture `opened` of the browser tests."""
 
 from collections.abc import Callable
 
 from playwright.sync_api import Page
 
 Opened = Callable[..., Page]
-"""Opens a report as a page, with settings of the browser."""
+"""Open a report as a page, with options of the browser context."""

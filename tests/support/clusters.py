@@ -1,4 +1,4 @@
-"""A Dask scheduler and its workers: real processes on this machine, which tests may kill."""
+"""A Dask scheduler and its workers, as real processes on this machine that tests may kill."""
 
 import json
 import os
@@ -12,13 +12,13 @@ from rbstab.sweep.members.engine import Shard
 from support.sweeps import FakeEngine
 
 ON_A_WORKER = "RBSTAB_TEST_WORKER"
-"""A variable that only workers have."""
+"""An environment variable that only workers have."""
 
 TESTS = Path(__file__).parents[1]
 
 
 class DeadlyEngine(FakeEngine):
-    """Kills the worker that follows its member 7."""
+    """An engine that kills its worker at member 7."""
 
     def compute(self, start: int, stop: int) -> Shard:
         if start <= 7 < stop and ON_A_WORKER in os.environ:
@@ -27,11 +27,11 @@ class DeadlyEngine(FakeEngine):
 
 
 class LocalProcesses:
-    """A scheduler, and workers of one thread each; ports are chosen by the operating system.
+    """A scheduler and workers of one thread each; the operating system chooses the ports.
 
     Args:
-        folder: For what they write.
-        environment: More variables of theirs.
+        folder: The folder of their logs and temporary files.
+        environment: More environment variables for them.
     """
 
     def __init__(self, folder: Path, environment: dict[str, str] | None = None) -> None:
@@ -54,13 +54,13 @@ class LocalProcesses:
             process.wait()
 
     def worker(self, *options: str) -> subprocess.Popen[bytes]:
-        """Starts a worker, without a nanny, which would replace it when it is killed."""
+        """Start a worker without a nanny, which would replace a killed worker."""
         fixed = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--host", "127.0.0.1")
         local = ("--local-directory", str(self.folder))
         return self._start("worker", self.address, *fixed, *local, *options)
 
     def kill(self, process: subprocess.Popen[bytes]) -> None:
-        """Kills one of the processes, as the kernel does when memory is short."""
+        """Kill one of the processes, as the kernel does when memory is short."""
         process.send_signal(signal.SIGKILL)
         process.wait()
 
@@ -77,12 +77,12 @@ class LocalProcesses:
         return process
 
     def _address(self) -> str:
-        """That of the scheduler, as soon as it can be reached."""
+        """Wait for the scheduler and return its address."""
         while True:
             assert self.scheduler.poll() is None, (self.folder / "0.log").read_text()
             if self.file.exists():
                 try:
                     return str(json.loads(self.file.read_text())["address"])
                 except ValueError:
-                    pass  # half written
+                    pass  # The file is half written.
             time.sleep(0.02)

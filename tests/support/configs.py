@@ -1,8 +1,13 @@
-"""A config that is right, for each variant, and what comes of it when a part is replaced."""
+"""A valid config of each variant, and edited copies of it."""
 
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any
 
+import pytest
 import yaml
+
+from rbstab.config.errors import ConfigError
 
 VISCO_ELASTIC = """\
 title: Case
@@ -25,15 +30,15 @@ integration:
   duration: 2.0
   samples: 11
 """
-"""Line numbers matter to the tests of locations: add new lines at the end."""
+"""Tests of error locations rely on the line numbers: add new lines at the end."""
 
 _CONNECTOR = "  K_c: [12300, 12300, 9840]\n  L_c: [600, 600, 420]\n"
 _OWN_STATE = "  K_d: [12300, 12300, 9840]\n  L_d: [1200, 1200, 840]\n"
 
 
 def edited(old: str, new: str, text: str = VISCO_ELASTIC) -> str:
-    """The text with its one occurrence of `old` replaced."""
-    assert text.count(old) == 1, f"{old!r} is not there once"
+    """Return the text with its one occurrence of `old` replaced."""
+    assert text.count(old) == 1, f"{old!r} occurs {text.count(old)} times"
     return text.replace(old, new)
 
 
@@ -50,6 +55,27 @@ BY_VARIANT = {
 
 
 def plain(text: str = VISCO_ELASTIC) -> dict[str, Any]:
-    """The same as plain data, fresh at every call; read by another reader than the program's."""
+    """Return a config as new plain data, parsed by PyYAML and not by the program."""
     data: dict[str, Any] = yaml.safe_load(text)
     return data
+
+
+SOLVER_DEFAULTS: dict[str, Any] = {
+    "engine": "scipy",
+    "method": "DOP853",
+    "rtol": 1e-12,
+    "atol": 1e-12,
+    "range_bound": 1e-3,
+    "step_limit": 1_000_000,
+    "time_limit": 600.0,
+}
+"""The documented defaults of the section `integration`, for every variant."""
+
+
+def messages_of(load: Callable[..., object], path: Path, changes: Iterable[str]) -> list[str]:
+    """Load a wrong file with changes, and return the messages of its ConfigError, one a problem."""
+    with pytest.raises(ConfigError) as caught:
+        load(path, changes)
+    messages = str(caught.value).splitlines()
+    assert messages == [str(problem) for problem in caught.value.problems]
+    return messages

@@ -1,4 +1,4 @@
-"""Central differences of eighth order, and how far two answers are apart."""
+"""Central differences of eighth order, and the relative error of an answer."""
 
 import numpy as np
 
@@ -8,9 +8,9 @@ CENTRE = -205 / 72
 
 
 def derivative(function, step=5e-3):
-    """df/dt at t = 0.
+    """Return df/dt at t = 0.
 
-    The error is the larger of (ωh)⁸/630 for a motion of ω rad/s and 1e-16/h: at the default step
+    The error is the larger of (ωh)⁸/630 for a motion of ω rad/s and 1e-16/h. At the default step
     and the tests' ω of about 10 rad/s both are below 1e-12.
     """
     pairs = [
@@ -20,7 +20,7 @@ def derivative(function, step=5e-3):
 
 
 def second_derivative(function, step=5e-3):
-    """d²f/dt² at t = 0, to about 1e-11."""
+    """Return d²f/dt² at t = 0, to about 1e-11."""
     pairs = [
         weight * (function(k * step) + function(-k * step)) for k, weight in enumerate(SECOND, 1)
     ]
@@ -28,14 +28,14 @@ def second_derivative(function, step=5e-3):
 
 
 def along(function, y, rates):
-    """d/dt of a function of the state along a flow, which its tangent is enough for."""
-    # No entry moves by more than 0.04, however stiff the flow is.
+    """Return d/dt of a function of the state along a flow with the given rates ẏ."""
+    # The step keeps every entry within 0.04 of y, even in a stiff flow.
     step = 1e-2 / np.abs(rates).max()
     return derivative(lambda t: function(y + t * rates), step)
 
 
 def jacobian(function, x, step=1e-2):
-    """∂f/∂x, shape (*f, n)."""
+    """Return ∂f/∂x, shape (*f, n)."""
     columns = [
         derivative(lambda t, direction=direction: function(x + t * direction), step)
         for direction in np.eye(len(x))
@@ -44,7 +44,7 @@ def jacobian(function, x, step=1e-2):
 
 
 def relative_error(actual, expected, scale=None):
-    """The largest difference over the largest expected entry, or over a given scale."""
+    """Return the largest difference over the largest expected entry, or over a given scale."""
     actual, expected = np.asarray(actual), np.asarray(expected)
     assert actual.shape == expected.shape
     return np.abs(actual - expected).max() / (np.abs(expected).max() if scale is None else scale)

@@ -1,7 +1,4 @@
-"""Second-order duals over any kind of number: values that carry their derivatives with them.
-
-With python-flint's `arb` inside they bound a gradient and a Hessian over a whole box.
-"""
+"""Dual numbers of second order: values that carry their gradient and Hessian."""
 
 import operator
 
@@ -71,36 +68,36 @@ class Dual:
 
 
 def arbs(numbers):
-    """An array of doubles as intervals that hold nothing else."""
+    """Return an array of doubles as exact intervals of radius 0."""
     flat = [arb(number) for number in np.ravel(numbers).tolist()]
     return np.array([*flat, None], dtype=object)[:-1].reshape(np.shape(numbers))
 
 
 def variables(values):
-    """Duals of independent variables."""
+    """Return the duals of independent variables."""
     one = arbs(np.eye(len(values)))
     zero = arbs(np.zeros((len(values), len(values))))
     return np.array([Dual(x, one[i], zero) for i, x in enumerate(values)], dtype=object)
 
 
 def energy_dual(system, q):
-    """The stored energy of a system in a configuration of intervals, with its derivatives."""
+    """Return the stored energy of a system over a box of configurations, with its derivatives."""
     exact = map_parameters(configurations(system).system, lambda _, value: arbs(value))
     return Configurations(exact).energy(variables(q))
 
 
 def reduced_derivatives(system, Theta):
-    """U, ∇U and the Hessian of U over intervals of Θ, from the derivatives of the stored energy.
+    """Return U, ∇U and the Hessian of U over intervals of Θ, from the stored energy Π(Θ, x).
 
-    ∇U is Π_Θ at x* = -H⁻¹ Π_x(Θ, 0); second derivatives by Schur's complement.
+    ∇U is Π_Θ at x* = -H⁻¹ Π_x(Θ, 0). The Hessian of U is a Schur complement.
     """
     lengths = configurations(system).size - 3
     bare = energy_dual(system, np.concatenate([Theta, arbs(np.zeros(lengths))]))
     if not lengths:
         return bare.value, bare.gradient, bare.hessian
     compliance = arb_mat(bare.hessian[3:, 3:].tolist()).inv().table()
-    settled = -np.array(compliance, dtype=object) @ bare.gradient[3:]
-    at_rest = energy_dual(system, np.concatenate([Theta, settled]))
+    x_at_rest = -np.array(compliance, dtype=object) @ bare.gradient[3:]
+    at_rest = energy_dual(system, np.concatenate([Theta, x_at_rest]))
     mixed, inverse = at_rest.hessian[:3, 3:], np.array(compliance, dtype=object)
     hessian = at_rest.hessian[:3, :3] - mixed @ inverse @ mixed.T
     return at_rest.value, at_rest.gradient[:3], hessian

@@ -1,22 +1,22 @@
-"""Small runs of each kind as a report has them, and what is found in their figures."""
+"""Small runs of each kind for tests of reports, and readers of their figures."""
 
 import functools
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import rbstab
 from rbstab.config.schema import Config
-from rbstab.report.model.document import Section
-from rbstab.report.model.figure import Figure, Line, Panel
+from rbstab.report.model.figure import Line, Panel
 from rbstab.report.reading.sources import Run
 from rbstab.store.result import Result
 from support.paper_runs import paper_config
 
 SAMPLES = 61
 
-KINDS = {
+KINDS: dict[str, tuple[str, bool, dict[str, Any], dict[str, Any]]] = {
     "permanent": ("permanent", False, {}, {}),
     "visco-elastic": ("visco-elastic", False, {}, {}),
     "embedded": ("embedded", True, {}, {}),
@@ -29,14 +29,14 @@ KINDS = {
         {"coordinates": "W"},
     ),
 }
-"""By name: variant, whether under gravity, what the controller and the integration have besides."""
+"""By name: the variant, whether gravity acts, and more keys of the controller and integration."""
 
 
 @functools.cache
 def _config(kind: str) -> Config:
-    variant, weighed, controller, integration = KINDS[kind]
+    variant, with_gravity, controller, integration = KINDS[kind]
     base = "free" if variant == "sliding" else variant
-    data = paper_config(base, weighed, duration=0.3, samples=SAMPLES, **integration)
+    data = paper_config(base, with_gravity, duration=0.3, samples=SAMPLES, **integration)
     data["controller"] |= {"variant": variant, **controller}
     return rbstab.load_config(data)
 
@@ -50,7 +50,7 @@ def _result(kind: str) -> Result:
 
 
 def run_of(kind: str, number: int = 0, label: str = "") -> Run:
-    """A run of a kind, as the one of that number among several."""
+    """Return a run of a kind, with the given number among the runs of a report."""
     return Run(
         number,
         f"run-{number + 1}",
@@ -62,7 +62,7 @@ def run_of(kind: str, number: int = 0, label: str = "") -> Run:
 
 
 def with_arrays(run: Run, **arrays: np.ndarray) -> Run:
-    """The same run with other numbers in some arrays."""
+    """Return the same run with other numbers in some arrays."""
     variables = dict(run.result.variables)
     for name, data in arrays.items():
         variables[name] = variables[name]._replace(data=data)
@@ -70,12 +70,12 @@ def with_arrays(run: Run, **arrays: np.ndarray) -> Run:
 
 
 def without_config(run: Run) -> Run:
-    """The same run, whose config cannot be read: it has no eigenvalues, which take long."""
+    """Return the same run with an unreadable config, which skips the slow eigenvalues."""
     return replace(run, config=None)
 
 
 def cut(run: Run, samples: int) -> Run:
-    """The same run, ended early."""
+    """Return the same run, ended early after so many samples."""
     return with_arrays(
         run,
         **{
@@ -86,13 +86,6 @@ def cut(run: Run, samples: int) -> Run:
     )
 
 
-def figures_in(sections: tuple[Section, ...]) -> dict[str, Figure]:
-    """The figures of sections by name."""
-    found = [block for section in sections for block in section.blocks if isinstance(block, Figure)]
-    assert len({figure.name for figure in found}) == len(found), "names are not their own"
-    return {figure.name: figure for figure in found}
-
-
 def lines_of(panel: Panel) -> list[Line]:
-    """The lines of a panel."""
+    """Return the lines of a panel."""
     return [mark for mark in panel.marks if isinstance(mark, Line)]

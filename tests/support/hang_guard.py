@@ -1,4 +1,4 @@
-"""A guard against runs that never end: a test must fail, not hang."""
+"""A time limit for calls that may never end: the test fails and does not hang."""
 
 import threading
 from collections.abc import Callable
@@ -6,16 +6,16 @@ from typing import Any
 
 
 def within(seconds: float, function: Callable[..., Any], *arguments: Any) -> Any:
-    """What a function returns or raises, if it does so in time.
+    """Call a function, return or raise its outcome, and fail if it takes longer than `seconds`.
 
-    It runs in a daemon thread, which is left behind where it does not end.
+    The function runs in a daemon thread, which is abandoned when it does not end.
     """
     outcome: dict[str, Any] = {}
 
     def call() -> None:
         try:
             outcome["value"] = function(*arguments)
-        except BaseException as error:  # handed on to the test
+        except BaseException as error:  # raised again below, in the test's thread
             outcome["error"] = error
 
     thread = threading.Thread(target=call, daemon=True)

@@ -1,4 +1,4 @@
-"""Results of runs that were never run: every number of them is known in closed form."""
+"""Results of made up runs: every number is known in closed form."""
 
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ DECAY = 8.0
 V_START = 5000.0
 
 PEAKS = (-0.05, 0.02, 0.04)
-"""m: what the contact displacement comes to, by axis, between two samples."""
+"""m: the extreme contact displacement of each axis, reached between two samples."""
 
 LARGEST_PITCH = 0.75
 """rad: the largest |θ2|, at the start."""
@@ -33,7 +33,7 @@ PARTS = ("kinetic", "gravity", "translational stabilizer", "rotational stabilize
 
 
 def made_config(*changes: str, text: str = VISCO_ELASTIC, **more: Any) -> str:
-    """The resolved config of a made up run, YAML; `more` are further parts of it."""
+    """Return the resolved YAML config of a made up run; `more` are further keys."""
     return resolved_yaml(load_config({**plain(text), **more}, changes))
 
 
@@ -44,13 +44,13 @@ def made_result(
     level: tuple[float, float] = (np.nan, np.nan),
     **attributes: Any,
 ) -> Result:
-    """A result.
+    """Return a made up result.
 
     Args:
-        config: Its config.
-        verdicts: Lines of its certificate that are not "consistent".
-        level: v(0) and the bound of the line on the certified region.
-        attributes: In place of those that it has.
+        config: Its resolved config, YAML.
+        verdicts: The verdicts of certificate checks that are not "consistent".
+        level: v(0) and the bound in the check of the certified region.
+        attributes: Attributes that replace the default ones.
     """
     text = made_config() if config is None else config
     arrays = {name: data.copy() for name, data in _arrays().items()}
@@ -68,7 +68,7 @@ def made_result(
         "part": Variable(("part",), np.array(PARTS, dtype=object), "1", "part of the system"),
     }
     found = {**dict.fromkeys(CHECKS, "consistent"), REGION: "unknown", **(verdicts or {})}
-    lines = {
+    lines: dict[str, list[Any]] = {
         "check": list(found),
         "verdict": list(found.values()),
         "value": [1e-12] * len(CHECKS) + [level[0]],
@@ -84,19 +84,19 @@ def made_result(
 
 
 def made_file(path: Path, config: str | None = None, **more: Any) -> Path:
-    """Writes such a result."""
+    """Write a made up result to a file and return its path."""
     write_result(path, made_result(config, **more))
     return path
 
 
 def _arrays() -> dict[str, np.ndarray]:
     t = np.linspace(0.0, 2.0, 401)
-    # Largest at t = 0.9975, half way between two samples.
+    # |E| is largest at t = 0.9975, half way between two samples.
     phase, rate = 0.5 * np.pi * (t + 0.0025), 0.5 * np.pi
     E, F = np.outer(np.sin(phase), PEAKS), rate * np.outer(np.cos(phase), PEAKS)
     zero = np.zeros((len(t), 3))
     Theta, Omega = zero.copy(), zero.copy()
-    # With θ1 = θ3 = 0 the second angle turns as fast as the body does about its second axis.
+    # With θ1 = θ3 = 0, dθ2/dt is the angular velocity about the second axis.
     Theta[:, 1] = LARGEST_PITCH * np.cos(3 * t)
     Omega[:, 1] = -3 * LARGEST_PITCH * np.sin(3 * t)
     v = V_START * np.exp(-DECAY * t)

@@ -1,4 +1,4 @@
-"""Files of sweeps whose members are made up, written by the store from a real plan."""
+"""Sweep files with made up members, written by the store from a real plan."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -9,11 +9,11 @@ import numpy as np
 from rbstab.integrate.status import RunStatus
 from rbstab.report.reading.sources import SweepFile
 from rbstab.store.result import Variable
-from rbstab.store.table import Head
+from rbstab.store.table import TableHeader
 from rbstab.store.table_file import write_table
-from rbstab.sweep.folder.layout import OUTCOME, grid_extras, varied_arrays, varied_layout
+from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.members.convergence import COLUMN
-from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan
@@ -22,37 +22,37 @@ from support.configs import VISCO_ELASTIC, plain
 SPIN = "initial.angular_velocity"
 
 GRID = {f"{SPIN}[0]": {"linspace": [-2, 2, 5]}, f"{SPIN}[1]": {"linspace": [0, 30, 4]}}
-"""20 members: five spins about the first axis, four about the second, which is the fastest."""
+"""20 members: five spins about the first axis, four about the second; the second varies fastest."""
 
 Columns = Callable[[dict[str, Any]], dict[str, Any]]
 
-BLOCK = 1 << 16
+BATCH_SIZE = 1 << 16
 
 
 def code(status: str) -> int:
-    """The code of a status in a file."""
+    """Return the code of a status in a file."""
     return STATUSES.index(RunStatus(status))
 
 
 def write_sweep(
     path: Path, vary: dict[str, Any], columns: Columns = lambda _: {}, **plan_keys: Any
 ) -> SweepFile:
-    """Writes a sweep.
+    """Write a sweep file and return it as a source of a report.
 
     Args:
         path: The file.
-        vary: What the plan varies.
-        columns: Gives columns of some members from their other columns, which are all 1 (`status`
-            and `convergence`: 0), and from what is varied; `run` has their numbers.
+        vary: The key `vary` of the plan.
+        columns: Returns replaced columns of a batch of members from all its columns. Unreplaced
+            columns are 1 (`status` and `convergence`: 0); `run` has the numbers of the members.
         plan_keys: Other keys of the plan.
     """
     plan = load_plan({"title": "Made up", "base": plain(VISCO_ELASTIC), "vary": vary} | plan_keys)
-    layout = varied_layout(plan) | OUTCOME | {"convergence": COLUMN}
-    attributes = {
+    layout = varied_layout(plan) | COLUMNS | {"convergence": COLUMN}
+    attributes: dict[str, str | int | float] = {
         "title": plan.title,
         "plan_id": "0" * 32,
         "engine": "scipy",
-        "design": plan.design.word if plan.design else "grid",
+        "design": plan.design.keyword if plan.design else "grid",
         "checked_members": 0,
         "checked_unlike": 0,
         "created": "2026-01-01",
@@ -61,16 +61,16 @@ def write_sweep(
     text = np.array(plan_yaml(plan), dtype=object)
     extras = grid_extras(plan) | {"plan": Variable((), text, "", "plan")}
     path.parent.mkdir(parents=True, exist_ok=True)
-    head = Head(layout, 0, plan.members, attributes, extras)
-    write_table(path, head, _parts(plan, columns))
+    head = TableHeader(layout, 0, plan.members, attributes, extras)
+    write_table(path, head, _batches(plan, columns))
     return SweepFile(0, "sweep-1", path.parent.name, path)
 
 
-def _parts(plan: Plan, columns: Columns) -> Iterator[dict[str, Any]]:
-    for start in range(0, plan.members, BLOCK):
-        stop = min(start + BLOCK, plan.members)
+def _batches(plan: Plan, columns: Columns) -> Iterator[dict[str, Any]]:
+    for start in range(0, plan.members, BATCH_SIZE):
+        stop = min(start + BATCH_SIZE, plan.members)
         arrays = varied_arrays(plan, start, stop)
-        for name, column in OUTCOME.items():
+        for name, column in COLUMNS.items():
             arrays[name] = np.ones((stop - start, *column.shape), dtype=column.dtype)
         arrays["run_id"][:] = b"0123456789abcdef" * 2
         arrays["status"][:] = 0

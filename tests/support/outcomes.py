@@ -1,4 +1,4 @@
-"""What a run is judged by, found from its samples alone, and the derivatives by differences."""
+"""The quantities of `tune` and `sensitivities` from samples alone, and their finite differences."""
 
 import copy
 from dataclasses import replace
@@ -15,17 +15,17 @@ from rbstab.experiment.tuning.sensitivities import Sensitivities
 from support.problems import solve
 
 STEP = 5e-4
-"""In sizes of the number: how far it is moved at once. The differences are of fourth order."""
+"""Relative step of a changed number. The differences are of fourth order."""
 
 HALF_WIDTH = 6e-3
-"""s: a peak of the perturbed runs stays this close to that of the given run."""
+"""s: the peaks of the perturbed runs stay this close to the peak of the given run."""
 
 POINTS = np.cos(np.pi * (np.arange(11) + 0.5) / 11)
-"""Chebyshev's: a motion of 50 rad/s is interpolated to 1e-13 in a window."""
+"""Chebyshev points: they interpolate a motion of 50 rad/s to 1e-13 in a window."""
 
 
 def quantities(data: dict[str, Any], near: Sensitivities) -> np.ndarray:
-    """The quantities of `near` for a config, with their extremes looked for close to its own."""
+    """Return the quantities of `near` for a config, searching extremes close to those of `near`."""
     problem = problem_of(load_config(data))
     system, end = problem.system, problem.times[-1]
     names = [quantity.name for quantity in near.quantities]
@@ -37,7 +37,7 @@ def quantities(data: dict[str, Any], near: Sensitivities) -> np.ndarray:
     trajectory = solve("heyoka", replace(problem, times=times, rtol=1e-16))
     assert trajectory.status == "completed"
     states = dict(zip(times, trajectory.states, strict=True))
-    found = {}
+    found: dict[str, Any] = {}
     for axis in range(3):
         if f"peak_time[{axis}]" in windows:
             window = windows[f"peak_time[{axis}]"]
@@ -53,14 +53,14 @@ def quantities(data: dict[str, Any], near: Sensitivities) -> np.ndarray:
         ("angular_velocity", motion.Omega),
         ("position", motion.X),
         ("velocity", motion.V),
-        ("connector_state", last.connector_state),
+        ("connector_state", last.own_states),
     ):
         found |= {f"final.{name}[{axis}]": entry for axis, entry in enumerate(value)}
     return np.array([found[name] for name in names])
 
 
 def differences(data: dict[str, Any], given: Sensitivities) -> np.ndarray:
-    """The derivatives of `given` by central differences of whole runs, shape (entries, m)."""
+    """Return the derivatives of `given` by central differences of runs, shape (entries, m)."""
     return np.array([_difference(data, entry, given) for entry in given.entries])
 
 
@@ -69,11 +69,11 @@ def _difference(data: dict[str, Any], entry: Entry, given: Sensitivities) -> np.
 
     def run(shift: float) -> np.ndarray:
         changed = copy.deepcopy(data)
-        for *path, last in entry.places:
-            here = changed
-            for part in path:
-                here = here[part]
-            here[last] = entry.value + shift * size
+        for *path, last in entry.paths:
+            parent: Any = changed
+            for key in path:
+                parent = parent[key]
+            parent[last] = entry.value + shift * size
         return quantities(changed, given)
 
     near, far = run(STEP) - run(-STEP), run(2 * STEP) - run(-2 * STEP)
@@ -81,7 +81,7 @@ def _difference(data: dict[str, Any], entry: Entry, given: Sensitivities) -> np.
 
 
 def _window(hint: float, end: float) -> np.ndarray:
-    # A peak at an end of the run stays there.
+    # A peak at an end of the run stays at that end.
     return np.array([hint]) if hint in {0.0, end} else hint + HALF_WIDTH * POINTS
 
 
@@ -98,7 +98,7 @@ def _peak(window: np.ndarray, values: np.ndarray) -> tuple[float, float]:
     turning = [z.real for z in curve.deriv().roots() if abs(z.imag) < 1e-9]
     inside = [t for t in turning if abs(t - window.mean()) < HALF_WIDTH]
     assert len(inside) == 1
-    return inside[0], float(curve(inside[0]))
+    return float(inside[0]), float(curve(inside[0]))
 
 
 def _settling(system: Any, window: np.ndarray, states: dict[float, np.ndarray]) -> float:

@@ -1,12 +1,12 @@
-"""A report with a block of every kind, and with texts that look like markup everywhere."""
+"""A report with a block of every kind, and a report whose texts all look like markup."""
 
 import numpy as np
 
 from rbstab.report.model.document import (
+    Animation,
     Block,
     Cell,
     Head,
-    Motion,
     Report,
     Section,
     Solid,
@@ -33,11 +33,11 @@ HOSTILE = (
 
 TIME = Axis("time t", "s")
 END = 2.0
-"""s, of the time in the figures and motions."""
+"""s: the last time in the figures and motions."""
 
 
 def figures() -> tuple[Figure, ...]:
-    """Figures with every kind of mark."""
+    """Return figures with every kind of mark."""
     t = np.linspace(0, END, 41)
     x, y = np.array([1.0, 10.0, 100.0]), np.array([0.0, 1.0])
     amounts = np.array([[0.1, 1.0, 10.0], [np.nan, 2.0, 3.0]])
@@ -78,7 +78,7 @@ def figures() -> tuple[Figure, ...]:
             Panel(
                 Axis("K", "N/m", log=True),
                 Axis("Ω", "rad/s"),
-                (Cells(x, y, kinds, Axis("status", words=("ended", "left <b>"))),),
+                (Cells(x, y, kinds, Axis("status", categories=("ended", "left <b>"))),),
             ),
         ),
         columns=2,
@@ -96,7 +96,7 @@ def figures() -> tuple[Figure, ...]:
                 ),
             ),
             Panel(
-                Axis("key", words=("m", "K_t")),
+                Axis("key", categories=("m", "K_t")),
                 Axis("index"),
                 (
                     Intervals(
@@ -120,18 +120,18 @@ def figures() -> tuple[Figure, ...]:
     return over_time, maps, counts
 
 
-def motion(name: str = "run-1") -> Motion:
-    """A tetrahedron that moves along x and turns about z by half a turn."""
+def motion(name: str = "run-1") -> Animation:
+    """Return the motion of a tetrahedron along x, with half a turn about z."""
     times = np.linspace(0, END, 21)
     half = np.pi * times / END / 2
-    nothing = np.zeros_like(half)
+    zero = np.zeros_like(half)
     corners = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, -0.5], [-0.5, 0.8, -0.5], [-0.5, -0.8, -0.5]])
-    return Motion(
+    return Animation(
         name,
         f"the run {name}",
         times,
-        np.stack([times, nothing, nothing], axis=1),
-        np.stack([np.cos(half), nothing, nothing, np.sin(half)], axis=1),
+        np.stack([times, zero, zero], axis=1),
+        np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1),
         Solid(corners, np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])),
         np.array([0.1, 0.0, -0.4]),
         np.array([0.1, 0.0, -0.4]),
@@ -139,7 +139,7 @@ def motion(name: str = "run-1") -> Motion:
 
 
 def table(rows: int = 3, columns: int = 12) -> Table:
-    """A table, wide, with numbers that sort otherwise than their texts."""
+    """Return a wide table whose numbers sort differently from their texts."""
     values = [10.0, 9.0, float("nan"), 2e-3, *map(float, range(rows))][:rows]
     names = ["beta", "alpha", "gamma", *(f"row {n}" for n in range(rows))][:rows]
     heads = (Head("name"), *(Head(f"number {n}", "m", True) for n in range(columns - 1)))
@@ -151,7 +151,7 @@ def table(rows: int = 3, columns: int = 12) -> Table:
 
 
 def report() -> Report:
-    """A report with everything."""
+    """Return a report with tables, motions, figures and an unread file."""
     return Report(
         "A report",
         "2026-01-02T03:04:05+00:00",
@@ -166,14 +166,16 @@ def report() -> Report:
 
 
 def hostile_report() -> Report:
-    """A report whose every text is hostile."""
+    """Return a report in which every text is hostile markup."""
     line = Line(np.arange(3.0), np.arange(3.0), HOSTILE)
-    cells = Cells(np.arange(2.0), np.arange(2.0), np.zeros((2, 2)), Axis(HOSTILE, words=(HOSTILE,)))
+    cells = Cells(
+        np.arange(2.0), np.arange(2.0), np.zeros((2, 2)), Axis(HOSTILE, categories=(HOSTILE,))
+    )
     points = Points(np.arange(2.0), np.arange(2.0), HOSTILE, texts=(HOSTILE, HOSTILE))
-    axis = Axis(HOSTILE, HOSTILE, words=(HOSTILE, HOSTILE))
+    axis = Axis(HOSTILE, HOSTILE, categories=(HOSTILE, HOSTILE))
     panel = Panel(axis, Axis(HOSTILE, HOSTILE), (line, points, Level(1.0, HOSTILE)), HOSTILE)
     shown = Figure("figure", HOSTILE, (panel, Panel(axis, axis, (cells,))), 2, HOSTILE, HOSTILE)
-    odd = Table(
+    table = Table(
         "odd",
         HOSTILE,
         (Head(HOSTILE, HOSTILE),),
@@ -181,8 +183,8 @@ def hostile_report() -> Report:
         HOSTILE,
     )
     view = motion()
-    moving = Motion(**{**vars(view), "title": HOSTILE})
-    blocks: tuple[Block, ...] = (HOSTILE, odd, shown, moving)
+    moving = Animation(**{**vars(view), "title": HOSTILE})
+    blocks: tuple[Block, ...] = (HOSTILE, table, shown, moving)
     return Report(
         HOSTILE, HOSTILE, HOSTILE, (Section("part", HOSTILE, blocks),), (Unread(HOSTILE, HOSTILE),)
     )

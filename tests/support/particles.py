@@ -1,13 +1,16 @@
-"""A body as particles, so that Newton's law for each is all the mechanics an oracle needs."""
+"""A body as particles: an oracle that needs Newton's law and nothing else."""
 
 import numpy as np
 
 
 def particles(body):
-    """Masses (n,) and places (n, 3) from the centre, of a body's mass, centre and inertia.
+    """Return particles with the mass, centre and inertia of a body.
 
-    A mass is negative where no real body has this inertia: every sum below is linear in the masses,
-    so that nothing else changes.
+    A mass is negative where no real body has this inertia. Every sum in the tests is linear in the
+    masses, so this changes nothing else.
+
+    Returns:
+        Masses (n,) and positions (n, 3) relative to the centre of gravity, in body coordinates.
     """
     second_moment = 0.5 * np.trace(body.inertia) * np.eye(3) - body.inertia
     moments, axes = np.linalg.eigh(second_moment)
@@ -16,7 +19,7 @@ def particles(body):
 
 
 def inertia_about(body, point):
-    """The inertia about a point of the body, in body coordinates, particle by particle."""
+    """Return the inertia about a point of the body, in body coordinates, summed over particles."""
     masses, places = particles(body)
     arms = places - point
     squares = np.einsum("nk,nk,n->", arms, arms, masses) * np.eye(3)

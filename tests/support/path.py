@@ -1,4 +1,4 @@
-"""A body carried along a given path Θ(t), X(t): its state, its rates, and what moves it."""
+"""A body moved along a given path Θ(t), X(t): its state, its rates, and the force it needs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class Path:
         return attitude(self.Theta(t))
 
     def Omega(self, t):
-        """The spin of the attitude, A'Ȧ."""
+        """Return the angular velocity from the attitude, A'Ȧ, in body coordinates."""
         spin = self.A(t).T @ derivative(lambda s: self.A(t + s))
         return np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
 
@@ -29,7 +29,7 @@ class Path:
         return derivative(lambda s: self.X(t + s))
 
     def contact(self, t):
-        """Where C is, inertial."""
+        """Return the position of C, inertial."""
         return self.X(t) + self.A(t) @ self.body.contact_point
 
     def Z(self, t=0.0):
@@ -42,12 +42,12 @@ class Path:
         return self.X(t) + particles(self.body)[1] @ self.A(t).T
 
     def force(self):
-        """What it takes to move the particles, Σ m ẍ, inertial."""
+        """Return the force that moves the particles, Σ m ẍ, inertial."""
         masses, _ = particles(self.body)
         return masses @ second_derivative(self._places)
 
     def moment_about(self, point):
-        """What it takes to move the particles, Σ (x - point) × m ẍ, inertial."""
+        """Return the moment that moves the particles, Σ (x - point) × m ẍ, inertial."""
         masses, _ = particles(self.body)
         moments = np.cross(self._places(0.0) - point, second_derivative(self._places))
         return masses @ moments
@@ -67,6 +67,6 @@ def random_path(rng, body):
 
 
 def held_path(rng, body, anchor):
-    """A path on which C stays at R + X_a."""
+    """Return a random path on which C stays at R + X_a."""
     Theta, R = _angles(rng), body.contact_point
     return Path(body, Theta, lambda t: R + anchor - attitude(Theta(t)) @ R)

@@ -17,11 +17,20 @@ from support.systems import Array
 
 ENGINES = ("scipy", "heyoka")
 
+METHODS = [
+    ("scipy", "DOP853"),
+    ("scipy", "RK45"),
+    ("scipy", "LSODA"),
+    ("scipy", "Radau"),
+    ("heyoka", ""),
+]
+"""Each engine with each of its methods."""
+
 ZERO_MATRIX = np.zeros((3, 3))
 
 
 def problem(system: System, start: Any, times: Any, **changes: Any) -> Problem:
-    """A problem with the defaults of a config, and a time limit that no sound run comes near."""
+    """Return a problem with the defaults of a config and a generous time limit."""
     settings: dict[str, Any] = {
         "rtol": 1e-12,
         "atol": 1e-12,
@@ -36,7 +45,7 @@ def problem(system: System, start: Any, times: Any, **changes: Any) -> Problem:
 
 
 def solve(engine_name: str, given: Problem) -> Trajectory:
-    """The trajectory of a problem by the engine of that name."""
+    """Return the trajectory of a problem, computed by the engine of that name."""
     return engine(engine_name)(given)
 
 
@@ -50,9 +59,9 @@ def bare_system(
     K_r: Array = ZERO_MATRIX,
     L_r: Array = ZERO_MATRIX,
 ) -> System:
-    """A body whose stabilizers do nothing but for the gains given.
+    """Return a body whose stabilizers have zero gains, unless given.
 
-    The stabilizers stay in, with zero gains: so all these systems share one compilation.
+    The stabilizers stay in with zero gains, so all these systems share one compilation.
     """
     elements = (
         Gravity(np.asarray(weight, dtype=float)),
@@ -63,7 +72,7 @@ def bare_system(
 
 
 def held_start(system: System, Theta: Any, Omega: Any) -> Array:
-    """The state vector of a body at rest in its contact point, turned by Θ, spinning with Ω."""
+    """Return the state vector of a body with orientation Θ and spin Ω whose contact point rests."""
     W = np.concatenate([Theta, Omega, np.zeros(6)])
     motion = motion_from_contact(system.body, system.anchor, W)
     return system.start(motion, np.zeros(system.size - system.coordinates.size))

@@ -1,4 +1,4 @@
-"""A state vector read by geometry alone, and the energy of what it stands for."""
+"""The motion and the energy of a state vector, from geometry alone."""
 
 from typing import NamedTuple
 
@@ -12,6 +12,8 @@ Array = np.ndarray
 
 
 class Reading(NamedTuple):
+    """The motion at a state vector, and the state D of an embedded connector."""
+
     Theta: Array
     Omega: Array
     X: Array
@@ -23,7 +25,7 @@ class Reading(NamedTuple):
 
 
 def read(system, y):
-    """The motion at a state vector of any coordinates."""
+    """Return the motion at a state vector of any coordinates."""
     Theta, Omega, rest = y[0:3], y[3:6], y[6 : system.coordinates.size]
     R, home = system.body.contact_point, system.body.contact_point + system.anchor
     A = attitude(Theta)
@@ -38,13 +40,13 @@ def read(system, y):
 
 
 def gain(system, name):
-    """A gain of whichever element has it."""
+    """Return a gain from the one element that has it."""
     [value] = [getattr(element, name) for element in system.elements if hasattr(element, name)]
     return value
 
 
 def kinetic_energy(body, reading):
-    """Σ ½ m ẋ'ẋ over the body's particles."""
+    """Return Σ ½ m ẋ'ẋ over the body's particles."""
     masses, places = particles(body)
     carried = derivative(lambda t: places @ turned(reading.A, reading.Omega, t).T)
     velocities = reading.V + carried
@@ -52,7 +54,7 @@ def kinetic_energy(body, reading):
 
 
 def stored_energy(system, reading):
-    """What springs and weight hold (eq. 25, 27, 41, 44), by the gains that the system has."""
+    """Return the energy of the springs and the weight (eq. 25, 27, 41, 44) of a system."""
     have = {name for element in system.elements for name in vars(element)}
     X, Theta, E, D = reading.X, reading.Theta, reading.E, reading.D
     energy = 0.5 * X @ gain(system, "K_t") @ X + 0.5 * Theta @ gain(system, "K_r") @ Theta

@@ -1,4 +1,4 @@
-"""Systems whose rest states are known."""
+"""Systems with known rest states."""
 
 import numpy as np
 
@@ -20,6 +20,9 @@ K_R = np.diag([400.0, 400.0, 320.0])
 K_C = np.diag([12300.0, 12300.0, 9840.0])
 DAMPING = np.diag([60.0, 60.0, 42.0])
 
+SADDLES = np.array([[-1.330, 1.514, -2.447], [-2.682, 0.851, -1.382]])
+"""Θ of the two saddles of the permanent paper body with a tenth of K_r, to three decimals."""
+
 CONNECTORS = {
     "free": (),
     "permanent": (),
@@ -33,7 +36,7 @@ def coordinates_of(variant):
 
 
 def paper_system(variant, K_r_scale=1.0, weight=WEIGHTLESS, anchor=(0.0, 0.0, 0.0)):
-    """A paper's case at rest: damping has no part in it."""
+    """Return a paper's case; its damping is arbitrary, because rest states do not depend on it."""
     elements = (
         Gravity(np.array(weight)),
         TranslationalStabilizer(K_T, DAMPING),
@@ -45,15 +48,20 @@ def paper_system(variant, K_r_scale=1.0, weight=WEIGHTLESS, anchor=(0.0, 0.0, 0.
 
 
 def random_rest_system(rng, variant):
-    """Full gains, gravity and an anchor, all random."""
+    """Return a system with random full gains, gravity and anchor."""
     return random_system(rng, variant, coordinates_of(variant))
 
 
-def inverted_pendulum(stiffness, moment):
-    """A body that stands on its contact point, with springs to each of its Euler angles.
+def system_of(variant, seed=0):
+    """Return the random system of a variant that belongs to a seed."""
+    return random_rest_system(np.random.default_rng(seed), variant)
 
-    U = ½ Σ k_i θ_i² - a (1 - cos θ1 cos θ2) with the moment a of its weight about the contact point
-    when it lies flat. Where k2 > a a rest state has θ2 = θ3 = 0 and k1 θ1 = a sin θ1.
+
+def inverted_pendulum(stiffness, moment):
+    """Return a body upright on its contact point, with a spring on each of its Euler angles.
+
+    U = ½ Σ k_i θ_i² - a (1 - cos θ1 cos θ2). Here a is the moment of the weight about the contact
+    point when the body lies flat. If k2 > a, a rest state has θ2 = θ3 = 0 and k1 θ1 = a sin θ1.
     """
     elements = (
         Gravity(np.array([0.0, 0.0, -moment])),

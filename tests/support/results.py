@@ -1,4 +1,4 @@
-"""A result to store: small, made by hand, with every number that is easily lost on the way."""
+"""A small result to store, with the numbers that a file format loses most easily."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ AWKWARD = [0.0, -0.0, np.inf, -np.inf, np.nan, 5e-324, 1.7976931348623157e308, 0
 
 
 def result(seed: int = 0, samples: int = 5) -> Result:
-    """A result with random arrays; different seeds give different arrays of the same sizes."""
+    """Return a result with random arrays; seeds change the numbers, not the sizes."""
     rng = np.random.default_rng(seed)
     vectors = rng.normal(size=(samples, 3))
     vectors.flat[: len(AWKWARD)] = AWKWARD[: vectors.size]
@@ -35,7 +35,7 @@ def result(seed: int = 0, samples: int = 5) -> Result:
 
 
 def assert_equal(found: Result, expected: Result) -> None:
-    """The two are the same to the last bit, names, order, units and texts included."""
+    """Assert that two results are bitwise equal, with names, order, units and texts."""
     assert list(found.variables) == list(expected.variables)
     for name, variable in expected.variables.items():
         other = found.variables[name]

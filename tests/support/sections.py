@@ -1,4 +1,4 @@
-"""What holds for every report, whatever it is about."""
+"""Checks that hold for the sections of every report, and readers of their figures and tables."""
 
 from collections.abc import Iterable
 
@@ -9,7 +9,7 @@ from rbstab.report.model.figure import Bars, Cells, Figure, Intervals, Line, Poi
 
 
 def check_sections(sections: Iterable[Section]) -> None:
-    """Asserts that sections are whole: names are their own, shapes fit, texts have no gaps."""
+    """Assert that sections are complete: unique names, matching shapes, no empty first cells."""
     sections = tuple(sections)
     blocks = [block for section in sections for block in section.blocks]
     named = [*sections, *(block for block in blocks if not isinstance(block, str))]
@@ -34,27 +34,30 @@ def _check_figure(figure: Figure) -> None:
                 assert mark.values.shape == (len(mark.y), len(mark.x))
                 assert (np.diff(mark.x) > 0).all()
                 assert (np.diff(mark.y) > 0).all()
-                if mark.scale.words:
+                if mark.scale.categories:
                     seen = mark.values[np.isfinite(mark.values)]
-                    assert set(seen.tolist()) <= set(range(len(mark.scale.words)))
+                    assert set(seen.tolist()) <= set(range(len(mark.scale.categories)))
             elif isinstance(mark, Bars):
                 assert len(mark.edges) == len(mark.heights) + 1
             elif isinstance(mark, Line | Points | Intervals):
                 assert len(mark.x) == len(mark.y)
 
 
-def figures(sections: Iterable[Section]) -> dict[str, Figure]:
-    """All figures by name."""
+def figures_in(sections: Iterable[Section]) -> dict[str, Figure]:
+    """Return all figures by name; the names must be unique."""
     blocks = [block for section in sections for block in section.blocks]
-    return {block.name: block for block in blocks if isinstance(block, Figure)}
+    found = [block for block in blocks if isinstance(block, Figure)]
+    by_name = {figure.name: figure for figure in found}
+    assert len(by_name) == len(found), "names of figures are not unique"
+    return by_name
 
 
 def tables(sections: Iterable[Section]) -> dict[str, Table]:
-    """All tables by name."""
+    """Return all tables by name."""
     blocks = [block for section in sections for block in section.blocks]
     return {block.name: block for block in blocks if isinstance(block, Table)}
 
 
 def texts(table: Table) -> list[list[str]]:
-    """What a table shows."""
+    """Return the text of each cell, row by row."""
     return [[cell.text for cell in row] for row in table.rows]

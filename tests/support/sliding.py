@@ -1,6 +1,7 @@
-"""Problems with a sliding connector: the paper's body, and a point in a V-shaped potential."""
+"""Problems with a sliding connector: the paper's body, and a ball in a V-shaped potential."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -8,12 +9,16 @@ from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.coordinates import ContactCoordinates
 from rbstab.systems.system import System
+from support.paper_runs import REFERENCE
+from support.problems import solve
+
+SLOPE_REFERENCE = REFERENCE["cases"]["sliding_surface_c20/0/Ks20000"]
+"""The paper's body with K_s = 20000 N on s = F + 20E, computed by another program."""
 
 
 def problem(body, elements, connector, Z, times, switching):  # noqa: PLR0917
@@ -25,7 +30,7 @@ def problem(body, elements, connector, Z, times, switching):  # noqa: PLR0917
 
 
 def paper_problem(K_s, slope=None, duration=2.0, samples=41, layer=None, **switching):
-    """The paper's body with the force K_s on s = E, or on s = F + slope E."""
+    """Return the paper's body with the force K_s on s = E, or on s = F + slope E."""
     body = Body(41.0, np.diag([10.0, 8.0, 0.4]), np.array([0.15, 0.1, -0.42]))
     elements = (
         Gravity(np.zeros(3)),
@@ -47,7 +52,7 @@ def connector(K_s, slope=None, layer=None):
 
 
 def ball_in_a_V(mass, K_s, load, damping, X, V, times, layer=None, **switching):  # noqa: PLR0917
-    """A body held at its centre of gravity does not turn: each axis is a ball in a V.
+    """Return a body held at its centre of gravity: it does not turn, each axis is a ball in a V.
 
     mẍ = -K_s sgn x + load - damping ẋ, by axis.
     """
@@ -65,10 +70,10 @@ def ball_in_a_V(mass, K_s, load, damping, X, V, times, layer=None, **switching):
 def pushed_ball(  # noqa: PLR0917
     mass, K_s, load, coupling, X, V, times, slope=None, layer=None, **switching
 ):
-    """The same ball in forces that depend on where it is: mẍ = Λ + load - coupling x.
+    """Return the same ball with a force linear in its position: mẍ = Λ + load - coupling x.
 
-    K_s is given by axis. A coupling of one row of which one entry is not 0 lets an axis feel the
-    motion of another that does not feel it, so that its load is a known function of time.
+    K_s is given by axis. A coupling matrix with a single entry off the diagonal loads one axis by
+    the motion of another, which is unaffected, so the load is a known function of time.
     """
     body = Body(mass, np.eye(3), np.zeros(3))
     elements = (
@@ -82,12 +87,15 @@ def pushed_ball(  # noqa: PLR0917
     return problem(body, elements, each, Z, np.asarray(times, dtype=float), options)
 
 
-def follow(name, problem):
-    return engine(name)(problem)
+def solve_sliding(engine_name: str, given: Problem) -> Any:
+    """Return the trajectory of a problem with a sliding connector, which records its switches."""
+    trajectory = solve(engine_name, given)
+    assert trajectory.switches is not None
+    return trajectory
 
 
 def audit(run):
-    """The largest |v(t) - v(0) - ∫v' dt| over v(0), with what sticking discarded counted in."""
+    """Return the largest |v(t) - v(0) - ∫v' dt + energy discarded at sticking| over v(0)."""
     energy = [s.observe(y).energy.sum() for s, y in zip(run.systems, run.states, strict=True)]
     residual = np.array(energy) - energy[0] - run.lyapunov_change
     return np.abs(residual + run.switches.discarded_energy).max() / energy[0]

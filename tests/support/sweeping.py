@@ -1,6 +1,7 @@
-"""Sweeps of made up motions, and whoever listens to them."""
+"""Sweeps with made up members, and recorders of their events."""
 
 import threading
+from typing import Any
 
 from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.events import ShardDone
@@ -9,32 +10,45 @@ from rbstab.sweep.sweep import sweep_to_folder
 from support.sweeps import FakeEngine, plan_of
 
 
-class Listener:
-    """Keeps what happens, and stops the sweep after some shards."""
+class EventRecorder:
+    """Records the events of a sweep, and calls `act` at the `count`-th event of a kind."""
 
-    def __init__(self, shards=None):
+    def __init__(self, kind=ShardDone, count=0, act=lambda: None):
         self.events = []
-        self.stop = threading.Event()
-        self.shards = shards
+        self.kind, self.count, self.act = kind, count, act
 
     def __call__(self, event):
-        if event is not None:
-            self.events.append(event)
-        if self.shards is not None and len(self.of(ShardDone)) >= self.shards:
-            self.stop.set()
+        if event is None:
+            return
+        self.events.append(event)
+        if isinstance(event, self.kind) and len(self.of(self.kind)) == self.count:
+            self.act()
 
     def of(self, kind):
+        """Return the recorded events of a kind."""
         return [event for event in self.events if isinstance(event, kind)]
+
+
+class Listener(EventRecorder):
+    """An event recorder that stops the sweep after a number of shards, if one is given."""
+
+    def __init__(self, shards=0):
+        self.stop = threading.Event()
+        super().__init__(ShardDone, shards, self.stop.set)
 
     @property
     def computed(self):
+        """The numbers of the computed shards."""
         return sorted(event.number for event in self.of(ShardDone))
 
 
-def swept(path, plan=None, listener=None, factory=FakeEngine, **options):
-    """Sweeps a plan whose engine is scipy by name, so that nothing is repeated as a single run."""
+def run_sweep(path, plan=None, listener=None, factory=FakeEngine, **changes: Any):
+    """Run a sweep with a fake engine.
+
+    The plan states the engine scipy, so no member is compared with SciPy afterwards.
+    """
     listener = listener or Listener()
-    options = SweepOptions(**{"factory": factory, "shard_size": 10, "threads": 2, **options})
+    options = SweepOptions(**{"factory": factory, "shard_size": 10, "threads": 2, **changes})
     return sweep_to_folder(plan or plan_of(), path, options, listener, listener.stop)
 
 

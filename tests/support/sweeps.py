@@ -1,4 +1,4 @@
-"""Plans of many members, and an engine that follows them in no time: its motions are made up."""
+"""Plans of many members, and a fast engine that makes up their results."""
 
 import time
 from pathlib import Path
@@ -19,26 +19,26 @@ SHORT = {"duration": 0.02, "samples": 5, "rtol": 1e-6}
 
 
 def plan_of(members: int = 60, **changes: Any) -> Plan:
-    """A plan whose initial spin varies along a grid."""
+    """Return a plan whose initial spin varies along a grid."""
     spin = {"linspace": [-40, 40, members]}
     data = {"title": "Fake", "base": plain(VISCO_ELASTIC)}
     return load_plan({**data, "vary": {"initial.angular_velocity[0]": spin}, **changes})
 
 
-def traced(members: int = 60, keep: Any = "traces") -> Plan:
-    """The same with five samples, which a sweep may keep."""
+def plan_with_traces(members: int = 60, keep: Any = "traces") -> Plan:
+    """Return the same plan with five samples, stored as traces."""
     base = plain(VISCO_ELASTIC)
     return plan_of(members, keep=keep, base={**base, "integration": SHORT})
 
 
 class FakeEngine:
-    """Made up numbers that depend on a member's values alone.
+    """An engine whose made up numbers depend on the values of a member alone.
 
     Args:
         plan: The plan.
-        delay: What a member takes, s.
+        delay: The time that a member takes, s.
         failing: Members that diverge.
-        raising: Members at which the engine fails as no engine should.
+        raising: Members at which the engine raises an unexpected error.
     """
 
     def __init__(
@@ -55,9 +55,9 @@ class FakeEngine:
             raise ZeroDivisionError("made up")
         found = columns_of_failed(stop - start)
         spin = self.plan.values(start, stop)["initial.angular_velocity[0]"]
-        for k, column in enumerate(COLUMNS):
+        for k, (name, column) in enumerate(COLUMNS.items()):
             if column.dtype == "f8":
-                found[column.name][:] = np.sin((k + 1) * spin).reshape(-1, *[1] * len(column.shape))
+                found[name][:] = np.sin((k + 1) * spin).reshape(-1, *[1] * len(column.shape))
         found["run_id"] = run_ids(self.plan, start, stop)
         found["status"][:] = STATUSES.index(RunStatus.COMPLETED)
         for member in self.failing:
@@ -66,11 +66,11 @@ class FakeEngine:
         return Shard(found, self._traces(start, stop, spin))
 
     def _traces(self, start: int, stop: int, spin: Any) -> Any:
-        chosen = self.plan.keep.traces(start, stop)
+        chosen = self.plan.keep.selected(start, stop)
         if not chosen.any():
             return None
         layout = layout_of(self.plan)
-        traces = layout.blank(int(chosen.sum()))
+        traces = layout.empty(int(chosen.sum()))
         for k, name in enumerate(layout.names):
             along = np.sin((k + 1) * spin[chosen, np.newaxis] + layout.times)
             traces[name][:] = along if traces[name].ndim == 2 else along[..., np.newaxis]
@@ -78,5 +78,5 @@ class FakeEngine:
 
 
 def shard_files(folder: Path, of: str = "shards") -> dict[str, bytes]:
-    """The shards of a folder by name, or their traces."""
+    """Return the content of the shards of a folder, or of their traces, by file name."""
     return {path.name: path.read_bytes() for path in sorted((folder / of).glob("[0-9]*"))}

@@ -1,13 +1,14 @@
-import pytest
-from support.configs import BY_VARIANT
+"""Plans as files beside valid bases, and the error messages of invalid plans."""
 
-from rbstab.config.errors import ConfigError
+import pytest
+from support.configs import BY_VARIANT, messages_of
+
 from rbstab.sweep.plan.load import load_plan
 
 
 @pytest.fixture
 def write(tmp_path):
-    """Writes a plan file beside the bases `free.yaml`, `permanent.yaml`, and so on."""
+    """A function that writes a plan file beside the bases `free.yaml`, `permanent.yaml`, ..."""
     for variant, text in BY_VARIANT.items():
         (tmp_path / f"{variant}.yaml").write_text(text)
 
@@ -21,7 +22,7 @@ def write(tmp_path):
 
 @pytest.fixture
 def load(write):
-    """The plan of a text and of changes as `--set` takes them."""
+    """A function that loads the plan of a text, with changes as given by `--set`."""
 
     def load(text, *changes):
         return load_plan(write(text), changes)
@@ -31,14 +32,11 @@ def load(write):
 
 @pytest.fixture
 def complaints(write):
-    """What is said about a plan that must be refused, one message each, without its folder."""
+    """A function that returns the error messages of a refused plan, without its folder."""
 
     def complaints(text, *changes):
         path = write(text)
-        with pytest.raises(ConfigError) as caught:
-            load_plan(path, changes)
-        messages = str(caught.value).splitlines()
-        assert messages == [str(problem) for problem in caught.value.problems]
+        messages = messages_of(load_plan, path, changes)
         return [
             message.removeprefix(f"{path}:").removeprefix(f"{path.parent}/") for message in messages
         ]

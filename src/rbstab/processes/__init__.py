@@ -1,1 +1,1 @@
-"""Worker processes and processors: what sweeps and reports share."""
+"""Worker processes and the number of processors, for sweeps and reports."""

@@ -1,6 +1,6 @@
-"""A pipe by which worker processes notice that their parent has died, and exit.
+"""A pipe that makes worker processes exit when their parent dies.
 
-The parent alone holds the other end open, so the system closes it however the parent ends.
+Only the parent has the other end open. When the parent ends for any reason, the system closes it.
 """
 
 import os
@@ -12,25 +12,25 @@ from threading import Thread
 
 @contextmanager
 def parent_watch() -> Iterator[Connection]:
-    """Open the pipe in the parent; the workers pass what is yielded to `exit_with_parent`."""
+    """Open the pipe in the parent, and yield the end that workers pass to `exit_with_parent`."""
     # Imported late: only a parent of worker processes needs it.
     from loky.backend import get_context
 
-    theirs, ours = get_context("loky").Pipe(duplex=False)
-    with theirs, ours:
-        yield theirs
+    worker_end, parent_end = get_context("loky").Pipe(duplex=False)
+    with worker_end, parent_end:
+        yield worker_end
 
 
-def exit_with_parent(line: Connection) -> None:
-    """End this process as soon as its parent has died.
+def exit_with_parent(pipe: Connection) -> None:
+    """End this process when its parent dies. A thread waits for that.
 
     Args:
-        line: What `parent_watch` yielded in the parent.
+        pipe: The end of the pipe that `parent_watch` yielded in the parent.
     """
-    Thread(target=_wait, args=(line,), daemon=True).start()
+    Thread(target=_wait, args=(pipe,), daemon=True).start()
 
 
-def _wait(line: Connection) -> None:
+def _wait(pipe: Connection) -> None:
     with suppress(EOFError, OSError):
-        line.recv_bytes()
+        pipe.recv_bytes()
     os._exit(1)

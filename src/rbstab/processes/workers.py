@@ -1,7 +1,7 @@
-"""Worker processes, started by loky: a pool, and a single worker at the end of a pipe.
+"""Worker processes, started by loky: a pool, and a single worker that answers through a pipe.
 
-A terminal sends an interrupt to all processes. Workers ignore it: only the parent decides what an
-interrupt means. A worker whose parent has died exits at once, however the parent ended.
+A terminal sends an interrupt to all processes. Workers ignore it, and only the parent reacts to it.
+A worker exits at once when its parent dies for any reason.
 """
 
 import signal
@@ -26,18 +26,18 @@ def worker_pool(
     """Start a pool of worker processes, and kill them at the end of the block.
 
     Args:
-        count: How many workers.
+        count: The number of workers.
         setup: Called with `arguments` once in each worker, before its first task.
         arguments: See `setup`.
 
     Yields:
-        The pool. A worker that dies breaks it: then its futures raise `BrokenProcessPool`.
+        The pool. If a worker dies, all futures of the pool raise `BrokenProcessPool`.
     """
     # Imported late: only long tasks are worth a pool.
     from loky import ProcessPoolExecutor
 
-    with parent_watch() as line:
-        pool = ProcessPoolExecutor(count, initializer=_set_up, initargs=(line, setup, *arguments))
+    with parent_watch() as pipe:
+        pool = ProcessPoolExecutor(count, initializer=_set_up, initargs=(pipe, setup, *arguments))
         try:
             yield pool
         finally:
@@ -48,7 +48,7 @@ class Worker:
     """One worker process, which answers requests through a pipe.
 
     Args:
-        serve: Runs in the worker, with its end of the pipe and `arguments`.
+        serve: Called in the worker with the worker's end of the pipe and `arguments`.
         arguments: See `serve`.
 
     Raises:
@@ -61,24 +61,24 @@ class Worker:
             from loky.backend import get_context
 
             context = get_context("loky")
-            self._connection, theirs = context.Pipe()
+            self._connection, worker_end = context.Pipe()
         except (ImportError, OSError) as error:
             raise WorkerDiedError(str(error)) from error
         self._process = context.Process(
-            target=_serve, args=(serve, theirs, *arguments), daemon=True
+            target=_serve, args=(serve, worker_end, *arguments), daemon=True
         )
         try:
             with _interrupts_blocked():
                 self._process.start()
         except (OSError, AttributeError) as error:
-            # loky flushes stdout, and raises AttributeError where this process has none.
+            # loky flushes stdout, and raises AttributeError if this process has no stdout.
             self._connection.close()
             raise WorkerDiedError(str(error)) from error
         finally:
-            theirs.close()
+            worker_end.close()
 
     def has_answer(self, wait: float) -> bool:
-        """Whether an answer is there, waiting for it up to `wait` seconds."""
+        """Return whether an answer has arrived; wait for it up to `wait` seconds."""
         return bool(self._connection.poll(wait))
 
     def send(self, request: Any) -> None:
@@ -97,7 +97,7 @@ class Worker:
 
         Raises:
             WorkerDiedError: The worker has ended.
-            Exception: Any that the worker sent as its answer.
+            Exception: The worker sent this exception as its answer.
         """
         try:
             answer = self._connection.recv()
@@ -108,8 +108,8 @@ class Worker:
         return answer
 
     def close(self) -> None:
-        """End the worker at once; what it has not finished is lost."""
-        # The pipe first: a worker that ignores the signal exits when its pipe is closed.
+        """End the worker at once; its unfinished work is lost."""
+        # Close the pipe first: a worker that ignores the signal exits when its pipe is closed.
         self._connection.close()
         self._process.terminate()
         self._process.join()
@@ -119,15 +119,15 @@ class Worker:
         return WorkerDiedError(f"its process has ended (exit code {self._process.exitcode})")
 
 
-def _set_up(line: Connection, setup: Callable[..., None] | None, *arguments: Any) -> None:
+def _set_up(pipe: Connection, setup: Callable[..., None] | None, *arguments: Any) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    exit_with_parent(line)
+    exit_with_parent(pipe)
     if setup is not None:
         setup(*arguments)
 
 
 def _serve(serve: Callable[..., None], connection: Connection, *arguments: Any) -> None:
-    # Interrupts cannot be blocked on every system before a process starts.
+    # Not every system can block interrupts while a process starts; so ignore them here too.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # A worker inherits the signals that a job script ignores, but `close` must be able to end it.
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -140,7 +140,7 @@ def _interrupts_blocked() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    # The first process starts the resource trackers, which would unblock interrupts again.
+    # Start the resource trackers first: they would start with the process, and unblock interrupts.
     for module in ("multiprocessing", "loky.backend"):
         import_module(f"{module}.resource_tracker").ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})

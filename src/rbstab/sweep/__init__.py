@@ -1,1 +1,1 @@
-"""From a plan to its members: many runs of one config with some of its values varied."""
+"""Sweeps: many runs of one config, with some of its values varied as a plan describes."""

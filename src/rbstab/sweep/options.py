@@ -1,4 +1,4 @@
-"""How a sweep is run."""
+"""Options for running a sweep."""
 
 from dataclasses import dataclass
 
@@ -9,18 +9,19 @@ from rbstab.sweep.members.engine import EngineFactory
 
 @dataclass(frozen=True)
 class SweepOptions:
-    """How a sweep is run; the results do not depend on it.
+    """Options for running a sweep. They do not affect its results.
 
     Args:
-        factory: Makes the engine of each thread, all in this process. Default: the engine of the
-            plan, with the first thread in this process and each other in a worker process.
-        threads: How many threads; default as many as there are processors.
-        shard_size: Members of a shard; default that of the folder, or a good one.
+        factory: Makes the engine of each thread; all threads then compute in this process. By
+            default the engine is that of the plan, the first thread computes in this process, and
+            every other thread has a worker process.
+        threads: The number of threads; default the number of processors.
+        shard_size: Members per shard; default the size used in the folder, or else a computed size.
         retry_failed: Run shards with failed members again.
         fail_fast: Stop at the first member that failed.
-        force: Move a different sweep of the same name aside; not for a part.
-        part: Run this part only, and gather nothing; default all.
-        executor: Runs the shards, in place of threads.
+        force: Rename the folder of a different sweep with the same name; not for a part.
+        part: Run only this part, without gathering; by default the whole sweep is run.
+        executor: Runs the shards, instead of threads.
 
     Raises:
         ValueError: threads or shard_size is below 1.

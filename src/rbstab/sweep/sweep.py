@@ -1,4 +1,4 @@
-"""Run a whole sweep, from its plan to its one file; or run one part, and join the parts."""
+"""Run a sweep or one part of it, and gather all shards of a sweep in one file."""
 
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ from rbstab.sweep.folder.open_folder import (
     open_for_sweep,
     remove_old_partial_files,
 )
-from rbstab.sweep.folder.parts import Part, forget_parts
+from rbstab.sweep.folder.parts import Part, remove_part_locks
 from rbstab.sweep.folder.shard_inventory import ShardInventory, shard_inventory
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder, read_folder
 from rbstab.sweep.members.engines import factory_for
@@ -39,11 +39,11 @@ class Sweep:
     """The state of a sweep.
 
     Attributes:
-        folder: Where it is stored.
-        inventory: Which shards are stored; of a part, its own.
-        comparison: The comparison with SciPy, where it was made.
+        folder: The folder of the sweep.
+        inventory: The stored and the missing shards; for a part, only the shards of this part.
+        comparison: The comparison with SciPy, if it was made.
         finished: Whether all shards are stored and gathered.
-        part: Which part it is, if it is one.
+        part: The part, if only one part was run.
     """
 
     folder: SweepFolder
@@ -65,23 +65,27 @@ def sweep_to_folder(
     Args:
         plan: The plan.
         path: The folder of the sweep.
-        options: How it is run.
+        options: How to run the sweep.
         on_event: Called in this thread with each event, and with None when idle.
-        stop: Any thread may set it; the sweep ends after the shards that are being computed.
+        stop: Any thread may set it; then the sweep ends after the shards that are being computed.
 
     Raises:
-        ResultExistsError: A different sweep has that name.
+        ResultExistsError: The folder holds something else, such as a different sweep.
         FolderInUseError: Another process is writing to the folder.
         StoreError: A file cannot be written or read.
         EngineMissingError: The engine cannot be used.
-        ExecutorError: The executor cannot go on.
+        ExecutorError: The executor cannot continue.
     """
     stop = stop or Event()
     options = options or SweepOptions()
     executor = options.executor or _thread_executor(plan, options)
-    with _opened(path, plan, options) as opened:
+    with _open_folder(path, plan, options) as opened:
         folder = opened.folder
-        numbers = range(folder.shards) if options.part is None else options.part.of(folder.shards)
+        numbers = (
+            range(folder.shards)
+            if options.part is None
+            else options.part.shard_numbers(folder.shards)
+        )
         before = shard_inventory(folder, numbers)
         inventory = before.counting_failed_as_missing() if options.retry_failed else before
         check_disk_space(plan, folder, inventory.missing)
@@ -106,17 +110,17 @@ def gather_folder(
         stop: Any thread may set it to end early.
 
     Returns:
-        The sweep; where shards are missing it is not finished.
+        The sweep. It is not finished if shards are missing, or if `stop` was set.
 
     Raises:
         NotAResultError: It is not the folder of a sweep, or its plan is damaged.
         FolderInUseError: Another process is writing to the folder.
         StoreError: A file cannot be written or read.
-        EngineMissingError: The engine, whose version the file states, is not installed.
+        EngineMissingError: The engine is not installed; the gathered file states its version.
     """
-    # Before the lock, which would make a folder where there is none.
+    # Read before locking: the lock would make a missing folder.
     read_folder(path)
-    with locked_folder(path) as sure:
+    with locked_folder(path) as locks_supported:
         folder = read_folder(path)
         plan = _stored_plan(folder)
         inventory = shard_inventory(folder)
@@ -124,7 +128,7 @@ def gather_folder(
         if inventory.missing:
             return Sweep(folder, inventory, None, finished=False)
         factory_for(plan.engine)
-        if sure:
+        if locks_supported:
             remove_old_partial_files(path)
         control = _Control(on_event, stop or Event(), processor_count())
         return _finish(plan, folder, inventory, control)
@@ -133,20 +137,22 @@ def gather_folder(
 def _thread_executor(plan: Plan, options: SweepOptions) -> ThreadExecutor:
     count = options.threads or processor_count()
     if options.factory is not None:
-        # A factory of the caller's own may not be one that can be sent to another process.
+        # A factory of the caller may not be picklable, so all threads compute in this process.
         return ThreadExecutor(options.factory, count)
     factory = factory_for(plan.engine)
     return ThreadExecutor(factory, count, partial(ShardWorker, factory=factory))
 
 
-def _opened(path: Path, plan: Plan, options: SweepOptions) -> AbstractContextManager[OpenFolder]:
+def _open_folder(
+    path: Path, plan: Plan, options: SweepOptions
+) -> AbstractContextManager[OpenFolder]:
     if options.part is not None:
         return open_for_part(path, plan, options.shard_size, options.part)
     return open_for_sweep(path, plan, options.shard_size, force=options.force)
 
 
 def _stored_plan(folder: SweepFolder) -> Plan:
-    """The plan in a folder; it needs no other file."""
+    """Load the plan that is stored in a folder; it needs no other file."""
     path = folder.path / PLAN_FILE
     try:
         plan = load_plan(path)
@@ -158,7 +164,7 @@ def _stored_plan(folder: SweepFolder) -> Plan:
 
 
 class _Control(NamedTuple):
-    """How the last steps of a sweep are reported and stopped, and how many processes they use."""
+    """Callback, stop event and number of processes for the last steps of a sweep."""
 
     on_event: EventCallback
     stop: Event
@@ -166,7 +172,7 @@ class _Control(NamedTuple):
 
 
 def _finish(plan: Plan, folder: SweepFolder, inventory: ShardInventory, control: _Control) -> Sweep:
-    """Compare the members of a sweep with SciPy, and gather its shards, all of which are stored."""
+    """Compare sampled members with SciPy, and gather the shards. All shards must be stored."""
     on_event, stop, processes = control
     digest = digest_of_shards(inventory)
     comparison = None
@@ -181,5 +187,5 @@ def _finish(plan: Plan, folder: SweepFolder, inventory: ShardInventory, control:
     if not is_gathered(folder, digest):
         on_event(Gathering())
         gather(plan, folder, digest, comparison)
-    forget_parts(folder.path)
+    remove_part_locks(folder.path)
     return Sweep(folder, inventory, comparison, finished=True)

@@ -1,4 +1,4 @@
-"""Shards by a real Dask cluster, whose processes are killed: the same bits as by threads."""
+"""Protects sweeps on a real Dask cluster: processes are killed, and the results keep their bits."""
 
 import functools
 import threading
@@ -9,6 +9,7 @@ import pytest
 from distributed import Client
 from support.clusters import DeadlyEngine, LocalProcesses
 from support.configs import FREE, plain
+from support.sweeping import EventRecorder
 from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.store.table_file import read_table
@@ -35,32 +36,16 @@ SLOW = functools.partial(FakeEngine, delay=1e-3)
 
 @pytest.fixture(scope="module")
 def two_workers(tmp_path_factory):
-    """A cluster of which nobody is killed."""
+    """A cluster whose processes are not killed."""
     with LocalProcesses(tmp_path_factory.mktemp("cluster")) as processes:
         processes.worker()
         processes.worker()
         yield processes
 
 
-class EventRecorder:
-    """Keeps what happens, and does something at the n-th event of a kind."""
-
-    def __init__(self, kind=ShardDone, count=0, act=lambda: None):
-        self.events = []
-        self.kind, self.count, self.act = kind, count, act
-
-    def __call__(self, event):
-        if event is None:
-            return
-        self.events.append(event)
-        if isinstance(event, self.kind) and len(self.of(self.kind)) == self.count:
-            self.act()
-
-    def of(self, kind):
-        return [event for event in self.events if isinstance(event, kind)]
-
-
-def swept(address, path, plan, factory=FakeEngine, *, on_event=None, stop=None, **options):
+def sweep_on_cluster(
+    address, path, plan, factory=FakeEngine, *, on_event=None, stop=None, **options
+):
     options = {"shard_size": 10, **options}
     with cluster(address, plan.engine, factory) as executor:
         return sweep_to_folder(
@@ -72,13 +57,14 @@ def swept(address, path, plan, factory=FakeEngine, *, on_event=None, stop=None, 
         )
 
 
-def here(path, plan, factory=FakeEngine, **options):
+def sweep_here(path, plan, factory=FakeEngine, **options):
+    """Run a sweep by threads of this process and return its folder."""
     sweep_to_folder(plan, path, SweepOptions(factory, **{"shard_size": 10, **options}))
     return path
 
 
 def same(one, other):
-    """Whether two sweeps have the same bits, shard by shard and column by column."""
+    """Assert that two sweeps have the same columns; return whether their shards are equal."""
     tables = [read_table(path / "sweep.h5") for path in (one, other)]
     assert tables[0].attributes["arrays_digest"] == tables[1].attributes["arrays_digest"]
     for name in tables[0].layout:
@@ -91,11 +77,13 @@ def test_real_members_by_workers_and_by_threads(two_workers, tmp_path):
     base = {**plain(FREE), "integration": {"engine": "heyoka", "duration": 0.2, "samples": 5}}
     plan = plan_of(150, base=base, keep={"traces": {"every": 7}})
     on_event = EventRecorder()
-    done = swept(two_workers.address, tmp_path / "a", plan, None, on_event=on_event, shard_size=20)
+    done = sweep_on_cluster(
+        two_workers.address, tmp_path / "a", plan, None, on_event=on_event, shard_size=20
+    )
     assert done.finished
     assert not on_event.of(EngineFailed)
     assert set(read_table(tmp_path / "a" / "sweep.h5").words("status")) == {"completed"}
-    assert same(tmp_path / "a", here(tmp_path / "b", plan, None, shard_size=20))
+    assert same(tmp_path / "a", sweep_here(tmp_path / "b", plan, None, shard_size=20))
     traces = shard_files(tmp_path / "a", "traces")
     assert len(traces) == 8
     assert traces == shard_files(tmp_path / "b", "traces")
@@ -107,10 +95,10 @@ def test_a_worker_is_killed_midway(tmp_path):
     with LocalProcesses(tmp_path) as processes:
         victim, _ = processes.worker(), processes.worker()
         on_event = EventRecorder(ShardDone, 5, lambda: processes.kill(victim))
-        done = swept(processes.address, tmp_path / "a", plan, SLOW, on_event=on_event)
+        done = sweep_on_cluster(processes.address, tmp_path / "a", plan, SLOW, on_event=on_event)
     assert done.finished
     assert len(on_event.of(ShardDone)) == 60
-    assert same(tmp_path / "a", here(tmp_path / "b", plan))
+    assert same(tmp_path / "a", sweep_here(tmp_path / "b", plan))
 
 
 @pytest.mark.slow
@@ -119,19 +107,21 @@ def test_members_that_kill_every_worker_are_computed_here(tmp_path):
     environment = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
     with LocalProcesses(tmp_path, environment) as processes:
 
-        def replaced():
+        def start_two_workers():
             for _ in range(2):
                 processes.worker()
 
-        replaced()
-        replaced()
-        on_event = EventRecorder(NoWorkers, 1, replaced)
-        done = swept(processes.address, tmp_path / "a", plan, DeadlyEngine, on_event=on_event)
+        start_two_workers()
+        start_two_workers()
+        on_event = EventRecorder(NoWorkers, 1, start_two_workers)
+        done = sweep_on_cluster(
+            processes.address, tmp_path / "a", plan, DeadlyEngine, on_event=on_event
+        )
     assert done.finished
     lost = [event for event in on_event.of(Rescheduled) if event.start == 0]
     assert [event.here for event in lost] == [False, False, True]
     assert {type(event.error).__name__ for event in lost} == {"KilledWorker"}
-    assert same(tmp_path / "a", here(tmp_path / "b", plan))
+    assert same(tmp_path / "a", sweep_here(tmp_path / "b", plan))
 
 
 @pytest.mark.slow
@@ -141,64 +131,64 @@ def test_the_scheduler_is_lost_and_the_sweep_goes_on_elsewhere(tmp_path):
         processes.worker()
         on_event = EventRecorder(ShardDone, 5, lambda: processes.kill(processes.scheduler))
         with pytest.raises(ClusterError, match="does not answer any more"):
-            swept(processes.address, tmp_path / "a", plan, SLOW, on_event=on_event)
+            sweep_on_cluster(processes.address, tmp_path / "a", plan, SLOW, on_event=on_event)
     stored = shard_files(tmp_path / "a")
     assert 5 <= len(stored) < 60
-    here(tmp_path / "a", plan)
+    sweep_here(tmp_path / "a", plan)
     assert stored.items() <= shard_files(tmp_path / "a").items()
-    assert same(tmp_path / "a", here(tmp_path / "b", plan))
+    assert same(tmp_path / "a", sweep_here(tmp_path / "b", plan))
 
 
 def test_stopping_and_going_on(two_workers, tmp_path):
     plan, stop = plan_of(300), threading.Event()
     on_event = EventRecorder(ShardDone, 3, stop.set)
-    assert not swept(
+    assert not sweep_on_cluster(
         two_workers.address, tmp_path / "a", plan, SLOW, on_event=on_event, stop=stop
     ).finished
     first = len(on_event.of(ShardDone))
-    # What was with the cluster when it was stopped is stored too.
+    # Shards that the cluster was computing at the stop are stored too.
     assert len(shard_files(tmp_path / "a")) == first < 30
     on_event = EventRecorder()
-    assert swept(two_workers.address, tmp_path / "a", plan, on_event=on_event).finished
+    assert sweep_on_cluster(two_workers.address, tmp_path / "a", plan, on_event=on_event).finished
     assert len(on_event.of(ShardDone)) == 30 - first
-    assert same(tmp_path / "a", here(tmp_path / "b", plan))
+    assert same(tmp_path / "a", sweep_here(tmp_path / "b", plan))
 
 
 def test_no_more_is_with_the_cluster_than_its_workers_need(two_workers, tmp_path):
-    flights, plan = [], plan_of(300)
+    pending, plan = [], plan_of(300)
     with cluster(two_workers.address, "scipy", SLOW) as executor:
         two_threads = dask_execution.SHARDS_PER_THREAD * 2 + dask_execution.SPARE_SHARDS
 
         def on_event(event):
             if isinstance(event, ShardDone):
-                flights.append(len(executor.client.futures))
+                pending.append(len(executor.client.futures))
 
         sweep_to_folder(
             plan, tmp_path / "a", SweepOptions(executor=executor, shard_size=2), on_event
         )
-    assert len(flights) == 150
-    assert 2 < max(flights) <= two_threads
+    assert len(pending) == 150
+    assert 2 < max(pending) <= two_threads
 
 
 def test_an_engine_that_raises_on_a_worker(two_workers, tmp_path):
     base = {**plain(FREE), "integration": {"duration": 0.02, "samples": 3, "rtol": 1e-6}}
     plan, on_event = plan_of(12, base=base), EventRecorder()
     raising = functools.partial(FakeEngine, raising=(4,))
-    done = swept(
+    done = sweep_on_cluster(
         two_workers.address, tmp_path / "a", plan, raising, on_event=on_event, shard_size=3
     )
     assert done.finished
     (failed,) = on_event.of(EngineFailed)
     assert (failed.start, failed.stop) == (3, 6)
     assert str(failed.error) == "ZeroDivisionError: made up"
-    here(tmp_path / "b", plan, raising, shard_size=3)
+    sweep_here(tmp_path / "b", plan, raising, shard_size=3)
     assert same(tmp_path / "a", tmp_path / "b")
 
 
 def test_the_first_failure_stops_a_cluster_too(two_workers, tmp_path):
     failing = functools.partial(FakeEngine, failing=(17,), delay=1e-3)
     on_event = EventRecorder()
-    done = swept(
+    done = sweep_on_cluster(
         two_workers.address,
         tmp_path / "a",
         plan_of(600),
@@ -223,13 +213,13 @@ def test_workers_of_another_version_are_refused(tmp_path):
     (tmp_path / "preload.py").write_text(WRONG_VERSION)
     options = ("--preload", str(tmp_path / "preload.py"))
     with LocalProcesses(tmp_path) as processes:
-        # One that comes when the sweep has begun is refused at its first shard.
+        # A worker that connects after the start of the sweep is refused at its first shard.
         on_event = EventRecorder(Started, 1, lambda: processes.worker(*options))
         with pytest.raises(WorkerDiffersError, match=r"a worker has rbstab 99.0, not "):
-            swept(processes.address, tmp_path / "a", plan_of(), on_event=on_event)
+            sweep_on_cluster(processes.address, tmp_path / "a", plan_of(), on_event=on_event)
         assert shard_files(tmp_path / "a") == {}
-        with pytest.raises(WorkerDiffersError, match=r"the worker tcp:.* other bits"):
-            swept(processes.address, tmp_path / "b", plan_of())
+        with pytest.raises(WorkerDiffersError, match=r"the worker tcp:.* results would differ"):
+            sweep_on_cluster(processes.address, tmp_path / "b", plan_of())
     assert not (tmp_path / "b").exists()
 
 
@@ -241,7 +231,7 @@ def test_workers_without_the_program_are_refused(tmp_path):
         with Client(processes.address, set_as_default=False) as client:
             client.wait_for_workers(1)
         with pytest.raises(ClusterError, match=r"the worker.* cannot .*rbstab"):
-            swept(processes.address, tmp_path / "a", plan_of())
+            sweep_on_cluster(processes.address, tmp_path / "a", plan_of())
     assert not (tmp_path / "a").exists()
 
 
@@ -256,7 +246,9 @@ def test_another_processor_is_told_once(tmp_path):
     on_event = EventRecorder()
     with LocalProcesses(tmp_path) as processes:
         processes.worker("--preload", str(tmp_path / "preload.py"))
-        assert swept(processes.address, tmp_path / "a", plan_of(), on_event=on_event).finished
+        assert sweep_on_cluster(
+            processes.address, tmp_path / "a", plan_of(), on_event=on_event
+        ).finished
     assert on_event.of(ProcessorDiffers) == [ProcessorDiffers("Abacus 9")]
 
 
@@ -270,7 +262,7 @@ def test_nobody_answers(tmp_path):
             pass
     with pytest.raises(ClusterError, match="no such file"), cluster("none.json", "scipy"):
         pass
-    assert time.monotonic() - begin < 60  # a limit that hangs, not a measure
+    assert time.monotonic() - begin < 60  # This only excludes a hang; it measures nothing.
 
 
 def test_an_order_gives_the_plan_that_was_meant():

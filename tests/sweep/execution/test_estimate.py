@@ -1,4 +1,4 @@
-"""What a sweep will take, by engines of which it is known, and a clock that they move."""
+"""Protects the estimate of a sweep's time, with engines of known cost and a simulated clock."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import yaml
 from support.sweeps import plan_of
 
 from rbstab.sweep.execution import estimate as module
-from rbstab.sweep.execution.estimate import CALIBRATION, estimate
+from rbstab.sweep.execution.estimate import CALIBRATION_TIME, estimate
 from rbstab.sweep.members.engine import Shard
 from rbstab.sweep.plan.load import load_plan
 
@@ -17,7 +17,7 @@ NAMES = ["free", "permanent", "visco-elastic", "embedded", "sliding"]
 
 
 class Clock:
-    """A clock that stands still but for what engines take."""
+    """A simulated clock, advanced by the engines alone."""
 
     def __init__(self):
         self.now = 100.0
@@ -26,15 +26,15 @@ class Clock:
         return self.now
 
 
-class Costly:
-    """An engine whose members take known times, s, and are not followed.
+class TimedEngine:
+    """An engine that computes nothing and advances the clock by known times, s.
 
     Args:
         plan: The plan.
-        clock: What it moves.
-        cost: Of a member, by its number.
-        call: What each call takes besides.
-        compiling: What the first member of a variant takes besides.
+        clock: The clock that it advances.
+        cost: Returns the time of a member from its number.
+        call: The additional time of each call.
+        compiling: The additional time of the first member of a variant.
     """
 
     def __init__(self, plan, clock, cost, call=0.0, compiling=0.0):
@@ -58,8 +58,8 @@ def variant_of(plan, member):
 
 
 @pytest.fixture(autouse=True)
-def single(monkeypatch):
-    """Single runs that take no time; those that were asked for."""
+def single_run_members(monkeypatch):
+    """Replace single runs by calls that take no time; the list of their members."""
     members = []
 
     class Single:
@@ -75,21 +75,21 @@ def single(monkeypatch):
 
 
 def estimated(plan, cost, threads=1, **more):
-    """The estimate of a whole plan, its engine, and how long it took, s."""
+    """Estimate a whole plan; return the estimate, the engine and the time it took, s."""
     clock = Clock()
-    engine = Costly(plan, clock, cost, **more)
+    engine = TimedEngine(plan, clock, cost, **more)
     begin = clock.now
     found = estimate(plan, plan.members, lambda _: engine, threads, clock)
     return found, engine, clock.now - begin
 
 
 def blocks():
-    """1000 members of each variant, one variant after the other."""
+    """Return a plan with 1000 members of each variant, one variant after the other."""
     return load_plan(VARIANTS, ("integration.engine=heyoka",))
 
 
 def alternating():
-    """Five variants whose members stand side by side."""
+    """Return a plan whose members cycle through five variants."""
     base = yaml.safe_load(VARIANTS.read_text())["base"]
     vary = {"body.mass": {"linspace": [30, 50, 400]}, "controller.variant": {"values": NAMES}}
     return load_plan({"title": "Side by side", "base": base, "vary": vary})
@@ -101,23 +101,23 @@ PLANS = {"blocks": blocks, "alternating": alternating}
 @pytest.mark.parametrize("plan", PLANS)
 @pytest.mark.parametrize("slow", NAMES)
 def test_no_variant_is_forgotten(plan, slow):
-    """Whichever of them is a thousand times slower than the others."""
+    """The estimate is right for each choice of one variant that is a thousand times slower."""
     plan = PLANS[plan]()
     costs = dict.fromkeys(NAMES, 1e-4) | {slow: 0.1}
     found, _, _ = estimated(plan, lambda k: costs[variant_of(plan, k)])
-    # A fifth of the members takes nearly all of it.
+    # A fifth of the members takes nearly all of the time.
     assert found.seconds == pytest.approx(plan.members * (0.2 * 0.1 + 0.8e-4), rel=0.15)
 
 
 def test_members_all_over_the_plan_count():
-    """Those beyond a third of the plan are a hundred times slower."""
+    """Members after the first third of the plan are a hundred times slower."""
     plan = plan_of(6000)
     found, _, _ = estimated(plan, lambda k: 0.01 if k >= 2000 else 1e-4)
     assert found.seconds == pytest.approx(4000 * 0.01 + 2000 * 1e-4, rel=0.2)
 
 
 def test_what_is_paid_once_is_not_counted_for_all():
-    """Neither what is compiled first nor what each call takes, which long pieces share."""
+    """Neither compilation nor the cost of a call scales with the number of members."""
     plan = plan_of(60_000)
     found, engine, _ = estimated(plan, lambda _: 2e-5, call=5e-3, compiling=20.0)
     assert found.seconds == pytest.approx(60_000 * 2e-5, rel=0.35)
@@ -129,8 +129,8 @@ def test_what_is_paid_once_is_not_counted_for_all():
 def test_a_calibration_is_short(plan, cost):
     plan = PLANS[plan]()
     found, _, taken = estimated(plan, lambda _: cost)
-    # Two members of each variant take what they take, and a piece that was begun is finished.
-    assert taken <= 2 * CALIBRATION + 2 * 5 * cost
+    # Two members of each variant always run, and a started batch runs to its end.
+    assert taken <= 2 * CALIBRATION_TIME + 2 * 5 * cost
     assert found.seconds == pytest.approx(plan.members * cost)
 
 
@@ -150,21 +150,21 @@ def test_members_that_take_long_are_few_and_that_is_said():
 def test_short_plans(members):
     plan = plan_of(members)
     found, _, _ = estimated(plan, lambda _: 0.25, threads=16)
-    # There are no more threads at work than members.
+    # No more threads work than there are members.
     assert found.seconds == pytest.approx(0.25)
 
 
 def test_threads_and_what_is_done():
     plan = plan_of(1000)
     clock = Clock()
-    engine = Costly(plan, clock, lambda _: 0.01)
+    engine = TimedEngine(plan, clock, lambda _: 0.01)
     assert estimate(plan, 400, lambda _: engine, 4, clock).seconds == pytest.approx(1.0)
     nothing = estimate(plan, 0, lambda _: pytest.fail("an engine was made"), 4, clock)
     assert (nothing.seconds, nothing.check_seconds, nothing.calibrated) == (0.0, 0.0, 0)
 
 
 def test_the_comparison_is_that_of_the_variants_that_are_compared(monkeypatch):
-    """One member of each thousand: five, and one in five of them slides and is not compared."""
+    """One member in a thousand is compared: five; one of the five slides and is left out."""
     plan, clock, members = blocks(), Clock(), []
 
     class Single:
@@ -176,15 +176,15 @@ def test_the_comparison_is_that_of_the_variants_that_are_compared(monkeypatch):
             clock.now += 2.0
 
     monkeypatch.setattr(module, "SingleRuns", Single)
-    engine = Costly(plan, clock, lambda _: 1e-4)
+    engine = TimedEngine(plan, clock, lambda _: 1e-4)
     found = estimate(plan, plan.members, lambda _: engine, 1, clock)
     assert found.check_seconds == pytest.approx(5 * 0.8 * 2.0, rel=0.05)
     assert sorted(variant_of(plan, member) for member in members) == sorted(NAMES[:-1])
 
 
-def test_scipy_is_not_compared_with_itself(single):
+def test_scipy_is_not_compared_with_itself(single_run_members):
     plan = plan_of(50, base=plan_of().base_of("visco-elastic").model_dump(mode="json"))
     assert plan.engine == "scipy"
     found, _, _ = estimated(plan, lambda _: 0.01)
     assert found.check_seconds == 0.0
-    assert single == []
+    assert single_run_members == []

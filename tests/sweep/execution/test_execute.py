@@ -1,11 +1,11 @@
-"""A sweep goes on where it stopped; neither threads nor interruptions show in what it stores."""
+"""Protects the execution of a sweep: it resumes, and results do not depend on threads or stops."""
 
 import functools
 import time
 
 import numpy as np
 import pytest
-from support.sweeping import Listener, digest_of, swept
+from support.sweeping import Listener, digest_of, run_sweep
 from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.store.errors import StoreError
@@ -19,42 +19,42 @@ from rbstab.sweep.sweep import sweep_to_folder
 
 def test_threads_shards_and_stops_do_not_show(tmp_path):
     plan = plan_of(100)
-    swept(tmp_path / "1", plan, threads=1)
-    swept(tmp_path / "2", plan, threads=5)
+    run_sweep(tmp_path / "1", plan, threads=1)
+    run_sweep(tmp_path / "2", plan, threads=5)
     assert shard_files(tmp_path / "1") == shard_files(tmp_path / "2")
-    swept(tmp_path / "3", plan, shard_size=33)
+    run_sweep(tmp_path / "3", plan, shard_size=33)
     for count in (1, 2):
         listener = Listener(count)
         slow = functools.partial(FakeEngine, delay=1e-3)
-        assert not swept(tmp_path / "4", plan, listener=listener, factory=slow).finished
+        assert not run_sweep(tmp_path / "4", plan, listener=listener, factory=slow).finished
         assert not (tmp_path / "4" / "sweep.h5").exists()
     last = Listener()
-    assert swept(tmp_path / "4", plan, listener=last).finished
+    assert run_sweep(tmp_path / "4", plan, listener=last).finished
     assert 0 < len(last.computed) < 10
     assert len({digest_of(tmp_path / name) for name in "1234"}) == 1
 
 
 def test_nothing_done_is_redone(tmp_path):
-    swept(tmp_path / "a")
+    run_sweep(tmp_path / "a")
     before = (tmp_path / "a" / "sweep.h5").stat()
     listener = Listener()
-    assert swept(tmp_path / "a", listener=listener, shard_size=None).finished
+    assert run_sweep(tmp_path / "a", listener=listener, shard_size=None).finished
     assert [type(event) for event in listener.events] == [Started]
     after = (tmp_path / "a" / "sweep.h5").stat()
-    # Reading it moves the time of the last access alone.
+    # Reading the file changes only its access time.
     assert (after.st_ino, after.st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
 
 
 @pytest.mark.parametrize("harm", ["flip", "cut", "empty", "swap", "remove", "other"])
 def test_a_damaged_shard_is_made_again(tmp_path, harm):
-    swept(tmp_path / "a")
+    run_sweep(tmp_path / "a")
     before, digest = shard_files(tmp_path / "a"), digest_of(tmp_path / "a")
     shard = tmp_path / "a" / "shards" / "00000004.npy"
     content = shard.read_bytes()
     if harm == "remove":
         shard.unlink()
     elif harm == "other":
-        swept(tmp_path / "b", plan_of(base="configs/paper/case2_visco_elastic.yaml"))
+        run_sweep(tmp_path / "b", plan_of(base="configs/paper/case2_visco_elastic.yaml"))
         shard.write_bytes((tmp_path / "b" / "shards" / "00000004.npy").read_bytes())
     else:
         shard.write_bytes(
@@ -66,20 +66,20 @@ def test_a_damaged_shard_is_made_again(tmp_path, harm):
             }[harm]
         )
     listener = Listener()
-    assert swept(tmp_path / "a", listener=listener).finished
+    assert run_sweep(tmp_path / "a", listener=listener).finished
     assert listener.computed == [4]
     assert shard_files(tmp_path / "a") == before
     assert digest_of(tmp_path / "a") == digest
 
 
 def test_a_damaged_or_missing_sweep_file_is_gathered_again(tmp_path):
-    swept(tmp_path / "a")
+    run_sweep(tmp_path / "a")
     path = tmp_path / "a" / "sweep.h5"
     digest = digest_of(tmp_path / "a")
     for harm in (path.unlink, lambda: path.write_bytes(path.read_bytes()[:-1])):
         harm()
         listener = Listener()
-        assert swept(tmp_path / "a", listener=listener).finished
+        assert run_sweep(tmp_path / "a", listener=listener).finished
         assert listener.computed == []
         assert digest_of(tmp_path / "a") == digest
 
@@ -87,14 +87,14 @@ def test_a_damaged_or_missing_sweep_file_is_gathered_again(tmp_path):
 def test_members_that_fail(tmp_path):
     path = tmp_path / "a"
     failing = functools.partial(FakeEngine, failing=(17, 18, 55))
-    done = swept(path, factory=failing)
+    done = run_sweep(path, factory=failing)
     assert done.finished
     expected = {"completed": 57, "diverged": 3}
     assert counts_by_status(done.inventory.counts) == expected
     assert sweep_summary(path / "sweep.h5").by_status == expected
     assert read_table(path / "sweep.h5").words("status")[17] == "diverged"
     listener = Listener()
-    done = swept(path, listener=listener, retry_failed=True)
+    done = run_sweep(path, listener=listener, retry_failed=True)
     assert listener.computed == [1, 5]
     assert sweep_summary(path / "sweep.h5").by_status == {"completed": 60}
 
@@ -103,15 +103,15 @@ def test_stopping_at_the_first_that_fails(tmp_path):
     path = tmp_path / "a"
     failing = functools.partial(FakeEngine, failing=(17, 55), delay=1e-4)
     listener = Listener()
-    done = swept(path, listener=listener, factory=failing, fail_fast=True, threads=1)
+    done = run_sweep(path, listener=listener, factory=failing, fail_fast=True, threads=1)
     assert not done.finished
     assert listener.computed == [0, 1]
     assert done.inventory.first_failed == 17
     listener = Listener()
-    assert not swept(path, listener=listener, fail_fast=True).finished
+    assert not run_sweep(path, listener=listener, fail_fast=True).finished
     assert listener.computed == []
     listener = Listener()
-    assert swept(path, listener=listener, fail_fast=True, retry_failed=True).finished
+    assert run_sweep(path, listener=listener, fail_fast=True, retry_failed=True).finished
     assert listener.computed == list(range(1, 6))
 
 
@@ -119,10 +119,10 @@ def test_an_engine_that_raises_ends_nothing(tmp_path):
     plan = plan_of(12, base=quick())
     listener = Listener()
     raising = functools.partial(FakeEngine, raising=(4,))
-    done = swept(tmp_path / "a", plan, listener, factory=raising, shard_size=3)
+    done = run_sweep(tmp_path / "a", plan, listener, factory=raising, shard_size=3)
     assert done.finished
-    (trouble,) = listener.of(EngineFailed)
-    assert (trouble.start, trouble.stop) == (3, 6)
+    (failure,) = listener.of(EngineFailed)
+    assert (failure.start, failure.stop) == (3, 6)
     assert counts_by_status(done.inventory.counts) == {"completed": 12}
 
 
@@ -134,7 +134,7 @@ def test_an_engine_that_returns_nonsense(tmp_path):
             return shard
 
     listener = Listener()
-    assert swept(tmp_path / "a", plan_of(2, base=quick()), listener, factory=Wrong).finished
+    assert run_sweep(tmp_path / "a", plan_of(2, base=quick()), listener, factory=Wrong).finished
     assert "steps" in str(listener.of(EngineFailed)[0].error)
 
 
@@ -149,7 +149,7 @@ def test_an_error_of_whoever_listens_loses_nothing(tmp_path, error):
     with pytest.raises(error):
         sweep_to_folder(plan_of(), tmp_path / "a", options, on_event)
     time.sleep(0.05)
-    assert swept(tmp_path / "a").finished
+    assert run_sweep(tmp_path / "a").finished
 
 
 def test_a_full_disk_stops_the_sweep(tmp_path, monkeypatch):
@@ -159,18 +159,18 @@ def test_a_full_disk_stops_the_sweep(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr("rbstab.sweep.folder.sweep_folder.write_shard", full)
         with pytest.raises(StoreError, match="No space left"):
-            swept(tmp_path / "a")
-    assert swept(tmp_path / "a").finished
+            run_sweep(tmp_path / "a")
+    assert run_sweep(tmp_path / "a").finished
 
 
 def quick(**integration):
-    """A base whose single run takes some milliseconds."""
+    """Return a base whose single run takes a few milliseconds."""
     base = plan_of(1).templates["visco-elastic"]
     return {**base, "integration": {"duration": 0.02, "samples": 3, "rtol": 1e-6, **integration}}
 
 
 def test_real_members(tmp_path):
-    """The single runs themselves, and their check: engines are independent of each other."""
+    """The engine is scipy itself, so the members are single runs."""
     plan = plan_of(20, base=quick())
     done = sweep_to_folder(plan, tmp_path / "a", SweepOptions(threads=2))
     table = read_table(done.folder.sweep_file)
@@ -185,11 +185,13 @@ def test_the_check_finds_what_is_wrong(tmp_path, monkeypatch):
     plan = plan_of(20, base=quick(engine="heyoka"))
     options = SweepOptions(lambda plan: SingleRuns(plan, "scipy"), shard_size=8)
     check = sweep_to_folder(plan, tmp_path / "a", options).comparison
+    assert check is not None
     assert (len(check.members), check.unlike) == (3, 0)
     assert set(check.differences.values()) == {0.0}
     wrong = sweep_to_folder(plan, tmp_path / "b", SweepOptions(FakeEngine)).comparison
+    assert wrong is not None
     assert wrong.members == check.members
-    assert wrong.unlike == 3  # the made up motion settles, and that of 0.02 s does not
+    assert wrong.unlike == 3  # Made up members settle; a run of 0.02 s does not.
     table = read_table(tmp_path / "b" / "sweep.h5")
     assert table.attributes["checked_members"] == 3
     assert table.attributes["checked_unlike"] == 3

@@ -1,4 +1,4 @@
-"""A sweep that is killed at any instant goes on as if it had never been."""
+"""Protects sweeps against kills: a sweep killed at any instant resumes and keeps its bits."""
 
 import random
 import signal
@@ -8,13 +8,13 @@ import time
 from pathlib import Path
 
 import pytest
-from support.sweeping import digest_of, swept
-from support.sweeps import shard_files, traced
+from support.sweeping import digest_of, run_sweep
+from support.sweeps import plan_with_traces, shard_files
 
 SWEEPER = """
 import functools, sys
 from pathlib import Path
-from support.sweeps import FakeEngine, traced
+from support.sweeps import FakeEngine, plan_with_traces
 from rbstab.sweep.execution.events import ShardDone
 from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
 def on_event(event):
@@ -22,11 +22,12 @@ def on_event(event):
         print(event.number, flush=True)
 factory = functools.partial(FakeEngine, delay=float(sys.argv[2]))
 options = SweepOptions(factory=factory, shard_size=50, threads=2)
-sweep_to_folder(traced(1500, sys.argv[3]), Path(sys.argv[1]), options, on_event)
+sweep_to_folder(plan_with_traces(1500, sys.argv[3]), Path(sys.argv[1]), options, on_event)
 """
 
 
 def sweeper(path, keep, delay=3e-4):
+    """Start a sweep in its own process."""
     return subprocess.Popen(
         [sys.executable, "-c", SWEEPER, str(path), str(delay), keep],
         stdout=subprocess.PIPE,
@@ -36,7 +37,7 @@ def sweeper(path, keep, delay=3e-4):
 
 
 def kill_until_done(path, keep, instants):
-    """Kills the sweep at instants (s after its first shard) and lets it end at last."""
+    """Kill the sweep at instants (s after its first shard), then run it to its end."""
     for instant in instants:
         with sweeper(path, keep) as process:
             if process.stdout.readline():
@@ -50,7 +51,7 @@ def kill_until_done(path, keep, instants):
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here")
 @pytest.mark.parametrize("keep", ["summary", "traces"])
 def test_killed_at_random_instants(tmp_path, keep):
-    swept(tmp_path / "a", traced(1500, keep), shard_size=50)
+    run_sweep(tmp_path / "a", plan_with_traces(1500, keep), shard_size=50)
     instants = [random.Random(seed).uniform(0, 0.06) for seed in range(3)]  # noqa: S311
     kill_until_done(tmp_path / "b", keep, instants)
     for kind in ("shards", "traces"):
@@ -62,7 +63,7 @@ def test_killed_at_random_instants(tmp_path, keep):
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here")
 @pytest.mark.parametrize("keep", ["summary", "traces"])
 def test_killed_at_fifty_random_instants(tmp_path, keep):
-    swept(tmp_path / "a", traced(1500, keep), shard_size=50)
+    run_sweep(tmp_path / "a", plan_with_traces(1500, keep), shard_size=50)
     rng = random.Random(50)  # noqa: S311
     for sweep_number in range(10):
         path = tmp_path / str(sweep_number)

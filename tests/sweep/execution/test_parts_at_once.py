@@ -1,4 +1,4 @@
-"""Parts of a sweep by several processes at once: begun in one instant, killed, joined."""
+"""Protects parts of one sweep in several processes: started at once, killed, and gathered."""
 
 import random
 import subprocess
@@ -7,9 +7,9 @@ import time
 from pathlib import Path
 
 import pytest
+from support.sweeping import digest_of
 from support.sweeps import FakeEngine, plan_of, shard_files
 
-from rbstab.store.table_file import read_table
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import gather_folder, sweep_to_folder
 
@@ -18,52 +18,56 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def whole(tmp_path):
-    """The same sweep by one process."""
+    """The folder of the same sweep, run by one process."""
     sweep_to_folder(plan_of(1500), tmp_path / "whole", SweepOptions(FakeEngine, 1, 50))
     return tmp_path / "whole"
-
-
-def digest_of(path):
-    return read_table(path / "sweep.h5").attributes["arrays_digest"]
 
 
 PROCESS = """
 import functools, sys, time
 from pathlib import Path
 from support.sweeps import FakeEngine, plan_of
-from rbstab.sweep.folder.parts import part_of
+from rbstab.sweep.folder.parts import parse_part
 from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
 path, part, delay = sys.argv[1:]
 factory = functools.partial(FakeEngine, delay=float(delay))
 plan = plan_of(1500)
 print("ready", flush=True)
 sys.stdin.readline()
-done = sweep_to_folder(plan, Path(path), SweepOptions(factory, 1, 50, part=part_of(part)))
+done = sweep_to_folder(plan, Path(path), SweepOptions(factory, 1, 50, part=parse_part(part)))
 print(len(done.inventory.done), flush=True)
 """
 
 
 def processes(path, *parts, delay=0.0):
-    """One process for each part, all begun in the same instant."""
-    command = [sys.executable, "-c", PROCESS, str(path)]
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    tests = Path(__file__).parents[2]
-    started = [subprocess.Popen([*command, p, str(delay)], cwd=tests, **pipes) for p in parts]
+    """Start one process for each part, all at the same instant."""
+    started = [
+        subprocess.Popen(
+            [sys.executable, "-c", PROCESS, str(path), part, str(delay)],
+            cwd=Path(__file__).parents[2],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for part in parts
+    ]
     for process in started:
+        assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
     for process in started:
+        assert process.stdin is not None
         process.stdin.write("go\n")
         process.stdin.flush()
     return started
 
 
 def ended(started):
-    """The number of shards that each of them had done at its end."""
-    numbers = []
+    """Wait for processes; return the exit code and the number of done shards of each."""
+    results = []
     for process in started:
-        said, _ = process.communicate(timeout=120)
-        numbers.append((process.returncode, said.strip()))
-    return numbers
+        output, _ = process.communicate(timeout=120)
+        results.append((process.returncode, output.strip()))
+    return results
 
 
 def test_parts_begun_in_the_same_instant(tmp_path, whole):

@@ -1,4 +1,4 @@
-"""Shards by processes beside this one: the same, whatever happens to a process."""
+"""Protects the worker processes of a sweep: they store the same shards, even if a process fails."""
 
 import errno
 import functools
@@ -12,8 +12,8 @@ from pathlib import Path
 
 import psutil
 import pytest
-from support.sweeping import Listener, digest_of, swept
-from support.sweeps import FakeEngine, plan_of, shard_files, traced
+from support.sweeping import Listener, digest_of, run_sweep
+from support.sweeps import FakeEngine, plan_of, plan_with_traces, shard_files
 
 import rbstab.sweep.execution.compute_shard
 import rbstab.sweep.folder.sweep_folder
@@ -30,7 +30,7 @@ SLOW = functools.partial(FakeEngine, delay=5e-3)
 
 
 class LostEngine(FakeEngine):
-    """Ends its process, as a system does that is short of memory."""
+    """An engine that ends its process, as the system does when memory is short."""
 
     def compute(self, start, stop):
         if start >= 30:
@@ -38,14 +38,19 @@ class LostEngine(FakeEngine):
         return super().compute(start, stop)
 
 
+def slow_to_start(plan):
+    time.sleep(60)
+    return FakeEngine(plan)
+
+
 def no_engine(plan):
     raise ZeroDivisionError("cannot be made")
 
 
-class Beside:
-    """An executor whose engine here does nothing until the process beside it is ready.
+class ThreadAndWorker:
+    """An executor of one thread and one worker process; the thread waits until the worker is ready.
 
-    So that both do something, however long a process takes to begin.
+    This way both compute shards, however long the worker takes to start.
     """
 
     def __init__(self, factory, here=FakeEngine, process=ShardWorker):
@@ -63,16 +68,18 @@ class Beside:
         return here(plan)
 
 
-def wait_for(condition, most):
-    end = time.monotonic() + most
+def wait_for(condition, seconds):
+    """Wait until a condition holds, but not longer than `seconds`."""
+    end = time.monotonic() + seconds
     while not condition() and time.monotonic() < end:
         time.sleep(0.01)
 
 
-def beside(path, plan, factory, **options):
+def sweep_with_worker(path, plan, factory, **options):
+    """Run a sweep by a thread and a worker; check that the worker ended; return the listener."""
     listener = Listener()
-    executor = Beside(factory, **options)
-    done = swept(path, plan, listener, executor=executor, shard_size=10)
+    executor = ThreadAndWorker(factory, **options)
+    done = run_sweep(path, plan, listener, executor=executor, shard_size=10)
     assert done.finished
     assert not any(process._worker._process.is_alive() for process in executor.processes)
     return listener
@@ -80,8 +87,8 @@ def beside(path, plan, factory, **options):
 
 @pytest.mark.parametrize("keep", ["summary", "traces"])
 def test_a_process_stores_what_a_thread_stores(tmp_path, keep):
-    plan = traced(200, keep)
-    swept(tmp_path / "a", plan, threads=1)
+    plan = plan_with_traces(200, keep)
+    run_sweep(tmp_path / "a", plan, threads=1)
     elsewhere = []
 
     class Counted(ShardWorker):
@@ -89,8 +96,8 @@ def test_a_process_stores_what_a_thread_stores(tmp_path, keep):
             elsewhere.append(number)
             return super().compute(folder, number)
 
-    executor = Beside(SLOW, SLOW, process=Counted)
-    assert swept(tmp_path / "b", plan, executor=executor, shard_size=10).finished
+    executor = ThreadAndWorker(SLOW, SLOW, process=Counted)
+    assert run_sweep(tmp_path / "b", plan, executor=executor, shard_size=10).finished
     assert 0 < len(elsewhere) < 20
     for kind in ("shards", "traces"):
         assert shard_files(tmp_path / "a", kind) == shard_files(tmp_path / "b", kind)
@@ -99,8 +106,8 @@ def test_a_process_stores_what_a_thread_stores(tmp_path, keep):
 
 def test_the_shard_of_a_process_that_dies_is_computed_here(tmp_path):
     plan = plan_of(60)
-    swept(tmp_path / "a", plan)
-    listener = beside(tmp_path / "b", plan, LostEngine, here=SLOW)
+    run_sweep(tmp_path / "a", plan)
+    listener = sweep_with_worker(tmp_path / "b", plan, LostEngine, here=SLOW)
     (lost,) = listener.of(Rescheduled)
     assert lost.start >= 30
     assert lost.here
@@ -109,17 +116,17 @@ def test_the_shard_of_a_process_that_dies_is_computed_here(tmp_path):
     assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
 
 
-def hopeless(plan):
+def out_of_memory(plan):
     def no_memory(*_):
         raise MemoryError("made up")
 
-    # In the process beside this one alone: not even one by one can members be followed there.
+    # This replaces it in the worker process alone, which then cannot even rerun single members.
     rbstab.sweep.execution.compute_shard.compute_members = no_memory
     return FakeEngine(plan)
 
 
 def test_a_shard_that_cannot_be_computed_there_is_computed_here(tmp_path):
-    listener = beside(tmp_path / "a", plan_of(60), hopeless, here=SLOW)
+    listener = sweep_with_worker(tmp_path / "a", plan_of(60), out_of_memory, here=SLOW)
     (lost,) = listener.of(Rescheduled)
     assert lost.here
     assert str(lost.error) == "MemoryError: made up"
@@ -128,10 +135,10 @@ def test_a_shard_that_cannot_be_computed_there_is_computed_here(tmp_path):
 
 def test_an_error_over_there_is_told_and_ends_nothing(tmp_path):
     raising = functools.partial(FakeEngine, raising=range(60))
-    listener = beside(tmp_path / "a", traced(20), raising, here=SLOW)
-    troubles = listener.of(EngineFailed)
-    assert troubles
-    assert {str(trouble.error) for trouble in troubles} == {"ZeroDivisionError: made up"}
+    listener = sweep_with_worker(tmp_path / "a", plan_with_traces(20), raising, here=SLOW)
+    failures = listener.of(EngineFailed)
+    assert failures
+    assert {str(failure.error) for failure in failures} == {"ZeroDivisionError: made up"}
     assert sum(event.members for event in listener.of(ShardDone)) == 20
 
 
@@ -139,21 +146,21 @@ def full_disk(plan):
     def full(*_):
         raise StoreError("a.npy cannot be written: No space left on device")
 
-    # In the process beside this one alone.
-    rbstab.sweep.folder.sweep_folder.write_shard = full
+    # This replaces it in the worker process alone.
+    vars(rbstab.sweep.folder.sweep_folder)["write_shard"] = full
     return FakeEngine(plan)
 
 
 def test_a_full_disk_over_there_stops_the_sweep(tmp_path):
     with pytest.raises(StoreError, match="No space left"):
-        beside(tmp_path / "a", plan_of(60), full_disk, here=SLOW)
-    assert swept(tmp_path / "a").finished
+        sweep_with_worker(tmp_path / "a", plan_of(60), full_disk, here=SLOW)
+    assert run_sweep(tmp_path / "a").finished
 
 
 def test_a_failed_member_over_there_stops_where_that_is_wanted(tmp_path):
     failing = functools.partial(FakeEngine, failing=range(3000))
-    executor, listener = Beside(failing, SLOW), Listener()
-    done = swept(
+    executor, listener = ThreadAndWorker(failing, SLOW), Listener()
+    done = run_sweep(
         tmp_path / "a", plan_of(3000), listener, executor=executor, shard_size=10, fail_fast=True
     )
     assert not done.finished
@@ -177,23 +184,23 @@ def test_without_a_process_all_is_done_here(tmp_path, monkeypatch, where):
         with pytest.raises(EngineError, match="ZeroDivisionError: cannot be made"):
             engine.ready(30)
     threads = ThreadExecutor(SLOW, 3, lambda plan: ShardWorker(plan, no_engine))
-    swept(tmp_path / "a", plan)
-    assert swept(tmp_path / "b", plan, executor=threads).finished
+    run_sweep(tmp_path / "a", plan)
+    assert run_sweep(tmp_path / "b", plan, executor=threads).finished
     assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
 
 
 def test_no_shard_waits_for_a_process_to_begin(tmp_path):
-    listener, sleepy = Listener(), functools.partial(time.sleep, 60)
-    threads = ThreadExecutor(FakeEngine, 2, lambda plan: ShardWorker(plan, sleepy))
-    assert swept(tmp_path / "a", plan_of(60), listener, executor=threads).finished
+    listener = Listener()
+    threads = ThreadExecutor(FakeEngine, 2, lambda plan: ShardWorker(plan, slow_to_start))
+    assert run_sweep(tmp_path / "a", plan_of(60), listener, executor=threads).finished
     assert listener.computed == list(range(6))
     wait_for(lambda: not running(), 5)
     assert not running()
 
 
 @pytest.fixture
-def ignored_end():
-    """As a job script has it that says `trap '' TERM`."""
+def ignored_sigterm():
+    """Ignore SIGTERM, as a job script with `trap '' TERM` does."""
     before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
     yield
     signal.signal(signal.SIGTERM, before)
@@ -201,7 +208,7 @@ def ignored_end():
 
 @pytest.mark.skipif(os.name != "posix", reason="no such signal here")
 @pytest.mark.parametrize("ready", [True, False])
-def test_a_process_ends_where_nobody_heeds_the_signal(ignored_end, ready):
+def test_a_process_ends_where_nobody_heeds_the_signal(ignored_sigterm, ready):
     process = ShardWorker(plan_of(60), FakeEngine)
     if ready:
         assert process.ready(30)
@@ -215,7 +222,7 @@ def test_a_process_ends_where_nobody_heeds_the_signal(ignored_end, ready):
 
 
 def running(parent=None):
-    """Processes of engines that a process has begun."""
+    """Return the running worker processes that a process has started."""
     children = psutil.Process(parent).children(recursive=True)
     return [child for child in children if "popen_loky" in " ".join(command(child))]
 
@@ -231,15 +238,16 @@ SWEEPER = """
 import sys
 from pathlib import Path
 from support.sweeps import plan_of
-from test_shard_worker import SLOW, Beside
+from test_shard_worker import SLOW, ThreadAndWorker
 from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
-options = SweepOptions(executor=Beside(SLOW, SLOW), shard_size=10)
+options = SweepOptions(executor=ThreadAndWorker(SLOW, SLOW), shard_size=10)
 sweep_to_folder(plan_of(3000), Path(sys.argv[1]), options, lambda event: print(event, flush=True))
 """
 
 
 @pytest.fixture
 def sweeper(tmp_path):
+    """A process that runs a sweep with a worker and has stored a shard."""
     here, tests = Path(__file__).parent, Path(__file__).parents[2]
     with subprocess.Popen(
         [sys.executable, "-c", SWEEPER, str(tmp_path / "a")],
@@ -248,6 +256,7 @@ def sweeper(tmp_path):
         env={**os.environ, "PYTHONPATH": f"{here}{os.pathsep}{tests}"},
         start_new_session=True,
     ) as process:
+        assert process.stdout is not None
         while "ShardDone" not in process.stdout.readline():
             pass
         yield process

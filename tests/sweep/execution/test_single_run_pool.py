@@ -1,4 +1,4 @@
-"""Single runs in several processes: the same as in one, whatever happens to a process."""
+"""Protects single runs in several processes: the same results as in one, even if a process dies."""
 
 import os
 import signal
@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import psutil
 import pytest
 from support.paper_runs import paper_config
@@ -20,6 +21,7 @@ MEMBERS = list(range(3, 3 + 2 * MIN_FOR_PROCESSES, 2))
 
 
 def plan():
+    """Return a plan of short members."""
     return load_plan(
         {
             "base": paper_config("permanent", duration=0.1, samples=3, rtol=1e-6),
@@ -50,9 +52,10 @@ def test_several_processes_find_what_one_finds():
 
 
 def test_the_work_of_a_process_that_dies_is_done_here():
-    found, before = {}, {child.pid for child in psutil.Process().children(recursive=True)}
-    coming = run_singles(plan(), "scipy", MEMBERS, 2)
-    for one in filter(None, coming):
+    found: dict[int, dict[str, np.ndarray]] = {}
+    before = {child.pid for child in psutil.Process().children(recursive=True)}
+    results = run_singles(plan(), "scipy", MEMBERS, 2)
+    for one in filter(None, results):
         if not found:
             others = [
                 child
@@ -68,17 +71,21 @@ def test_the_work_of_a_process_that_dies_is_done_here():
 
 def test_few_members_are_followed_here():
     before = len(psutil.Process().children(recursive=True))
-    coming = run_singles(plan(), "scipy", MEMBERS[:3], 2)
-    assert next(coming)[0] == MEMBERS[0]
+    results = run_singles(plan(), "scipy", MEMBERS[:3], 2)
+    first = next(results)
+    assert first is not None
+    assert first[0] == MEMBERS[0]
     assert len(psutil.Process().children(recursive=True)) == before
-    assert [member for member, _ in coming] == MEMBERS[1:3]
+    others = list(results)
+    assert None not in others
+    assert [one[0] for one in others if one is not None] == MEMBERS[1:3]
 
 
 def test_nothing_goes_on_when_nobody_waits_for_it():
     before = {child.pid for child in psutil.Process().children(recursive=True)}
-    coming = run_singles(plan(), "scipy", MEMBERS, 2)
-    next(one for one in coming if one)
-    coming.close()
+    results = run_singles(plan(), "scipy", MEMBERS, 2)
+    next(one for one in results if one)
+    results.close()
     left = [
         child
         for child in psutil.Process().children(recursive=True)
@@ -103,6 +110,7 @@ def test_no_process_outlives_its_parent():
         stdout=subprocess.PIPE,
         env={**os.environ, "PYTHONPATH": f"{here}{os.pathsep}{tests}"},
     ) as parent:
+        assert parent.stdout is not None
         parent.stdout.readline()
         children = psutil.Process(parent.pid).children(recursive=True)
         others = [child for child in children if "popen_loky" in " ".join(child.cmdline())]

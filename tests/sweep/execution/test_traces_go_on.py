@@ -1,11 +1,11 @@
-"""Traces that are lost, owed or out of date are computed again, and nothing else is."""
+"""Protects resumed traces: lost, missing or outdated traces are computed again, no others."""
 
 import functools
 import pickle
 
 import pytest
-from support.sweeping import Listener, digest_of, swept
-from support.sweeps import FakeEngine, shard_files, traced
+from support.sweeping import Listener, digest_of, run_sweep
+from support.sweeps import FakeEngine, plan_with_traces, shard_files
 
 import rbstab
 from rbstab.store.document import read_document, write_document
@@ -19,20 +19,20 @@ EVERY = {"traces": {"every": 7}}
 
 @pytest.mark.slow
 def test_threads_and_stops_do_not_show(tmp_path):
-    plan = traced(100, EVERY)
-    swept(tmp_path / "1", plan, threads=1)
-    swept(tmp_path / "2", plan, threads=5)
+    plan = plan_with_traces(100, EVERY)
+    run_sweep(tmp_path / "1", plan, threads=1)
+    run_sweep(tmp_path / "2", plan, threads=5)
     slow = functools.partial(FakeEngine, delay=1e-3)
     for count in (1, 2):
-        assert not swept(tmp_path / "3", plan, Listener(count), factory=slow).finished
-    swept(tmp_path / "3", plan)
+        assert not run_sweep(tmp_path / "3", plan, Listener(count), factory=slow).finished
+    run_sweep(tmp_path / "3", plan)
     for kind in ("shards", "traces"):
         assert shard_files(tmp_path / "1", kind) == shard_files(tmp_path / "2", kind)
         assert shard_files(tmp_path / "1", kind) == shard_files(tmp_path / "3", kind)
     again = Listener()
-    assert swept(tmp_path / "1", plan, again).finished
+    assert run_sweep(tmp_path / "1", plan, again).finished
     assert [type(event) for event in again.events] == [Started]
-    swept(tmp_path / "4", plan, shard_size=33)
+    run_sweep(tmp_path / "4", plan, shard_size=33)
     ours, theirs = (rbstab.open_traces(tmp_path / name) for name in "14")
     for member in ours.members.tolist():
         for name, variable in ours.of(member).variables.items():
@@ -43,7 +43,7 @@ def test_threads_and_stops_do_not_show(tmp_path):
 @pytest.mark.parametrize("harm", ["cut", "empty", "swap", "remove", "seal", "longer"])
 def test_traces_that_are_lost_are_made_again(tmp_path, harm):
     path = tmp_path / "a"
-    swept(path, traced())
+    run_sweep(path, plan_with_traces())
     before, shards = shard_files(path, "traces"), shard_files(path)
     file = path / "traces" / "00000004.h5"
     content = file.read_bytes()
@@ -60,24 +60,24 @@ def test_traces_that_are_lost_are_made_again(tmp_path, harm):
             }[harm]
         )
     listener = Listener()
-    assert swept(path, traced(), listener).finished
+    assert run_sweep(path, plan_with_traces(), listener).finished
     assert listener.computed == [4]
     assert shard_files(path, "traces") == before
     assert shard_files(path) == shards
 
 
 def test_looking_how_far_a_sweep_is_reads_no_traces(tmp_path, monkeypatch):
-    """At most the end of each file: of a sweep there may be many gigabytes."""
-    swept(tmp_path / "a", traced())
-    opened, plain = [], type(tmp_path).open
+    """Only the end of each file is read: the traces of a sweep may take many gigabytes."""
+    run_sweep(tmp_path / "a", plan_with_traces())
+    opened, original_open = [], type(tmp_path).open
 
     class Counting:
         def __init__(self, file):
-            self.file, self.taken = file, 0
+            self.file, self.bytes_read = file, 0
 
         def read(self, size=-1):
             found = self.file.read(size)
-            self.taken += len(found)
+            self.bytes_read += len(found)
             return found
 
         def __getattr__(self, name):
@@ -89,34 +89,35 @@ def test_looking_how_far_a_sweep_is_reads_no_traces(tmp_path, monkeypatch):
         def __exit__(self, *_):
             self.file.close()
 
-    def watched(path, *arguments, **options):
-        file = plain(path, *arguments, **options)
+    def counting_open(path, *arguments, **options):
+        file = original_open(path, *arguments, **options)
         if path.parent.name != "traces":
             return file
         opened.append(Counting(file))
         return opened[-1]
 
-    monkeypatch.setattr(type(tmp_path), "open", watched)
+    monkeypatch.setattr(type(tmp_path), "open", counting_open)
     folder = read_folder(tmp_path / "a")
     assert all(folder.facts(number) is not None for number in range(6))
     assert len(opened) == 6
-    assert all(file.taken < 100 for file in opened)
+    assert all(file.bytes_read < 100 for file in opened)
 
 
 def test_the_identity_of_what_is_gathered_covers_traces(tmp_path):
-    """Columns alike, a trace not: the file of the sweep is gathered anew."""
+    """The columns are equal and a trace differs: the sweep is gathered again."""
 
     class Other(FakeEngine):
         def compute(self, start, stop):
             shard = super().compute(start, stop)
+            assert shard.traces is not None
             shard.traces["position"][-1, -1, 0] += 1.0
             return shard
 
     path = tmp_path / "a"
-    swept(path, traced())
+    run_sweep(path, plan_with_traces())
     before = read_table(path / "sweep.h5", ()).attributes
     (path / "traces" / "00000002.h5").unlink()
-    swept(path, traced(), factory=Other)
+    run_sweep(path, plan_with_traces(), factory=Other)
     after = read_table(path / "sweep.h5", ()).attributes
     assert after["arrays_digest"] == before["arrays_digest"]
     assert after["shards_digest"] != before["shards_digest"]
@@ -124,17 +125,17 @@ def test_the_identity_of_what_is_gathered_covers_traces(tmp_path):
 
 def test_traces_of_members_that_failed_are_made_again(tmp_path):
     failing = functools.partial(FakeEngine, failing=(17,))
-    swept(tmp_path / "a", traced(), factory=failing)
+    run_sweep(tmp_path / "a", plan_with_traces(), factory=failing)
     listener = Listener()
-    swept(tmp_path / "a", traced(), listener, retry_failed=True)
+    run_sweep(tmp_path / "a", plan_with_traces(), listener, retry_failed=True)
     assert listener.computed == [1]
-    swept(tmp_path / "b", traced())
+    run_sweep(tmp_path / "b", plan_with_traces())
     for kind in ("shards", "traces"):
         assert shard_files(tmp_path / "a", kind) == shard_files(tmp_path / "b", kind)
 
 
 def test_traces_that_were_never_followed_by_their_shard(tmp_path, monkeypatch):
-    """A disk that is full, or a kill, between the two files."""
+    """The disk is full, or the process is killed, between the two files."""
 
     def full(*_):
         raise StoreError("a.h5 cannot be written: No space left on device")
@@ -143,16 +144,16 @@ def test_traces_that_were_never_followed_by_their_shard(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr("rbstab.sweep.folder.sweep_folder.write_shard", full)
         with pytest.raises(StoreError, match="No space left"):
-            swept(path, traced(), threads=1)
+            run_sweep(path, plan_with_traces(), threads=1)
     assert list(shard_files(path, "traces")) == ["00000000.h5"]
     assert not shard_files(path)
     (path / "traces" / ".00000003.h5.0123.part").write_text("")
     with monkeypatch.context() as patch:
         patch.setattr("rbstab.sweep.folder.sweep_folder.write_motions", full)
         with pytest.raises(StoreError, match="No space left"):
-            swept(path, traced())
+            run_sweep(path, plan_with_traces())
     assert not shard_files(path)
-    assert swept(path, traced()).finished
+    assert run_sweep(path, plan_with_traces()).finished
     assert not list(path.glob("*/.*.part"))
 
 
@@ -162,23 +163,24 @@ def test_an_engine_that_owes_traces(tmp_path):
             return super().compute(start, stop)._replace(traces=None)
 
     listener = Listener()
-    swept(tmp_path / "a", traced(4), listener, factory=Forgetful)
+    run_sweep(tmp_path / "a", plan_with_traces(4), listener, factory=Forgetful)
     assert "4 traces" in str(listener.of(EngineFailed)[0].error)
-    # Single runs took its place.
-    run = rbstab.simulate(traced(4).config_of(2))
+    # Single runs replaced the engine.
+    run = rbstab.simulate(plan_with_traces(4).config_of(2))
     found = rbstab.open_traces(tmp_path / "a").of(2)
     assert (found["contact_force"] == run["contact_force"]).all()
 
 
 def test_a_shard_can_be_sent_to_another_process():
-    shard = FakeEngine(traced()).compute(0, 5)
+    shard = FakeEngine(plan_with_traces()).compute(0, 5)
     again = pickle.loads(pickle.dumps(shard))  # noqa: S301
+    assert shard.traces is not None
     assert all((again.traces[name] == data).all() for name, data in shard.traces.items())
 
 
 def test_a_manifest_of_a_newer_version(tmp_path):
     path = tmp_path / "a"
-    swept(path, traced())
+    run_sweep(path, plan_with_traces())
     manifest = read_document(path / "manifest.json")
     for change, error in (
         ({"schema_version": 3}, "newer rbstab"),

@@ -1,18 +1,18 @@
-"""The traces of a sweep: what is stored, how it is read, and what it takes."""
+"""Protects the stored traces of a sweep: their content, their readers, and their size."""
 
 import functools
 
 import numpy as np
 import pytest
 import xarray
-from support.sweeping import Listener, swept
-from support.sweeps import FakeEngine, shard_files, traced
+from support.sweeping import Listener, run_sweep
+from support.sweeps import FakeEngine, plan_with_traces, shard_files
 
 import rbstab
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.sweep.execution.estimate import PIECE, estimate
+from rbstab.sweep.execution.estimate import BATCH_SIZE, estimate
 from rbstab.sweep.folder.disk_space import sweep_bytes
-from rbstab.sweep.folder.open_folder import MAX_TRACE_BYTES, good_shard_size
+from rbstab.sweep.folder.open_folder import MAX_TRACE_BYTES, default_shard_size
 from rbstab.sweep.folder.sweep_folder import read_folder
 
 EVERY = {"traces": {"every": 7}}
@@ -23,10 +23,11 @@ def folder_size(path, *kinds):
 
 
 def test_what_is_stored(tmp_path):
-    plan = traced(60, EVERY)
-    assert swept(tmp_path / "a", plan).finished
+    plan = plan_with_traces(60, EVERY)
+    assert run_sweep(tmp_path / "a", plan).finished
     traces = rbstab.open_traces(tmp_path / "a")
     expected = FakeEngine(plan).compute(0, 60).traces
+    assert expected is not None
     assert traces.members.tolist() == list(range(0, 60, 7))
     assert (traces.times == np.linspace(0, 0.02, 5)).all()
     assert len(traces) == 9
@@ -45,7 +46,7 @@ def test_what_is_stored(tmp_path):
 
 
 def test_as_a_dataset(tmp_path):
-    swept(tmp_path / "a", traced())
+    run_sweep(tmp_path / "a", plan_with_traces())
     traces = rbstab.open_traces(tmp_path / "a")
     data = traces.to_xarray([58, 3])
     assert data["run"].values.tolist() == [58, 3]
@@ -62,17 +63,17 @@ def test_as_a_dataset(tmp_path):
 
 
 def test_a_sweep_without_traces(tmp_path):
-    swept(tmp_path / "a", traced(keep="summary"))
+    run_sweep(tmp_path / "a", plan_with_traces(keep="summary"))
     assert not (tmp_path / "a" / "traces").exists()
     assert "traces" not in rbstab.open_sweep(tmp_path / "a").layout
-    with pytest.raises(StoreError, match="its plan keeps none"):
+    with pytest.raises(StoreError, match="its plan stores none"):
         rbstab.open_traces(tmp_path / "a")
     with pytest.raises(NotAResultError, match="not the folder of a sweep"):
         rbstab.open_traces(tmp_path)
 
 
 def test_members_that_have_none(tmp_path):
-    swept(tmp_path / "a", traced(keep={"traces": [3, 55]}))
+    run_sweep(tmp_path / "a", plan_with_traces(keep={"traces": [3, 55]}))
     traces = rbstab.open_traces(tmp_path / "a")
     assert len(shard_files(tmp_path / "a", "traces")) == 2
     for member in (0, 4, 15, 59, 60, -1):
@@ -82,37 +83,37 @@ def test_members_that_have_none(tmp_path):
 
 def test_an_unfinished_sweep(tmp_path):
     slow = functools.partial(FakeEngine, delay=1e-3)
-    swept(tmp_path / "a", traced(100), Listener(1), factory=slow, threads=1)
+    run_sweep(tmp_path / "a", plan_with_traces(100), Listener(1), factory=slow, threads=1)
     (tmp_path / "a" / "shards" / "00000001.npy").unlink(missing_ok=True)
     traces = rbstab.open_traces(tmp_path / "a")
     assert traces.members.tolist() == list(range(10))
     (tmp_path / "a" / "shards" / "00000000.npy").unlink()
-    with pytest.raises(StoreError, match="none of them is done yet"):
+    with pytest.raises(StoreError, match="none is stored yet"):
         rbstab.open_traces(tmp_path / "a")
 
 
 def test_a_number_that_has_changed_on_the_disk(tmp_path):
     path = tmp_path / "a"
-    swept(path, traced())
+    run_sweep(path, plan_with_traces())
     file = path / "traces" / "00000004.h5"
     content = file.read_bytes()
     file.write_bytes(content[:4000] + bytes([content[4000] ^ 1]) + content[4001:])
     traces = rbstab.open_traces(path)
     assert np.isfinite(traces.of(39)["position"]).all()
     for read in (lambda: traces.of(40), lambda: list(traces), lambda: traces.to_xarray([1, 45])):
-        with pytest.raises(NotAResultError, match=r"damaged.*; remove .*00000004.h5, and"):
+        with pytest.raises(NotAResultError, match=r"damaged.*Remove .*00000004.h5 and"):
             read()
-    # What the message advises.
+    # The user follows the advice of the message.
     file.unlink()
     listener = Listener()
-    assert swept(path, traced(), listener).finished
+    assert run_sweep(path, plan_with_traces(), listener).finished
     assert listener.computed == [4]
     assert file.read_bytes() == content
     assert (rbstab.open_traces(path).of(40)["run"]) == 40
 
 
 def test_a_file_is_verified_once(tmp_path, monkeypatch):
-    swept(tmp_path / "a", traced())
+    run_sweep(tmp_path / "a", plan_with_traces())
     traces, checked = rbstab.open_traces(tmp_path / "a"), []
     monkeypatch.setattr(
         "rbstab.sweep.folder.stored_traces.check_motions", lambda path, _: checked.append(path.name)
@@ -123,49 +124,52 @@ def test_a_file_is_verified_once(tmp_path, monkeypatch):
 
 
 def test_a_shard_names_its_traces(tmp_path):
-    swept(tmp_path / "a", traced(60, {"traces": [3]}))
+    run_sweep(tmp_path / "a", plan_with_traces(60, {"traces": [3]}))
     folder = read_folder(tmp_path / "a")
-    attributes = folder.read(0).attributes
+    with_traces, without = folder.read(0), folder.read(1)
+    assert with_traces is not None
+    assert without is not None
+    attributes = with_traces.attributes
     file = folder.traces_file(0)
     assert attributes["traces_bytes"] == file.stat().st_size
     assert attributes["traces_digest"] == file.read_bytes()[-65:-1].decode()
-    assert "traces_digest" not in folder.read(1).attributes
+    assert "traces_digest" not in without.attributes
 
 
 @pytest.mark.parametrize("keep", ["summary", "traces", EVERY])
 def test_what_a_sweep_takes_on_the_disk(tmp_path, keep):
-    plan = traced(2000, keep)
-    swept(tmp_path / "a", plan, shard_size=1000)
+    plan = plan_with_traces(2000, keep)
+    run_sweep(tmp_path / "a", plan, shard_size=1000)
     size = folder_size(tmp_path / "a", ".", "shards", "traces")
     assert sweep_bytes(plan) == pytest.approx(size, rel=0.1)
 
 
 def test_a_disk_without_room_is_told_before_anything_is_done(tmp_path, monkeypatch):
-    plan = traced(2000)
+    plan = plan_with_traces(2000)
     free, listener = [sweep_bytes(plan) - 1], Listener()
     usage = type("Usage", (), {"free": property(lambda _: free[0])})
     monkeypatch.setattr("rbstab.sweep.folder.disk_space.shutil.disk_usage", lambda _: usage())
     with pytest.raises(StoreError, match=r"GB more, and .* GB are free"):
-        swept(tmp_path / "a", plan, listener, shard_size=1000)
+        run_sweep(tmp_path / "a", plan, listener, shard_size=1000)
     assert listener.events == []
     free[0] += 10**6
-    assert swept(tmp_path / "a", plan, shard_size=1000).finished
-    # What is there already needs no room.
+    assert run_sweep(tmp_path / "a", plan, shard_size=1000).finished
+    # Stored shards need no more space.
     free[0] = 0
-    assert swept(tmp_path / "a", plan, shard_size=1000).finished
+    assert run_sweep(tmp_path / "a", plan, shard_size=1000).finished
     (tmp_path / "a" / "traces" / "00000001.h5").unlink()
     with pytest.raises(StoreError, match="are free"):
-        swept(tmp_path / "a", plan, shard_size=1000)
+        run_sweep(tmp_path / "a", plan, shard_size=1000)
 
 
 def test_shards_with_traces_are_small_enough_for_the_memory():
-    assert good_shard_size(10**6, one_by_one=False) == 4096
-    assert good_shard_size(10**6, one_by_one=False, trace_bytes=400.0) == 4096
+    assert default_shard_size(10**6, one_by_one=False) == 4096
+    assert default_shard_size(10**6, one_by_one=False, trace_bytes=400.0) == 4096
     for size in (40_000, 500_000, 10**7, 10**9):
-        members = good_shard_size(10**6, one_by_one=False, trace_bytes=size)
+        members = default_shard_size(10**6, one_by_one=False, trace_bytes=size)
         assert members == 1 or MAX_TRACE_BYTES / 2 < members * size <= MAX_TRACE_BYTES
-    assert good_shard_size(10**6, one_by_one=True, trace_bytes=10**7) == 3
-    assert good_shard_size(10**6, one_by_one=True, trace_bytes=10.0) == 16
+    assert default_shard_size(10**6, one_by_one=True, trace_bytes=10**7) == 3
+    assert default_shard_size(10**6, one_by_one=True, trace_bytes=10.0) == 16
 
 
 def test_a_calibration_holds_few_traces_at_once():
@@ -176,6 +180,6 @@ def test_a_calibration_holds_few_traces_at_once():
             sizes.append(stop - start)
             return super().compute(start, stop)
 
-    estimate(traced(20_000), 20_000, Counting, 1)
-    assert max(sizes) == PIECE
+    estimate(plan_with_traces(20_000), 20_000, Counting, 1)
+    assert max(sizes) == BATCH_SIZE
     assert sum(sizes) > 10_000

@@ -1,10 +1,10 @@
-"""The one file of a sweep."""
+"""Protects the gathered file of a sweep: it holds all members, their varied values and the plan."""
 
 import json
 from pathlib import Path
 
 import xarray
-from support.sweeping import swept
+from support.sweeping import run_sweep
 from support.sweeps import FakeEngine, plan_of
 
 import rbstab
@@ -17,7 +17,7 @@ from rbstab.sweep.plan.load import load_plan
 
 def test_what_is_stored(tmp_path):
     plan = plan_of()
-    done = swept(tmp_path / "a", plan)
+    done = run_sweep(tmp_path / "a", plan)
     assert done.finished
     assert counts_by_status(done.inventory.counts) == {"completed": 60}
     table = read_table(tmp_path / "a" / "sweep.h5")
@@ -40,7 +40,7 @@ def test_what_is_stored(tmp_path):
 def test_variants_and_axes_of_a_plan_in_its_file(tmp_path):
     path = Path(__file__).parents[3] / "configs" / "sweeps" / "variants.yaml"
     plan = load_plan(path, ["integration.engine=scipy"])
-    done = swept(tmp_path / "a", plan, shard_size=1024)
+    done = run_sweep(tmp_path / "a", plan, shard_size=1024)
     table = rbstab.open_sweep(done.folder.sweep_file)
     assert table.words("controller_variant")[[0, 1000, 4999]].tolist() == [
         "free",
@@ -63,7 +63,7 @@ def test_variants_and_axes_of_a_plan_in_its_file(tmp_path):
 
 
 def test_every_key_that_varies_has_a_unit():
-    """In the ready plans, and as a factor none."""
+    """Every varied column of the ready plans has a unit and a valid name."""
     for path in (Path(__file__).parents[3] / "configs" / "sweeps").glob("*.yaml"):
         plan = load_plan(path)
         for name, column in varied_layout(plan).items():

@@ -1,4 +1,6 @@
-"""Members that share a proof are told from it where they converge."""
+"""Protects the column `convergence`: members that share a proof agree with their single runs."""
+
+from typing import Any
 
 import pytest
 from support.paper_runs import paper_config
@@ -9,12 +11,12 @@ from rbstab.sweep.members.convergence import CONVERGENCE, ProvedConvergence
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 
-SHORT = {"duration": 0.01, "samples": 3, "rtol": 1e-8}
+SHORT: dict[str, Any] = {"duration": 0.01, "samples": 3, "rtol": 1e-8}
 SPIN = "initial.angular_velocity[0]"
 
 
-def plan_of(vary, weighed=True):
-    base = paper_config("free", weighed, initial={"angular_velocity": [0, 0, 0]}, **SHORT)
+def plan_of(vary, with_gravity=True):
+    base = paper_config("free", with_gravity, initial={"angular_velocity": [0, 0, 0]}, **SHORT)
     return load_plan({"base": base, "vary": vary})
 
 
@@ -24,9 +26,9 @@ def words(plan, folder):
     return [CONVERGENCE[code] for code in codes]
 
 
-@pytest.mark.parametrize("weighed", [False, True])
-def test_inside_and_outside_are_those_of_single_runs(tmp_path, weighed):
-    plan = plan_of({SPIN: {"values": [1.0, 8.0, 9.92, 9.94, 12.0]}}, weighed)
+@pytest.mark.parametrize("with_gravity", [False, True])
+def test_inside_and_outside_are_those_of_single_runs(tmp_path, with_gravity):
+    plan = plan_of({SPIN: {"values": [1.0, 8.0, 9.92, 9.94, 12.0]}}, with_gravity)
     proof = proof_for(tmp_path, plan.base_of("free"))
     verdicts = [
         rbstab.simulate(plan.config_of(k), proof=proof).attributes["verdict"] for k in range(5)

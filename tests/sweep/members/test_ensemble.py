@@ -1,4 +1,6 @@
-"""The fast engine of members against single runs, whatever varies."""
+"""Protects the batch engine: its members agree with single runs, whatever varies."""
+
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,14 +15,14 @@ from rbstab.sweep.members.rest_energies import RestEnergies
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 
-SHORT = {"duration": 0.4, "samples": 21, "rtol": 1e-10, "engine": "heyoka"}
+SHORT: dict[str, Any] = {"duration": 0.4, "samples": 21, "rtol": 1e-10, "engine": "heyoka"}
 
 
-def plan_of(variant="visco-elastic", weighed=True, members=20, vary=None, **integration):
+def plan_of(variant="visco-elastic", with_gravity=True, members=20, vary=None, **integration):
     return load_plan(
         {
             "title": "A sweep",
-            "base": paper_config(variant, weighed, **{**SHORT, **integration}),
+            "base": paper_config(variant, with_gravity, **{**SHORT, **integration}),
             "vary": vary or {"initial.angular_velocity[0]": {"uniform": [-20, 20]}},
             "design": "random",
             "members": members,
@@ -29,7 +31,7 @@ def plan_of(variant="visco-elastic", weighed=True, members=20, vary=None, **inte
     )
 
 
-VARIED = {
+VARIED: dict[str, dict[str, Any]] = {
     "spin": {"initial.angular_velocity[0]": {"uniform": [-20, 20]}},
     "attitude": {"initial.orientation[1]": {"uniform": [-0.5, 0.5]}},
     "mass": {"body.mass": {"uniform": [20, 60]}},
@@ -43,8 +45,8 @@ VARIED = {
 }
 
 
-class Alone(SingleRuns):
-    """Notes the members that are run alone."""
+class RecordedSingleRuns(SingleRuns):
+    """Single runs that record the members which the batch engine leaves to them."""
 
     def __init__(self, plan):
         super().__init__(plan, "heyoka")
@@ -56,7 +58,7 @@ class Alone(SingleRuns):
 
 
 def engine_of(plan):
-    return EnsembleEngine(plan, Alone(plan))
+    return EnsembleEngine(plan, RecordedSingleRuns(plan))
 
 
 def outcome_alone(plan, index):
@@ -67,7 +69,7 @@ def outcome_alone(plan, index):
 def test_parameters_and_starts_are_those_of_the_configs(what):
     plan = plan_of(vary=VARIED[what])
     binding = Binding(plan, "visco-elastic")
-    parameters, starts = binding.of(plan.values(0, 20))
+    parameters, starts = binding.parameters_and_starts(plan.values(0, 20))
     values = plan.values(0, 20)
     for k in (0, 19):
         problem = problem_of(plan.config_of(k))
@@ -84,7 +86,7 @@ def test_members_are_single_runs(what):
     plan = plan_of(vary=VARIED[what])
     engine = engine_of(plan)
     found = engine.compute(0, 20).outcome
-    assert engine.alone.indices == []
+    assert engine.single_runs.indices == []
     for index in (0, 7, 19):
         expected = outcome_alone(plan, index)
         for name, column in expected.items():
@@ -110,10 +112,10 @@ def test_other_variants(variant):
 
 def test_every_column_is_there_with_its_shape_and_type():
     found = engine_of(plan_of()).compute(3, 8).outcome
-    assert set(found) == {column.name for column in COLUMNS}
-    for column in COLUMNS:
-        assert found[column.name].shape == (5, *column.shape)
-        assert found[column.name].dtype == np.dtype(column.dtype)
+    assert set(found) == set(COLUMNS)
+    for name, column in COLUMNS.items():
+        assert found[name].shape == (5, *column.shape)
+        assert found[name].dtype == np.dtype(column.dtype)
 
 
 @pytest.mark.parametrize("cut", [1, 7, 8])
@@ -137,13 +139,13 @@ def test_members_that_leave_the_range_are_told_and_their_neighbours_are_not_touc
     plan = load_plan(data)
     engine = engine_of(plan)
     found = engine.compute(0, 5).outcome
-    assert engine.alone.indices == [1, 3]
+    assert engine.single_runs.indices == [1, 3]
     left, completed = STATUSES.index("range left"), STATUSES.index("completed")
     assert found["status"].tolist() == [completed, left, completed, left, completed]
     assert found["end_time"][1] < 0.2
     sound = engine_of(load_plan({**data, "vary": {next(iter(vary)): {"values": [1.0, 2.0, 3.0]}}}))
     alone = sound.compute(0, 3).outcome
-    # What a member is called is another matter.
+    # Run ids differ, because the numbers of the members differ.
     for name in set(alone) - {"run_id"}:
         assert alone[name].tobytes() == found[name][[0, 2, 4]].tobytes(), name
 
@@ -171,7 +173,7 @@ def test_sliding_members_are_run_alone():
     plan = load_plan({"base": base, "vary": {"body.mass": {"values": [40.0, 41.0]}}})
     engine = engine_of(plan)
     found = engine.compute(0, 2).outcome
-    assert engine.alone.indices == [0, 1]
+    assert engine.single_runs.indices == [0, 1]
     assert (found["status"] == STATUSES.index("completed")).all()
 
 
@@ -184,7 +186,7 @@ def test_members_near_the_end_of_the_range_that_do_not_leave_it_are_kept():
     completed = found["status"] == STATUSES.index("completed")
     near = found["peak_orientation"][:, 1] > 1.45
     assert (completed & near).any()
-    assert engine.alone.indices == np.flatnonzero(~completed).tolist()
+    assert engine.single_runs.indices == np.flatnonzero(~completed).tolist()
     for index in np.flatnonzero(near & completed)[:3].tolist():
         expected = outcome_alone(plan, index)
         assert expected["status"][0] == STATUSES.index("completed")
@@ -198,7 +200,7 @@ def test_a_member_that_diverges_is_told():
     found = engine.compute(0, 9).outcome
     huge = plan.values(0, 9)["initial.velocity[0]"] > 1
     assert 0 < huge.sum() < 9
-    assert engine.alone.indices == np.flatnonzero(huge).tolist()
+    assert engine.single_runs.indices == np.flatnonzero(huge).tolist()
     completed = found["status"] == STATUSES.index("completed")
     assert completed.tolist() == (~huge).tolist()
 
@@ -224,7 +226,7 @@ def test_rest_energies_that_are_not_found_at_once_are_looked_for(monkeypatch):
         count = parameters.shape[1]
         return np.full(count, 1e9), np.zeros(count, dtype=bool)
 
-    monkeypatch.setattr(RestEnergies, "of", nothing)
+    monkeypatch.setattr(RestEnergies, "energies", nothing)
     found = engine_of(plan).compute(0, 4).outcome
     assert found["lyapunov_start"] == pytest.approx(expected["lyapunov_start"], rel=1e-9)
 
@@ -234,7 +236,7 @@ def test_members_that_are_projected_are_run_alone():
     plan = plan_of("permanent", members=2, samples=3, duration=0.02, **held)
     engine = engine_of(plan)
     found = engine.compute(0, 2).outcome
-    assert engine.alone.indices == [0, 1]
+    assert engine.single_runs.indices == [0, 1]
     assert (found["status"] == STATUSES.index("completed")).all()
 
 
@@ -247,7 +249,7 @@ def test_the_step_limit_of_a_member_is_that_of_a_single_run():
 
 @pytest.mark.parametrize("samples", [2, 3, 11, 41])
 def test_however_few_the_samples_those_that_leave_the_range_are_known(samples):
-    # A free body that turns about its second axis alone leaves the range above some speed.
+    # A free body that turns about its second axis alone leaves the range above a certain speed.
     spins = {f"initial.angular_velocity[{axis}]": {"uniform": [-1, 1]} for axis in (0, 2)}
     spins["initial.angular_velocity[1]"] = {"uniform": [0, 40]}
     plan = plan_of("free", members=48, vary=spins, samples=samples, rtol=1e-8)

@@ -1,4 +1,4 @@
-"""The identities of members are those of their configs, however they are found."""
+"""Protects the run ids of members: they equal the run ids of their configs."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ READY = sorted((Path(__file__).parents[3] / "configs" / "sweeps").glob("*.yaml")
 PLANS = {path.stem: load_plan(path) for path in READY}
 
 
-def slowly(plan, start, stop):
+def run_ids_of_configs(plan, start, stop):
     return [run_id(plan.config_of(index)).encode() for index in range(start, stop)]
 
 
@@ -27,12 +27,12 @@ def test_ready_plans(name, data):
     plan = PLANS[name]
     start = data.draw(st.integers(0, plan.members - 1))
     stop = min(start + data.draw(st.integers(0, 3)), plan.members)
-    assert run_ids(plan, start, stop).tolist() == slowly(plan, start, stop)
+    assert run_ids(plan, start, stop).tolist() == run_ids_of_configs(plan, start, stop)
 
 
 def test_over_the_border_of_two_variants():
     plan = PLANS["variants"]
-    assert run_ids(plan, 2998, 3003).tolist() == slowly(plan, 2998, 3003)
+    assert run_ids(plan, 2998, 3003).tolist() == run_ids_of_configs(plan, 2998, 3003)
 
 
 NUMBERS = st.one_of(
@@ -52,7 +52,7 @@ vary:
   initial.angular_velocity[0]: {{scale: {{values: [{-factor!r}, 0, {factor!r}]}}}}
   controller.K_r: {{scale: {{values: [{factor!r}]}}}}
 """)
-    assert run_ids(plan, 0, plan.members).tolist() == slowly(plan, 0, plan.members)
+    assert run_ids(plan, 0, plan.members).tolist() == run_ids_of_configs(plan, 0, plan.members)
 
 
 @pytest.mark.parametrize("title", ['100 % öäü \\\\ \\" 😀', "x" * 200, "%s %r %(a)s", "ü" * 200])
@@ -63,8 +63,8 @@ vary:
   body.mass: {linspace: [1, 2, 120]}
 """
     plan = load(text, f'title="{title}"')
-    assert run_ids(plan, 8, 12).tolist() == slowly(plan, 8, 12)
-    assert run_ids(plan, 98, 102).tolist() == slowly(plan, 98, 102)
+    assert run_ids(plan, 8, 12).tolist() == run_ids_of_configs(plan, 8, 12)
+    assert run_ids(plan, 98, 102).tolist() == run_ids_of_configs(plan, 98, 102)
 
 
 def test_full_matrices_and_entries(load):
@@ -78,14 +78,16 @@ vary:
 """,
         "controller.K_r=[[400,0,0],[0,400,0],[0,0,320]]",
     )
-    assert run_ids(plan, 0, 8).tolist() == slowly(plan, 0, 8)
+    assert run_ids(plan, 0, 8).tolist() == run_ids_of_configs(plan, 0, 8)
 
 
-@pytest.mark.parametrize("broken", [lambda *_: None, lambda *_: identity._Form("", "%s", ())])
+@pytest.mark.parametrize(
+    "broken", [lambda *_: None, lambda *_: identity._TextTemplate("", "%s", ())]
+)
 def test_what_cannot_be_filled_in_is_found_slowly(monkeypatch, broken):
-    monkeypatch.setattr(identity, "_form", broken)
+    monkeypatch.setattr(identity, "_template", broken)
     plan = PLANS["variants"]
-    assert run_ids(plan, 0, 3).tolist() == slowly(plan, 0, 3)
+    assert run_ids(plan, 0, 3).tolist() == run_ids_of_configs(plan, 0, 3)
 
 
 def test_each_of_many_is_another():

@@ -1,34 +1,45 @@
-"""The columns of an outcome on motions in closed form."""
+"""Protects the columns of an outcome, for motions in closed form."""
 
 import numpy as np
 import pytest
 
 from rbstab.analysis.peaks import peaks_at_samples, signed_peak
-from rbstab.sweep.members.outcome import COLUMNS, Traces, outcome_of
+from rbstab.sweep.members.outcome import COLUMNS, MemberTrajectories, outcome_of
 
 TIMES = np.linspace(0.0, 10.0, 201)
 PHASES = np.array([0.0, 0.7, 2.0])
 
 
 def waves(amplitude, decay=0.3, rate=2.0):
-    """Amplitude e^(-decay t) sin(rate t + phase) on three axes, and its derivative."""
+    """Return amplitude e^(-decay t) sin(rate t + phase) on three axes, and its derivative."""
     angle = rate * TIMES[:, None] + PHASES
     envelope = amplitude * np.exp(-decay * TIMES)[:, None]
     return envelope * np.sin(angle), envelope * (rate * np.cos(angle) - decay * np.sin(angle))
 
 
-def traces_of(members):
-    """One member for each amplitude."""
+def trajectories_of(members):
+    """Return the traces of one member for each amplitude."""
     E, F = (np.array(part) for part in zip(*(waves(a) for a in members), strict=True))
     Theta, rate = 0.5 * E, 0.5 * F
     value = np.array([100 * a * np.exp(-TIMES) for a in members])
     residual = 1e-9 * np.sin(TIMES) * np.array(members)[:, None]
-    return Traces(TIMES, Theta, rate, 3 * E, 4 * E, 5 * F, E, F, None, value, residual)
+    return MemberTrajectories(
+        time=TIMES,
+        orientation=Theta,
+        orientation_rate=rate,
+        angular_velocity=3 * E,
+        position=4 * E,
+        velocity=5 * F,
+        contact_displacement=E,
+        contact_velocity=F,
+        lyapunov=value,
+        energy_residual=residual,
+    )
 
 
 def test_peaks_are_those_between_the_samples():
-    """Of e^(-dt) sin(wt + φ) where tan(wt + φ) = w/d."""
-    found = outcome_of(traces_of([0.2]))
+    """The peaks of e^(-dt) sin(wt + φ) are where tan(wt + φ) = w/d."""
+    found = outcome_of(trajectories_of([0.2]))
     turn = np.arctan2(2.0, 0.3)
     for axis, phase in enumerate(PHASES):
         times = (turn - phase + np.arange(0, 8) * np.pi) / 2.0
@@ -45,8 +56,8 @@ def test_peaks_are_those_between_the_samples():
 
 
 def test_settling_times():
-    """v = v(0) e^(-t) is a thousandth at ln 1000; |E| is below 1 mm for good where it says."""
-    found = outcome_of(traces_of([0.2, 1e-4]))
+    """v = v(0) e^(-t) is a thousandth at ln 1000; |E| settles below 1 mm if it ends there."""
+    found = outcome_of(trajectories_of([0.2, 1e-4]))
     assert found["settling_time"] == pytest.approx(np.log(1000), abs=1e-3)
     E, _ = waves(0.2)
     distance = np.linalg.norm(E, axis=1)
@@ -56,33 +67,36 @@ def test_settling_times():
 
 
 def test_what_does_not_settle_has_no_time():
-    traces = traces_of([0.2])
-    steady = Traces(**{**traces.__dict__, "value": np.ones((1, len(TIMES)))})
+    members = trajectories_of([0.2])
+    steady = MemberTrajectories(**{**vars(members), "lyapunov": np.ones((1, len(TIMES)))})
     found = outcome_of(steady)
     assert np.isnan(found["settling_time"][0])
 
 
 def test_ends_and_residuals():
-    traces = traces_of([0.2, 0.1])
-    found = outcome_of(traces)
-    assert found["final_orientation"].tolist() == traces.Theta[:, -1].tolist()
-    assert found["final_velocity"].tolist() == traces.V[:, -1].tolist()
+    members = trajectories_of([0.2, 0.1])
+    found = outcome_of(members)
+    assert found["final_orientation"].tolist() == members.orientation[:, -1].tolist()
+    assert found["final_velocity"].tolist() == members.velocity[:, -1].tolist()
     assert found["lyapunov_start"] == pytest.approx([20.0, 10.0])
     assert found["lyapunov_end"] == pytest.approx([20 * np.exp(-10), 10 * np.exp(-10)])
     assert found["energy_residual"] == pytest.approx([2e-10, 1e-10], rel=1e-3)
     assert np.isnan(found["final_connector_state"]).all()
-    assert set(found) == {c.name for c in COLUMNS} - {"run_id", "status", "steps"}
+    assert set(found) == set(COLUMNS) - {"run_id", "status", "steps"}
 
 
 def test_members_do_not_depend_on_each_other():
-    together, alone = outcome_of(traces_of([0.2, 0.1, 0.3])), outcome_of(traces_of([0.1]))
+    together, alone = (
+        outcome_of(trajectories_of([0.2, 0.1, 0.3])),
+        outcome_of(trajectories_of([0.1])),
+    )
     for name, column in alone.items():
         assert column[0].tobytes() == together[name][1].tobytes(), name
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_peak_at_the_samples_is_the_peak_of_all(seed):
-    """Where no other interval has a farther one, both ways to look find the same."""
+    """If the largest peak is next to the largest sample, both methods find it."""
     rng = np.random.default_rng(seed)
     times = np.linspace(0, 1, 12)
     shape = np.polynomial.Polynomial(rng.normal(size=4))

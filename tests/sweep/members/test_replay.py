@@ -1,4 +1,4 @@
-"""One member as a config of its own equals the config that a person would write for it."""
+"""Protects the config of a member: it equals the config that a user would write for it."""
 
 import pytest
 from support.configs import BY_VARIANT, EMBEDDED, VISCO_ELASTIC, edited, plain
@@ -8,7 +8,7 @@ from rbstab.sweep.plan.load import load_plan
 
 
 def by_hand(text, number, *changes):
-    """A config with the title of a member, written by `--set`."""
+    """Return a config with the title of a member, changed as by `--set`."""
     return load_config(plain(text), [*changes, f"title=Case, member {number}"])
 
 

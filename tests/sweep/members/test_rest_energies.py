@@ -1,4 +1,4 @@
-"""Rest energies of many members are those of single runs, or are not claimed."""
+"""Protects the rest energies of many members: they equal those of single runs or are not given."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def test_they_are_those_of_the_descent(variant):
     coordinates = ReducedCoordinates() if variant == "permanent" else None
     systems = [random_system(np.random.default_rng(k), variant, coordinates) for k in range(24)]
     parameters = np.array([parameter_values(system) for system in systems]).T
-    energies, found = RestEnergies(systems[0]).of(parameters)
+    energies, found = RestEnergies(systems[0]).energies(parameters)
     assert found.sum() >= 12
     for k in np.flatnonzero(found):
         expected = nearest_rest_state(systems[k])
@@ -33,19 +33,19 @@ def test_an_unloaded_body_rests_at_once_and_a_broken_one_is_not_found():
     anchor = names.energy.offsets["anchor"]
     parameters[anchor : anchor + 3, 1] = 0.0
     parameters[weight, 2] = np.nan
-    energies, found = names.of(parameters)
+    energies, found = names.energies(parameters)
     assert found.tolist() == [True, True, False]
     assert energies[1] == 0.0
     assert energies[0] < 0
 
 
 def test_a_place_at_rest_that_is_no_minimum_is_not_taken():
-    """A body that stands on its contact point, balanced: there the gradient is zero."""
+    """The gradient is zero for a body that balances upright on its contact point."""
     standing = inverted_pendulum([5.0, 5.0, 5.0], 20.0)
     parameters = parameter_values(standing)[:, None]
-    _, found = RestEnergies(standing).of(parameters)
+    _, found = RestEnergies(standing).energies(parameters)
     assert found.tolist() == [False]
     firm = inverted_pendulum([50.0, 50.0, 50.0], 20.0)
-    energies, found = RestEnergies(firm).of(parameter_values(firm)[:, None])
+    energies, found = RestEnergies(firm).energies(parameter_values(firm)[:, None])
     assert found.tolist() == [True]
     assert energies[0] == pytest.approx(nearest_rest_state(firm).energy)

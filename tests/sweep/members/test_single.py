@@ -1,4 +1,4 @@
-"""Members one by one: each is what the single run of its config is, and fails alone."""
+"""Protects members as single runs: each equals the run of its config, and fails alone."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from rbstab.integrate.engines import EngineMissingError
 from rbstab.integrate.status import RunStatus
 from rbstab.sweep.members import engines, single
 from rbstab.sweep.members.engine import columns_of_failed
-from rbstab.sweep.members.engines import factory_for, fastest
+from rbstab.sweep.members.engines import factory_for, fastest_engine
 from rbstab.sweep.members.ensemble import ensemble_engine
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.members.single import SingleRuns
@@ -43,8 +43,8 @@ def test_a_member_is_its_single_run(member):
     assert found["energy_residual"] == np.abs(run["energy_residual"]).max()
 
 
-def fails_at(member, plan, monkeypatch):
-    """Lets the preparation of a member fail."""
+def make_member_fail(member, plan, monkeypatch):
+    """Make the preparation of a member raise an error."""
     title = plan.config_of(member).title
 
     def failing(config):
@@ -62,14 +62,14 @@ def test_a_member_that_cannot_be_followed_fails_alone(load, monkeypatch):
         "integration.samples=3",
     )
     before = SingleRuns(plan).compute(0, 4).outcome
-    fails_at(2, plan, monkeypatch)
+    make_member_fail(2, plan, monkeypatch)
     after = SingleRuns(plan).compute(0, 4).outcome
     others = [0, 1, 3]
-    for column in COLUMNS:
-        assert before[column.name].dtype == after[column.name].dtype == column.dtype
-        assert before[column.name][others].tobytes() == after[column.name][others].tobytes()
+    for name, column in COLUMNS.items():
+        assert before[name].dtype == after[name].dtype == column.dtype
+        assert before[name][others].tobytes() == after[name][others].tobytes()
         if column.dtype == "f8":
-            assert np.isnan(after[column.name][2]).all()
+            assert np.isnan(after[name][2]).all()
     assert STATUSES[after["status"][2]] is RunStatus.SOLVER_FAILURE
     assert (after["run_id"] == before["run_id"]).all()
 
@@ -96,13 +96,13 @@ vary:
 
 def test_members_without_result():
     found = columns_of_failed(3)
-    assert list(found) == [column.name for column in COLUMNS]
+    assert list(found) == list(COLUMNS)
     assert {len(values) for values in found.values()} == {3}
     assert {STATUSES[code] for code in found["status"]} == {RunStatus.SOLVER_FAILURE}
 
 
 def test_which_engine_is_taken(monkeypatch):
-    assert fastest() in ("heyoka", "scipy")
+    assert fastest_engine() in ("heyoka", "scipy")
     assert factory_for("scipy") is SingleRuns
     assert factory_for("heyoka") is ensemble_engine
 
@@ -110,7 +110,7 @@ def test_which_engine_is_taken(monkeypatch):
         raise EngineMissingError(name)
 
     monkeypatch.setattr(engines, "engine", missing)
-    assert fastest() == "scipy"
+    assert fastest_engine() == "scipy"
     with pytest.raises(EngineMissingError):
         factory_for("heyoka")
 
@@ -128,7 +128,7 @@ def test_a_motion_that_slides_settles_when_its_own_energy_does(surface):
         ["integration.engine=heyoka", f"controller.surface={surface}", "integration.samples=201"],
     )
     run = simulate(plan.config_of(0))
-    # The work ε of the contact force stands where the connector's energy does on s = F + κE.
+    # On s = F + κE the work ε of the contact force replaces the energy of the connector.
     held = np.array([part != "connector" or surface == "position" for part in run["part"]])
     v = run["energy"][:, held].sum(axis=1) - run["energy_at_rest"]
     assert (run["lyapunov"][-1] < 1e-3 * v[0]) == (surface == "position")

@@ -1,6 +1,7 @@
-"""Members that slide: the same bits whatever was followed before them, and each fails alone."""
+"""Protects sliding members: the same bits in any order and batch, and each fails alone."""
 
 import threading
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan.load import load_plan
 
-SHORT = {"duration": 0.1, "samples": 5, "rtol": 1e-10, "engine": "heyoka"}
+SHORT: dict[str, Any] = {"duration": 0.1, "samples": 5, "rtol": 1e-10, "engine": "heyoka"}
 
 SLOPE = {"variant": "sliding", "K_s": [20000.0] * 3, "surface": {"slope": 20.0}}
 POSITION = {"variant": "sliding", "K_s": [2000.0] * 3, "surface": "position"}
@@ -30,7 +31,7 @@ def plan_of(controller, vary, members=8, **integration):
 
 
 def side_by_side():
-    """Four members that slide and four that a batch follows, by turns of two."""
+    """Return a plan of four sliding members and four batched ones, in alternating pairs."""
     base = paper_config("visco-elastic", False, controller=SLOPE | {"variant": "sliding"}, **SHORT)
     vary = {
         "body.mass": {"values": [40.0, 42.0]},
@@ -49,16 +50,17 @@ PLANS = {
 
 
 def bits(shard, members=slice(None)):
-    return {column.name: shard.outcome[column.name][members].tobytes() for column in COLUMNS}
+    return {name: shard.outcome[name][members].tobytes() for name in COLUMNS}
 
 
 def whole(plan):
-    """All members by an engine and a thread that do nothing else."""
+    """Compute all members by a new engine in a thread of its own."""
     return within(120.0, lambda: factory_for("heyoka")(plan).compute(0, plan.members))
 
 
 @pytest.fixture(scope="module")
 def alone():
+    """By name: each plan, and all its members computed in one batch."""
     made = {name: make() for name, make in PLANS.items()}
     return {name: (plan, whole(plan)) for name, plan in made.items()}
 
@@ -74,7 +76,7 @@ def test_they_are_followed(alone):
 def test_how_members_are_cut_changes_no_bit(alone, name, cut):
     plan, expected = alone[name]
     engine = factory_for("heyoka")(plan)
-    # From the last to the first: each piece by an engine that has followed others.
+    # From the last batch to the first, so that the engine has computed other members before.
     for start in reversed(range(0, 8, cut)):
         stop = min(start + cut, 8)
         found = engine.compute(start, stop)
@@ -112,7 +114,7 @@ def test_threads_change_no_bit(alone):
 
 
 def test_a_member_that_reaches_the_switch_limit_fails_alone():
-    """The chatter of a large K_s: the others have less than a tenth of its switches."""
+    """A large K_s chatters: the other members have less than a tenth of its switches."""
     controller = {**POSITION, "switch_limit": 100}
     weak, strong = {"values": [500.0]}, {"values": [500.0, 200_000.0, 700.0]}
     plans = [
@@ -132,10 +134,10 @@ def test_a_member_that_reaches_the_switch_limit_fails_alone():
 
 
 def test_what_no_column_shows_is_not_asked_for(monkeypatch, alone):
-    """Neither the second run that tells how far to trust the first, nor a certificate."""
+    """Members need neither the second run behind `trusted_until` nor a certificate."""
 
     def refuse(*_):
-        raise AssertionError("asked for")
+        raise AssertionError("computed although no column needs it")
 
     monkeypatch.setattr("rbstab.integrate.switching.driver._trusted_until", refuse)
     monkeypatch.setattr("rbstab.integrate.switching.driver.chatter_energy", refuse)

@@ -1,7 +1,8 @@
-"""What is kept of a motion, by either engine of members, against the single run of each member."""
+"""Protects the traces of members, by both engines, against the single run of each member."""
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,13 +13,13 @@ from rbstab.config.build import problem_of
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.single import SingleRuns
-from rbstab.sweep.members.traces import KEPT, checked_traces, layout_of, put_single
+from rbstab.sweep.members.traces import TRACE_QUANTITIES, checked_traces, copy_single_run, layout_of
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.trace_selection import TraceSelection
 
 VARIANTS = Path(__file__).parents[3] / "configs" / "sweeps" / "variants.yaml"
 
-SHORT = {"duration": 0.4, "samples": 21, "rtol": 1e-11, "engine": "heyoka"}
+SHORT: dict[str, Any] = {"duration": 0.4, "samples": 21, "rtol": 1e-11, "engine": "heyoka"}
 
 SPIN = {"initial.angular_velocity[0]": {"linspace": [-20, 20, 21]}}
 
@@ -33,7 +34,11 @@ def ensemble(plan):
 
 
 def assert_close(traces, row, run, tolerance):
-    """A trace is a single run as far as that reached the samples, and NaN behind."""
+    """Assert that a trace equals a single run up to its last sample, and is NaN after it.
+
+    Returns:
+        The number of samples that the run reached.
+    """
     reached = int((run["time"][: len(traces["time"])] == traces["time"][: len(run["time"])]).sum())
     for name in traces:
         if name == "time":
@@ -54,7 +59,7 @@ def test_traces_are_single_runs(variant):
     plan = plan_of(variant)
     traces = ensemble(plan).compute(0, 21).traces
     own = {"connector_state"} if variant == "embedded" else set()
-    assert set(traces) == {"time", *KEPT} - {"connector_state"} | own
+    assert set(traces) == {"time", *TRACE_QUANTITIES} - {"connector_state"} | own
     for member in (0, 20):
         run = rbstab.simulate(plan.config_of(member))
         assert assert_close(traces, member, run, 1e-11) == 21
@@ -92,7 +97,7 @@ def test_single_runs_of_some_members():
 
 
 def test_a_trace_balances():
-    """By facts that hold within a trace: no engine, and no equation of the program, is asked."""
+    """Check relations within a trace, without any engine or equation of the program."""
     plan = plan_of(duration=0.2, samples=2001)
     traces = ensemble(plan).compute(3, 5).traces
     times, step = traces["time"], traces["time"][1]
@@ -112,7 +117,7 @@ def test_a_trace_balances():
 
 
 def test_the_contact_force_is_that_of_the_connector():
-    """Eq. 40: Λ = -K_c E - L_c F, with the gains of the base."""
+    """The force is Λ = -K_c E - L_c F (eq. 40), with the gains of the base."""
     plan = plan_of()
     controller = plan.config_of(0).controller
     K, L = (np.diag(np.broadcast_to(g, 3)) if np.ndim(g) < 2 else np.array(g)
@@ -128,7 +133,7 @@ def test_neither_shards_nor_the_choice_of_members_show(keep):
     everyone = ensemble(plan_of(vary=vary)).compute(0, 21).traces
     plan = plan_of(vary=vary, keep=keep)
     engine = ensemble(plan)
-    chosen = np.flatnonzero(plan.keep.traces(0, 21))
+    chosen = np.flatnonzero(plan.keep.selected(0, 21))
     for size in (21, 5, 1):
         parts = [engine.compute(a, min(a + size, 21)).traces for a in range(0, 21, size)]
         parts = [part for part in parts if part is not None]
@@ -143,8 +148,8 @@ def test_members_that_are_not_chosen_cost_nothing():
     plan = plan_of(keep={"traces": {"every": 20}})
     assert ensemble(plan).compute(1, 20).traces is None
     assert SingleRuns(plan).compute(1, 3).traces is None
-    assert ensemble(plan).structures["visco-elastic"].forces is not None
-    assert ensemble(plan_of(keep="summary")).structures["visco-elastic"].forces is None
+    assert ensemble(plan).variant_engines["visco-elastic"].forces is not None
+    assert ensemble(plan_of(keep="summary")).variant_engines["visco-elastic"].forces is None
 
 
 def test_what_follows_of_a_trace_is_the_summary():
@@ -169,7 +174,7 @@ def test_members_that_leave_the_range():
         reached = assert_close(traces, member, run, 1e-11)
         left = STATUSES[outcome["status"][member]] == "range left"
         assert left == (member in (1, 3))
-        # The state of the stop itself is no sample.
+        # The state at the stop is not a sample.
         assert reached == len(run["time"]) - left
 
 
@@ -184,7 +189,7 @@ def test_members_that_diverge():
 
 def test_members_that_slide():
     gains = {"K_s": [20000.0] * 3, "surface": {"slope": 20.0}}
-    integration = {**SHORT, "duration": 0.02, "samples": 5}
+    integration: dict[str, Any] = {**SHORT, "duration": 0.02, "samples": 5}
     base = paper_config("free", controller={"variant": "sliding", **gains}, **integration)
     vary = {"body.mass": {"values": [40.0, 41.0]}}
     plan = load_plan({"base": base, "vary": vary, "keep": "traces"})
@@ -218,16 +223,17 @@ def test_a_member_that_cannot_be_followed_has_a_trace_of_nothing(monkeypatch):
 
     monkeypatch.setattr("rbstab.sweep.members.single.problem_of", failing)
     traces = SingleRuns(plan).compute(0, 2).traces
+    assert traces is not None
     assert np.isnan(traces["lyapunov"][1]).all()
     assert np.isfinite(traces["lyapunov"][0]).all()
 
 
 def test_a_stop_at_a_sample_is_one_sample():
     layout = layout_of(plan_of())
-    blank = layout.blank(1)
+    blank = layout.empty(1)
     times = np.array([*layout.times[:3], layout.times[2]])
     value = np.arange(4.0)
-    put_single(blank, 0, {"time": times, "lyapunov": value})
+    copy_single_run(blank, 0, {"time": times, "lyapunov": value})
     assert blank["lyapunov"][0, :3].tolist() == [0.0, 1.0, 2.0]
     assert np.isnan(blank["lyapunov"][0, 3:]).all()
 
@@ -235,7 +241,9 @@ def test_a_stop_at_a_sample_is_one_sample():
 def test_traces_that_an_engine_owes_are_missed():
     plan = plan_of()
     traces = ensemble(plan).compute(0, 2).traces
-    assert checked_traces(traces, plan, 0, 2)["lyapunov"].dtype == np.float64
+    found = checked_traces(traces, plan, 0, 2)
+    assert found is not None
+    assert found["lyapunov"].dtype == np.float64
     for wrong in (None, {}, {**traces, "velocity": traces["velocity"][:1]}):
         with pytest.raises(ValueError, match="for 2 traces"):
             checked_traces(wrong, plan, 0, 2)
@@ -244,5 +252,5 @@ def test_traces_that_an_engine_owes_are_missed():
 
 def test_the_size_of_a_trace():
     layout = layout_of(plan_of("embedded"))
-    assert layout.size == sum(data[0].nbytes for n, data in layout.blank(1).items() if n != "time")
+    assert layout.size == sum(data[0].nbytes for n, data in layout.empty(1).items() if n != "time")
     assert layout.size == 8 * 21 * (8 * 3 + 4)

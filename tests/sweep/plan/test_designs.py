@@ -1,4 +1,4 @@
-"""Points of a design: in the cube, as they are called, and the same however they are cut."""
+"""Protects the points of a design: their distribution, and their independence of the batch."""
 
 import itertools
 
@@ -23,7 +23,7 @@ each_design = pytest.mark.parametrize("design", DESIGNS.values(), ids=list(DESIG
 
 
 def whole(design, dimensions=5, points=POINTS, seed=3):
-    return design(dimensions, points, seed).part(0, points)
+    return design(dimensions, points, seed).draw(0, points)
 
 
 @each_design
@@ -40,7 +40,7 @@ def test_a_point_does_not_depend_on_the_cut(design, cuts):
     expected = whole(design)
     ends = [0, *sorted(cuts), POINTS]
     made = design(5, POINTS, 3)
-    parts = [made.part(start, stop) for start, stop in itertools.pairwise(ends)]
+    parts = [made.draw(start, stop) for start, stop in itertools.pairwise(ends)]
     assert np.hstack(parts).tobytes() == np.ascontiguousarray(expected).tobytes()
 
 
@@ -48,10 +48,10 @@ def test_a_point_does_not_depend_on_the_cut(design, cuts):
 @pytest.mark.parametrize("dimensions", [1, 12])
 def test_single_points(design, dimensions):
     made = design(dimensions, 9, 3)
-    points = np.hstack([made.part(i, i + 1) for i in reversed(range(9))])[:, ::-1]
-    assert (points == made.part(0, 9)).all()
-    assert made.part(4, 4).shape == (dimensions, 0)
-    assert made.part(0, 0).shape == (dimensions, 0)
+    points = np.hstack([made.draw(i, i + 1) for i in reversed(range(9))])[:, ::-1]
+    assert (points == made.draw(0, 9)).all()
+    assert made.draw(4, 4).shape == (dimensions, 0)
+    assert made.draw(0, 0).shape == (dimensions, 0)
 
 
 @each_design
@@ -102,7 +102,7 @@ def test_a_latin_hypercube_has_one_point_in_each_interval(points):
         assert not (np.argsort(u[0]) == np.argsort(u[1])).all()
         jitter = u * points % 1
         assert stats.kstest(jitter.ravel(), "uniform").pvalue > 1e-3
-        # Where a point lies in its interval does not tell which interval it is.
+        # The place of a point in its interval is independent of the interval.
         assert (np.argsort(jitter[0]) == np.floor(u[0] * points)).mean() < 0.1
 
 
@@ -112,22 +112,22 @@ def test_random_points_do_not_depend_on_how_many_there_are():
 
 
 def test_a_far_part_costs_no_more_than_a_near_one():
-    near, far = RandomDesign(1, 10**8, 1), RandomDesign(1, 10**8, 1).part(10**8 - 3, 10**8)
+    near, far = RandomDesign(1, 10**8, 1), RandomDesign(1, 10**8, 1).draw(10**8 - 3, 10**8)
     assert far.shape == (1, 3)
-    assert not np.isin(far, near.part(0, 100)).any()
+    assert not np.isin(far, near.draw(0, 100)).any()
 
 
 def test_random_numbers_are_the_bits_of_philox():
-    """Stored sweeps are resumed by these, with any version of numpy."""
+    """Stored sweeps resume with these bits, under any version of numpy."""
     key = np.random.SeedSequence(11).generate_state(2, np.uint64).tolist()
-    found = RandomDesign(3, 50, 11).part(0, 50)
+    found = RandomDesign(3, 50, 11).draw(0, 50)
     for stream in range(3):
         bits = [word for n in range(1, 14) for word in philox([n, 0, 0, stream], key)][:50]
         assert found[stream].tolist() == [((word >> 12) + 0.5) / 2**52 for word in bits]
 
 
 def philox(counter, key):
-    """Philox 4x64 with ten rounds (Salmon et al., 2011)."""
+    """Return a block of Philox 4x64 with ten rounds (Salmon et al., 2011)."""
     mask = 2**64 - 1
     (a, b, c, d), (k0, k1) = counter, key
     for _ in range(10):

@@ -1,4 +1,4 @@
-"""Lists against numpy's, quantiles against SciPy's distributions and their own closed forms."""
+"""Protects lists and quantiles of distributions against numpy, SciPy and closed forms."""
 
 import numpy as np
 import pytest
@@ -77,12 +77,12 @@ def test_no_value_leaves_the_ends(a, width, u):
         Logspace(a / 1e5, 2.0, 7),
         Values((a, 3.0, width)),
     ):
-        low, high = distribution.ends
+        low, high = distribution.bounds
         assert low <= distribution.quantile(np.array([u]))[0] <= high
 
 
 def test_no_value_leaves_narrow_ends():
-    """Here round-off is as wide as the distribution."""
+    """Here the distribution is as narrow as round-off."""
     for a in (435659.5, 0.1, 1e-300, 7e300):
         b = np.nextafter(np.nextafter(a, np.inf), np.inf)
         for distribution in (Uniform(a, b), LogUniform(a, b)):
@@ -105,7 +105,7 @@ def test_the_last_coordinate_picks_the_last_entry():
 def test_values_are_taken_as_they_are():
     values = Values((3.0, -1.0, 3.0))
     assert values.at(np.array([2, 1, 0, 1])).tolist() == [3.0, -1.0, 3.0, -1.0]
-    assert values.ends == (-1.0, 3.0)
+    assert values.bounds == (-1.0, 3.0)
     names = Values(("free", "permanent"))
     assert names.at(np.array([1, 0])).tolist() == ["permanent", "free"]
     assert names.at(np.array([1])).dtype == object
@@ -118,11 +118,11 @@ ALL = [pair[0] for pair in PAIRS] + [
 ]
 
 
-@pytest.mark.parametrize("distribution", ALL, ids=lambda d: d.word)
+@pytest.mark.parametrize("distribution", ALL, ids=lambda d: d.keyword)
 @settings(max_examples=30)
 @given(start=st.integers(0, 500), length=st.integers(0, 279))
 def test_a_value_depends_on_its_coordinate_alone(distribution, start, length):
-    """Vectorised functions must not give other bits at the end of an array than in its middle."""
+    """Vectorised functions must give the same bits at the end of an array as in its middle."""
     whole = distribution.quantile(U)
     part = distribution.quantile(U[start : start + length].copy())
     assert part.tobytes() == whole[start : start + length].tobytes()

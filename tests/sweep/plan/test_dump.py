@@ -1,4 +1,4 @@
-"""A plan that was written out is the same plan, wherever it stands."""
+"""Protects the written form of a plan: loaded from any folder, it is the same plan."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from rbstab.sweep.plan.plan import plan_id
 READY = sorted((Path(__file__).parents[3] / "configs" / "sweeps").glob("*.yaml"))
 
 
-def same_again(plan, tmp_path):
+def assert_reloads_unchanged(plan, tmp_path):
     path = tmp_path / "elsewhere" / "plan.yaml"
     path.parent.mkdir()
     path.write_text(plan_yaml(plan))
@@ -24,11 +24,13 @@ def same_again(plan, tmp_path):
 
 @pytest.mark.parametrize("path", READY, ids=lambda path: path.stem)
 def test_ready_plans(path, tmp_path):
-    same_again(load_plan(path), tmp_path)
+    assert_reloads_unchanged(load_plan(path), tmp_path)
 
 
 def test_changes_are_in_it(tmp_path):
-    same_again(load_plan(READY[0], ["integration.samples=7", 'title="a: b # c"']), tmp_path)
+    assert_reloads_unchanged(
+        load_plan(READY[0], ["integration.samples=7", 'title="a: b # c"']), tmp_path
+    )
 
 
 @pytest.mark.parametrize("keep", ["traces", "{traces: [3, 1]}", "{traces: []}"])
@@ -50,4 +52,4 @@ members: 100
 seed: 12345678901234567
 keep: {keep}
 """)
-    same_again(plan, tmp_path)
+    assert_reloads_unchanged(plan, tmp_path)

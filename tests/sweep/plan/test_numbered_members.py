@@ -1,8 +1,9 @@
-"""The members of a plan: how many, with which values, and the same however they are cut."""
+"""Protects the members of a plan: their number and values, and their independence of the batch."""
 
 import itertools
 import pickle
 import tracemalloc
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ vary:
 
 
 def rows(plan, start=0, stop=None):
-    """The members as tuples of their values."""
+    """Return the members as tuples of their values."""
     values = plan.values(start, plan.members if stop is None else stop)
     return list(zip(*(column.tolist() for column in values.values()), strict=True))
 
@@ -172,7 +173,7 @@ MANY = {"body.mass": {"linspace": [1, 2, MAX_MEMBERS // 4]}, "gravity[0]": {"lin
 
 @pytest.mark.parametrize("design", ["grid", "random", "sobol"])
 def test_the_largest_plans_need_no_memory(design):
-    plan = {"base": plain(BY_VARIANT["free"]), "vary": MANY}
+    plan: dict[str, Any] = {"base": plain(BY_VARIANT["free"]), "vary": MANY}
     if design != "grid":
         plan |= {"design": design, "members": MAX_MEMBERS, "seed": 1}
     tracemalloc.start()

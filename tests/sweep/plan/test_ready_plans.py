@@ -1,4 +1,4 @@
-"""The plans of `configs/sweeps` are there, and are what they say."""
+"""Protects the plans of `configs/sweeps`: all exist, can run, and vary what they claim."""
 
 from pathlib import Path
 
@@ -42,7 +42,7 @@ def test_the_maps_have_the_paper_in_their_range():
         ("stability_map_permanent", "case1_permanent"),
     ]:
         plan, base = load_plan(PLANS[name]), load_config(ROOT / "paper" / f"{case}.yaml")
-        # Spins 16 and 32 are entries 140 and 180 of lists from -40 by 0.4.
+        # Spins 16 and 32 are entries 140 and 180 of lists from -40 in steps of 0.4.
         member = plan.config_of(140 * 201 + 180)
         assert member.initial.angular_velocity == pytest.approx(base.initial.angular_velocity)
         assert member.controller == base.controller

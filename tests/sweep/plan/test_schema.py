@@ -1,11 +1,11 @@
-"""The JSON Schema that editors use says what the program says, as far as it can."""
+"""Protects the JSON Schema of plans for editors: it accepts and refuses the same as the program."""
 
 from pathlib import Path
 
-import jsonschema
 import pytest
+from support.json_schemas import schema_errors, validator_of
 
-from rbstab.config.source import parse_source, read_source
+from rbstab.config.source import read_source
 from rbstab.sweep.plan.schema import plan_json_schema
 
 READY = Path(__file__).parents[3] / "configs" / "sweeps"
@@ -50,21 +50,19 @@ REFUSED = [
 
 @pytest.fixture(scope="module")
 def validator():
-    schema = plan_json_schema()
-    jsonschema.Draft202012Validator.check_schema(schema)
-    return jsonschema.Draft202012Validator(schema)
+    return validator_of(plan_json_schema())
 
 
 @pytest.mark.parametrize("text", ACCEPTED)
 def test_both_accept(validator, load, text):
     load(text)
-    assert list(validator.iter_errors(parse_source(text, "a").data)) == []
+    assert schema_errors(validator, text) == []
 
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_both_refuse(validator, complaints, text):
     complaints(text)
-    assert not validator.is_valid(parse_source(text, "a").data)
+    assert schema_errors(validator, text)
 
 
 @pytest.mark.parametrize("path", sorted(READY.glob("*")), ids=lambda path: path.stem)

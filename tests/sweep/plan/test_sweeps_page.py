@@ -1,16 +1,18 @@
-"""What docs/sweeps.md shows is what the program takes and says."""
+"""Protects `docs/sweeps.md`: its plans, error messages and Python code work as shown."""
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
-from support.sweeping import swept
-from support.sweeps import traced
+from support.sweeping import run_sweep
+from support.sweeps import plan_with_traces
 
 import rbstab
+from rbstab.sweep.plan.designs import DESIGNS
 from rbstab.sweep.plan.load import KEYS, load_plan
-from rbstab.sweep.plan.plan import MAX_LATIN_MEMBERS, MAX_MEMBERS
-from rbstab.sweep.plan.read_distribution import WORDS
+from rbstab.sweep.plan.plan import MAX_MEMBERS
+from rbstab.sweep.plan.read_distribution import KEYWORDS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "sweeps.md").read_text()
 
@@ -36,12 +38,14 @@ def test_the_error(complaints):
 
 
 def test_everything_is_described():
-    for word in WORDS:
+    for word in KEYWORDS:
         assert f"| `{{{word}: [" in PAGE
     for key in KEYS:
         assert f"`{key}`" in PAGE
     assert f"{MAX_MEMBERS:,}" in PAGE
-    assert f"{MAX_LATIN_MEMBERS:,}" in PAGE
+    limits = [design.max_points for design in DESIGNS.values() if design.max_points]
+    assert limits
+    assert all(f"{limit:,}" in PAGE for limit in limits)
 
 
 def python_with(words):
@@ -51,9 +55,9 @@ def python_with(words):
 
 def test_the_python_of_traces(tmp_path, monkeypatch):
     (tmp_path / "results").mkdir()
-    swept(tmp_path / "results" / "plan", traced(4001), shard_size=1000)
+    run_sweep(tmp_path / "results" / "plan", plan_with_traces(4001), shard_size=1000)
     monkeypatch.chdir(tmp_path)
-    names = {"rbstab": rbstab}
+    names: dict[str, Any] = {"rbstab": rbstab}
     exec(python_with("traces.of(17)"), names)  # noqa: S102
     assert len(names["traces"].members) == 4001
     assert names["motions"]["run"].tolist() == [4000]
@@ -61,7 +65,7 @@ def test_the_python_of_traces(tmp_path, monkeypatch):
 
 def test_the_python(monkeypatch):
     monkeypatch.chdir(Path(__file__).parents[3])
-    names = {}
+    names: dict[str, Any] = {}
     exec(python_with("plan_id(plan)"), names)  # noqa: S102
     assert names["plan"].members == 16384
     assert names["config"].body.mass == 50.0

@@ -1,3 +1,5 @@
+"""Protects the key `keep` of a plan: it selects the members whose traces are stored."""
+
 import pytest
 
 VARIED = "base: free.yaml\nvary:\n  body.mass: {linspace: [1, 2, 20]}\n"
@@ -17,10 +19,10 @@ FORMS = [
 def test_members_with_traces(load, keep, members):
     plan = load(f"{VARIED}keep: {keep}\n")
     expected = [number in members for number in range(20)]
-    assert plan.keep.traces(0, 20).tolist() == expected
+    assert plan.keep.selected(0, 20).tolist() == expected
     for start in range(20):
         for stop in range(start, 21):
-            assert plan.keep.traces(start, stop).tolist() == expected[start:stop]
+            assert plan.keep.selected(start, stop).tolist() == expected[start:stop]
     assert plan.keep.count(plan.members) == sum(expected)
 
 

@@ -1,4 +1,4 @@
-"""A plan whose members have different variants, from one base with the keys of all."""
+"""Protects plans with several variants, from one base that holds the keys of all of them."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,9 @@ def test_keys_that_a_variant_does_not_have_are_left_out():
         data = plain(UNION) | {"title": f"Case, member {number}"}
         data["controller"] |= {"variant": variant}
         for section in ("controller", "initial"):
-            known = VARIANTS[variant].model_fields[section].annotation.model_fields
+            model = VARIANTS[variant].model_fields[section].annotation
+            assert model is not None
+            known = model.model_fields
             data[section] = {key: value for key, value in data[section].items() if key in known}
         assert config == load_config(data)
     sliding = plan.config_of(4).controller
@@ -64,8 +66,8 @@ def test_a_varied_key_is_without_effect_where_the_variant_has_none():
     held, free, other_held, _ = (plan.config_of(i) for i in range(4))
     assert held.initial == other_held.initial
     assert free.initial.position == (3.0, 0.0, 0.0)
-    assert [column.key for column in plan.columns_of("free")] == ["initial.position[0]"]
-    assert plan.columns_of("permanent") == ()
+    assert [varied.key for varied in plan.varied_keys_of("free")] == ["initial.position[0]"]
+    assert plan.varied_keys_of("permanent") == ()
 
 
 def test_the_same_points_for_each_variant():

@@ -1,4 +1,4 @@
-"""Members that are no configs: found before anything runs, and named."""
+"""Protects the check of members: invalid members are found before anything runs, and named."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ FULL = edited("[400, 400, 320]", "[[400, 50, 0], [50, 400, 0], [0, 0, 320]]")
 
 
 def outcome(vary, base=VISCO_ELASTIC, members=200, design="random"):
-    """The plan, or the one problem of its members: the key, the member and the rest."""
+    """Return the plan, or its one problem: the key, the number of the member and the message."""
     data = {"base": plain(base), "vary": vary}
     if design != "grid":
         data |= {"design": design, "members": members, "seed": 4}
@@ -29,7 +29,7 @@ def outcome(vary, base=VISCO_ELASTIC, members=200, design="random"):
 
 def test_the_least_value_is_named():
     vary = {"body.mass": {"normal": [1, 1]}}
-    key, number, told = outcome(vary)
+    key, number, message = outcome(vary)
     shifted = load_plan(
         {
             "base": plain(),
@@ -40,7 +40,7 @@ def test_the_least_value_is_named():
         }
     ).values(0, 200)["gravity[0]"]
     assert (key, number) == ("vary.body.mass", int(np.argmin(shifted)))
-    assert told == f"body.mass is {shifted.min():.12g} (expected a number greater than 0)"
+    assert message == f"body.mass is {shifted.min():.12g} (expected a number greater than 0)"
 
 
 def test_the_greatest_value_is_named_where_the_least_is_right():
@@ -61,7 +61,7 @@ def test_the_first_of_equal_members_is_named():
 
 
 def test_what_no_member_has_is_no_problem():
-    """The distribution could, but none of these members does."""
+    """The distribution allows invalid values, but none of these members has one."""
     assert outcome({"body.mass": {"normal": [8, 1.5]}}).values(0, 200)["body.mass"].min() > 0
     assert outcome({"body.mass": {"uniform": [0, 1]}}).values(0, 200)["body.mass"].min() > 0
 
@@ -80,16 +80,16 @@ FACTORS = [
 ]
 
 
-@pytest.mark.parametrize(("key", "factors", "told"), FACTORS)
-def test_factors(key, factors, told):
+@pytest.mark.parametrize(("key", "factors", "message"), FACTORS)
+def test_factors(key, factors, message):
     base = edited("orientation: [0, 0, 0]", "orientation: [0, 0.2, 0]", FULL)
     found = outcome({key: {"scale": factors}}, base, design="grid")
     assert found[0] == f"vary.{key}"
-    assert found[2].startswith(told)
+    assert found[2].startswith(message)
 
 
 def coupled(a, b, c):
-    """A matrix whose entries vary."""
+    """Return the varied entries of a matrix."""
     return {
         "controller.K_r[0][0]": a,
         "off": {"zip": {"controller.K_r[0][1]": b, "controller.K_r[1][0]": c}},
@@ -98,18 +98,20 @@ def coupled(a, b, c):
 
 def test_entries_of_a_matrix_are_judged_together():
     some = {"linspace": [-100, 100, 5]}
-    # 400 x 400 > 100², 100 x 400 > 100², but 20 x 400 < 100².
+    # Positive definite: 400 x 400 > 100² and 100 x 400 > 100², but not 20 x 400 < 100².
     outcome(coupled({"values": [100, 400]}, some, some), FULL, design="grid").config_of(9)
-    key, number, told = outcome(coupled({"values": [400, 20]}, some, some), FULL, design="grid")
+    key, number, message = outcome(coupled({"values": [400, 20]}, some, some), FULL, design="grid")
     assert (key, number) == ("vary.controller.K_r[0][0]", 5)
-    assert told.startswith("controller.K_r is not positive definite, its smallest eigenvalue is -")
+    assert message.startswith(
+        "controller.K_r is not positive definite, its smallest eigenvalue is -"
+    )
     other = {"linspace": [-100, 101, 5]}
-    _, number, told = outcome(coupled({"values": [400]}, some, other), FULL, design="grid")
-    assert (number, told) == (1, "controller.K_r is not symmetric (expected a symmetric matrix)")
+    _, number, message = outcome(coupled({"values": [400]}, some, other), FULL, design="grid")
+    assert (number, message) == (1, "controller.K_r is not symmetric (expected a symmetric matrix)")
 
 
 def test_entries_of_a_matrix_that_are_scaled():
-    """The entries beside the diagonal are 50, and 400 is too much for them."""
+    """The entries beside the diagonal are 50 times the factor, and must stay below 400."""
     factors = {"scale": {"values": [1, 7.9, 8.1]}}
     vary = {"off": {"zip": {"controller.K_r[0][1]": factors, "controller.K_r[1][0]": factors}}}
     assert outcome(vary, FULL, design="grid")[1] == 2
@@ -120,18 +122,20 @@ def test_entries_of_a_matrix_that_are_scaled():
 
 def test_a_matrix_with_a_huge_entry():
     huge = {"controller.K_r[2][2]": {"values": [320, 1.7e308]}}
-    _, number, told = outcome(huge, FULL, design="grid")
+    _, number, message = outcome(huge, FULL, design="grid")
     assert number == 1
-    assert told.startswith("controller.K_r is not positive definite beyond round-off")
+    assert message.startswith("controller.K_r is not positive definite beyond round-off")
 
 
 def test_a_matrix_whose_entries_overflow():
-    """Eigenvalues of such a matrix cannot even be tried."""
+    """The eigenvalues of such a matrix cannot be computed."""
     base = edited("[400, 400, 320]", "[[400, 50, 20], [50, 400, 20], [20, 20, 320]]")
     factors = {"scale": {"values": [1, 1e308]}}
     keys = [f"controller.K_r[{i}][{j}]" for i, j in ((0, 2), (2, 0), (1, 2), (2, 1))]
-    _, number, told = outcome({"row": {"zip": dict.fromkeys(keys, factors)}}, base, design="grid")
-    assert (number, told) == (1, "controller.K_r[0][2] is inf (expected a finite number)")
+    _, number, message = outcome(
+        {"row": {"zip": dict.fromkeys(keys, factors)}}, base, design="grid"
+    )
+    assert (number, message) == (1, "controller.K_r[0][2] is inf (expected a finite number)")
 
 
 def test_a_matrix_of_one_variant():
@@ -183,15 +187,10 @@ def test_what_is_accepted_can_be_replayed_and_what_is_refused_cannot(diagonal, o
 
 
 def wrong(data, number):
-    """Whether one member alone is no config, found without the check of plans."""
-    from rbstab.sweep.plan import load
-
-    original = load.problems_of_members
-    load.problems_of_members = lambda *_: []
-    try:
+    """Return whether a member is invalid as a single config, without the check of plans."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rbstab.sweep.plan.load.problems_of_members", lambda *_: [])
         plan = load_plan(data)
-    finally:
-        load.problems_of_members = original
     try:
         plan.config_of(number)
     except ConfigError:

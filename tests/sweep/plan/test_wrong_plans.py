@@ -1,4 +1,4 @@
-"""Plans that are refused: everything that is wrong at once, each with its place."""
+"""Protects the errors of invalid plans: all problems are reported at once, each with its place."""
 
 import pytest
 from support.configs import VISCO_ELASTIC, edited
@@ -40,7 +40,7 @@ ROOT = [
     ),
     (
         PLAN + "title: Other\n",
-        ["7:1: title: stands twice, first in line 1 (expected each key once)"],
+        ["7:1: title: is given twice, first in line 1 (expected each key once)"],
     ),
     (
         edited("[40, 50]", "[40, *a]", PLAN),
@@ -48,7 +48,7 @@ ROOT = [
     ),
     (
         PLAN + "schema_version: 2\n",
-        ["7:17: schema_version: is 2, which this version of rbstab does not know (expected 1)"],
+        ["7:17: schema_version: is 2, which this version of rbstab does not support (expected 1)"],
     ),
     (PLAN + "schema_version: true\n", ["7:17: schema_version: is true (expected 1)"]),
     (PLAN + "schema_version: '1'\n", ["7:17: schema_version: is the text '1' (expected 1)"]),
@@ -149,7 +149,7 @@ def test_vary(complaints, line, expected):
     assert complaints(edited("vary:\n  body.mass: {values: [40, 50]}", line, PLAN)) == [expected]
 
 
-# An entry of `vary` in line 4, and what is said about it.
+# An entry of `vary` in line 4, and its error messages.
 ENTRIES = [
     # Keys.
     (
@@ -266,12 +266,12 @@ ENTRIES = [
         "body.mass: {linspace: [-1e308, 1e308, 3]}",
         [
             "4:25: vary.body.mass.linspace: is [-1e+308, 1e+308]"
-            " (expected numbers that are not so far apart)"
+            " (expected numbers whose difference is finite)"
         ],
     ),
     (
         "body.mass: {logspace: [0, 309, 3]}",
-        ["4:25: vary.body.mass.logspace: is [0, 309] (expected exponents of 10, at most 308)"],
+        ["4:25: vary.body.mass.logspace: is [0, 309] (expected exponents of 10 from -308 to 308)"],
     ),
     (
         "body.mass: {geomspace: [0, 5, 3]}",
@@ -279,19 +279,22 @@ ENTRIES = [
     ),
     (
         "body.mass: {uniform: [1, 2]}",
-        [f"4:14: vary.body.mass: is no list, as a grid needs (expected {LISTS})"],
+        [f"4:14: vary.body.mass: is not a list, which a grid requires (expected {LISTS})"],
     ),
     # The variant.
     (
         "controller.variant: {linspace: [1, 2, 3]}",
         [
-            "4:34: vary.controller.variant.linspace: is no list of variants"
+            "4:34: vary.controller.variant.linspace: is not a list of variants"
             " (expected values: [variant, ...])"
         ],
     ),
     (
         "controller.variant: {scale: {values: [1]}}",
-        ["4:24: vary.controller.variant.scale: is no number (expected values: [variant, ...])"],
+        [
+            "4:24: vary.controller.variant.scale: cannot scale names"
+            " (expected values: [variant, ...])"
+        ],
     ),
     (
         "controller.variant: {values: [free, rigid, 5]}",
@@ -312,8 +315,8 @@ ENTRIES = [
     (
         "a: {zip: {body.mass: {zip: {}}, K: {each: {values: [1]}}}}",
         [
-            "4:25: vary.a.zip.body.mass.zip: stands too deep"
-            " (expected `each` outside, and no `zip` in another)",
+            "4:25: vary.a.zip.body.mass.zip: is nested too deeply"
+            " (expected `each` outermost, and no `zip` in a `zip`)",
             f"4:35: vary.a.zip.K: cannot vary ({SECTIONS})",
         ],
     ),
@@ -321,23 +324,23 @@ ENTRIES = [
         "a: {zip: {body.mass: {values: [1, 2]}, 'gravity[0]': {linspace: [1, 2, 3]}}}",
         [
             "4:56: vary.a.zip.gravity[0]: has 3 entries where others have 2"
-            " (expected as many of all that move together)"
+            " (expected lists of equal length in a zip)"
         ],
     ),
     (
         "a: {zip: {body.mass: {values: [1, 2]}, 'gravity[0]': {values: [1]}}}",
         [
             "4:56: vary.a.zip.gravity[0]: has 1 entry where others have 2"
-            " (expected as many of all that move together)"
+            " (expected lists of equal length in a zip)"
         ],
     ),
     (
         "a/b: {zip: {body.mass: {values: [1]}}}",
-        ["4:3: vary.a/b: is no name for what moves together (expected words, but not `point`)"],
+        ["4:3: vary.a/b: is not a valid name of a zip (expected words, but not `point`)"],
     ),
     (
         "point: {zip: {body.mass: {values: [1]}}}",
-        ["4:3: vary.point: is no name for what moves together (expected words, but not `point`)"],
+        ["4:3: vary.point: is not a valid name of a zip (expected words, but not `point`)"],
     ),
     (
         "body.mass: {each: {values: [1]}}",
@@ -346,18 +349,24 @@ ENTRIES = [
             " (expected no `each`)"
         ],
     ),
-    # Twice the same.
+    # A value that varies twice.
     (
         "controller.K_t[0]: {values: [1]}\n  controller.K_t: {scale: {values: [2]}}",
-        ["5:3: vary.controller.K_t: moves what controller.K_t[0] moves (expected each value once)"],
+        [
+            "5:3: vary.controller.K_t: varies the same values as controller.K_t[0]"
+            " (expected each value once)"
+        ],
     ),
     (
         "controller.K_t: {scale: {values: [2]}}\n  controller.K_t[0]: {values: [1]}",
-        ["5:3: vary.controller.K_t[0]: moves what controller.K_t moves (expected each value once)"],
+        [
+            "5:3: vary.controller.K_t[0]: varies the same values as controller.K_t"
+            " (expected each value once)"
+        ],
     ),
     (
         "a: {zip: {body.mass: {values: [1]}}}\n  body.mass: {values: [2]}",
-        ["5:3: vary.body.mass: moves what body.mass moves (expected each value once)"],
+        ["5:3: vary.body.mass: varies the same values as body.mass (expected each value once)"],
     ),
 ]
 
@@ -372,7 +381,7 @@ ORDERED = [
     ("uniform: [1]", "uniform: has 1 entry (expected [a, b])"),
     ("normal: [2, 0]", "normal: is [2, 0] (expected a standard deviation above 0)"),
     ("normal: 5", "normal: is 5 (expected [mean, sd])"),
-    ("normal: [1e308, 1e308]", "normal: leaves the range of numbers (expected finite values)"),
+    ("normal: [1e308, 1e308]", "normal: exceeds the range of numbers (expected finite values)"),
     ("loguniform: [0, 2]", "loguniform: is [0, 2] (expected 0 < a < b)"),
     ("loguniform: [3, 2]", "loguniform: is [3, 2] (expected 0 < a < b)"),
 ]
@@ -388,14 +397,14 @@ def test_each_needs_a_list(complaints):
     text = edited("{values: [40, 50]}", "{each: {uniform: [1, 2]}}", DRAWN)
     text = edited("design:", "  gravity[0]: {uniform: [0, 1]}\ndesign:", text)
     assert complaints(text) == [
-        f"4:14: vary.body.mass: is no list, as each needs (expected {LISTS})"
+        f"4:14: vary.body.mass: is not a list, which `each` requires (expected {LISTS})"
     ]
 
 
 BASES = [
     (
         "base: nowhere.yaml",
-        "2:7: base: is the text 'nowhere.yaml', where there is no file"
+        "2:7: base: is the text 'nowhere.yaml', which is not a file"
         " (expected the path of a config, relative to the plan)",
     ),
     ("base: 5", "2:7: base: is 5 (expected the path of a config, or a config)"),
@@ -418,7 +427,7 @@ def test_problems_of_the_base_are_told_at_their_place(complaints, tmp_path):
         "wrong.yaml:3:9: body.mass: is -1 (expected a number greater than 0)",
     ]
     assert complaints(edited("visco-elastic.yaml", "wrong.yaml", PLAN), "body") == [
-        "--set body:1:1: is no assignment (expected key=value)"
+        "--set body:1:1: is not an assignment (expected key=value)"
     ]
     (tmp_path / "wrong.yaml").write_text("[]")
     assert complaints(edited("visco-elastic.yaml", "wrong.yaml", PLAN)) == [
@@ -447,7 +456,7 @@ def test_everything_at_once(complaints):
 def test_more_keys_than_a_config_has(complaints):
     lines = "".join(f"  body.x{i}: {{values: [1]}}\n" for i in range(201))
     assert complaints(edited("  body.mass: {values: [40, 50]}\n", lines, PLAN)) == [
-        "4:3: vary: moves 201 values (expected at most 200)"
+        "4:3: vary: varies 201 keys (expected at most 200)"
     ]
 
 
@@ -481,5 +490,6 @@ def test_too_many_points(complaints):
     assert complaints(text) == ["4:3: vary: makes 100100000 members (expected at most 100000000)"]
     text = edited("random", "latin-hypercube", edited("members: 10", "members: 2000001", DRAWN))
     assert complaints(text) == [
-        "6:10: members: is 2000001, more than a latin hypercube may have (expected at most 2000000)"
+        "6:10: members: is 2000001, more than the design latin-hypercube allows "
+        "(expected at most 2000000)"
     ]

@@ -1,1 +1,1 @@
-"""Running the missing shards of a sweep: threads, worker processes, a Dask cluster."""
+"""Run the missing shards of a sweep, by threads, worker processes or a Dask cluster."""

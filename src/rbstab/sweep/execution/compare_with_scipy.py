@@ -23,10 +23,10 @@ from rbstab.sweep.members.scipy_comparison import (
 from rbstab.sweep.plan.plan import Plan
 
 ComparedCallback = Callable[[int, int], None]
-"""Called with how many members are compared, and how many there are to compare."""
+"""Called with the number of compared members, and the number of members to compare."""
 
 
-def compare_with_scipy(  # noqa: PLR0913, PLR0917 (what is compared; how to report it and stop it)
+def compare_with_scipy(  # noqa: PLR0913, PLR0917 (a sweep, its digest, and the control)
     plan: Plan,
     folder: SweepFolder,
     shards_digest: str,
@@ -34,21 +34,21 @@ def compare_with_scipy(  # noqa: PLR0913, PLR0917 (what is compared; how to repo
     on_compared: ComparedCallback,
     processes: int = 1,
 ) -> ScipyComparison | None:
-    """Return the comparison of a sweep: the one kept in its folder, or a new one.
+    """Return the comparison of a sweep with SciPy: from its folder if stored there, or a new one.
 
     Args:
         plan: The plan.
         folder: The folder, with all shards.
-        shards_digest: Of all its shards.
+        shards_digest: The digest of all shards.
         stop: Any thread may set it to end early.
-        on_compared: Called after each member.
-        processes: How many processes may run members.
+        on_compared: Called at the start and after each member.
+        processes: The largest number of processes.
 
     Returns:
-        The comparison, which is kept in the folder; None where it was stopped.
+        The comparison, which is stored in the folder; None if it was stopped.
 
     Raises:
-        StoreError: A shard is not there any more, or the comparison cannot be written.
+        StoreError: A shard is missing or damaged, or the comparison cannot be written.
     """
     kept = read_comparison(folder.comparison_file)
     if kept is not None and kept.shards_digest == shards_digest:
@@ -64,7 +64,7 @@ def compare_with_scipy(  # noqa: PLR0913, PLR0917 (what is compared; how to repo
 
 
 def read_comparison(path: Path) -> ScipyComparison | None:
-    """Read a comparison; None where the file is absent or damaged."""
+    """Read a comparison; None if the file is missing or damaged."""
     try:
         data = read_document(path)
         return ScipyComparison(**{**data, "members": tuple(data["members"])})
@@ -75,7 +75,7 @@ def read_comparison(path: Path) -> ScipyComparison | None:
 def _run(
     plan: Plan, members: list[int], stop: Event, on_compared: ComparedCallback, processes: int
 ) -> list[dict[str, Array]] | None:
-    """The outcomes of some members as single runs, in their order; None where it was stopped."""
+    """Return the outcomes of some members as single runs, in their order; None if stopped."""
     on_compared(0, len(members))
     outcomes: dict[int, dict[str, Array]] = {}
     with closing(run_singles(plan, ENGINE, members, processes)) as results:
@@ -91,12 +91,13 @@ def _run(
 
 
 def _stored(folder: SweepFolder, members: list[int]) -> dict[str, Array]:
-    """The stored columns of some members, ascending."""
+    """Return the stored columns of some members, whose numbers are ascending."""
     rows: list[dict[str, Array]] = []
     for number, some in groupby(members, lambda member: member // folder.manifest.shard_size):
         table = folder.read(number)
         if table is None:
-            raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
+            file = folder.shard_file(number)
+            raise NotAResultError(f"{file} is missing or damaged; run the sweep again")
         chosen = np.array(list(some)) - folder.bounds(number)[0]
         rows.append({name: table.arrays[name][chosen] for name in table.layout})
     return _joined(rows)

@@ -1,4 +1,4 @@
-"""Compute one shard, whatever its engine does, and write it."""
+"""Compute one shard, also if its engine raises an error, and write it."""
 
 from collections.abc import Callable, Iterator
 
@@ -48,13 +48,13 @@ def compute_members(
     stop: int,
     on_error: Callable[[Exception], None],
 ) -> Shard:
-    """Integrate members with an engine or, where it raises an error, one by one.
+    """Integrate members with an engine; if it raises an error, integrate them one by one.
 
     Args:
         plan: The plan.
         engine: Integrates the members.
-        start: The first one.
-        stop: The one after the last.
+        start: The first member.
+        stop: One after the last member, as in `range`.
         on_error: Called with the engine's error.
 
     Raises:
@@ -65,7 +65,7 @@ def compute_members(
     except EngineMissingError:
         raise
     except Exception as error:
-        # No member may end the sweep: each is rerun alone, and gets a status of its own.
+        # No member may stop the sweep: each is rerun as a single run, and gets its own status.
         on_error(error)
         return _computed(plan, SingleRuns(plan), start, stop)
 
@@ -77,15 +77,15 @@ def _computed(plan: Plan, engine: MemberEngine, start: int, stop: int) -> Shard:
 
 
 def checked_columns(shard: Shard, members: int) -> dict[str, Array]:
-    """Return the columns of a shard in their types.
+    """Check the columns of a shard, and return them in their types.
 
     Raises:
         ValueError: A column is missing, or does not have one entry for each member.
     """
     found = {}
-    for column in COLUMNS:
-        data = np.asarray(shard.outcome.get(column.name))
+    for name, column in COLUMNS.items():
+        data = np.asarray(shard.outcome.get(name))
         if data.shape != (members, *column.shape):
-            raise ValueError(f"{column.name} has the shape {data.shape} for {members} members")
-        found[column.name] = data.astype(column.dtype, copy=False)
+            raise ValueError(f"{name} has the shape {data.shape} for {members} members")
+        found[name] = data.astype(column.dtype, copy=False)
     return found

@@ -1,8 +1,8 @@
-"""An executor whose shards are computed by the workers of a Dask cluster; this process writes them.
+"""Executor on a Dask cluster: its workers compute the shards, and this process writes them.
 
-The cluster gets only as many shards as its workers need at the moment, and keeps no record of what
-is done: a sweep resumes from its own files. Whatever happens to the workers, each shard is computed
-in the end, in this process if necessary.
+The cluster gets only as many shards as its workers need at the moment, and keeps no record of
+finished shards: a sweep resumes from its own files. If the workers fail to
+compute a shard, this process computes it.
 """
 
 import time
@@ -46,23 +46,23 @@ TIME_LIMIT = 10.0
 """s in which a scheduler must answer."""
 
 POLL_INTERVAL = 0.2
-"""s between two looks at a silent cluster."""
+"""s; the longest wait for a finished shard."""
 
 COUNT_INTERVAL = 2.0
 """s between two counts of the workers' threads."""
 
 SHARDS_PER_THREAD = 2
-"""Shards for each thread of a worker: one that it computes, and one that waits beside it."""
+"""Shards for each thread of a worker: one being computed, and one waiting on the worker."""
 
 SPARE_SHARDS = 2
 """Shards in transit."""
 
 MAX_SUBMISSIONS = 3
-"""How often a shard is submitted to the cluster, which tries several workers each time."""
+"""How many times a shard is submitted at most. Each time, the cluster tries several workers."""
 
 
 class ClusterError(ExecutorError):
-    """A cluster cannot be reached, or is gone."""
+    """A cluster cannot be reached, or the connection is lost."""
 
 
 @contextmanager
@@ -75,10 +75,10 @@ def cluster(
     """Connect to a cluster.
 
     Args:
-        address: Of its scheduler, such as tcp://host:8786, or the path of its JSON file.
-        engine: Name of the engine that integrates members.
+        address: The scheduler's address, such as tcp://host:8786, or the path of its JSON file.
+        engine: The name of the engine that integrates members.
         factory: Makes engines on the workers; default the factory of `engine`.
-        time_limit: In which the scheduler must answer, s; default `TIME_LIMIT`.
+        time_limit: The scheduler must answer in this time, s; default `TIME_LIMIT`.
 
     Raises:
         ClusterError: The scheduler does not answer, or the address is wrong.
@@ -96,25 +96,25 @@ def cluster(
 
 
 def _client(address: str, time_limit: float) -> Client:
-    where = {"address": address}
+    target = {"address": address}
     if address.endswith(".json"):
         if not Path(address).is_file():
             raise ClusterError("there is no such file")
-        where = {"scheduler_file": address}
+        target = {"scheduler_file": address}
     try:
-        return Client(**where, timeout=time_limit, set_as_default=False)
+        return Client(**target, timeout=time_limit, set_as_default=False)
     except (OSError, TimeoutError, ValueError, KeyError, ImportError) as error:
         raise ClusterError(f"the scheduler cannot be reached: {error}") from error
 
 
 def _check_workers(client: Client, engine: str) -> None:
-    """Refuse workers with other versions; later ones are checked at their first shard."""
+    """Reject workers with other versions. Later workers are checked at their first shard."""
     ours = versions(engine)
     try:
         found = client.run(versions, engine, on_error="return")
     except Exception as error:
-        # An error of any type: a worker without rbstab raises its own.
-        raise ClusterError(f"the workers cannot be asked: {error}") from error
+        # The error may have any type: a worker without rbstab raises its own.
+        raise ClusterError(f"the versions of the workers cannot be read: {error}") from error
     for worker, theirs in found.items():
         if isinstance(theirs, OSError):
             continue  # this worker is gone
@@ -130,7 +130,7 @@ class DaskCluster:
 
     Args:
         client: The connection to the cluster.
-        address: Of its scheduler, for messages.
+        address: The address of the scheduler, for messages.
         factory: Makes engines; default the factory of the plan's engine.
     """
 
@@ -205,7 +205,7 @@ class _PendingShards:
             yield from self._take(future)
 
     def cancel(self) -> None:
-        """Cancel the shards that are submitted."""
+        """Cancel the submitted shards."""
         futures = [future for _, future in self.submitted.values()]
         self.submitted.clear()
         with suppress(OSError, TimeoutError, ValueError):
@@ -213,7 +213,7 @@ class _PendingShards:
                 self.client.cancel(futures)
 
     def _count_threads(self) -> int | None:
-        """The number of the workers' threads; None where it was counted a moment ago."""
+        """Return the number of threads of all workers; None if counted within `COUNT_INTERVAL`."""
         if self.client.status != "running":
             raise _SchedulerGoneError
         now = time.monotonic()
@@ -232,7 +232,7 @@ class _PendingShards:
         future.add_done_callback(self.finished.put)
 
     def _take(self, future: Future[Computed]) -> Iterator[ExecutionEvent | None]:
-        """Write a shard that is finished, or run it again where its worker died."""
+        """Write a finished shard, or run it again if its worker died."""
         number, _ = self.submitted.pop(future.key)
         start, stop = self.queue.folder.bounds(number)
         try:
@@ -259,7 +259,7 @@ class _PendingShards:
         yield self.queue.store(number, found.shard)
 
     def _compute_here(self, number: int) -> Iterator[ExecutionEvent]:
-        """Compute a shard in this process that the cluster could not compute."""
+        """Compute in this process a shard that the cluster could not compute."""
         plan = self.queue.plan
         self.engine = self.engine or self.factory(plan)
         for event in compute_shard(plan, self.queue.folder, number, self.engine):

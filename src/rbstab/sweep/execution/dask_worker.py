@@ -1,6 +1,6 @@
-"""What runs on a worker of a Dask cluster: compute shards and return them.
+"""Code for the workers of a Dask cluster: compute shards and return them.
 
-Imported by `dask_executor.py`, and by the workers that it sends a plan to.
+`dask_executor.py` imports it, and so do the workers that get a plan from it.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from rbstab.sweep.plan.plan import Plan, plan_id
 
 
 class WorkerDiffersError(ExecutorError):
-    """A worker has other versions, so that its results would differ in their bits."""
+    """A worker has other versions or another plan, so the bits of its results would differ."""
 
 
 class Computed(NamedTuple):
@@ -34,14 +34,14 @@ class Computed(NamedTuple):
 
 @dataclass(frozen=True)
 class SweepTask:
-    """What a worker needs to know of a sweep.
+    """The data of a sweep that each worker gets.
 
     Args:
         plan: The plan as plain data.
-        plan_id: Of the plan.
-        engine: Of the plan.
-        versions: Those that a worker must have.
-        factory: Makes engines; default the factory of the engine.
+        plan_id: The identity of the plan.
+        engine: The name of the plan's engine.
+        versions: The versions that a worker must have.
+        factory: Makes engines; default the factory for the plan's engine.
     """
 
     plan: dict[str, Any]
@@ -52,7 +52,7 @@ class SweepTask:
 
 
 class SweepPlugin(WorkerPlugin):
-    """A plugin that brings a sweep to every worker, also to those that join later.
+    """A Dask plugin that gives a sweep to every worker, also to workers that join later.
 
     Args:
         task: The sweep.
@@ -95,7 +95,7 @@ class SweepPlugin(WorkerPlugin):
         plan = load_plan(self.task.plan)
         if plan_id(plan) != self.task.plan_id:
             raise WorkerDiffersError(
-                f"a worker reads another plan ({plan_id(plan)[:8]}, not {self.task.plan_id[:8]})"
+                f"a worker loaded another plan ({plan_id(plan)[:8]}, not {self.task.plan_id[:8]})"
             )
         return plan
 
@@ -105,20 +105,20 @@ class SweepPlugin(WorkerPlugin):
         return processor()
 
 
-def refuse_other_versions(ours: dict[str, str], theirs: dict[str, str], where: str = "") -> None:
-    """Refuse a worker whose versions differ from those of the process that writes.
+def refuse_other_versions(ours: dict[str, str], theirs: dict[str, str], address: str = "") -> None:
+    """Reject a worker whose versions differ from the versions of the process that writes.
 
     Raises:
-        WorkerDiffersError: They differ.
+        WorkerDiffersError: The versions differ.
     """
     different = difference(ours, theirs)
     if different:
-        who = f"the worker {where}" if where else "a worker"
-        raise WorkerDiffersError(f"{who} has {different}: its results would have other bits")
+        worker = f"the worker {address}" if address else "a worker"
+        raise WorkerDiffersError(f"{worker} has {different}: the bits of its results would differ")
 
 
 def compute(name: str, start: int, stop: int) -> Computed:
-    """Integrate some members of a sweep, on the worker that runs this."""
+    """Integrate some members of a sweep; runs on a worker that has the plugin with this name."""
     plugin = get_worker().plugins[name]
     assert isinstance(plugin, SweepPlugin)
     return plugin.compute(start, stop)

@@ -1,4 +1,4 @@
-"""What a sweep is going to take, from a short calibration."""
+"""Estimate the time and disk space of a sweep from a short calibration."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -15,39 +15,41 @@ from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.plan import Plan
 
-CALIBRATION = 3.0
-"""s that a calibration may take, in parts for the variants; compiling comes on top."""
+CALIBRATION_TIME = 3.0
+"""s; the limit of a calibration, divided among the variants, without compilation."""
 
-LOOKS = 256
-"""Places of a plan that are looked at for the variants of their members."""
+SAMPLED_MEMBERS = 256
+"""Members sampled to find the share of each variant."""
 
 MIN_BLOCK = 64
-"""Members: variants in shorter blocks are followed together, for pieces would hold several."""
+"""Members. Variants in shorter blocks are timed together: a piece would contain several."""
 
-PIECES = 4
-"""Places of a variant that are followed before longer pieces: no odd one speaks for all."""
+MIN_PIECES = 4
+"""Pieces timed before longer ones are tried, so that no single piece decides the estimate."""
 
 MAX_PIECES = 16
-"""Places that are followed where there is no time for longer pieces."""
+"""Largest number of pieces of one length; used if there is no time for longer pieces."""
 
 GROWTH = 4
-"""How many times longer the pieces become: batches pay off only in long ones."""
+"""Factor between successive piece lengths. Batches are efficient only in long pieces."""
 
-GOLDEN = 0.6180339887498949
-"""(√5 - 1)/2: its multiples, less their whole parts, are spread evenly however many there are."""
+GOLDEN_RATIO = 0.6180339887498949
+"""(√5 - 1)/2. The fractional parts of its multiples are spread evenly, for any number of them."""
 
-PIECE = 1024
-"""Members that are followed together: their traces are in memory."""
+BATCH_SIZE = 1024
+"""Members that are computed in one call, to limit the memory of their traces."""
 
 Clock = Callable[[], float]
 
 
 class Estimate(NamedTuple):
-    """What remains of a sweep.
+    """Estimated cost of the rest of a sweep.
 
-    seconds are those of the members on the given number of threads; check_seconds those of the
-    comparison with single runs; calibrated is how many members of a variant both rest on, at least;
-    bytes is what the whole sweep takes on the disk.
+    Args:
+        seconds: Time of the members, on the given number of threads, s.
+        check_seconds: Time of the comparison with SciPy, s.
+        calibrated: The number of members timed, for the variant with the fewest.
+        bytes: Disk space of the whole sweep.
     """
 
     seconds: float
@@ -63,54 +65,53 @@ def estimate(
     threads: int,
     clock: Clock = time.perf_counter,
 ) -> Estimate:
-    """Follows some members of each variant, from all over the plan; tells what the rest will take.
+    """Time some members of each variant, spread over the plan, and estimate the rest.
 
-    Two members of each variant are followed, whatever they take; more as long as `CALIBRATION`
-    allows. Where variants alternate they are followed together.
+    At least two members of each variant are computed, and more while `CALIBRATION_TIME` allows it.
+    Variants that alternate in short blocks are timed together.
 
     Args:
         plan: The plan.
-        remaining: Members that are not done.
+        remaining: The number of members that are not done.
         factory: Makes the engine.
-        threads: How many there will be.
-        clock: Tells the time, s.
+        threads: The number of threads of the sweep.
+        clock: Returns the time, s.
     """
     if not remaining:
         return Estimate(0.0, 0.0, 0, sweep_bytes(plan))
-    engine, places, block = factory(plan), _places(plan), _block(plan)
-    variants = _by_variant(plan, places)
-    kinds = list(variants.values())
+    engine, sample, block = factory(plan), _sample(plan), _block_length(plan)
+    variants = _by_variant(plan, sample)
+    groups = list(variants.values())
     if block < MIN_BLOCK:
-        kinds, block = [places], plan.members
-    each, calibrated = 0.0, plan.members
-    for members in kinds:
-        share = len(members) / LOOKS
-        cost = _cost(engine, _Pieces(members, block), share * CALIBRATION, clock)
-        each += share * cost.seconds
+        groups, block = [sample], plan.members
+    seconds_per_member, calibrated = 0.0, plan.members
+    for members in groups:
+        share = len(members) / SAMPLED_MEMBERS
+        cost = _measure(engine, _Pieces(members, block), share * CALIBRATION_TIME, clock)
+        seconds_per_member += share * cost.seconds
         calibrated = min(calibrated, cost.members)
-    seconds = remaining * each / min(threads, remaining)
-    return Estimate(
-        seconds, _check_seconds(plan, variants, threads, clock), calibrated, sweep_bytes(plan)
-    )
+    seconds = remaining * seconds_per_member / min(threads, remaining)
+    check_seconds = _comparison_time(plan, variants, threads, clock)
+    return Estimate(seconds, check_seconds, calibrated, sweep_bytes(plan))
 
 
-def _places(plan: Plan) -> list[int]:
-    """Members from all over a plan; any number of the first ones are spread evenly."""
-    return [int((k + 0.5) * GOLDEN % 1.0 * plan.members) for k in range(LOOKS)]
+def _sample(plan: Plan) -> list[int]:
+    """Return members spread evenly over a plan; so are the first k of them, for every k."""
+    return [int((k + 0.5) * GOLDEN_RATIO % 1.0 * plan.members) for k in range(SAMPLED_MEMBERS)]
 
 
-def _by_variant(plan: Plan, places: list[int]) -> dict[str, list[int]]:
+def _by_variant(plan: Plan, sample: list[int]) -> dict[str, list[int]]:
     found: dict[str, list[int]] = {}
-    for member in places:
+    for member in sample:
         values = plan.values(member, member + 1, [key_of(VARIANT)])
-        variant = plan.variant_of({key: column[0] for key, column in values.items()})
+        variant = plan.variant_of({key: entries[0] for key, entries in values.items()})
         found.setdefault(variant, []).append(member)
     return found
 
 
-def _block(plan: Plan) -> int:
-    """How many members of one variant stand side by side, from every multiple of it on."""
-    axis = next((a for a in plan.axes for c in a.columns if c.path == VARIANT), None)
+def _block_length(plan: Plan) -> int:
+    """Return the length of the blocks of consecutive members that have the same variant."""
+    axis = next((a for a in plan.axes for k in a.varied_keys if k.path == VARIANT), None)
     if axis is None:
         return plan.members
     names, lengths = list(plan.dimensions), list(plan.dimensions.values())
@@ -118,58 +119,62 @@ def _block(plan: Plan) -> int:
 
 
 class _Pieces(NamedTuple):
-    """Where members are followed: around some places, inside their blocks."""
+    """Pieces of a plan to be timed: each lies at a sampled member, inside the member's block."""
 
-    places: list[int]
+    members: list[int]
     block: int
 
     def starts(self, length: int) -> Iterator[int]:
-        """Where pieces of a length start, without an end: places are used again."""
-        for place in cycle(self.places):
-            first = place // self.block * self.block
-            yield min(place, first + self.block - length)
+        """Yield the starts of pieces of this length, repeated without end."""
+        for member in cycle(self.members):
+            first = member // self.block * self.block
+            yield min(member, first + self.block - length)
 
 
 class _Cost(NamedTuple):
-    """What a member takes, s, and how many members tell so."""
+    """The measured time of one member, s, and the number of members it is averaged over."""
 
     seconds: float
     members: int
 
 
-def _cost(engine: MemberEngine, pieces: _Pieces, allowed: float, clock: Clock) -> _Cost:
-    """What a member takes, by the longest pieces that there is time for."""
-    length, last = 1, pieces.places[-1]
-    engine.compute(last, last + 1)  # whatever is made at the first use
+def _measure(engine: MemberEngine, pieces: _Pieces, allowed: float, clock: Clock) -> _Cost:
+    """Measure the time of one member, in the longest pieces that fit into the allowed time, s."""
+    length, last = 1, pieces.members[-1]
+    engine.compute(last, last + 1)  # warm-up: compilation and caches
     begin = clock()
     while True:
         seconds, left = 0.0, allowed
         for count, start in enumerate(pieces.starts(length), 1):
-            seconds += _timed(engine, start, length, clock)
+            seconds += _time(engine, start, length, clock)
             left = allowed - (clock() - begin)
-            time_for_longer = PIECES * GROWTH * seconds / count < left
+            time_for_longer = MIN_PIECES * GROWTH * seconds / count < left
             longer = time_for_longer and GROWTH * length <= pieces.block
-            if left <= 0 or count == MAX_PIECES or (count >= PIECES and longer):
+            if left <= 0 or count == MAX_PIECES or (count >= MIN_PIECES and longer):
                 break
         if left <= 0 or not longer:
             return _Cost(seconds / (count * length), count * length)
         length *= GROWTH
 
 
-def _check_seconds(plan: Plan, variants: dict[str, list[int]], threads: int, clock: Clock) -> float:
-    """What the comparison with single runs takes, by one member of each variant."""
+def _comparison_time(
+    plan: Plan, variants: dict[str, list[int]], threads: int, clock: Clock
+) -> float:
+    """Return the time of the comparison with SciPy, s, from one member of each variant."""
     if plan.engine == ENGINE:
         return 0.0
-    single, each = SingleRuns(plan, ENGINE), 0.0
+    single, seconds_per_member = SingleRuns(plan, ENGINE), 0.0
     for variant, members in variants.items():
         if is_comparable(variant):
-            each += len(members) / LOOKS * _timed(single, members[0], 1, clock)
-    checked = -(-plan.members // MEMBERS_PER_SAMPLE)
-    return checked * each / (threads if checked >= MIN_FOR_PROCESSES else 1)
+            share = len(members) / SAMPLED_MEMBERS
+            seconds_per_member += share * _time(single, members[0], 1, clock)
+    compared = -(-plan.members // MEMBERS_PER_SAMPLE)
+    processes = threads if compared >= MIN_FOR_PROCESSES else 1
+    return compared * seconds_per_member / processes
 
 
-def _timed(engine: MemberEngine, start: int, count: int, clock: Clock) -> float:
+def _time(engine: MemberEngine, start: int, count: int, clock: Clock) -> float:
     begin, stop = clock(), start + count
-    for first in range(start, stop, PIECE):
-        engine.compute(first, min(first + PIECE, stop))
+    for first in range(start, stop, BATCH_SIZE):
+        engine.compute(first, min(first + BATCH_SIZE, stop))
     return clock() - begin

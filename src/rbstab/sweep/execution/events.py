@@ -11,9 +11,12 @@ from rbstab.sweep.folder.sweep_folder import ShardFacts, SweepFolder
 class Started(NamedTuple):
     """The folder is open; its stored shards have been read.
 
-    inventory lists the shards that are stored and those that are missing; moved_aside and
-    changed_versions are those of `OpenFolder`; members is how many this process has to have done
-    in the end, those that are stored included.
+    Args:
+        folder: The folder.
+        inventory: The stored and the missing shards.
+        moved_aside: See `OpenFolder`.
+        changed_versions: See `OpenFolder`.
+        members: The number of members of this sweep or part, with the stored ones.
     """
 
     folder: SweepFolder
@@ -24,7 +27,7 @@ class Started(NamedTuple):
 
 
 class ShardDone(NamedTuple):
-    """A shard was computed and written: its number, how many members it has, and its facts."""
+    """A shard was computed and written: its number, its number of members, and its facts."""
 
     number: int
     members: int
@@ -59,7 +62,7 @@ class NoWorkers(NamedTuple):
 
 
 class Comparing(NamedTuple):
-    """Members are being rerun with SciPy: how many are done, of how many."""
+    """Sampled members are being rerun with SciPy: `done` of `members` are finished."""
 
     done: int
     members: int

@@ -1,7 +1,7 @@
 """Run the missing shards of a sweep.
 
-The content of a shard depends on the plan alone. So neither the worker that computes it nor an
-interruption shows in the results.
+With equal versions and processors, the content of a shard depends only on the plan. So the results
+do not depend on the worker that computes the shard, or on interruptions.
 """
 
 from collections import deque
@@ -23,7 +23,7 @@ class Execution:
 
     Args:
         plan: The plan.
-        folder: Where it is stored; its lock is held.
+        folder: The folder of the sweep; the caller holds its lock.
         executor: Computes the shards.
         on_event: Called with each event, and with None when idle.
         stop: Any thread may set it; then no further shard is started.
@@ -38,15 +38,15 @@ class Execution:
     fail_fast: bool = False
 
     def run(self, inventory: ShardInventory) -> None:
-        """Compute the missing shards, and enter them in the inventory.
+        """Compute the missing shards, and add them to the inventory.
 
         Args:
-            inventory: Of the folder.
+            inventory: The inventory of the folder; it is updated.
 
         Raises:
             StoreError: A shard cannot be written.
             EngineMissingError: An engine cannot be used.
-            ExecutorError: The executor cannot go on.
+            ExecutorError: The executor cannot continue.
         """
         if self.fail_fast and inventory.first_failed is not None:
             return

@@ -11,16 +11,16 @@ CPU_INFO = Path("/proc/cpuinfo")
 
 
 def versions(engine: str) -> dict[str, str]:
-    """Return the versions of the program and of all packages behind the numbers of an engine."""
+    """Return the versions of rbstab and of all packages that affect the results of an engine."""
     names = sorted({*PACKAGES[engine], *PACKAGES["scipy"]})
     found = {"rbstab": version("rbstab"), "its commit": commit()}
     return found | {name: import_module(name).__version__ for name in names}
 
 
 def difference(ours: dict[str, str], theirs: dict[str, str]) -> str:
-    """Return the versions that differ, in words; an empty text where none does.
+    """Return the versions that differ, as text; an empty text if all are equal.
 
-    A program that was installed from a package has no commit to compare.
+    If rbstab was installed from a package, it has no commit, and commits are not compared.
     """
     return ", ".join(
         f"{name} {theirs.get(name, '?')}, not {ours[name]}"
@@ -30,7 +30,7 @@ def difference(ours: dict[str, str], theirs: dict[str, str]) -> str:
 
 
 def processor() -> str:
-    """Return the type of this machine's processor, in words."""
+    """Return the name of this machine's processor type."""
     try:
         lines = CPU_INFO.read_text().splitlines()
     except OSError:

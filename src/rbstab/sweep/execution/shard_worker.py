@@ -1,7 +1,7 @@
 """A worker process that computes and writes shards.
 
-Python code of one process runs on one core at a time; so each thread of a sweep but the first has a
-worker process of its own.
+Python code of one process runs on one core at a time; so each thread of a sweep except the first
+has a worker process.
 """
 
 import os
@@ -21,7 +21,7 @@ from rbstab.sweep.members.engine import EngineError, EngineFactory
 from rbstab.sweep.plan.plan import Plan
 
 ShardRequest = tuple[SweepFolder, int]
-"""A folder, and the number of the shard to compute for it."""
+"""A folder, and the number of the shard to compute."""
 
 
 class ShardWorker:
@@ -40,10 +40,10 @@ class ShardWorker:
         self._ready = False
 
     def ready(self, wait: float) -> bool:
-        """Whether its engine is compiled; wait for that up to `wait` seconds.
+        """Return whether the engine of the worker is made; wait for it up to `wait` seconds.
 
         Raises:
-            WorkerDiedError: It has ended.
+            WorkerDiedError: The worker has ended.
             EngineError: The engine cannot be made.
         """
         if not self._ready and self._worker.has_answer(wait):
@@ -56,7 +56,7 @@ class ShardWorker:
 
         Raises:
             WorkerDiedError: The worker has ended.
-            EngineError: It could not compute the shard at all, and has ended.
+            EngineError: The worker could not compute the shard, and has ended.
             StoreError: The shard cannot be written.
             EngineMissingError: The engine cannot be used.
         """
@@ -73,7 +73,7 @@ class ShardWorker:
 def _serve(connection: Connection, plan: Plan, factory: EngineFactory) -> None:
     """Receive requests for shards in the main thread; another thread computes them."""
     requests: SimpleQueue[ShardRequest] = SimpleQueue()
-    # Not in the main thread: glibc gives its memory back at once, which takes a tenth longer.
+    # In the main thread glibc returns freed memory at once, and computing takes a tenth longer.
     arguments = connection, plan, factory, requests.get
     Thread(target=_compute, args=arguments, daemon=True).start()
     with suppress(EOFError, OSError):
@@ -88,12 +88,12 @@ def _compute(
     factory: EngineFactory,
     next_request: Callable[[], ShardRequest],
 ) -> None:
-    """Compute one shard after the other; end the process where the engine itself fails."""
+    """Compute the requested shards one by one; an unexpected error ends the process."""
     answer: list[EngineFailed | ShardDone] | Exception = []
     try:
         engine = factory(plan)
         while True:
-            # Where the parent has died, the main thread ends the process.
+            # If the parent has died, the main thread ends the process.
             with suppress(OSError):
                 connection.send(answer)
             folder, number = next_request()
@@ -108,7 +108,7 @@ def _compute(
 
 
 def _sendable(event: EngineFailed | ShardDone) -> EngineFailed | ShardDone:
-    """The same event with an error that can be sent to another process."""
+    """Return the event with an error that can be pickled."""
     if isinstance(event, EngineFailed):
         return event._replace(error=EngineError.of(event.error))
     return event

@@ -11,10 +11,10 @@ from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.plan import Plan
 
 POLL_INTERVAL = 0.2
-"""s between two looks at silent workers."""
+"""s; the longest wait for a result."""
 
 MIN_FOR_PROCESSES = 16
-"""Members for which starting worker processes pays off."""
+"""Fewest members for which starting worker processes saves time."""
 
 Outcome = dict[str, Array]
 
@@ -28,7 +28,7 @@ def run_singles(
         plan: The plan.
         engine: The engine, in place of the plan's.
         members: Their numbers.
-        processes: How many processes may be used.
+        processes: The largest number of processes.
 
     Yields:
         A member and its outcome, in any order; None when idle. Closing the generator ends the
@@ -36,7 +36,7 @@ def run_singles(
     """
     left = list(members)
     if processes > 1 and len(left) >= MIN_FOR_PROCESSES:
-        # A worker that dies (of too little memory, say) breaks its pool: the rest runs here.
+        # If a worker dies (out of memory, say), its pool breaks: the rest runs in this process.
         with suppress(BrokenProcessPool):
             for found in _run_in_pool(plan, engine, left, processes):
                 if found is not None:
@@ -64,11 +64,11 @@ def _run_in_pool(
 
 
 _singles: SingleRuns | None = None
-"""The runner of a worker process."""
+"""Integrates the members of a worker process; set by `_set_up`."""
 
 
 def _set_up(plan: Plan, engine: str) -> None:
-    global _singles  # noqa: PLW0603 (what a worker keeps between its tasks)
+    global _singles  # noqa: PLW0603 (the state of a worker between tasks)
     _singles = SingleRuns(plan, engine)
 
 

@@ -1,4 +1,4 @@
-"""An executor on this machine: threads, of which all but the first have a worker process."""
+"""Executor on this machine: threads, each with its worker process except the first."""
 
 from collections.abc import Callable, Generator, Iterable
 from contextlib import closing, suppress
@@ -15,11 +15,11 @@ from rbstab.sweep.members.engine import EngineError, EngineFactory
 from rbstab.sweep.plan.plan import Plan
 
 POLL_INTERVAL = 0.2
-"""s between two looks at silent threads: not every system lets a wait be interrupted."""
+"""s; the longest wait for an event, because some systems cannot interrupt a wait."""
 
 
 class _Ended(NamedTuple):
-    """A thread has ended, and with which error, if any."""
+    """The end of a thread, with the error that ended it, if any."""
 
     error: BaseException | None
 
@@ -29,13 +29,13 @@ Report = Callable[[ExecutionEvent], None]
 
 
 class ThreadExecutor:
-    """An executor whose threads compute and write shards, each with an engine of its own.
+    """An executor whose threads compute and write shards, each with its own engine.
 
     Args:
         factory: Makes the engine of a thread.
-        count: How many threads.
-        start_worker: Starts the worker process of each thread but the first; by default all threads
-            compute in this process.
+        count: The number of threads.
+        start_worker: Starts the worker process of each thread except the first; by default all
+            threads compute in this process.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class ThreadExecutor:
         running, errors = min(self.count, len(queue.missing)), []
         for index in range(running):
             run = self._run_here if index == 0 or self.start_worker is None else self._run_worker
-            # Daemons: a second interrupt must not wait for them. A file is whole at any instant.
+            # Daemon threads: a second interrupt does not wait for them. File writes are atomic.
             Thread(target=_run_thread, args=(run, queue, reports.put), daemon=True).start()
         try:
             while running:
@@ -69,28 +69,28 @@ class ThreadExecutor:
                 else:
                     yield report
         finally:
-            # The receiver of the events may have ended early, with an error of its own.
+            # The caller may have closed this generator early, as after an error.
             if running:
                 queue.stop.set()
         if errors:
             raise errors[0]
 
     def _run_here(self, queue: WorkQueue, report: Report) -> None:
-        """Compute one shard after the other with an engine of this process."""
+        """Compute shards one by one with an engine in this process."""
         engine = None
         while (number := queue.next()) is not None:
             engine = engine or self.factory(queue.plan)
             _report(compute_shard(queue.plan, queue.folder, number, engine), queue, report)
 
     def _run_worker(self, queue: WorkQueue, report: Report) -> None:
-        """Let a worker process compute the shards; once it has died, compute them here."""
+        """Compute shards in a worker process; if it dies, compute the others in this process."""
         assert self.start_worker is not None
-        # A system that cannot start another process still has this one.
+        # If the worker cannot start or dies, this process computes the shards below.
         with (
             suppress(WorkerDiedError, EngineError),
             closing(self.start_worker(queue.plan)) as worker,
         ):
-            # No shard waits for a worker to start: other threads take it sooner.
+            # Take no shard before the worker has started: other threads compute it sooner.
             while not worker.ready(POLL_INTERVAL):
                 if queue.exhausted:
                     return
@@ -114,12 +114,12 @@ def _report(events: Iterable[EngineFailed | ShardDone], queue: WorkQueue, report
 def _run_thread(
     run: Callable[[WorkQueue, Report], None], queue: WorkQueue, report: Callable[..., None]
 ) -> None:
-    """Run one thread to its end, and report that end."""
+    """Run a thread to its end, then report the end with its error."""
     error = None
     try:
         run(queue, report)
     except BaseException as caught:
-        # The executing thread raises it.
+        # `events` raises the error in the executing thread.
         queue.stop.set()
         error = caught
     finally:

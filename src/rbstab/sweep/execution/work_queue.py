@@ -1,4 +1,4 @@
-"""The queue of missing shards, and the interface of what computes them."""
+"""The queue of missing shards, and the interface of executors."""
 
 from collections import deque
 from collections.abc import Generator
@@ -19,7 +19,7 @@ class WorkQueue:
 
     Args:
         plan: The plan.
-        folder: Where the shards are stored.
+        folder: The folder that stores the shards.
         missing: The numbers of the shards to compute, ascending.
         stop: Any thread may set it; then no further shard is started.
         fail_fast: Stop at the first member that failed.
@@ -37,7 +37,7 @@ class WorkQueue:
         return self.stop.is_set() or not self.missing
 
     def next(self) -> int | None:
-        """Take the number of a shard off the queue; None where no further one is to be started."""
+        """Remove and return the number of the next shard; None if no more are to be started."""
         if self.stop.is_set():
             return None
         try:
@@ -46,11 +46,11 @@ class WorkQueue:
             return None
 
     def put_back(self, number: int) -> None:
-        """Put a shard back that could not be computed; it is the next one again."""
+        """Put back a shard that could not be computed; it becomes the next shard."""
         self.missing.appendleft(number)
 
     def stop_if_failed(self, done: ShardDone) -> None:
-        """Stop the sweep where `fail_fast` is set and a member of the shard failed."""
+        """Stop the sweep if `fail_fast` is set and a member of the shard failed."""
         if self.fail_fast and done.facts.first_failed is not None:
             self.stop.set()
 
@@ -58,7 +58,7 @@ class WorkQueue:
         """Write a shard that was computed elsewhere.
 
         Raises:
-            StoreError: It cannot be written.
+            StoreError: The shard cannot be written.
         """
         done = store_shard(self.folder, number, shard)
         self.stop_if_failed(done)
@@ -66,16 +66,16 @@ class WorkQueue:
 
 
 class Executor(Protocol):
-    """Interface of what computes shards: threads of this machine, or a cluster."""
+    """Interface of executors, which compute shards: threads of this machine, or a cluster."""
 
     def events(self, queue: WorkQueue) -> Generator[ExecutionEvent | None]:
         """Compute and store the shards of the queue; yield the events, and None when idle.
 
-        The generator ends when all shards are stored, or when the queue was stopped and those that
-        were started are stored.
+        The generator ends when all shards are stored or, after a stop, when all started shards are
+        stored.
         """
         ...
 
 
 class ExecutorError(Exception):
-    """The executor cannot go on; what is stored stays."""
+    """The executor cannot continue; stored shards are kept."""

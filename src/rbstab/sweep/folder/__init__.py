@@ -1,1 +1,1 @@
-"""The folder of a sweep: manifest, locks, shards, traces, and the file that gathers them."""
+"""The folder of a sweep: its manifest, locks, shards, traces, and the file of all shards."""

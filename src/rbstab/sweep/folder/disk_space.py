@@ -1,58 +1,63 @@
-"""What a sweep takes on the disk, and whether it is there."""
+"""Disk space of a sweep: needed and free."""
 
 import shutil
 from collections.abc import Iterable
 
 from rbstab.store.errors import StoreError
-from rbstab.sweep.folder.layout import OUTCOME, varied_layout
+from rbstab.sweep.folder.layout import varied_layout
 from rbstab.sweep.folder.sweep_folder import SweepFolder
+from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.plan import Plan
 
-_NUMBER = 8
-"""Bytes of the number of a member."""
+_MEMBER_NUMBER_BYTES = 8
 
 
 def sweep_bytes(plan: Plan) -> int:
-    """What a sweep takes on the disk: its shards, their traces, and the file that gathers them."""
+    """Return the size of a sweep in bytes: its shards, their traces, and the gathered file."""
     traces = plan.keep.count(plan.members)
-    return plan.members * (_of_shard() + _gathered(plan)) + traces * trace_size(plan)
+    return plan.members * (
+        _shard_bytes_per_member() + _gathered_bytes_per_member(plan)
+    ) + traces * trace_size(plan)
 
 
 def trace_size(plan: Plan) -> int:
-    """The bytes of a trace; 0 where the plan keeps none."""
-    return layout_of(plan).size + _NUMBER if plan.keep.count(plan.members) else 0
+    """Return the size of a trace in bytes; 0 if the plan stores no traces."""
+    return layout_of(plan).size + _MEMBER_NUMBER_BYTES if plan.keep.count(plan.members) else 0
 
 
 def check_disk_space(plan: Plan, folder: SweepFolder, missing: Iterable[int]) -> None:
-    """Makes sure that the disk has room for what is still to be written.
+    """Check that the disk has room for the missing shards and the gathered file.
 
     Args:
         plan: The plan.
         folder: The folder.
-        missing: Shards.
+        missing: The numbers of the missing shards.
 
     Raises:
-        StoreError: It clearly has not.
+        StoreError: The disk clearly has too little space.
     """
     bounds = [folder.bounds(number) for number in missing]
     if not bounds:
         return
-    needed = plan.members * _gathered(plan) + sum(b - a for a, b in bounds) * _of_shard()
-    each = trace_size(plan)
-    if each:
-        needed += each * sum(int(plan.keep.traces(*bound).sum()) for bound in bounds)
+    needed = (
+        plan.members * _gathered_bytes_per_member(plan)
+        + sum(b - a for a, b in bounds) * _shard_bytes_per_member()
+    )
+    trace_bytes = trace_size(plan)
+    if trace_bytes:
+        needed += trace_bytes * sum(int(plan.keep.selected(*bound).sum()) for bound in bounds)
     free = shutil.disk_usage(folder.path).free
     if free < needed:
         raise StoreError(
-            f"{folder.path} needs {needed / 1e9:.3g} GB more, and {free / 1e9:.3g} GB are free: "
-            "nothing was begun"
+            f"{folder.path} needs {needed / 1e9:.3g} GB more, and {free / 1e9:.3g} GB are free. "
+            "Nothing was started; free some space, or choose another folder with -o"
         )
 
 
-def _of_shard() -> int:
-    return sum(column.size for column in OUTCOME.values()) + _NUMBER
+def _shard_bytes_per_member() -> int:
+    return sum(column.size for column in COLUMNS.values()) + _MEMBER_NUMBER_BYTES
 
 
-def _gathered(plan: Plan) -> int:
-    return _of_shard() + sum(column.size for column in varied_layout(plan).values())
+def _gathered_bytes_per_member(plan: Plan) -> int:
+    return _shard_bytes_per_member() + sum(column.size for column in varied_layout(plan).values())

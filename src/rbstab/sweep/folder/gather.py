@@ -1,4 +1,4 @@
-"""From the shards of a sweep to its one file, and what that file says at a glance."""
+"""Gathering the shards of a sweep in one file, and the summary of that file."""
 
 import hashlib
 from collections.abc import Iterator
@@ -12,9 +12,9 @@ from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.errors import NotAResultError
 from rbstab.store.result import Variable
-from rbstab.store.table import Column, Head
+from rbstab.store.table import Column, TableHeader
 from rbstab.store.table_file import read_table, write_table
-from rbstab.sweep.folder.layout import OUTCOME, grid_extras, varied_arrays, varied_layout
+from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.folder.shard_inventory import ShardInventory
 from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.members.convergence import COLUMN, ProvedConvergence
@@ -24,17 +24,17 @@ from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
 
 HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no", "yes"))
-"""The column of a plan that keeps traces."""
+"""The column `traces` of a sweep with traces."""
 
 
 def digest_of_shards(inventory: ShardInventory) -> str:
-    """The digest of all shards of a sweep that is done."""
+    """Return the digest of all shards of a complete sweep."""
     digests = [facts.digest for _, facts in sorted(inventory.done.items())]
     return hashlib.sha256(" ".join(digests).encode()).hexdigest()
 
 
 def is_gathered(folder: SweepFolder, shards_digest: str) -> bool:
-    """Whether the file of the sweep is there, whole, and made of these shards."""
+    """Whether the file of the sweep exists, is intact, and was gathered from these shards."""
     if not folder.sweep_file.exists():
         return False
     try:
@@ -47,23 +47,23 @@ def is_gathered(folder: SweepFolder, shards_digest: str) -> bool:
 def gather(
     plan: Plan, folder: SweepFolder, shards_digest: str, comparison: ScipyComparison | None
 ) -> None:
-    """Writes the file of the sweep; only one shard is in memory at a time. The shards are kept.
+    """Write the file of the sweep; only one shard is in memory at a time. The shards are kept.
 
     Args:
         plan: The plan.
         folder: The folder, with all shards.
-        shards_digest: Of all shards.
+        shards_digest: The digest of all shards.
         comparison: The comparison with SciPy, if there is one.
 
     Raises:
-        StoreError: The file cannot be written, or a shard is not there any more.
+        StoreError: The file cannot be written, or a shard is missing.
     """
     manifest = folder.manifest
     attributes: dict[str, str | int | float] = {
         "title": plan.title,
         "plan_id": manifest.plan_id,
         "engine": manifest.engine,
-        "design": plan.design.word if plan.design is not None else "grid",
+        "design": plan.design.keyword if plan.design is not None else "grid",
         "shard_size": manifest.shard_size,
         "shards_digest": shards_digest,
         "checked_members": len(comparison.members) if comparison is not None else 0,
@@ -75,41 +75,45 @@ def gather(
         extras |= _comparison_extras(comparison)
     text = np.array(plan_yaml(plan), dtype=object)
     extras["plan"] = Variable((), text, "", "resolved plan, YAML")
-    layout = varied_layout(plan) | OUTCOME | {"convergence": COLUMN}
+    layout = varied_layout(plan) | folder.columns | {"convergence": COLUMN}
     if plan.keep.count(plan.members):
         layout["traces"] = HAS_TRACE
-    head = Head(layout, 0, manifest.members, attributes, extras)
-    write_table(folder.sweep_file, head, _parts(plan, folder))
+    header = TableHeader(layout, 0, manifest.members, attributes, extras)
+    write_table(folder.sweep_file, header, _shards(plan, folder))
 
 
-def _parts(plan: Plan, folder: SweepFolder) -> Iterator[dict[str, Array]]:
-    certified = ProvedConvergence(plan, folder.path.parent)
+def _shards(plan: Plan, folder: SweepFolder) -> Iterator[dict[str, Array]]:
+    convergence = ProvedConvergence(plan, folder.path.parent)
     for number in range(folder.shards):
         table = folder.read(number)
         if table is None:
             raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
         bounds, arrays = folder.bounds(number), dict(table.arrays)
-        convergence = certified.of(*bounds, arrays["lyapunov_start"])
-        arrays |= {"convergence": convergence, "traces": plan.keep.traces(*bounds).astype("i1")}
+        arrays["convergence"] = convergence.of(*bounds, arrays["lyapunov_start"])
+        arrays["traces"] = plan.keep.selected(*bounds).astype("i1")
         yield varied_arrays(plan, *bounds) | arrays
 
 
 def _comparison_extras(comparison: ScipyComparison) -> dict[str, Variable]:
-    along = ("check_number",)
+    dimensions = ("check_number",)
     names = np.array(list(comparison.differences), dtype=object)
     largest = np.array(list(comparison.differences.values()))
-    what = "largest difference to single runs by scipy, over the largest number of the column"
+    long_name = "largest difference to single runs by scipy, over the largest number of the column"
     return {
-        "check_column": Variable(along, names, "", "columns that were compared"),
-        "check_difference": Variable(along, largest, "1", what),
+        "check_column": Variable(dimensions, names, "", "columns that were compared"),
+        "check_difference": Variable(dimensions, largest, "1", long_name),
     }
 
 
 class SweepSummary(NamedTuple):
-    """A sweep in a few numbers.
+    """Summary of a sweep in a few numbers.
 
-    members by status (those that occur); of the completed ones how many have settled, the median
-    of their settling times, s, and the largest audit residual |r| over v(0).
+    Attributes:
+        members: The number of members.
+        by_status: The number of members with each status that occurs.
+        settled: The number of completed members that settled.
+        settling_median: The median of their settling times, s.
+        worst_residual: The largest |r|/v(0) of the completed members with v(0) > 0.
     """
 
     members: int
@@ -120,10 +124,10 @@ class SweepSummary(NamedTuple):
 
 
 def sweep_summary(path: Path) -> SweepSummary:
-    """The summary of the file of a sweep.
+    """Return the summary of a sweep, read from its file.
 
     Raises:
-        StoreError: It cannot be read, or is damaged.
+        StoreError: The file cannot be read, or is damaged.
     """
     names = ("status", "settling_time", "energy_residual", "lyapunov_start")
     table = read_table(path, names)
@@ -142,5 +146,5 @@ def sweep_summary(path: Path) -> SweepSummary:
 
 
 def counts_by_status(counts: Array) -> dict[str, int]:
-    """How many members ended how, without the ends that do not occur."""
+    """Return the number of members with each status, without statuses that do not occur."""
     return {str(s): n for s, n in zip(STATUSES, counts.tolist(), strict=True) if n}

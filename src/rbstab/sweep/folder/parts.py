@@ -1,6 +1,7 @@
-"""One of several processes, perhaps on different machines, that compute a sweep side by side.
+"""Parts of a sweep: several processes, possibly on different machines, that share a sweep.
 
-Nothing is agreed between them but the plan: which shards belong to a part follows from its number.
+The processes share the plan and the folder, and do not communicate. The number of a part defines
+its shards.
 """
 
 import re
@@ -10,79 +11,89 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from rbstab.store.lock import LOCK, is_locked
+from rbstab.store.lock import LOCK_FILE, is_locked
 
-_LOCK_NAME = re.compile(re.escape(LOCK) + r"\.(\d+)-of-(\d+)")
+_LOCK_NAME = re.compile(re.escape(LOCK_FILE) + r"\.(\d+)-of-(\d+)")
 
 
 class Part(NamedTuple):
-    """One part of a sweep: its number, from 1, and how many parts there are."""
+    """A part of a sweep.
+
+    Args:
+        number: From 1.
+        parts: The number of parts of the sweep.
+    """
 
     number: int
     parts: int
 
     def __str__(self) -> str:
-        """As on the command line: 3/8."""
+        """Return the part as on the command line: 3/8."""
         return f"{self.number}/{self.parts}"
 
     @property
     def lock(self) -> str:
-        """The name of the file that the process of this part locks."""
-        return f"{LOCK}.{self.number}-of-{self.parts}"
+        """The name of the lock file of this part."""
+        return f"{LOCK_FILE}.{self.number}-of-{self.parts}"
 
-    def of(self, shards: int) -> range:
-        """The numbers of the shards that belong to this part: every `parts`-th.
+    def shard_numbers(self, shards: int) -> range:
+        """Return the numbers of this part's shards: every `parts`-th shard of the sweep.
 
-        Neighbours take alike long, so that all parts have as much to do, to a shard.
+        Neighbouring shards take about the same time, so all parts get about the same work.
+
+        Args:
+            shards: The number of shards of the sweep.
         """
         return range(self.number - 1, shards, self.parts)
 
 
-def part_of(text: str) -> Part:
-    """The part that a text names, as 3/8.
+def parse_part(text: str) -> Part:
+    """Parse a part such as 3/8.
 
     Raises:
-        ValueError: It names none.
+        ValueError: The text is not a part.
     """
     found = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
     if found is None:
-        raise ValueError(f"{text!r} is no part of a sweep (expected i/n, as 3/8)")
+        raise ValueError(f"{text!r} is not a part of a sweep (expected i/n, such as 3/8)")
     part = Part(int(found[1]), int(found[2]))
     if not 1 <= part.number <= part.parts:
-        raise ValueError(f"there is no part {part} (expected i/n with i from 1 to n)")
+        raise ValueError(f"{part} is not a part of a sweep (expected i/n with i from 1 to n)")
     return part
 
 
 def running_parts(path: Path) -> list[Part]:
-    """The parts that are being computed into a folder, as far as its file system knows locks."""
-    return [part for part in _begun(path) if is_locked(path, part.lock)]
+    """Return the parts that are running in a folder. The file system must support locks."""
+    return [part for part in _started_parts(path) if is_locked(path, part.lock)]
 
 
-def parts_missing(path: Path, missing: Iterable[int]) -> list[Part]:
-    """The parts to which missing shards belong.
+def parts_with_missing(path: Path, missing: Iterable[int]) -> list[Part]:
+    """Return the parts to which missing shards belong.
+
+    The number of parts is taken from the parts that were started in the folder.
 
     Args:
-        path: The folder; in how many parts it is computed is known from the parts that were begun.
-        missing: The numbers of the shards.
+        path: The folder.
+        missing: The numbers of the missing shards.
 
     Returns:
-        The parts; none where no part was ever begun.
+        The parts, ascending; empty if no part was ever started.
     """
-    begun = Counter(part.parts for part in _begun(path))
-    if not begun:
+    counts = Counter(part.parts for part in _started_parts(path))
+    if not counts:
         return []
-    [(parts, _)] = begun.most_common(1)
+    [(parts, _)] = counts.most_common(1)
     return sorted({Part(number % parts + 1, parts) for number in missing})
 
 
-def _begun(path: Path) -> list[Part]:
-    found = (_LOCK_NAME.fullmatch(file.name) for file in path.glob(f"{LOCK}.*"))
+def _started_parts(path: Path) -> list[Part]:
+    found = (_LOCK_NAME.fullmatch(file.name) for file in path.glob(f"{LOCK_FILE}.*"))
     return sorted(Part(int(match[1]), int(match[2])) for match in found if match is not None)
 
 
-def forget_parts(path: Path) -> None:
-    """Removes the lock files of parts; the lock of the whole folder must be held."""
-    for file in path.glob(f"{LOCK}.*"):
-        # On Windows an open file stays, and is removed the next time.
+def remove_part_locks(path: Path) -> None:
+    """Remove the lock files of parts; the caller must hold the lock of the whole folder."""
+    for file in path.glob(f"{LOCK_FILE}.*"):
+        # Windows cannot remove an open file; a later call removes it.
         with suppress(OSError):
             file.unlink(missing_ok=True)

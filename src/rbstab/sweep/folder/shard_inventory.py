@@ -1,4 +1,4 @@
-"""Which shards of a sweep are stored, and which are missing."""
+"""Inventory of the shards of a sweep: which are stored, and which are missing."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -12,25 +12,25 @@ from rbstab.sweep.members.outcome import STATUSES
 
 @dataclass
 class ShardInventory:
-    """The stored shards of a sweep by number, with their facts, and the numbers of the others."""
+    """The facts of the stored shards of a sweep by number, and the numbers of the missing ones."""
 
     done: dict[int, ShardFacts] = field(default_factory=dict)
     missing: list[int] = field(default_factory=list)
 
     @property
     def counts(self) -> Array:
-        """How many members ended with each status, by its code."""
+        """The number of members with each status, indexed by the code of the status."""
         found = np.zeros(len(STATUSES), dtype=np.int64)
         return found + sum(facts.counts for facts in self.done.values())
 
     @property
     def members(self) -> int:
-        """How many members are done."""
+        """The number of members in the stored shards."""
         return int(self.counts.sum())
 
     @property
     def first_failed(self) -> int | None:
-        """The first member that failed, if any is known."""
+        """The first failed member of the stored shards; None if no member failed."""
         found = [f.first_failed for f in self.done.values() if f.first_failed is not None]
         return min(found, default=None)
 
@@ -41,13 +41,13 @@ class ShardInventory:
         return ShardInventory(done, sorted([*self.missing, *failed]))
 
     def add_from(self, other: "ShardInventory") -> None:
-        """Add the shards that another inventory has and this one lacks."""
+        """Add the stored shards of another inventory that are missing in this one."""
         self.done = other.done | self.done
         self.missing = [k for k in self.missing if k not in self.done]
 
 
 def shard_inventory(folder: SweepFolder, numbers: Iterable[int] | None = None) -> ShardInventory:
-    """Read and verify the shards of a sweep, and list which are stored.
+    """Read and verify the shards of a sweep, and return the inventory.
 
     Args:
         folder: The folder.

@@ -1,4 +1,4 @@
-"""The traces of a sweep as they are read: from the files of its shards, one at a time."""
+"""Read the traces of a sweep from the files of its shards, one file at a time."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -10,12 +10,11 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.motions import Motions, joined
+from rbstab.store.existence import path_exists
+from rbstab.store.motions import Motions, stack_motions
 from rbstab.store.motions_file import check_motions, read_motions
-from rbstab.store.presence import path_exists
 from rbstab.store.shard_file import read_shard
-from rbstab.sweep.folder.layout import OUTCOME
-from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder, traces_stamp
+from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder, traces_checksum
 from rbstab.sweep.members.traces import TIME
 
 if TYPE_CHECKING:
@@ -24,13 +23,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SweepTraces:
-    """The motions that a sweep has kept, as far as it is done. `open_traces` makes one.
+    """The stored traces of a finished or unfinished sweep, made by `open_traces`.
 
-    A file is read to its end and compared with its digest when it is needed first.
+    When a file is first used, it is read completely and compared with its digest.
 
     Args:
         folder: The folder of the sweep.
-        shards: The shards whose traces are there, ascending.
+        shards: The shards with stored traces, ascending.
     """
 
     folder: SweepFolder
@@ -39,23 +38,23 @@ class SweepTraces:
 
     @cached_property
     def members(self) -> Array:
-        """The numbers of all members that have a trace, ascending."""
+        """The numbers of all members with stored traces, ascending."""
         return np.concatenate([self._members_of(shard) for shard in self.shards])
 
     @cached_property
     def times(self) -> Array:
-        """The samples, shape (n,), s."""
+        """The sample times, shape (n,), s."""
         return self.of(int(self.members[0]))[TIME]
 
     def of(self, member: int) -> Motions:
-        """The motion of one member: `traces.of(17)["lyapunov"]`, shape (n,) or (n, 3).
+        """Return the trace of one member: `traces.of(17)["lyapunov"]`, shape (n,) or (n, 3).
 
-        Behind the last sample that a member reached everything is NaN.
+        All quantities are NaN after the last sample that the member reached.
 
         Raises:
-            KeyError: It has no trace, or none yet.
+            KeyError: The member has no stored trace.
             NotAResultError: The file is damaged.
-            StoreError: It cannot be read.
+            StoreError: The file cannot be read.
         """
         shard = member // self.folder.manifest.shard_size
         numbers = self._members_of(shard) if shard in self.shards else np.array([], dtype=int)
@@ -68,54 +67,56 @@ class SweepTraces:
         return len(self.members)
 
     def __iter__(self) -> Iterator[Motions]:
-        """The motions of each shard together: arrays along `run`; one shard is in memory."""
+        """Yield the traces of each shard, as arrays along `run`, with one shard in memory."""
         return (read_motions(self._file(shard)) for shard in self.shards)
 
     def to_xarray(self, members: Iterable[int]) -> "xarray.Dataset":
-        """Some motions as an `xarray.Dataset` along `run`, `time` and `axis` (needs xarray).
+        """Return some traces as an `xarray.Dataset` along `run`, `time` and `axis` (needs xarray).
 
         Args:
-            members: Their numbers.
+            members: The numbers of the members.
 
         Raises:
             KeyError, StoreError: As `of`.
-            ValueError: There are none.
+            ValueError: No members are given.
             ImportError: xarray is not installed.
         """
         found = [self.of(member) for member in members]
         if not found:
             raise ValueError("no members were given")
-        return joined(found).to_xarray()
+        return stack_motions(found).to_xarray()
 
     def _members_of(self, shard: int) -> Array:
         start, stop = self.folder.bounds(shard)
-        return start + np.flatnonzero(self.folder.manifest.keep.traces(start, stop))
+        return start + np.flatnonzero(self.folder.manifest.keep.selected(start, stop))
 
     def _file(self, shard: int) -> Path:
-        """The file of the traces of a shard, known to be what was written."""
+        """Return the file of the traces of a shard, verified by its digest."""
         path = self.folder.traces_file(shard)
         if shard not in self._checked:
             try:
-                stamp = traces_stamp(read_shard(self.folder.shard_file(shard), OUTCOME))
-                if stamp is None:
+                checksum = traces_checksum(
+                    read_shard(self.folder.shard_file(shard), self.folder.columns)
+                )
+                if checksum is None:
                     raise NotAResultError(f"{self.folder.shard_file(shard)} has no traces")
-                check_motions(path, stamp)
+                check_motions(path, checksum)
             except NotAResultError as error:
                 raise NotAResultError(
-                    f"{error}; remove {path}, and `rbstab sweep` computes its members again"
+                    f"{error}. Remove {path} and run `rbstab sweep` again to recompute its members"
                 ) from error
             self._checked.add(shard)
         return path
 
 
 def open_traces(path: str | Path) -> SweepTraces:
-    """The motions that a sweep has kept; see `keep` of a plan. They need not fit into memory.
+    """Open the stored traces of a sweep; see `keep` of a plan. They may be larger than memory.
 
     Args:
         path: The folder of the sweep, which may be unfinished.
 
     Raises:
-        NotAResultError: It is no folder of a sweep.
+        NotAResultError: It is not the folder of a sweep.
         StoreError: It has no traces, or cannot be read.
     """
     folder = read_folder(Path(path))
@@ -128,6 +129,6 @@ def open_traces(path: str | Path) -> SweepTraces:
     )
     if not shards:
         kept = folder.manifest.keep.count(folder.manifest.members)
-        why = "none of them is done yet" if kept else "its plan keeps none"
+        why = "none is stored yet" if kept else "its plan stores none"
         raise StoreError(f"{path} has no traces: {why}")
     return SweepTraces(folder, shards)

@@ -1,4 +1,4 @@
-"""The folder of a sweep: its plan, its manifest, its shards, and the file that gathers them."""
+"""The folder of a sweep: its plan, manifest, shards, traces, and the file of all shards."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -11,16 +11,15 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.store.document import read_document
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.motions_file import Stamp, stamp_of, write_motions
-from rbstab.store.presence import path_exists
-from rbstab.store.shard_file import DIGEST, SHARD, read_shard, write_shard
-from rbstab.store.table import RUN, Head, Table
+from rbstab.store.existence import path_exists
+from rbstab.store.motions_file import FileChecksum, read_checksum, write_motions
+from rbstab.store.shard_file import DIGEST, SHARD_SUFFIX, read_shard, write_shard
+from rbstab.store.table import RUN, Column, Table, TableHeader
 from rbstab.store.table_file import read_table
-from rbstab.sweep.folder.layout import OUTCOME
 from rbstab.sweep.members.engine import FAILED_CODES
-from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.members.traces import motions_of
-from rbstab.sweep.plan.trace_selection import SUMMARY, TraceSelection
+from rbstab.sweep.plan.trace_selection import NO_TRACES, TraceSelection
 
 MANIFEST = "manifest.json"
 PLAN_FILE = "plan.yaml"
@@ -30,22 +29,46 @@ SWEEP_FILE = "sweep.h5"
 COMPARISON_FILE = "check.json"
 
 MANIFEST_VERSION = 2
-"""Version 1 knew no traces, and its shards were HDF5."""
+"""Version 1 had no traces, and its shards were HDF5."""
+
+
+FIRST_COLUMNS = (
+    "run_id",
+    "status",
+    "end_time",
+    "final_orientation",
+    "final_angular_velocity",
+    "final_position",
+    "final_velocity",
+    "final_connector_state",
+    "lyapunov_start",
+    "lyapunov_end",
+    "energy_residual",
+    "peak_contact_displacement",
+    "peak_time",
+    "peak_orientation",
+    "smallest_regularity",
+    "settling_time",
+    "displacement_settling_time",
+    "steps",
+)
+"""The columns of older folders. Their manifests do not list columns."""
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """What stays fixed while a sweep goes on.
+    """The properties of a sweep that do not change while it runs.
 
     Args:
-        plan_id: Of its plan.
-        title: Of its plan.
-        members: How many there are.
+        plan_id: The identity of the plan.
+        title: The title of the plan.
+        members: The number of members.
         shard_size: Members of a shard; the last one may have fewer.
-        engine: What follows them.
-        versions: Of the program and of what computed it, at the beginning.
-        keep: Which members have traces.
-        schema_version: Of the folder.
+        engine: The name of the engine.
+        versions: The versions of rbstab and its libraries when the sweep was started.
+        keep: The members with traces.
+        columns: The columns of the shards, set by the version of rbstab that started the sweep.
+        schema_version: The version of the folder's format.
     """
 
     plan_id: str
@@ -54,14 +77,18 @@ class Manifest:
     shard_size: int
     engine: str
     versions: dict[str, str]
-    keep: TraceSelection = SUMMARY
+    keep: TraceSelection = NO_TRACES
+    columns: tuple[str, ...] = FIRST_COLUMNS
     schema_version: int = MANIFEST_VERSION
 
 
 class ShardFacts(NamedTuple):
-    """A whole shard: how many of its members ended how, the first that failed, and its digest.
+    """Facts of a stored shard.
 
-    The digest is that of its file, which names that of its traces where it has some.
+    Args:
+        counts: The number of members with each status, by its code.
+        first_failed: The first member that failed, if any.
+        digest: The digest of the shard's file, which contains the digest of its traces if any.
     """
 
     counts: Array
@@ -71,11 +98,11 @@ class ShardFacts(NamedTuple):
 
 @dataclass(frozen=True)
 class SweepFolder:
-    """The folder of a sweep that was begun.
+    """The folder of a sweep that was started.
 
     Args:
         path: The folder.
-        manifest: What stands in it.
+        manifest: The properties of the sweep.
     """
 
     path: Path
@@ -83,91 +110,104 @@ class SweepFolder:
 
     @property
     def shards(self) -> int:
-        """How many shards the sweep has."""
+        """The number of shards."""
         return -(-self.manifest.members // self.manifest.shard_size)
 
     @property
     def sweep_file(self) -> Path:
-        """Where the shards are gathered."""
+        """The file with all gathered shards."""
         return self.path / SWEEP_FILE
 
     @property
     def comparison_file(self) -> Path:
-        """Where the comparison with single runs is kept."""
+        """The file of the comparison with SciPy."""
         return self.path / COMPARISON_FILE
 
+    @property
+    def columns(self) -> dict[str, Column]:
+        """The columns of the shards."""
+        return {name: COLUMNS[name] for name in self.manifest.columns}
+
+    @property
+    def missing_columns(self) -> tuple[str, ...]:
+        """Columns of this version of rbstab that the sweep lacks."""
+        return tuple(name for name in COLUMNS if name not in self.manifest.columns)
+
     def shard_file(self, number: int) -> Path:
-        """The file of a shard."""
-        return self.path / SHARDS / f"{number:08d}{SHARD}"
+        """Return the file of a shard."""
+        return self.path / SHARDS / f"{number:08d}{SHARD_SUFFIX}"
 
     def traces_file(self, number: int) -> Path:
-        """The file of the traces of a shard, where any of its members has one."""
+        """Return the file of the traces of a shard, if it has any."""
         return self.path / TRACES / f"{number:08d}.h5"
 
     def has_traces(self, number: int) -> bool:
-        """Whether any member of a shard has a trace."""
-        return bool(self.manifest.keep.traces(*self.bounds(number)).any())
+        """Return whether any member of a shard has a trace."""
+        return bool(self.manifest.keep.selected(*self.bounds(number)).any())
 
     def bounds(self, number: int) -> tuple[int, int]:
-        """The first member of a shard, and the one behind its last."""
+        """Return the range of members of a shard: the first, and one after the last."""
         start = number * self.manifest.shard_size
         return start, min(start + self.manifest.shard_size, self.manifest.members)
 
     def members_of(self, numbers: Iterable[int]) -> int:
-        """How many members these shards have."""
+        """Return the number of members of these shards."""
         return sum(stop - start for start, stop in map(self.bounds, numbers))
 
     def ranges(self, numbers: Iterable[int]) -> list[tuple[int, int]]:
-        """The members of these shards, ascending, as bounds of ranges that do not touch."""
+        """Return the members of these shards as ranges (start, stop), ascending and merged."""
         found: list[tuple[int, int]] = []
         for start, stop in map(self.bounds, numbers):
-            begins = found.pop()[0] if found and found[-1][1] == start else start
-            found.append((begins, stop))
+            first = found.pop()[0] if found and found[-1][1] == start else start
+            found.append((first, stop))
         return found
 
     def write(
         self, number: int, outcome: dict[str, Array], traces: dict[str, Array] | None = None
     ) -> ShardFacts:
-        """Writes a shard, its traces first: a shard that is there has them, and names their digest.
+        """Write a shard.
+
+        The traces are written first. So every stored shard has its traces and their digest.
 
         Args:
             number: From 0.
-            outcome: Its columns.
-            traces: Its traces, where any of its members has one.
+            outcome: The columns of the shard.
+            traces: The traces of the shard, if it has any.
 
         Returns:
-            What is in it now.
+            The facts of the shard.
 
         Raises:
-            StoreError: The operating system refused.
+            StoreError: A file cannot be written.
         """
         start, stop = self.bounds(number)
         plan_id = self.manifest.plan_id
         attributes: dict[str, str | int | float] = {"plan_id": plan_id}
         if traces is not None:
             motions = motions_of(traces, self.manifest.keep, start, stop, plan_id)
-            stamp = write_motions(self.traces_file(number), motions)
-            attributes |= {"traces_digest": stamp.digest, "traces_bytes": stamp.size}
-        head = Head(OUTCOME, start, stop - start, attributes)
+            checksum = write_motions(self.traces_file(number), motions)
+            attributes |= {"traces_digest": checksum.digest, "traces_bytes": checksum.size}
+        head = TableHeader(self.columns, start, stop - start, attributes)
         attributes[DIGEST] = write_shard(self.shard_file(number), head, outcome)
-        return facts_of(outcome["status"], start, attributes)
+        return shard_facts(outcome["status"], start, attributes)
 
     def read(self, number: int) -> Table | None:
-        """A shard, or None where it is absent, damaged, none of this sweep, or without its traces.
+        """Read a shard; None if it is missing, damaged, of another sweep, or lacks its traces.
 
-        The traces are not read: their file has to have the size and the seal that the shard names.
+        The traces are not read. Only the size and the digest at the end of their file are compared
+        with those in the shard.
 
         Args:
             number: From 0.
 
         Raises:
-            StoreError: It cannot be read, or was written by a newer rbstab.
+            StoreError: The shard cannot be read, or was written by a newer rbstab.
         """
         path = self.shard_file(number)
         if not path_exists(path):
             return None
         try:
-            table = read_shard(path, OUTCOME)
+            table = read_shard(path, self.columns)
         except NotAResultError:
             return None
         expected = np.arange(*self.bounds(number))
@@ -175,32 +215,34 @@ class SweepFolder:
         if not ours or not np.array_equal(table[RUN], expected):
             return None
         if self.has_traces(number):
-            stamp = traces_stamp(table)
-            if stamp is None or stamp != stamp_of(self.traces_file(number)):
+            checksum = traces_checksum(table)
+            if checksum is None or checksum != read_checksum(self.traces_file(number)):
                 return None
         return table
 
     def facts(self, number: int) -> ShardFacts | None:
-        """What is in a shard, or None as `read`."""
+        """Return the facts of a shard, or None in the same cases as `read`."""
         table = self.read(number)
         if table is None:
             return None
-        return facts_of(table["status"], int(table[RUN][0]), table.attributes)
+        return shard_facts(table["status"], int(table[RUN][0]), table.attributes)
 
 
-def traces_stamp(shard: Table) -> Stamp | None:
-    """What the traces of a shard are known by, if it has any."""
-    found = [shard.attributes.get(f"traces_{what}") for what in ("digest", "bytes")]
-    return Stamp(str(found[0]), int(found[1])) if found[1] is not None else None
+def traces_checksum(shard: Table) -> FileChecksum | None:
+    """Return the digest and the size of the traces of a shard, if it has any."""
+    found = [shard.attributes.get(f"traces_{name}") for name in ("digest", "bytes")]
+    return FileChecksum(str(found[0]), int(found[1])) if found[1] is not None else None
 
 
-def facts_of(status: Array, first: int, attributes: Mapping[str, str | int | float]) -> ShardFacts:
-    """The facts of a shard.
+def shard_facts(
+    status: Array, first: int, attributes: Mapping[str, str | int | float]
+) -> ShardFacts:
+    """Return the facts of a shard.
 
     Args:
-        status: Its column of statuses.
-        first: The number of its first member.
-        attributes: Those of its file, with its digest.
+        status: The status of each member, shape (m,).
+        first: The number of the first member.
+        attributes: The attributes of the file, with its digest.
     """
     failed = np.flatnonzero(np.isin(status, FAILED_CODES))
     counts = np.bincount(status, minlength=len(STATUSES))
@@ -209,10 +251,10 @@ def facts_of(status: Array, first: int, attributes: Mapping[str, str | int | flo
 
 
 def read_folder(path: Path) -> SweepFolder:
-    """The folder of a sweep, as it stands there.
+    """Read the manifest of a folder.
 
     Raises:
-        NotAResultError: It is none, or its manifest is damaged.
+        NotAResultError: It is not the folder of a sweep, or its manifest is damaged.
         StoreError: It cannot be read, or was written by a newer rbstab.
     """
     if not path_exists(path / MANIFEST):
@@ -220,47 +262,56 @@ def read_folder(path: Path) -> SweepFolder:
     data = read_document(path / MANIFEST)
     version = data.get("schema_version")
     if version == 1:
-        raise NotAResultError(f"{path} was begun by an older rbstab")
+        raise NotAResultError(
+            f"{path} was written by an older rbstab; run the sweep in a new folder"
+        )
     if version != MANIFEST_VERSION:
-        raise StoreError(f"{path} was written by a newer rbstab, please update")
+        raise StoreError(f"{path} was written by a newer rbstab; update rbstab")
     try:
         keep = TraceSelection(**{**data["keep"], "members": tuple(data["keep"]["members"])})
-        return SweepFolder(path, Manifest(**{**data, "keep": keep}))
+        columns = tuple(data.get("columns", FIRST_COLUMNS))
+        manifest = Manifest(**{**data, "keep": keep, "columns": columns})
     except (TypeError, KeyError) as error:
         raise NotAResultError(f"{path / MANIFEST} is damaged: {error}") from error
+    unknown = [name for name in columns if name not in COLUMNS]
+    if unknown:
+        raise StoreError(
+            f"{path} has columns of a newer rbstab ({', '.join(map(str, unknown))}); update rbstab"
+        )
+    return SweepFolder(path, manifest)
 
 
 def open_sweep(path: str | Path) -> Table:
-    """Reads a sweep: all members, with what is varied and what has become of them.
+    """Read a finished sweep: the values of the varied keys and the results of all members.
 
     Args:
-        path: Its folder, or its file.
+        path: The folder of the sweep, or its file.
 
     Raises:
-        NotAResultError: It is damaged, or no sweep.
-        NewerSchemaError: It was written by a newer rbstab.
-        StoreError: It cannot be opened, or the sweep is not finished.
+        NotAResultError: The file is damaged, or is not a sweep.
+        NewerSchemaError: The file was written by a newer rbstab.
+        StoreError: The file cannot be opened, or the sweep is not finished.
     """
     path = Path(path)
     if not path.is_dir():
         return read_table(path)
     file = path / SWEEP_FILE
     if not path_exists(file):
-        raise unfinished(read_folder(path))
+        raise unfinished_error(read_folder(path))
     return read_table(file)
 
 
-def unfinished(folder: SweepFolder) -> StoreError:
-    """What is said of a sweep whose shards are not gathered."""
-    there = sum(path_exists(folder.shard_file(number)) for number in range(folder.shards))
+def unfinished_error(folder: SweepFolder) -> StoreError:
+    """Return the error to raise when the shards of a sweep are not gathered yet."""
+    stored = sum(path_exists(folder.shard_file(number)) for number in range(folder.shards))
     return StoreError(
-        f"{folder.path} is a sweep that is not finished: {there} of {folder.shards} shards are "
-        "there; the `rbstab sweep` that began it goes on with it"
+        f"{folder.path} is a sweep that is not finished: {stored} of {folder.shards} shards are "
+        "stored. Run the same `rbstab sweep` command again to resume it"
     )
 
 
 def engine_of(path: Path) -> str | None:
-    """The engine of the sweep that stands in a folder, if there is one."""
+    """Return the name of the engine of the sweep in a folder, if the folder has a sweep."""
     with suppress(StoreError):
         return read_folder(path).manifest.engine
     return None

@@ -1,1 +1,1 @@
-"""From members to outcomes: the engines that integrate them, and what is kept of each."""
+"""Integrate the members of a sweep, and compute their outcomes and traces."""

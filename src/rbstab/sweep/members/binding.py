@@ -1,4 +1,4 @@
-"""From the values of members to the parameters and starts of their systems, for many at once."""
+"""Converting the values of many members to parameters and initial states of their systems."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -16,67 +16,67 @@ from rbstab.sweep.plan.plan import Plan
 
 
 class Binding:
-    """What the members of one variant are made of.
+    """The conversion of varied values to parameters and initial states, for one variant.
 
-    The config is turned into its system as for a single run (`problem_of`), once, with symbols in
-    place of the numbers that vary.
+    The system is built once as for a single run (`problem_of`), with symbols for the varied
+    numbers. The resulting expressions are compiled.
 
     Args:
         plan: The plan.
         variant: The variant of the members.
 
     Attributes:
-        varies: Which parameters differ between members, shape (parameters,).
+        varies: Whether each parameter differs between members, shape (parameters,).
     """
 
     def __init__(self, plan: Plan, variant: str) -> None:
         self.base = plan.base_of(variant)
-        self.columns = plan.columns_of(variant)
-        self.problem = problem_of(self.base)
+        self.varied_keys = plan.varied_keys_of(variant)
+        self.problem = plan.initial_value_problems[variant]
         self.size = self.problem.system.size
-        self.paths = [path for column in self.columns for path, _ in self._numbers(column.path)]
+        self.paths = [path for varied in self.varied_keys for path, _ in self._numbers(varied.path)]
 
-        def made(numbers: Array) -> Array:
+        def evaluate(numbers: Array) -> Array:
             values = dict(zip(self.paths, numbers.tolist(), strict=True))
             problem = problem_of(replaced(self.base, values))
             return parameters_and_start(problem.system, problem.start)
 
-        self.compiled = CompiledMap(made, len(self.paths))
+        self.compiled = CompiledMap(evaluate, len(self.paths))
         self.varies = self.compiled.varies[: -self.size]
 
-    def of(self, values: dict[str, Array]) -> tuple[Array, Array]:
-        """Parameters, shape (parameters, m), and starts, shape (states, m).
+    def parameters_and_starts(self, values: dict[str, Array]) -> tuple[Array, Array]:
+        """Return parameters, shape (parameters, m), and initial states, shape (states, m).
 
         Args:
-            values: What `Plan.values` says of the members, each of shape (m,).
+            values: The values of the members from `Plan.values`, each of shape (m,).
         """
         members = len(next(iter(values.values())))
         rows: list[Array] = []
-        for column in self.columns:
-            given = values[column.key].astype(float)
-            for _, number in self._numbers(column.path):
-                rows.append(given * number if column.scale else given)
+        for varied in self.varied_keys:
+            value = values[varied.key].astype(float)
+            for _, number in self._numbers(varied.path):
+                rows.append(value * number if varied.scale else value)
         numbers = np.array(rows) if rows else np.zeros((0, members))
-        found = self.compiled(numbers)
-        return found[: -self.size], found[-self.size :]
+        result = self.compiled(numbers)
+        return result[: -self.size], result[-self.size :]
 
     def config_of(self, row: dict[str, float]) -> Config:
-        """The config of one member from its values, not validated."""
+        """Return the config of one member from its values, not validated."""
         numbers = {}
-        for column in self.columns:
-            given = float(row[column.key])
-            for path, number in self._numbers(column.path):
-                numbers[path] = given * number if column.scale else given
+        for varied in self.varied_keys:
+            value = float(row[varied.key])
+            for path, number in self._numbers(varied.path):
+                numbers[path] = value * number if varied.scale else value
         return replaced(self.base, numbers)
 
     def _numbers(self, path: Path) -> Iterator[tuple[Path, float]]:
-        """The numbers at a path of the base and below it."""
-        yield from _below(value_at(self.base, path), path)
+        """Yield the path and value of each number of the base config at a path and below it."""
+        yield from _numbers_below(value_at(self.base, path), path)
 
 
-def _below(value: Any, path: Path) -> Iterator[tuple[Path, float]]:
+def _numbers_below(value: Any, path: Path) -> Iterator[tuple[Path, float]]:
     if isinstance(value, tuple):
         for index, entry in enumerate(value):
-            yield from _below(entry, (*path, index))
+            yield from _numbers_below(entry, (*path, index))
     else:
         yield path, value

@@ -1,20 +1,19 @@
-"""Which members start where their convergence is proved."""
+"""Find the members that start in the region where convergence is proved."""
 
 from pathlib import Path
 
 import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
-from rbstab.config.build import problem_of
 from rbstab.experiment.proof import ROUND_OFF
 from rbstab.experiment.proof_cache import cached_proof
-from rbstab.experiment.switching_record import resting_system
+from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Column
 from rbstab.sweep.plan.plan import Plan
 
 CONVERGENCE = ("unknown", "not proved", "proved")
-"""What is known of a member's convergence, in the order of its codes."""
+"""The values of the column `convergence`, in the order of their codes."""
 
 NO_PROOF, NOT_PROVED, PROVED = range(3)
 
@@ -23,13 +22,14 @@ COLUMN = Column((), "i1", "1", "convergence to the lowest rest state, by a kept 
 
 
 class ProvedConvergence:
-    """What kept proofs say of the members that share them.
+    """The proved convergence of members, from cached proofs.
 
-    Members share a proof where the plan varies nothing but their start; of others nothing is said.
+    Members of a variant share a proof if the plan varies only their initial state. Members of
+    other variants are "unknown".
 
     Args:
         plan: The plan.
-        results: The folder of results, with its proofs.
+        results: The folder of results, which contains the cached proofs.
     """
 
     def __init__(self, plan: Plan, results: Path) -> None:
@@ -37,12 +37,12 @@ class ProvedConvergence:
         self.bounds = {variant: self._bound(variant, results) for variant in plan.variants}
 
     def of(self, start: int, stop: int, lyapunov_start: Array) -> Array:
-        """The code of each member in `CONVERGENCE`, shape (stop - start,).
+        """Return the code of each member in `CONVERGENCE`, shape (stop - start,).
 
         Args:
             start: The first member.
-            stop: The one behind the last.
-            lyapunov_start: Their v(0), shape (stop - start,), J.
+            stop: One after the last member, as in `range`.
+            lyapunov_start: v(0) of each member, shape (stop - start,), J.
         """
         variants = self.plan.values(start, stop).get("controller.variant")
         found = np.full(stop - start, NO_PROOF, dtype=np.int8)
@@ -55,12 +55,17 @@ class ProvedConvergence:
         return found
 
     def _bound(self, variant: str, results: Path) -> float | None:
-        """The level of v below which convergence is proved, J, counted as the members' v is."""
-        if any(column.path[0] != "initial" for column in self.plan.columns_of(variant)):
+        """Return the level of v, J, below which convergence is proved; None without a proof.
+
+        The level and the v of the members are relative to the energy of the same rest state.
+        """
+        if any(varied.path[0] != "initial" for varied in self.plan.varied_keys_of(variant)):
             return None
         base = self.plan.base_of(variant)
         proof = cached_proof(results, base)
         if proof is None or proof.region is None:
             return None
-        rest = nearest_rest_state(resting_system(problem_of(base))).energy
+        rest = nearest_rest_state(
+            smooth_rest_system(self.plan.initial_value_problems[variant])
+        ).energy
         return proof.region.lower_bound - (rest - proof.states[0].energy)

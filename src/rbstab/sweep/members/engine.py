@@ -1,4 +1,4 @@
-"""What a sweep asks of whoever follows its members."""
+"""Interface of the engines that integrate the members of a sweep."""
 
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
@@ -17,16 +17,18 @@ FAILED = (
     RunStatus.TIME_LIMIT,
     RunStatus.SOLVER_FAILURE,
 )
-"""Ends of which the motion is not the cause, or perhaps not: such members can be tried again."""
+"""Statuses of failed integrations. The motion may not be the cause; such members can be retried."""
 
 FAILED_CODES = tuple(STATUSES.index(status) for status in FAILED)
 
 
 class Shard(NamedTuple):
-    """Consecutive members: each of `outcome.COLUMNS`, the first axis along members; their traces.
+    """The results of consecutive members.
 
-    traces has the samples (`time`) and each quantity of a trace by its name, the first axis along
-    those members of which the plan keeps one; None where it keeps none of these.
+    Args:
+        outcome: The data of each of `outcome.COLUMNS` by its name; the first axis is along members.
+        traces: The sample times (`time`), and the quantities of the traces by name. Their first
+            axis is along the members that the plan selects for a trace. None if it selects none.
     """
 
     outcome: dict[str, Array]
@@ -34,22 +36,26 @@ class Shard(NamedTuple):
 
 
 class EngineError(Exception):
-    """An engine raised an error in another process; in words, for not every error can be sent."""
+    """The text of an engine's error in another process, because not every error can be pickled."""
 
     @classmethod
     def of(cls, error: BaseException) -> "EngineError":
-        """What it was."""
+        """Return an error whose text is the type and the message of another error."""
         return cls(f"{type(error).__name__}: {error}")
 
 
 class MemberEngine(Protocol):
-    """Follows members; used by one thread."""
+    """Interface of an engine that integrates members, used by one thread."""
 
     def compute(self, start: int, stop: int) -> Shard:
-        """The members from number `start` up to `stop`.
+        """Integrate the members from number `start` up to `stop`.
 
-        What a motion does, or a failure of its integration, is a status and no exception. The bits
-        of a member do not depend on how the members are cut.
+        An event of the motion, or a failed integration, gives a status and raises no exception. The
+        bits of the results do not depend on `start` and `stop`.
+
+        Args:
+            start: The first member.
+            stop: One after the last member, as in `range`.
         """
         ...
 
@@ -59,12 +65,12 @@ EngineFactory = Callable[[Plan], MemberEngine]
 
 
 def columns_of_failed(members: int) -> dict[str, Array]:
-    """The columns of members of which nothing is known but that their integration failed."""
+    """Return the columns of members whose integration failed without results."""
     found = {}
-    for column in COLUMNS:
+    for name, column in COLUMNS.items():
         shape = (members, *column.shape)
         kind = np.dtype(column.dtype).kind
-        found[column.name] = np.full(shape, np.nan if kind == "f" else 0, dtype=column.dtype)
+        found[name] = np.full(shape, np.nan if kind == "f" else 0, dtype=column.dtype)
     found["run_id"] = np.zeros(members, dtype="S32")
     found["status"][:] = STATUSES.index(RunStatus.SOLVER_FAILURE)
     return found

@@ -1,12 +1,12 @@
-"""Which engine follows the members of a plan."""
+"""Select the engine that integrates the members of a plan."""
 
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.sweep.members.engine import EngineFactory
 from rbstab.sweep.members.single import SingleRuns
 
 
-def fastest() -> str:
-    """The name of the fastest engine that can be used here."""
+def fastest_engine() -> str:
+    """Return the name of the fastest engine that is installed."""
     try:
         engine("heyoka")
     except EngineMissingError:
@@ -15,7 +15,7 @@ def fastest() -> str:
 
 
 def factory_for(name: str) -> EngineFactory:
-    """What follows the members of plans whose engine is of this name.
+    """Return the factory of the engine with this name.
 
     Raises:
         EngineMissingError: The engine's package is not installed.
@@ -23,7 +23,7 @@ def factory_for(name: str) -> EngineFactory:
     engine(name)
     if name != "heyoka":
         return SingleRuns
-    # Imported late: it needs heyoka.
+    # Imported late, because it needs heyoka.
     from rbstab.sweep.members.ensemble import ensemble_engine
 
     return ensemble_engine

@@ -1,9 +1,10 @@
-"""The fast engine of members: whole shards through compiled batches.
+"""The fast engine of members, which integrates them in compiled batches.
 
-A member that the batches do not follow to the end, or not within its step limit, is run once more
-as a single run, which knows how it ends; so are members that slide or are projected. One that comes
-so close to the end of the range that its samples cannot tell whether it left is integrated once
-more alone, for its status.
+Members with switching or projection are single runs. A member is also computed by a single run,
+which gives its status, if a batch does not integrate it to the end, or not within the step limit.
+θ2 of a member may come so close to the end of the range that the samples do not show whether the
+member left the range. The engine then integrates this member again, outside the batch. If the
+integration does not complete, the member is computed by a single run.
 """
 
 import math
@@ -16,104 +17,105 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.integrate.heyoka.engine import integrate
-from rbstab.integrate.heyoka.ensemble import Ensemble, Motions
+from rbstab.integrate.heyoka.ensemble import Ensemble, EnsembleTrajectories, ObservedTrajectories
 from rbstab.integrate.heyoka.ensemble_forces import EnsembleForces
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import OMEGA, THETA
 from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.engine import MemberEngine, Shard, columns_of_failed
 from rbstab.sweep.members.identity import run_ids
-from rbstab.sweep.members.outcome import STATUSES, Traces, outcome_of
+from rbstab.sweep.members.outcome import STATUSES, MemberTrajectories, outcome_of
 from rbstab.sweep.members.rest_energies import RestEnergies
 from rbstab.sweep.members.single import SingleRuns
-from rbstab.sweep.members.traces import layout_of, put
+from rbstab.sweep.members.traces import copy_traces, layout_of
 from rbstab.sweep.plan.plan import Plan
 
-SAMPLES = 512 * 201
-"""Samples that are in memory at once (25 MB). Of fewer, threads wait for each other more often."""
+SAMPLES_IN_MEMORY = 512 * 201
+"""Samples in memory at once (25 MB). With fewer, threads wait for each other more often."""
 
 
 def ensemble_engine(plan: Plan) -> MemberEngine:
-    """The fast engine of a plan's members, for one thread."""
+    """Return the fast engine of a plan, for one thread."""
     return EnsembleEngine(plan, SingleRuns(plan, "heyoka"))
 
 
 class EnsembleEngine:
-    """Computes members in shards (a `MemberEngine`).
+    """Integrates members in batches (a `MemberEngine`).
 
     Args:
         plan: The plan.
-        alone: Runs members by themselves.
+        single_runs: The engine for members that must be run one by one.
     """
 
-    def __init__(self, plan: Plan, alone: MemberEngine) -> None:
+    def __init__(self, plan: Plan, single_runs: MemberEngine) -> None:
         self.plan = plan
-        self.alone = alone
+        self.single_runs = single_runs
         self.layout = layout_of(plan)
-        self.structures = {
-            variant: _Structure(plan, variant)
+        self.variant_engines = {
+            variant: _VariantEngine(plan, variant)
             for variant in plan.variants
-            if _in_batches(problem_of(plan.base_of(variant)))
+            if _can_run_in_batches(plan.initial_value_problems[variant])
         }
 
     def compute(self, start: int, stop: int) -> Shard:
-        """The members from number `start` up to `stop`."""
+        """Integrate the members from number `start` up to `stop`."""
         values = self.plan.values(start, stop)
         members = stop - start
-        found = columns_of_failed(members)
-        found["run_id"] = run_ids(self.plan, start, stop)
-        chosen = self.plan.keep.traces(start, stop)
-        places = np.cumsum(chosen) - 1
-        traces = self.layout.blank(int(chosen.sum())) if chosen.any() else None
-        alone = np.ones(members, dtype=bool)
-        for structure, chunk in self._chunks(values, members):
-            given = {key: column[chunk] for key, column in values.items()}
-            kept = np.flatnonzero(chosen[chunk])
-            outcome, undecided, motions = structure.outcome(given, kept)
+        columns = columns_of_failed(members)
+        columns["run_id"] = run_ids(self.plan, start, stop)
+        selected = self.plan.keep.selected(start, stop)
+        trace_rows = np.cumsum(selected) - 1
+        traces = self.layout.empty(int(selected.sum())) if selected.any() else None
+        pending = np.ones(members, dtype=bool)
+        for engine, chunk in self._chunks(values, members):
+            chunk_values = {key: column[chunk] for key, column in values.items()}
+            with_trace = np.flatnonzero(selected[chunk])
+            outcome, pending[chunk], batch_traces = engine.outcome(chunk_values, with_trace)
             if traces is not None:
-                put(traces, places[chunk[kept]], motions.alike, kept)
-                put(traces, places[chunk[kept]], motions.apart, np.arange(len(kept)))
-            alone[chunk] = undecided
+                rows = trace_rows[chunk[with_trace]]
+                copy_traces(traces, rows, batch_traces.of_all, with_trace)
+                copy_traces(traces, rows, batch_traces.of_selected, np.arange(len(with_trace)))
             for name, column in outcome.items():
-                found[name][chunk] = column
-        for row in np.flatnonzero(alone).tolist():
+                columns[name][chunk] = column
+        for row in np.flatnonzero(pending).tolist():
             member = start + row
-            single = self.alone.compute(member, member + 1)
+            single = self.single_runs.compute(member, member + 1)
             for name, column in single.outcome.items():
-                found[name][row] = column[0]
+                columns[name][row] = column[0]
             if traces is not None and single.traces is not None:
                 for name in self.layout.names:
-                    traces[name][places[row]] = single.traces[name][0]
-        return Shard(found, traces)
+                    traces[name][trace_rows[row]] = single.traces[name][0]
+        return Shard(columns, traces)
 
     def _chunks(
         self, values: dict[str, Array], members: int
-    ) -> Iterator[tuple["_Structure", Array]]:
-        """Rows of members of one structure, as many as are followed at once."""
+    ) -> Iterator[tuple["_VariantEngine", Array]]:
+        """Yield each batch as the engine of its variant, and the rows of its members."""
         variants = values.get("controller.variant")
-        for variant, structure in self.structures.items():
+        for variant, engine in self.variant_engines.items():
             of_variant = np.ones(members, bool) if variants is None else variants == variant
             rows = np.flatnonzero(of_variant)
-            size = max(SIMD, SAMPLES // len(structure.problem.times) // SIMD * SIMD)
+            size = max(SIMD, SAMPLES_IN_MEMORY // len(engine.problem.times) // SIMD * SIMD)
             for first in range(0, len(rows), size):
-                yield structure, rows[first : first + size]
+                yield engine, rows[first : first + size]
 
 
-def _in_batches(problem: Problem) -> bool:
-    """Whether nothing has to be done between the steps: no switching, no projection."""
+def _can_run_in_batches(problem: Problem) -> bool:
+    """Whether a problem has neither switching nor projection, which interrupt the steps."""
     return problem.switching is None and not problem.project
 
 
-class _Kept(NamedTuple):
-    """Motions as traces name them: of all members, and what is evaluated of chosen ones alone."""
+class _BatchTraces(NamedTuple):
+    """The quantities of traces by name, for all members or only for the members with a trace."""
 
-    alike: dict[str, Array | None]
-    apart: dict[str, Array]
+    of_all: dict[str, Array]
+    of_selected: dict[str, Array]
 
 
-class _Structure:
-    """The members of one variant: one set of equations."""
+class _VariantEngine:
+    """The batch engine of one variant, which has one set of equations."""
 
     def __init__(self, plan: Plan, variant: str) -> None:
         self.binding = Binding(plan, variant)
@@ -121,114 +123,131 @@ class _Structure:
         problem, varies = self.problem, self.binding.varies
         self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies)
         self.rest_energy = self._common_rest_energy()
-        self.stored = RestEnergies(problem.system) if self.rest_energy is None else None
-        keeps = plan.keep.count(plan.members)
-        self.forces = EnsembleForces(self.ensemble) if keeps else None
+        self.rest_energies = RestEnergies(problem.system) if self.rest_energy is None else None
+        has_traces = plan.keep.count(plan.members)
+        self.trace_names = layout_of(plan).names
+        self.forces = EnsembleForces(self.ensemble) if has_traces else None
 
     def _common_rest_energy(self) -> float | None:
-        """The stored energy at rest, J, where all members share it."""
-        varied = {column.path[0] for column in self.binding.columns}
-        light = not any(self.binding.base.gravity) and "gravity" not in varied
+        """Return the stored energy of the rest state, J, or None if it differs between members."""
+        varied = {key.path[0] for key in self.binding.varied_keys}
+        weightless = not any(self.binding.base.gravity) and "gravity" not in varied
         if varied <= {"initial"}:
             return nearest_rest_state(self.problem.system).energy
-        # Without a load every unloaded position is at rest, and stores nothing.
-        return 0.0 if light else None
+        # Without a load the rest state is the unloaded position, where no energy is stored.
+        return 0.0 if weightless else None
 
     def outcome(
-        self, values: dict[str, Array], kept: Array
-    ) -> tuple[dict[str, Array], Array, "_Kept"]:
-        """The columns of some members, and which of them have to be followed alone.
+        self, values: dict[str, Array], with_trace: Array
+    ) -> tuple[dict[str, Array], Array, "_BatchTraces"]:
+        """Integrate some members.
 
-        Last come the motions; they stand until the next call.
+        Args:
+            values: The values of the members from `Plan.values`.
+            with_trace: The indices of the members with a trace.
+
+        Returns:
+            The columns of the members; whether each must be run as a single run; and the traces,
+            which are only valid until the next call.
         """
-        parameters, starts = self.binding.of(values)
-        motions = self.ensemble.run(parameters, starts)
-        observed = self.ensemble.observe(parameters, motions)
-        energy = observed[-1] - self._rest_energies(values, parameters)[:, np.newaxis]
-        residual = energy - energy[:, :1] - motions.lyapunov_change
-        traces = self._traces(motions.states, observed, energy, residual)
+        parameters, starts = self.binding.parameters_and_starts(values)
+        trajectories = self.ensemble.run(parameters, starts)
+        observed = self.ensemble.observe(parameters, trajectories)
+        energy = observed.energy - self._rest_energies(values, parameters)[:, np.newaxis]
+        residual = energy - energy[:, :1] - trajectories.lyapunov_change
+        members = self._members(trajectories.states, observed, energy, residual)
         with np.errstate(all="ignore"):
-            outcome = outcome_of(traces)
-            near = self._may_have_left(traces)
+            outcome = outcome_of(members)
+            near = self._may_have_left_range(members)
         outcome["status"] = np.full(len(near), STATUSES.index(RunStatus.COMPLETED))
-        outcome["steps"] = motions.steps
-        undecided = ~motions.done | (motions.steps > self.problem.step_limit)
-        for k in np.flatnonzero(near & ~undecided).tolist():
-            undecided[k] = integrate(self._problem(values, k)).status is not RunStatus.COMPLETED
-        return outcome, undecided, self._kept(traces, parameters, motions, kept)
+        outcome["steps"] = trajectories.steps
+        needs_single_run = ~trajectories.done | (trajectories.steps > self.problem.step_limit)
+        for k in np.flatnonzero(near & ~needs_single_run).tolist():
+            status = integrate(self._problem(values, k)).status
+            needs_single_run[k] = status is not RunStatus.COMPLETED
+        traces = self._traces(members, parameters, trajectories, with_trace)
+        return outcome, needs_single_run, traces
 
-    def _kept(self, traces: Traces, parameters: Array, motions: Motions, rows: Array) -> "_Kept":
+    def _traces(
+        self,
+        members: MemberTrajectories,
+        parameters: Array,
+        trajectories: EnsembleTrajectories,
+        rows: Array,
+    ) -> "_BatchTraces":
         if self.forces is None or not len(rows):
-            return _Kept({}, {})
-        forces = self.forces.along(parameters, motions, rows)
-        alike = {
-            "orientation": traces.Theta,
-            "angular_velocity": traces.Omega,
-            "position": traces.X,
-            "velocity": traces.V,
-            "connector_state": traces.own,
-            "contact_displacement": traces.E,
-            "contact_velocity": traces.F,
-            "lyapunov": traces.value,
-            "lyapunov_change": motions.lyapunov_change,
-            "energy_residual": traces.residual,
+            return _BatchTraces({}, {})
+        available = vars(members) | members.own_states
+        available |= {"lyapunov_change": trajectories.lyapunov_change}
+        forces = self.forces.along(parameters, trajectories, rows)
+        evaluated = {
+            "contact_force": np.moveaxis(forces.contact_force, 0, 2),
+            "lyapunov_rate": forces.lyapunov_rate,
         }
-        apart = {"contact_force": np.moveaxis(forces[:3], 0, 2), "lyapunov_rate": forces[3]}
-        return _Kept(alike, apart)
+        names = [name for name in self.trace_names if name in available]
+        return _BatchTraces({name: available[name] for name in names}, evaluated)
 
     def _rest_energies(self, values: dict[str, Array], parameters: Array) -> Array:
         if self.rest_energy is not None:
             return np.full(parameters.shape[1], self.rest_energy)
-        assert self.stored is not None
-        energies, found = self.stored.of(parameters)
+        assert self.rest_energies is not None
+        energies, found = self.rest_energies.energies(parameters)
         for k in np.flatnonzero(~found).tolist():
             energies[k] = nearest_rest_state(self._problem(values, k).system).energy
         return energies
 
     def _problem(self, values: dict[str, Array], k: int) -> Problem:
-        """One of some members as a single run."""
+        """Return the initial value problem of member k of these values."""
         row = {key: column[k] for key, column in values.items() if key != "controller.variant"}
         return problem_of(self.binding.config_of(row))
 
-    def _traces(self, states: Array, observed: Array, energy: Array, residual: Array) -> Traces:
+    def _members(
+        self, states: Array, observed: ObservedTrajectories, energy: Array, residual: Array
+    ) -> MemberTrajectories:
         def along(rows: Array) -> Array:
             return np.moveaxis(rows, 0, 2)
 
-        size = self.problem.system.coordinates.size
-        return Traces(
-            times=self.problem.times,
-            Theta=along(states[0:3]),
-            Theta_rate=along(observed[0:3]),
-            Omega=along(states[3:6]),
-            X=along(observed[3:6]),
-            V=along(observed[6:9]),
-            E=along(observed[9:12]),
-            F=along(observed[12:15]),
-            own=along(states[size:]) if len(states) > size else None,
-            value=energy,
-            residual=residual,
+        own_states = self.problem.system.own_states
+        return MemberTrajectories(
+            time=self.problem.times,
+            orientation=along(states[THETA]),
+            orientation_rate=along(observed.Theta_rate),
+            angular_velocity=along(states[OMEGA]),
+            position=along(observed.X),
+            velocity=along(observed.V),
+            contact_displacement=along(observed.E),
+            contact_velocity=along(observed.F),
+            lyapunov=energy,
+            energy_residual=residual,
+            own_states={name: along(states[place]) for name, place in own_states.items()},
         )
 
-    def _may_have_left(self, traces: Traces) -> Array:
-        """Whether |θ2| may have come to the end of the range between samples, shape (m,)."""
-        angle, rate = traces.Theta[..., 1], traces.Theta_rate[..., 1]
-        h, end = np.diff(traces.times), math.acos(self.problem.range_bound)
+    def _may_have_left_range(self, members: MemberTrajectories) -> Array:
+        """Whether |θ2| may have reached the end of the range between samples, shape (m,)."""
+        angle, rate = members.orientation[..., 1], members.orientation_rate[..., 1]
+        h, end = np.diff(members.time), math.acos(self.problem.range_bound)
         farthest = np.abs(angle).max(axis=1) + h.max() * np.abs(rate).max(axis=1)
-        found = ~(farthest < end)
-        # Few come that far; only they are looked at more closely.
-        rows = np.flatnonzero(found)
-        found[rows] = ~(_highest(angle[rows], rate[rows], h) < end)
-        return found
+        may_have_left = ~(farthest < end)
+        # Only the few members above this rough bound need the sharper one.
+        rows = np.flatnonzero(may_have_left)
+        may_have_left[rows] = ~(_largest_magnitude(angle[rows], rate[rows], h) < end)
+        return may_have_left
 
 
-def _highest(values: Array, rates: Array, h: Array) -> Array:
-    """How far from zero samples of shape (m, n) and their rates let something come, shape (m,).
+def _largest_magnitude(values: Array, rates: Array, h: Array) -> Array:
+    """Return an upper bound of a quantity's magnitude between samples, shape (m,).
 
-    The cubic between two samples stays inside the hull of its Bézier points. To that comes an
-    eighth of what the rate changes by, times the interval: near the end of the range the motion is
-    no cubic, but turns at a corner, which is at most where the tangents meet.
+    The cubic Hermite interpolant between two samples stays inside the convex hull of its Bézier
+    points. Near the end of the range the motion is not a cubic: it turns at a corner, which does
+    not exceed the intersection of the tangents. So the bound adds an eighth of the change of the
+    rate times the interval.
+
+    Args:
+        values: The samples, shape (m, n).
+        rates: Their rates, shape (m, n).
+        h: The intervals between samples, shape (n - 1,).
     """
     a, b, up, down = values[:, :-1], values[:, 1:], rates[:, :-1], rates[:, 1:]
     points = np.array([a, b, a + up * h / 3, b - down * h / 3])
-    bent = np.abs(down - up) * h / 8
-    return (np.abs(points).max(axis=0) + bent).max(axis=1)
+    corner = np.abs(down - up) * h / 8
+    return (np.abs(points).max(axis=0) + corner).max(axis=1)

@@ -1,7 +1,7 @@
-"""The identities of many members at once: `run_id` of their configs, without making the configs.
+"""Compute the `run_id` of many members at once, without making their configs.
 
-Between the members of a variant, the canonical text that `run_id` hashes differs at the varied
-numbers and in the title alone. So it is made once and filled in for each member.
+The canonical text that `run_id` hashes differs between the members of a variant only at the varied
+numbers and in the title. So the text is made once, and filled in for each member.
 """
 
 import hashlib
@@ -15,91 +15,99 @@ import numpy as np
 from rbstab.config.load import resolved, run_id
 from rbstab.config.source import Path
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.plan.axes import VARIANT, at
+from rbstab.sweep.plan.axes import VARIANT, value_at
 from rbstab.sweep.plan.plan import Plan
 
-DIGITS = 32
-"""Of an identity."""
+ID_LENGTH = 32
+"""Hexadecimal digits of a `run_id`."""
 
-_FORMS: "WeakKeyDictionary[Plan, dict[str, _Form | None]]" = WeakKeyDictionary()
-"""The forms of plans by variant: to make one takes as long as to follow a hundred members."""
+_TEMPLATES: "WeakKeyDictionary[Plan, dict[str, _TextTemplate | None]]" = WeakKeyDictionary()
+"""Cached templates, by plan and variant. Making one takes as long as integrating 100 members."""
 
 
-class _Leaf(NamedTuple):
-    """A number that varies: its column, and what is multiplied by the column's value (or None)."""
+class _VariedNumber(NamedTuple):
+    """A varied number of the config.
+
+    Args:
+        key: The varied key.
+        factor: The number in the base, if the values of the key are factors; else None.
+    """
 
     key: str
     factor: float | None
 
 
-class _Form(NamedTuple):
-    """The canonical text of a variant's members, with a `%` where something varies; see `_fill`.
+class _TextTemplate(NamedTuple):
+    """The canonical text of the members of a variant, for `_fill`.
 
-    head is what stands before the first of these.
+    Args:
+        head: The text before the first varied number.
+        text: The rest, a format for `%`.
+        numbers: The varied numbers, in the order of the text. The title comes last.
     """
 
     head: str
     text: str
-    leaves: tuple[_Leaf, ...]
+    numbers: tuple[_VariedNumber, ...]
 
 
 def run_ids(plan: Plan, start: int, stop: int) -> Array:
-    """The identities of members as single runs, as `run_id(plan.config_of(i))` gives them.
+    """Return the identities of members, equal to `run_id(plan.config_of(i))`.
 
     Args:
         plan: The plan.
         start: The first member.
-        stop: Behind the last one.
+        stop: One after the last member, as in `range`.
 
     Returns:
         Shape (stop - start,), bytes of 32 hexadecimal digits.
     """
-    found = np.empty(stop - start, dtype=f"S{DIGITS}")
+    found = np.empty(stop - start, dtype=f"S{ID_LENGTH}")
     values = plan.values(start, stop)
     names = values.get(".".join(map(str, VARIANT)))
     for variant in plan.variants:
         inside = np.arange(stop - start) if names is None else np.flatnonzero(names == variant)
         if not len(inside):
             continue
-        chosen = {key: column[inside] for key, column in values.items()}
-        form = _known_form(plan, variant, start + int(inside[0]))
-        if form is None:
-            found[inside] = [_slow(plan, start + index) for index in inside.tolist()]
+        chosen = {key: entries[inside] for key, entries in values.items()}
+        template = _cached_template(plan, variant, start + int(inside[0]))
+        if template is None:
+            found[inside] = [_run_id_of(plan, start + index) for index in inside.tolist()]
         else:
-            found[inside] = _fill(plan, variant, form, start + inside, chosen)
+            found[inside] = _fill(plan, variant, template, start + inside, chosen)
     return found
 
 
-def _known_form(plan: Plan, variant: str, member: int) -> _Form | None:
-    """The form of a variant's members, made once and tried on one of them; None: there is none."""
-    forms = _FORMS.setdefault(plan, {})
-    if variant not in forms:
-        form = _form(plan, variant)
-        if form is not None:
-            numbers, values = np.array([member]), plan.values(member, member + 1)
-            if _fill(plan, variant, form, numbers, values) != [_slow(plan, member)]:
-                # No plan is known to come here; a wrong identity would be worse than a slow one.
-                form = None
-        forms[variant] = form
-    return forms[variant]
+def _cached_template(plan: Plan, variant: str, member: int) -> _TextTemplate | None:
+    """Return the template of a variant, verified with one member; None if there is none."""
+    templates = _TEMPLATES.setdefault(plan, {})
+    if variant not in templates:
+        template = _template(plan, variant)
+        if template is not None:
+            members, values = np.array([member]), plan.values(member, member + 1)
+            if _fill(plan, variant, template, members, values) != [_run_id_of(plan, member)]:
+                # No known plan fails this check. If one does, its identities are computed slowly.
+                template = None
+        templates[variant] = template
+    return templates[variant]
 
 
-def _slow(plan: Plan, index: int) -> bytes:
-    return run_id(plan.config_of(index)).encode()
+def _run_id_of(plan: Plan, member: int) -> bytes:
+    return run_id(plan.config_of(member)).encode()
 
 
-def _form(plan: Plan, variant: str) -> _Form | None:
-    """The form of a variant's members; None where something other than a float varies."""
+def _template(plan: Plan, variant: str) -> _TextTemplate | None:
+    """Make the template of a variant; None if anything other than a float varies."""
     data: dict[str, Any] = json.loads(json.dumps(resolved(plan.base_of(variant))))
-    leaves: list[_Leaf] = []
-    for column in plan.columns_of(variant):
-        for path in _numbers_at(column.path, at(data, column.path)):
-            value = at(data, path)
+    numbers: list[_VariedNumber] = []
+    for varied in plan.varied_keys_of(variant):
+        for path in _number_paths(varied.path, value_at(data, varied.path)):
+            value = value_at(data, path)
             if not isinstance(value, float):
                 return None
-            # No text of a config has a null character.
-            at(data, path[:-1])[path[-1]] = f"\0{len(leaves)}"
-            leaves.append(_Leaf(column.key, value if column.scale else None))
+            # The mark is unique, because no text of a config has a null character.
+            value_at(data, path[:-1])[path[-1]] = f"\0{len(numbers)}"
+            numbers.append(_VariedNumber(varied.key, value if varied.scale else None))
     data["title"] = "\0title"
     pieces = re.split(r'"\\u0000(\w+)"', _canonical(data))
     constants, names = [piece.replace("%", "%%") for piece in pieces[::2]], pieces[1::2]
@@ -107,41 +115,41 @@ def _form(plan: Plan, variant: str) -> _Form | None:
     text = "".join(mark + c for mark, c in zip(marks, constants[1:], strict=True))
     if names[-1] != "title":
         return None
-    return _Form(pieces[0], text, tuple(leaves[int(name)] for name in names[:-1]))
+    return _TextTemplate(pieces[0], text, tuple(numbers[int(name)] for name in names[:-1]))
 
 
-def _numbers_at(path: Path, value: Any) -> list[Path]:
+def _number_paths(path: Path, value: Any) -> list[Path]:
     if not isinstance(value, list):
         return [path]
-    return [leaf for i, entry in enumerate(value) for leaf in _numbers_at((*path, i), entry)]
+    return [found for i, entry in enumerate(value) for found in _number_paths((*path, i), entry)]
 
 
 def _fill(
-    plan: Plan, variant: str, form: _Form, numbers: Array, values: dict[str, Array]
+    plan: Plan, variant: str, template: _TextTemplate, members: Array, values: dict[str, Array]
 ) -> list[bytes]:
-    """The identities of some members of a variant."""
+    """Return the identities of some members of a variant."""
     filled = []
-    for key, factor in form.leaves:
+    for key, factor in template.numbers:
         value = values[key] if factor is None else values[key] * factor
-        # As a config does with -0.0.
+        # -0.0 becomes 0.0, as in a config.
         filled.append((value + 0.0).tolist())
-    titles = _titles(plan, variant, numbers)
-    begun, text, found = hashlib.sha256(form.head.encode()), form.text, []
+    titles = _titles(plan, variant, members)
+    head, text, found = hashlib.sha256(template.head.encode()), template.text, []
     for row in zip(*filled, titles, strict=True):
-        digest = begun.copy()
+        digest = head.copy()
         digest.update((text % row).encode())
-        found.append(digest.hexdigest()[:DIGITS].encode())
+        found.append(digest.hexdigest()[:ID_LENGTH].encode())
     return found
 
 
-def _titles(plan: Plan, variant: str, numbers: Array) -> list[str]:
-    """The titles of some members as JSON, which ends with the number of the member."""
-    found, leads = [], {}
-    for text in map(str, numbers.tolist()):
-        # What stands before the number depends on its length, for a title is not too long.
-        if len(text) not in leads:
-            leads[len(text)] = json.dumps(plan.title_of(variant, int(text)))[: -len(text) - 1]
-        found.append(f'{leads[len(text)]}{text}"')
+def _titles(plan: Plan, variant: str, members: Array) -> list[str]:
+    """Return the titles of some members as JSON; each ends with the number of the member."""
+    found, prefixes = [], {}
+    for text in map(str, members.tolist()):
+        # The prefix depends on the length of the number, because long titles are cut.
+        if len(text) not in prefixes:
+            prefixes[len(text)] = json.dumps(plan.title_of(variant, int(text)))[: -len(text) - 1]
+        found.append(f'{prefixes[len(text)]}{text}"')
     return found
 
 

@@ -1,150 +1,171 @@
-"""What a sweep keeps of each member: one number, or three, for each of these columns."""
+"""The outcome of a member: one number or one vector for each column."""
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from rbstab.analysis.peaks import peaks_at_samples
+from rbstab.elements.registry import OWN_STATES
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
+from rbstab.store.table import Column
 
-SETTLED = 1e-3
-"""Of v(0): a motion has settled once v stays below this."""
+SETTLED_FRACTION = 1e-3
+"""A motion has settled when v stays below this fraction of v(0)."""
 
-CLOSE = 1e-3
-"""m: the contact point has settled once |E| stays below this."""
+SETTLED_DISTANCE = 1e-3
+"""The contact point has settled when |E| stays below this distance, m."""
 
 STATUSES = tuple(RunStatus)
 """The statuses in the order of their codes in the column `status`."""
 
 
-class OutcomeColumn(NamedTuple):
-    """One column: its name in files, the shape and type of a member's entry, unit and meaning."""
-
-    name: str
-    shape: tuple[int, ...]
-    dtype: str
-    unit: str
-    meaning: str
+def _number(dtype: str, unit: str, long_name: str, flags: tuple[str, ...] = ()) -> Column:
+    return Column((), dtype, unit, long_name, flags)
 
 
-_VECTOR = (3,)
+def _vector(unit: str, long_name: str) -> Column:
+    return Column(("axis",), "f8", unit, long_name)
 
-COLUMNS = (
-    OutcomeColumn("run_id", (), "S32", "1", "identity of the member as a single run"),
-    OutcomeColumn("status", (), "i1", "1", "how the member ended, by its code"),
-    OutcomeColumn("end_time", (), "f8", "s", "time reached"),
-    OutcomeColumn("final_orientation", _VECTOR, "f8", "rad", "Θ at the end"),
-    OutcomeColumn("final_angular_velocity", _VECTOR, "f8", "rad/s", "Ω at the end, body"),
-    OutcomeColumn("final_position", _VECTOR, "f8", "m", "X at the end, inertial"),
-    OutcomeColumn("final_velocity", _VECTOR, "f8", "m/s", "V at the end, inertial"),
-    OutcomeColumn("final_connector_state", _VECTOR, "f8", "m", "D at the end; NaN: it has none"),
-    OutcomeColumn("lyapunov_start", (), "f8", "J", "v(0)"),
-    OutcomeColumn("lyapunov_end", (), "f8", "J", "v at the end"),
-    OutcomeColumn("energy_residual", (), "f8", "J", "the largest |r| of the samples"),
-    OutcomeColumn("peak_contact_displacement", _VECTOR, "f8", "m", "E farthest from 0, by axis"),
-    OutcomeColumn("peak_time", _VECTOR, "f8", "s", "when it is there"),
-    OutcomeColumn("peak_orientation", _VECTOR, "f8", "rad", "the largest |Θ|, by axis"),
-    OutcomeColumn("smallest_regularity", (), "f8", "1", "the smallest cos θ2"),
-    OutcomeColumn(
-        "settling_time", (), "f8", "s", "from here v < 1e-3 v(0); NaN: it did not settle"
+
+COLUMNS: dict[str, Column] = {
+    "run_id": _number("S32", "1", "identity of the member as a single run"),
+    "status": _number("i1", "1", "how the member ended, by its code", tuple(map(str, STATUSES))),
+    "end_time": _number("f8", "s", "time reached"),
+    "final_orientation": _vector("rad", "Θ at the end"),
+    "final_angular_velocity": _vector("rad/s", "Ω at the end, body"),
+    "final_position": _vector("m", "X at the end, inertial"),
+    "final_velocity": _vector("m/s", "V at the end, inertial"),
+    **{
+        f"final_{state.name}": Column(
+            (state.dimension,),
+            "f8",
+            state.unit,
+            f"{state.symbol} at the end; NaN: it has none",
+            lengths=() if state.dimension == "axis" else (state.size,),
+        )
+        for state in OWN_STATES.values()
+    },
+    "lyapunov_start": _number("f8", "J", "v(0)"),
+    "lyapunov_end": _number("f8", "J", "v at the end"),
+    "energy_residual": _number("f8", "J", "the largest |r| of the samples"),
+    "peak_contact_displacement": _vector("m", "E farthest from 0, by axis"),
+    "peak_time": _vector("s", "when it is there"),
+    "peak_orientation": _vector("rad", "the largest |Θ|, by axis"),
+    "smallest_regularity": _number("f8", "1", "the smallest cos θ2"),
+    "settling_time": _number("f8", "s", "from here v < 1e-3 v(0); NaN: it did not settle"),
+    "displacement_settling_time": _number(
+        "f8", "s", "from here |E| < 1 mm; NaN: it did not settle"
     ),
-    OutcomeColumn(
-        "displacement_settling_time", (), "f8", "s", "from here |E| < 1 mm; NaN: it did not settle"
-    ),
-    OutcomeColumn("steps", (), "i4", "1", "accepted steps"),
-)
+    "steps": _number("i4", "1", "accepted steps"),
+}
+"""The columns of a shard. The folder of a sweep lists its columns, so a new column does not make
+older sweeps invalid."""
 
 
 @dataclass(frozen=True, eq=False)
-class Traces:
-    """Motions of several members at the same samples.
+class MemberTrajectories:
+    """Trajectories of several members at the same samples, named as in the file of a run.
 
     Args:
-        times: Shape (n,), s.
-        Theta: Θ, shape (m, n, 3), rad; Theta_rate (BΩ), Omega, X, V, E and F alike.
-        own: The elements' own states, shape (m, n, 3), or None.
-        value: v, shape (m, n), J.
-        residual: r, shape (m, n), J.
-        work: ε, shape (m, n), J, where `value` is v - ε (on s = F + κE): that does not end at zero,
-            and v alone tells when a motion has settled.
+        time: Shape (n,), s.
+        orientation: Θ, rad; shape (m, n, 3), as all other vectors below.
+        orientation_rate: Θ̇ = BΩ, rad/s.
+        angular_velocity: Ω, rad/s, body.
+        position: X, m, inertial.
+        velocity: V, m/s, inertial.
+        contact_displacement: E, m, inertial.
+        contact_velocity: F, m/s, inertial.
+        lyapunov: v, shape (m, n), J.
+        energy_residual: r, shape (m, n), J.
+        own_states: The own states of the elements by name, each of shape (m, n, size).
+        contact_work: ε, shape (m, n), J, if `lyapunov` is v - ε (for s = F + κE); otherwise None.
+            v - ε does not end at zero, so settling times are computed from v.
     """
 
-    times: Array
-    Theta: Array
-    Theta_rate: Array
-    Omega: Array
-    X: Array
-    V: Array
-    E: Array
-    F: Array
-    own: Array | None
-    value: Array
-    residual: Array
-    work: Array | None = None
+    time: Array
+    orientation: Array
+    orientation_rate: Array
+    angular_velocity: Array
+    position: Array
+    velocity: Array
+    contact_displacement: Array
+    contact_velocity: Array
+    lyapunov: Array
+    energy_residual: Array
+    own_states: dict[str, Array] = field(default_factory=dict)
+    contact_work: Array | None = None
 
 
-def outcome_of(traces: Traces) -> dict[str, Array]:
-    """The columns that follow from the motions: all but `run_id`, `status` and `steps`."""
-    times, members = traces.times, len(traces.value)
+def outcome_of(members: MemberTrajectories) -> dict[str, Array]:
+    """Return the columns computed from trajectories: all but `run_id`, `status` and `steps`."""
+    times, count = members.time, len(members.lyapunov)
     last = {
-        "final_orientation": traces.Theta[:, -1],
-        "final_angular_velocity": traces.Omega[:, -1],
-        "final_position": traces.X[:, -1],
-        "final_velocity": traces.V[:, -1],
-        "final_connector_state": np.full((members, 3), np.nan)
-        if traces.own is None
-        else traces.own[:, -1],
+        "final_orientation": members.orientation[:, -1],
+        "final_angular_velocity": members.angular_velocity[:, -1],
+        "final_position": members.position[:, -1],
+        "final_velocity": members.velocity[:, -1],
     }
-    peak, peak_time = _peaks(times, traces.E, traces.F)
-    angles, _ = _peaks(times, traces.Theta, traces.Theta_rate)
-    distance = np.linalg.norm(traces.E, axis=2)
-    value = traces.value if traces.work is None else traces.value + traces.work
+    for state in OWN_STATES.values():
+        values = members.own_states.get(state.name)
+        missing = np.full((count, state.size), np.nan)
+        last[f"final_{state.name}"] = missing if values is None else values[:, -1]
+    peak, peak_time = _peaks(times, members.contact_displacement, members.contact_velocity)
+    angles, _ = _peaks(times, members.orientation, members.orientation_rate)
+    distance = np.linalg.norm(members.contact_displacement, axis=2)
+    work = members.contact_work
+    value = members.lyapunov if work is None else members.lyapunov + work
     return last | {
-        "end_time": np.full(members, times[-1]),
-        "lyapunov_start": traces.value[:, 0],
-        "lyapunov_end": traces.value[:, -1],
-        "energy_residual": np.abs(traces.residual).max(axis=1),
+        "end_time": np.full(count, times[-1]),
+        "lyapunov_start": members.lyapunov[:, 0],
+        "lyapunov_end": members.lyapunov[:, -1],
+        "energy_residual": np.abs(members.energy_residual).max(axis=1),
         "peak_contact_displacement": peak,
         "peak_time": peak_time,
         "peak_orientation": np.abs(angles),
         "smallest_regularity": np.cos(np.minimum(np.abs(angles[:, 1]), np.pi / 2)),
         "settling_time": settling_times(times, value),
-        "displacement_settling_time": last_above(times, distance, np.full(members, CLOSE)),
+        "displacement_settling_time": last_above(times, distance, np.full(count, SETTLED_DISTANCE)),
     }
 
 
 def settling_times(times: Array, value: Array) -> Array:
-    """From when v stays below `SETTLED` v(0), shape (m,), s.
+    """Return the times after which v stays below `SETTLED_FRACTION` v(0), shape (m,), s.
 
-    NaN where it does not by the end, and where v is not finite throughout.
+    A time is NaN if v is not below this bound at the end, or is not finite at some sample.
 
     Args:
         times: Shape (n,), s.
         value: v of each member, shape (m, n), J.
     """
-    found = last_above(times, value, SETTLED * value[:, 0])
-    return np.where(np.isfinite(value).all(axis=1), found, np.nan)
+    settling = last_above(times, value, SETTLED_FRACTION * value[:, 0])
+    return np.where(np.isfinite(value).all(axis=1), settling, np.nan)
 
 
 def _peaks(times: Array, values: Array, rates: Array) -> tuple[Array, Array]:
-    peak, when = peaks_at_samples(times, np.swapaxes(values, 1, 2), np.swapaxes(rates, 1, 2))
-    return peak, when
+    """Return the value of each component farthest from zero, and its time, shape (m, 3)."""
+    peak, peak_time = peaks_at_samples(times, np.swapaxes(values, 1, 2), np.swapaxes(rates, 1, 2))
+    return peak, peak_time
 
 
-def last_above(times: Array, size: Array, bound: Array) -> Array:
-    """When a quantity is last at its bound or above, shape (m,), s, linear between samples.
+def last_above(times: Array, values: Array, bound: Array) -> Array:
+    """Return the last time at which a quantity is at or above its bound, shape (m,), s.
 
-    0 where it never is, NaN where it still is at the end.
+    The quantity is interpolated linearly between samples. The time is 0 if the quantity is always
+    below its bound, and NaN if it is at or above the bound at the end.
+
+    Args:
+        times: Shape (n,), s.
+        values: The quantity, shape (m, n).
+        bound: The bound, shape (m,).
     """
-    above = size >= bound[:, np.newaxis]
-    backwards = np.ascontiguousarray(above[:, ::-1])  # numpy searches these several times as fast
+    above = values >= bound[:, np.newaxis]
+    backwards = np.ascontiguousarray(above[:, ::-1])  # argmax is several times faster on it
     last = len(times) - 1 - backwards.argmax(axis=1)
-    rows, after = np.arange(len(size)), np.minimum(last + 1, len(times) - 1)
-    before_size, after_size = size[rows, last], size[rows, after]
+    rows, after = np.arange(len(values)), np.minimum(last + 1, len(times) - 1)
+    value_before, value_after = values[rows, last], values[rows, after]
     with np.errstate(all="ignore"):
-        share = (before_size - bound) / (before_size - after_size)
-        found = times[last] + share * (times[after] - times[last])
-    found = np.where(last == len(times) - 1, np.nan, found)
-    return np.where(above.any(axis=1), found, 0.0)
+        fraction = (value_before - bound) / (value_before - value_after)
+        crossing = times[last] + fraction * (times[after] - times[last])
+    crossing = np.where(last == len(times) - 1, np.nan, crossing)
+    return np.where(above.any(axis=1), crossing, 0.0)

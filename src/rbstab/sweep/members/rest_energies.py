@@ -1,4 +1,4 @@
-"""The stored energy at rest of many members at once."""
+"""Compute the stored energy at rest of many members at once."""
 
 import numpy as np
 
@@ -11,61 +11,67 @@ from rbstab.systems.system import System
 MAX_STEPS = 30
 
 ROUND_OFF = 1e-12
-"""Of an energy (or 1 J): how much a step may seem to rise."""
+"""Allowed rise of the energy in a step, relative to the energy plus 1 J."""
 
 
 class RestEnergies:
-    """The rest states downhill from the unloaded positions, by Newton's method.
+    """Finds rest states by Newton's method, downwards in energy from the unloaded positions.
 
     Args:
-        system: Any system of the members' structure.
+        system: A system with the structure of the members.
     """
 
     def __init__(self, system: System) -> None:
-        self.still = configurations(system)
+        self.configurations = configurations(system)
         self.energy = CompiledScalar(
-            self.still.system, lambda s, q: Configurations(s).energy(q), self.still.size
+            self.configurations.system,
+            lambda s, q: Configurations(s).energy(q),
+            self.configurations.size,
         )
 
-    def of(self, parameters: Array) -> tuple[Array, Array]:
-        """The energies, shape (m,), J, and which of them are found, shape (m,).
+    def energies(self, parameters: Array) -> tuple[Array, Array]:
+        """Return the energies at rest, and which of them were found.
 
-        A member counts as found where every step went downhill between convex places: then this is
-        where the descent of `nearest_rest_state` ends. The others have to be looked for there.
+        A rest state counts as found if the energy is convex at each iterate and no step raises it.
+        Then the descent of `nearest_rest_state` ends at the same state. For other members, the
+        caller has to use `nearest_rest_state`.
 
         Args:
             parameters: Shape (parameters, m), in the order of `parameter_values`.
+
+        Returns:
+            The energies, shape (m,), J, and booleans that are true where found, shape (m,).
         """
         q = self._unloaded(parameters)
-        sound = np.ones(q.shape[1], dtype=bool)
+        valid = np.ones(q.shape[1], dtype=bool)
         with np.errstate(all="ignore"):
-            here = self.energy.at(parameters, q)
+            current = self.energy.at(parameters, q)
             for _ in range(MAX_STEPS):
-                sound &= _convex(here.hessian)
-                moving = sound & (np.abs(here.gradient).max(axis=1) > GRADIENT_TOLERANCE)
+                valid &= _convex(current.hessian)
+                moving = valid & (np.abs(current.gradient).max(axis=1) > GRADIENT_TOLERANCE)
                 if not moving.any():
                     break
-                slope = here.gradient[moving][..., np.newaxis]
-                q[:, moving] -= np.linalg.solve(here.hessian[moving], slope)[..., 0].T
-                there = self.energy.at(parameters, q)
-                slack = ROUND_OFF * (np.abs(here.value) + 1.0)
-                sound &= ~moving | (there.value <= here.value + slack)
-                here = there
-            arrived = np.abs(here.gradient).max(axis=1) <= GRADIENT_TOLERANCE
-        return here.value, sound & arrived & (np.abs(q[1]) < np.pi / 2)
+                slope = current.gradient[moving][..., np.newaxis]
+                q[:, moving] -= np.linalg.solve(current.hessian[moving], slope)[..., 0].T
+                following = self.energy.at(parameters, q)
+                slack = ROUND_OFF * (np.abs(current.value) + 1.0)
+                valid &= ~moving | (following.value <= current.value + slack)
+                current = following
+            converged = np.abs(current.gradient).max(axis=1) <= GRADIENT_TOLERANCE
+        return current.value, valid & converged & (np.abs(q[1]) < np.pi / 2)
 
     def _unloaded(self, parameters: Array) -> Array:
-        """`Configurations.unloaded` of each member, shape (n, m)."""
-        q = np.zeros((self.still.size, parameters.shape[1]))
-        if not self.still.held:
+        """Return `Configurations.unloaded` of each member, shape (n, m)."""
+        q = np.zeros((self.configurations.size, parameters.shape[1]))
+        if not self.configurations.held:
             anchor = self.energy.offsets["anchor"]
             q[3:6] = parameters[anchor : anchor + 3]
         return q
 
 
 def _convex(hessians: Array) -> Array:
-    """Whether each of some symmetric matrices is positive definite, shape (m,)."""
-    broken = ~np.isfinite(hessians).all(axis=(1, 2), keepdims=True)
-    given = np.where(broken, -np.eye(hessians.shape[1]), hessians)
-    smallest: Array = np.linalg.eigvalsh(given)[:, 0]
+    """Return whether each symmetric matrix, shape (m, n, n), is positive definite; shape (m,)."""
+    invalid = ~np.isfinite(hessians).all(axis=(1, 2), keepdims=True)
+    checked = np.where(invalid, -np.eye(hessians.shape[1]), hessians)
+    smallest: Array = np.linalg.eigvalsh(checked)[:, 0]
     return smallest > 0

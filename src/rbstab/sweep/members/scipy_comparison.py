@@ -1,4 +1,4 @@
-"""Compare members with single runs by SciPy: which members, and how far the results agree."""
+"""Select members to compare with single runs by SciPy, and compute their differences."""
 
 import hashlib
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ from rbstab.sweep.plan.plan import Plan
 ENGINE = "scipy"
 
 MEMBERS_PER_SAMPLE = 1000
-"""One of so many members is rerun."""
+"""One member of this many is rerun."""
 
 _NOT_COMPARED = ("run_id", "status", "steps")
 
 _SCALE = {"energy_residual": "lyapunov_start"}
-"""The column that a difference is divided by, for columns that hold nothing but errors."""
+"""For a column of errors: the column whose largest absolute value divides its differences."""
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class ScipyComparison:
     """The comparison of sampled members with single runs by SciPy.
 
     Args:
-        shards_digest: Of the shards that were compared.
+        shards_digest: The digest of the compared shards.
         members: The members.
-        unlike: How many ended with another status, or have a number where the single run has none.
-        differences: For each column the largest difference, over the largest number in it.
+        unlike: The number of members whose status, or whose NaNs, differ from the single run.
+        differences: For each column, the largest difference divided by the largest absolute value.
     """
 
     shards_digest: str
@@ -40,7 +40,7 @@ class ScipyComparison:
 
 
 def members_to_compare(plan: Plan, seed: str) -> list[int]:
-    """Draw a random member of every thousand, among the variants that are comparable.
+    """Draw one random member of every thousand; omit it if its variant is not comparable.
 
     Args:
         plan: The plan.
@@ -58,12 +58,12 @@ def members_to_compare(plan: Plan, seed: str) -> list[int]:
 
 
 def is_comparable(variant: str) -> bool:
-    """Whether two engines find the same trajectories: not for a variant that may be chaotic."""
+    """Return whether two engines find the same trajectories: not if the motion may be chaotic."""
     return variant != "sliding"
 
 
 def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict[str, float]]:
-    """Return how many members are unlike, and the largest differences of the others.
+    """Return the number of unlike members, and the largest differences of the other members.
 
     Args:
         ours: The columns of some members.
@@ -72,7 +72,7 @@ def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict
     Returns:
         `unlike` and `differences` of a `ScipyComparison`.
     """
-    columns = [column.name for column in COLUMNS if column.name not in _NOT_COMPARED]
+    columns = [name for name in COLUMNS if name in ours and name not in _NOT_COMPARED]
     alike = ours["status"] == theirs["status"]
     for name in columns:
         same = np.isnan(ours[name]) == np.isnan(theirs[name])
@@ -83,7 +83,7 @@ def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict
             np.nan_to_num(values[alike])
             for values in (ours[name], theirs[name], theirs[_SCALE.get(name, name)])
         )
-        # Infinite numbers are those of diverged motions; that both diverge is all that counts.
+        # Infinite numbers come from diverged motions. It is enough that both motions diverge.
         finite = np.isfinite(a) & np.isfinite(b)
         largest = float(np.abs(scale[np.isfinite(scale)]).max(initial=0.0))
         difference = float(np.abs(a[finite] - b[finite]).max(initial=0.0))

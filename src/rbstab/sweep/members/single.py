@@ -1,4 +1,4 @@
-"""Members one by one, each as the single run that it is."""
+"""An engine that integrates members one by one, as single runs."""
 
 from dataclasses import replace
 
@@ -8,27 +8,27 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.config.schema import MIN_SCIPY_RTOL, Config
 from rbstab.experiment.record import quantities_of
-from rbstab.experiment.switching_record import resting_system, works_without_potential
+from rbstab.experiment.switching_record import has_no_potential, smooth_rest_system
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.engine import Shard, columns_of_failed
 from rbstab.sweep.members.identity import run_ids
-from rbstab.sweep.members.outcome import STATUSES, Traces, outcome_of
-from rbstab.sweep.members.traces import TIME, layout_of, put_single
+from rbstab.sweep.members.outcome import STATUSES, MemberTrajectories, outcome_of
+from rbstab.sweep.members.traces import TIME, copy_single_run, layout_of
 from rbstab.sweep.plan.plan import Plan
 
 
 class SingleRuns:
-    """An engine of members that follows each of them by itself.
+    """Integrates members one by one (a `MemberEngine`).
 
     Args:
         plan: The plan.
-        name: The engine, whatever the plan says; default that of each config.
+        name: The name of the engine; default the engine of the plan.
 
     Raises:
-        EngineMissingError: The package of an engine is not installed.
+        EngineMissingError: The package of the engine is not installed.
     """
 
     def __init__(self, plan: Plan, name: str | None = None) -> None:
@@ -38,73 +38,76 @@ class SingleRuns:
         engine(self._engine)
 
     def compute(self, start: int, stop: int) -> Shard:
-        """The members from number `start` up to `stop`."""
-        found = columns_of_failed(stop - start)
-        found["run_id"] = run_ids(self._plan, start, stop)
-        chosen = self._plan.keep.traces(start, stop)
-        places = np.cumsum(chosen) - 1
-        traces = self._layout.blank(int(chosen.sum())) if chosen.any() else None
+        """Integrate the members from number `start` up to `stop`."""
+        columns = columns_of_failed(stop - start)
+        columns["run_id"] = run_ids(self._plan, start, stop)
+        selected = self._plan.keep.selected(start, stop)
+        trace_rows = np.cumsum(selected) - 1
+        traces = self._layout.empty(int(selected.sum())) if selected.any() else None
         for index in range(stop - start):
-            # Whatever goes wrong with one member says nothing of the others; it keeps its status.
+            # An error in one member must not stop the others; the member keeps its failed status.
             try:
                 problem = self._problem(self._plan.config_of(start + index))
-                trajectory, quantities = self._follow(problem)
+                trajectory, quantities = self._integrate(problem)
             except Exception:  # noqa: S112
                 continue
-            found["status"][index] = STATUSES.index(trajectory.status)
-            found["steps"][index] = min(trajectory.steps, np.iinfo(np.int32).max)
+            columns["status"][index] = STATUSES.index(trajectory.status)
+            columns["steps"][index] = min(trajectory.steps, np.iinfo(np.int32).max)
             for name, values in _outcome(problem, quantities).items():
-                found[name][index] = values[0]
-            if traces is not None and chosen[index] and TIME in quantities:
-                put_single(traces, int(places[index]), quantities)
-        return Shard(found, traces)
+                columns[name][index] = values[0]
+            if traces is not None and selected[index] and TIME in quantities:
+                copy_single_run(traces, int(trace_rows[index]), quantities)
+        return Shard(columns, traces)
 
     def _problem(self, config: Config) -> Problem:
-        # What no column shows is not asked for: how far a motion that slides can be trusted.
+        # Columns do not contain trusted_until, so it is not computed.
         problem = replace(problem_of(config), diagnosed=False)
         if self._engine == "scipy":
             problem = replace(problem, rtol=max(problem.rtol, MIN_SCIPY_RTOL))
         return problem
 
-    def _follow(self, problem: Problem) -> tuple[Trajectory, dict[str, Array]]:
+    def _integrate(self, problem: Problem) -> tuple[Trajectory, dict[str, Array]]:
         with np.errstate(all="ignore"):
             trajectory = engine(self._engine)(problem)
             try:
-                rest = nearest_rest_state(resting_system(problem))
+                rest = nearest_rest_state(smooth_rest_system(problem))
                 return trajectory, quantities_of(problem, trajectory, rest.energy)
             except Exception:
-                # The status is known.
+                # Without quantities, the member still has the status of its trajectory.
                 return trajectory, {}
 
 
 def _outcome(problem: Problem, quantities: dict[str, Array]) -> dict[str, Array]:
     try:
         with np.errstate(all="ignore"):
-            return outcome_of(traces_of(problem, quantities))
+            return outcome_of(trajectory_of(problem, quantities))
     except Exception:
-        # What a motion of a single sample has not is left out.
+        # A motion with a single sample has no outcome; its columns keep their defaults.
         return {}
 
 
-def traces_of(problem: Problem, quantities: dict[str, Array]) -> Traces:
-    """The motion of a single run as that of one member."""
-
-    def one(name: str) -> Array:
-        return quantities[name][np.newaxis]
-
+def trajectory_of(problem: Problem, quantities: dict[str, Array]) -> MemberTrajectories:
+    """Return the quantities of a single run as `MemberTrajectories` of one member."""
     Theta, Omega = quantities["orientation"], quantities["angular_velocity"]
     rates = np.array([rate_matrix(a) @ w for a, w in zip(Theta, Omega, strict=True)])
-    return Traces(
-        times=quantities["time"],
-        Theta=one("orientation"),
-        Theta_rate=rates[np.newaxis],
-        Omega=one("angular_velocity"),
-        X=one("position"),
-        V=one("velocity"),
-        E=one("contact_displacement"),
-        F=one("contact_velocity"),
-        own=one("connector_state") if "connector_state" in quantities else None,
-        value=one("lyapunov"),
-        residual=one("energy_residual"),
-        work=one("contact_work") if works_without_potential(problem.system) else None,
+    arrays = {name: array[np.newaxis] for name, array in quantities.items() if name != TIME}
+    return MemberTrajectories(
+        time=quantities[TIME],
+        orientation_rate=rates[np.newaxis],
+        own_states={name: arrays[name] for name in problem.system.own_states},
+        contact_work=arrays["contact_work"] if has_no_potential(problem.system) else None,
+        **{name: arrays[name] for name in _COMMON_QUANTITIES},
     )
+
+
+_COMMON_QUANTITIES = (
+    "orientation",
+    "angular_velocity",
+    "position",
+    "velocity",
+    "contact_displacement",
+    "contact_velocity",
+    "lyapunov",
+    "energy_residual",
+)
+"""The quantities of a run that `MemberTrajectories` has under the same names."""

@@ -1,30 +1,27 @@
-"""What is kept of a whole motion, where a plan keeps more than the summary."""
+"""Traces: the stored trajectories of members."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.config.build import problem_of
+from rbstab.elements.registry import OWN_STATES
 from rbstab.mechanics.numbers import Array
 from rbstab.store.motions import Motions
 from rbstab.store.result import Variable
-from rbstab.store.table import AXES, RUN
+from rbstab.store.table import RUN
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.trace_selection import TraceSelection
-from rbstab.systems.quantities import BY_NAME
+from rbstab.systems.quantities import BY_NAME, RUN_DIMENSIONS
 
 TIME = "time"
 
-OWN = "connector_state"
-"""Kept where a variant has it."""
-
-KEPT = (
+TRACE_QUANTITIES = (
     "orientation",
     "angular_velocity",
     "position",
     "velocity",
-    OWN,
+    *OWN_STATES,
     "contact_displacement",
     "contact_velocity",
     "contact_force",
@@ -33,75 +30,104 @@ KEPT = (
     "lyapunov_change",
     "energy_residual",
 )
-"""The quantities of a trace, named as in the file of a single run."""
+"""The quantities of a trace, named as in a run file. A variant may lack some own states."""
 
 
 class TraceLayout(NamedTuple):
-    """The samples of the traces of a plan, s, and the names of their quantities."""
+    """The layout of all traces of a plan.
+
+    Args:
+        times: The sample times, shape (n,), s.
+        names: The names of the quantities.
+    """
 
     times: Array
     names: tuple[str, ...]
 
     def shape(self, name: str) -> tuple[int, ...]:
-        """The shape of a quantity of one member."""
-        return tuple(AXES if d == "axis" else len(self.times) for d in BY_NAME[name].dimensions)
+        """Return the shape of a quantity of one member."""
+        lengths = RUN_DIMENSIONS | {TIME: len(self.times)}
+        return tuple(lengths[dimension] for dimension in BY_NAME[name].dimensions)
 
     @property
     def size(self) -> int:
-        """The bytes of one member."""
+        """The bytes of one trace."""
         numbers = sum(int(np.prod(self.shape(name))) for name in self.names)
         return numbers * np.dtype(float).itemsize
 
-    def blank(self, members: int) -> dict[str, Array]:
-        """Traces of which nothing is known."""
+    def empty(self, members: int) -> dict[str, Array]:
+        """Return traces of some members with all quantities NaN."""
         found = {name: np.full((members, *self.shape(name)), np.nan) for name in self.names}
         return {TIME: self.times, **found}
 
 
 def layout_of(plan: Plan) -> TraceLayout:
-    """The layout of the traces of a plan, whether it keeps any or not."""
-    problems = [problem_of(base) for base in plan.bases.values()]
-    has_own = any(p.system.size > p.system.coordinates.size for p in problems)
-    return TraceLayout(problems[0].times, tuple(n for n in KEPT if n != OWN or has_own))
+    """Return the layout of the traces of a plan, also for a plan without traces."""
+    problems = list(plan.initial_value_problems.values())
+    own_states = {name for problem in problems for name in problem.system.own_states}
+    names = (n for n in TRACE_QUANTITIES if n not in OWN_STATES or n in own_states)
+    return TraceLayout(problems[0].times, tuple(names))
 
 
-def put(
-    target: Mapping[str, Array], places: Array, source: Mapping[str, Array | None], rows: Array
+def copy_traces(
+    target: Mapping[str, Array],
+    target_rows: Array,
+    source: Mapping[str, Array | None],
+    source_rows: Array,
 ) -> None:
-    """Copies traces: rows of the source to places of the target, in all that the source has."""
-    to, of = _slice(places), _slice(rows)
+    """Copy the traces of some members, for all quantities of the source that are not None.
+
+    Args:
+        target: The traces to write to.
+        target_rows: The rows to write, ascending.
+        source: The traces to read.
+        source_rows: The rows to read, ascending.
+    """
+    to_rows, from_rows = _as_slice(target_rows), _as_slice(source_rows)
     for name, data in source.items():
         if data is None:
             continue
         if data.ndim == 2:
-            target[name][to] = data[of]
+            target[name][to_rows] = data[from_rows]
             continue
-        # By component: what batches compute stands by components, and is long along the samples.
-        for axis in range(AXES):
-            target[name][to, :, axis] = data[of, :, axis]
+        # Batches store each component contiguously along the samples, so copy by component.
+        for axis in range(data.shape[2]):
+            target[name][to_rows, :, axis] = data[from_rows, :, axis]
 
 
-def put_single(target: Mapping[str, Array], place: int, quantities: Mapping[str, Array]) -> None:
-    """Copies the motion of a single run, as far as it reached the samples."""
+def copy_single_run(target: Mapping[str, Array], row: int, quantities: Mapping[str, Array]) -> None:
+    """Copy the trajectory of a single run, up to the last sample that it reached.
+
+    Args:
+        target: The traces to write to.
+        row: The row to write.
+        quantities: The trajectory of the single run, with its times.
+    """
     times, samples = quantities[TIME], target[TIME]
     count = min(len(times), len(samples))
     alike = times[:count] == samples[:count]
-    # Behind its last sample, a run that stopped early has the state of the stop, which is none.
+    # A run that stopped early ends with its state at the stop, which is not a sample.
     reached = count if alike.all() else int(alike.argmin())
     for name in target:
         if name != TIME and name in quantities:
-            target[name][place, :reached] = quantities[name][:reached]
+            target[name][row, :reached] = quantities[name][:reached]
 
 
 def checked_traces(
     traces: dict[str, Array] | None, plan: Plan, start: int, stop: int
 ) -> dict[str, Array] | None:
-    """The traces of a shard in their types; None where it has to have none.
+    """Check and return the traces of a shard as floats; None if the plan selects no member of it.
+
+    Args:
+        traces: The traces from the engine.
+        plan: The plan.
+        start: The first member.
+        stop: One after the last member, as in `range`.
 
     Raises:
-        ValueError: One is missing, or has not an entry for each member that has a trace.
+        ValueError: A quantity is missing, or does not have one entry for each selected member.
     """
-    members = int(plan.keep.traces(start, stop).sum())
+    members = int(plan.keep.selected(start, stop).sum())
     if not members:
         return None
     layout = layout_of(plan)
@@ -117,25 +143,29 @@ def checked_traces(
 def motions_of(
     traces: Mapping[str, Array], keep: TraceSelection, start: int, stop: int, plan_id: str
 ) -> Motions:
-    """The traces of a shard as they are stored."""
+    """Return the traces of a shard in the form in which they are stored."""
 
     def stored(name: str, data: Array) -> Variable:
         quantity = BY_NAME[name]
         along = () if name == TIME else (RUN,)
-        what = f"{quantity.symbol}: {quantity.meaning}"
-        return Variable((*along, *quantity.dimensions), data, quantity.unit, what)
+        long_name = f"{quantity.symbol}: {quantity.meaning}"
+        return Variable((*along, *quantity.dimensions), data, quantity.unit, long_name)
 
-    numbers = start + np.flatnonzero(keep.traces(start, stop))
+    numbers = start + np.flatnonzero(keep.selected(start, stop))
     coordinates = {
         RUN: Variable((RUN,), numbers, "1", "number of the run"),
-        "axis": Variable(("axis",), np.arange(1, AXES + 1), "1", "component of a vector"),
+        **{
+            name: Variable((name,), np.arange(1, length + 1), "1", "component of a vector")
+            for name, length in RUN_DIMENSIONS.items()
+            if any(name in BY_NAME[array].dimensions for array in traces)
+        },
     }
     described = {name: stored(name, data) for name, data in traces.items()}
     return Motions(coordinates | described, {"plan_id": plan_id})
 
 
-def _slice(indices: Array) -> Array | slice:
-    """Ascending indices, as a slice where they follow each other: that copies nothing twice."""
+def _as_slice(indices: Array) -> Array | slice:
+    """Return ascending indices, as a slice if they are consecutive, to avoid a copy."""
     if len(indices) and indices[-1] - indices[0] == len(indices) - 1:
         return slice(int(indices[0]), int(indices[-1]) + 1)
     return indices

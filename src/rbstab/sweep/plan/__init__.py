@@ -1,1 +1,1 @@
-"""What a sweep varies: a plan of numbered members, read, checked and written."""
+"""Plans of sweeps: read, check and write plans, and compute the values of their members."""

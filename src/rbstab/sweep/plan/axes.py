@@ -1,4 +1,4 @@
-"""What a plan varies: columns, each a key of the config, and axes, each some columns together."""
+"""The varied keys of a plan, and its axes: groups of keys that vary together."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -10,15 +10,14 @@ VARIANT: Path = ("controller", "variant")
 
 
 @dataclass(frozen=True)
-class Column:
-    """One key of the config and where its values come from.
+class VariedKey:
+    """A key of the config that a plan varies, with the distribution of its values.
 
     Args:
         path: The key, as a path.
-        distribution: Of its values, or of the factor.
-        scale: The values are factors, by which all that stands at the key in the base is
-            multiplied.
-        place: Where it stands in the plan, for messages.
+        distribution: The distribution of the values, or of the factors.
+        scale: The values are factors. Each multiplies all numbers at the key in the base.
+        place: The path of the key in the plan, for messages.
     """
 
     path: Path
@@ -31,41 +30,41 @@ class Column:
         """The key as it is written in a plan."""
         return key_of(self.path)
 
-    def applied(self, data: dict[str, Any], value: Any) -> None:
-        """Puts a value (or what it makes of the one that is there) into the data of a config."""
+    def apply(self, data: dict[str, Any], value: Any) -> None:
+        """Replace or scale the value at the key in the data of a config."""
         here: Any = data
         for part in self.path[:-1]:
             here = here[part]
         last = self.path[-1]
-        here[last] = _times(value, here[last]) if self.scale else value
+        here[last] = _scaled(value, here[last]) if self.scale else value
 
 
 @dataclass(frozen=True)
 class Axis:
-    """Columns that move together: by the index of an entry, or by one coordinate of a design.
+    """Keys that vary together: they share a list index, or one coordinate of a design.
 
     Args:
-        name: The key of its column, or the name of the `zip`.
-        columns: One or more.
-        each: Each entry is taken with every point of the design.
+        name: The varied key, or the name of the `zip`.
+        varied_keys: The keys, at least one.
+        each: Combine each entry with every point of the design.
     """
 
     name: str
-    columns: tuple[Column, ...]
+    varied_keys: tuple[VariedKey, ...]
     each: bool = False
 
     @property
     def length(self) -> int | None:
-        """The number of its entries, which its lists share; None where it has no list."""
-        lists = [c.distribution for c in self.columns if isinstance(c.distribution, FiniteList)]
+        """The number of entries of each list of the axis; None if it has no list."""
+        lists = [k.distribution for k in self.varied_keys if isinstance(k.distribution, FiniteList)]
         return lists[0].length if lists else None
 
 
-def at(data: Any, path: Path) -> Any:
-    """The value at a path of plain data.
+def value_at(data: Any, path: Path) -> Any:
+    """Return the value at a path of plain data.
 
     Raises:
-        LookupError: The path leads nowhere.
+        LookupError: The data has no such path.
     """
     here: Any = data
     for part in path:
@@ -76,7 +75,7 @@ def at(data: Any, path: Path) -> Any:
     return here
 
 
-def _times(factor: float, value: Any) -> Any:
+def _scaled(factor: float, value: Any) -> Any:
     if isinstance(value, list):
-        return [_times(factor, entry) for entry in value]
+        return [_scaled(factor, entry) for entry in value]
     return factor * value

@@ -1,4 +1,4 @@
-"""The config that the members of a plan differ from, for each variant that they have."""
+"""Read the base config of a plan, once for each variant of its members."""
 
 from collections.abc import Iterable
 from copy import deepcopy
@@ -6,94 +6,94 @@ from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
 
-from rbstab.config.errors import ConfigError, Problem
+from rbstab.config.errors import ConfigError, ConfigProblem
 from rbstab.config.load import source_of, validated
-from rbstab.config.messages import described
+from rbstab.config.messages import describe
 from rbstab.config.overrides import override
 from rbstab.config.schema import VARIANTS, Config
 from rbstab.config.source import Source
 from rbstab.sweep.plan.problems import ProblemCollector
 
-SHARED = ("controller", "initial", "integration")
+VARIANT_SECTIONS = ("controller", "initial", "integration")
 """The sections whose keys depend on the variant."""
 
 
 def read_bases(
-    findings: ProblemCollector, folder: FilePath, variants: tuple[str, ...], changes: Iterable[str]
+    problems: ProblemCollector, folder: FilePath, variants: tuple[str, ...], changes: Iterable[str]
 ) -> dict[str, Config]:
-    """The base for each variant; empty, with notes, where something is wrong.
+    """Read the base for each variant; if something is wrong, add problems and return {}.
 
     Args:
-        findings: The plan, and where problems are noted.
-        folder: What the path of the base is relative to.
-        variants: Those that the plan names; none: the one of the base.
+        problems: The source of the plan; collects the problems.
+        folder: The folder to which the path of the base is relative.
+        variants: The variants in the plan; if empty, the variant of the base.
         changes: Texts `key=value` that replace single values of the base.
     """
-    before = len(findings.problems)
-    source = _source_of_base(findings, folder)
+    before = len(problems.found)
+    source = _source_of_base(problems, folder)
     if source is None:
         return {}
     bases: dict[str, Config] = {}
-    problems: dict[str, list[Problem]] = {}
+    by_variant: dict[str, list[ConfigProblem]] = {}
     wanted = tuple(dict.fromkeys(variants)) or ("",)
     try:
         override(source, changes)
         for variant in wanted:
             try:
-                base = validated(_of_variant(source, variant) if variant else source)
+                base = validated(_with_variant(source, variant) if variant else source)
                 bases[base.controller.variant] = base
             except ConfigError as error:
-                problems[variant] = list(error.problems)
+                by_variant[variant] = list(error.problems)
     except ConfigError as error:
-        problems = {"": list(error.problems)}
+        by_variant = {"": list(error.problems)}
         wanted = ("",)
-    inline = isinstance(findings.source.data["base"], dict)
-    place = findings.source.location(()).source if inline else None
-    findings.add(
+    inline = isinstance(problems.source.data["base"], dict)
+    place = problems.source.location(()).source if inline else None
+    problems.add_all(
         replace(p, key=f"base.{p.key}") if p.location.source == place else p
-        for p in _told_once(problems, len(wanted))
+        for p in _merged(by_variant, len(wanted))
     )
-    return bases if len(findings.problems) == before else {}
+    return bases if len(problems.found) == before else {}
 
 
-def _source_of_base(findings: ProblemCollector, folder: FilePath) -> Source | None:
-    base = findings.source.data.get("base")
-    if "base" not in findings.source.data:
-        findings.note(("base",), "is missing", "it is required")
+def _source_of_base(problems: ProblemCollector, folder: FilePath) -> Source | None:
+    base = problems.source.data.get("base")
+    if "base" not in problems.source.data:
+        problems.add(("base",), "is missing", "it is required")
     elif isinstance(base, dict):
-        return _inside(findings.source, "base")
+        return _subsource(problems.source, "base")
     elif not isinstance(base, str) or not base:
-        findings.is_no(("base",), base, "the path of a config, or a config")
+        problems.add_unexpected(("base",), base, "the path of a config, or a config")
     elif "\0" in base or not (folder / base).is_file():
         expected = "expected the path of a config, relative to the plan"
-        findings.note(("base",), f"is {described(base)}, where there is no file", expected)
+        problems.add(("base",), f"is {describe(base)}, which is not a file", expected)
     else:
-        return _read(findings, folder / base)
+        return _read(problems, folder / base)
     return None
 
 
-def _read(findings: ProblemCollector, path: FilePath) -> Source | None:
+def _read(problems: ProblemCollector, path: FilePath) -> Source | None:
     try:
         return source_of(path)
     except ConfigError as error:
-        findings.problems += error.problems
+        problems.found += error.problems
         return None
 
 
-def _inside(source: Source, key: str) -> Source:
-    """A part of a source as a source of its own, whose problems are told by the whole."""
+def _subsource(source: Source, key: str) -> Source:
+    """Return the data at a key as a source, without the problems of the whole text."""
     values = {path[1:]: where for path, where in source.values.items() if path[:1] == (key,)}
     keys = {path[1:]: where for path, where in source.keys.items() if path[:1] == (key,)}
     values.setdefault((), source.location((key,)))
     return Source(deepcopy(source.data[key]), values, keys)
 
 
-def _of_variant(source: Source, variant: str) -> Source:
-    """The source with another variant, and without the keys that only others have."""
+def _with_variant(source: Source, variant: str) -> Source:
+    """Return the source with another variant, without the keys that only other variants have."""
     data = deepcopy(source.data)
     if isinstance(data.get("controller"), dict):
         data["controller"]["variant"] = variant
-    for section in SHARED:
+    for section in VARIANT_SECTIONS:
         own = _keys(variant, section)
         others: set[str] = set().union(*(_keys(other, section) for other in VARIANTS))
         if isinstance(data.get(section), dict):
@@ -110,15 +110,15 @@ def _keys(variant: str, section: str) -> set[str]:
     return set(annotation.model_fields)
 
 
-def _told_once(problems: dict[str, list[Problem]], variants: int) -> list[Problem]:
-    """Problems of every variant once; of those of some, which one is named."""
-    told: dict[Problem, list[str]] = {}
-    for variant, found in problems.items():
+def _merged(by_variant: dict[str, list[ConfigProblem]], variants: int) -> list[ConfigProblem]:
+    """Return each problem once; if only some variants have it, name these variants."""
+    variants_with: dict[ConfigProblem, list[str]] = {}
+    for variant, found in by_variant.items():
         for problem in found:
-            told.setdefault(problem, []).append(variant)
+            variants_with.setdefault(problem, []).append(variant)
     return [
         problem
         if len(names) == variants
         else replace(problem, problem=f"{problem.problem} for the variant {', '.join(names)}")
-        for problem, names in told.items()
+        for problem, names in variants_with.items()
     ]

@@ -1,4 +1,4 @@
-"""Where the values of a varied key come from: finite lists, and distributions over the reals."""
+"""Distributions of the values of a varied key: finite lists, and continuous distributions."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -11,63 +11,63 @@ from scipy.special import ndtri
 from rbstab.mechanics.numbers import Array
 
 MIN_VALUE = 2.0**-53
-"""Coordinates of a design lie between this and one less this: no quantile is infinite."""
+"""Coordinates of a design lie between this and 1 minus this, so that quantiles are finite."""
 
 
 class Distribution(ABC):
-    """Maps a coordinate of the unit interval to a value; `word` is its name in a plan."""
+    """A map from the unit interval to values; `keyword` is its name in a plan."""
 
-    word: ClassVar[str]
+    keyword: ClassVar[str]
 
     @property
     @abstractmethod
     def arguments(self) -> list[float | str]:
-        """What stands behind the word in a plan, every number a float."""
+        """The arguments after the keyword in a plan; all numbers are floats."""
 
     @property
     @abstractmethod
-    def ends(self) -> tuple[float, float]:
-        """Two numbers between which every value lies."""
+    def bounds(self) -> tuple[float, float]:
+        """A lower and an upper bound of all values."""
 
     @abstractmethod
     def quantile(self, u: Array) -> Array:
-        """The values at coordinates in (0, 1): the inverse of the distribution function."""
+        """Return the values at coordinates in (0, 1), by the inverse distribution function."""
 
 
 class FiniteList(Distribution):
-    """Numbered entries, as a grid needs; a coordinate picks each with the same probability."""
+    """A list of entries, as a grid needs. A design draws all entries with equal probability."""
 
     @property
     @abstractmethod
     def length(self) -> int:
-        """How many entries there are."""
+        """The number of entries."""
 
     @abstractmethod
     def at(self, indices: Array) -> Array:
-        """The entries at some indices from 0, without those between them."""
+        """Return the entries at some indices, counted from 0."""
 
     @property
-    def ends(self) -> tuple[float, float]:
-        """Those of the list."""
+    def bounds(self) -> tuple[float, float]:
+        """The smallest and the largest entry."""
         low, high = sorted(self.at(np.array([0, self.length - 1])).tolist())
         return low, high
 
     def quantile(self, u: Array) -> Array:
-        """The values of this distribution."""
-        # No product with a coordinate below 1 is rounded up to the length.
+        """Return the values at coordinates in (0, 1)."""
+        # All coordinates are below 1, so the product is never rounded up to the length.
         return self.at((u * self.length).astype(np.int64))
 
 
 @dataclass(frozen=True)
 class Values(FiniteList):
-    """Entries that are written out: numbers, or names of variants."""
+    """A list written out in the plan: numbers, or names of variants."""
 
-    word = "values"
+    keyword = "values"
     entries: tuple[float, ...] | tuple[str, ...]
 
     @property
     def arguments(self) -> list[float | str]:
-        """As in the plan."""
+        """The arguments as in the plan."""
         return list(self.entries)
 
     @property
@@ -80,18 +80,18 @@ class Values(FiniteList):
         return np.array(self.entries, dtype=object if isinstance(self.entries[0], str) else float)
 
     @property
-    def ends(self) -> tuple[float, float]:
-        """Those of the list."""
+    def bounds(self) -> tuple[float, float]:
+        """The smallest and the largest entry."""
         return float(min(self.entries)), float(max(self.entries))
 
     def at(self, indices: Array) -> Array:
-        """The entries at some indices."""
+        """Return the entries at some indices."""
         return self._array[indices]
 
 
 @dataclass(frozen=True)
-class _Spaced(FiniteList):
-    """A list of which only both ends and the number of entries are kept."""
+class _SpacedList(FiniteList):
+    """A list stored as its first entry, its last entry and its length."""
 
     first: float
     last: float
@@ -99,7 +99,7 @@ class _Spaced(FiniteList):
 
     @property
     def arguments(self) -> list[float | str]:
-        """As in the plan."""
+        """The arguments as in the plan."""
         return [self.first, self.last, self.count]
 
     @property
@@ -107,45 +107,45 @@ class _Spaced(FiniteList):
         """The number of entries."""
         return self.count
 
-    def _line(self, first: float, last: float, indices: Array) -> Array:
-        """As `numpy.linspace`, bit for bit."""
+    def _linspace(self, first: float, last: float, indices: Array) -> Array:
+        """Return the entries at some indices, equal to those of `numpy.linspace` bit for bit."""
         steps = max(self.count - 1, 1)
         line = indices * ((last - first) / steps) + first
         return np.where((indices == steps), last, line)
 
 
 @dataclass(frozen=True)
-class Linspace(_Spaced):
-    """`count` numbers with equal differences."""
+class Linspace(_SpacedList):
+    """`count` equally spaced numbers."""
 
-    word = "linspace"
+    keyword = "linspace"
 
     def at(self, indices: Array) -> Array:
-        """The entries at some indices."""
-        return self._line(self.first, self.last, indices)
+        """Return the entries at some indices."""
+        return self._linspace(self.first, self.last, indices)
 
 
 @dataclass(frozen=True)
-class Logspace(_Spaced):
-    """Powers of 10 whose exponents have equal differences."""
+class Logspace(_SpacedList):
+    """Powers of 10 with equally spaced exponents."""
 
-    word = "logspace"
+    keyword = "logspace"
 
     def at(self, indices: Array) -> Array:
-        """The entries at some indices."""
+        """Return the entries at some indices."""
         with np.errstate(over="ignore", under="ignore"):
-            return np.power(10.0, self._line(self.first, self.last, indices))
+            return np.power(10.0, self._linspace(self.first, self.last, indices))
 
 
 @dataclass(frozen=True)
-class Geomspace(_Spaced):
-    """`count` numbers with equal ratios, both ends exact."""
+class Geomspace(_SpacedList):
+    """`count` numbers with equal ratios; the first and the last are exact."""
 
-    word = "geomspace"
+    keyword = "geomspace"
 
     def at(self, indices: Array) -> Array:
-        """The entries at some indices."""
-        line = self._line(float(np.log10(self.first)), float(np.log10(self.last)), indices)
+        """Return the entries at some indices."""
+        line = self._linspace(float(np.log10(self.first)), float(np.log10(self.last)), indices)
         low, high = sorted((self.first, self.last))
         inside = np.clip(np.power(10.0, line), low, high)
         at_last = (indices == self.count - 1) & (self.count > 1)
@@ -153,59 +153,59 @@ class Geomspace(_Spaced):
 
 
 @dataclass(frozen=True)
-class _Pair(Distribution):
-    """A distribution of two parameters."""
+class _TwoParameters(Distribution):
+    """A distribution with two parameters."""
 
     a: float
     b: float
 
     @property
     def arguments(self) -> list[float | str]:
-        """As in the plan."""
+        """The arguments as in the plan."""
         return [self.a, self.b]
 
     @property
-    def ends(self) -> tuple[float, float]:
-        """Both parameters."""
+    def bounds(self) -> tuple[float, float]:
+        """The two parameters, which bound the values."""
         return self.a, self.b
 
 
 @dataclass(frozen=True)
-class Uniform(_Pair):
-    """Every number between a and b is equally probable."""
+class Uniform(_TwoParameters):
+    """The uniform distribution between a and b."""
 
-    word = "uniform"
+    keyword = "uniform"
 
     def quantile(self, u: Array) -> Array:
-        """The values of this distribution."""
+        """Return the values at coordinates in (0, 1)."""
         return np.clip(self.a * (1 - u) + self.b * u, self.a, self.b)
 
 
 @dataclass(frozen=True)
-class Normal(_Pair):
-    """The normal distribution of mean a and standard deviation b."""
+class Normal(_TwoParameters):
+    """The normal distribution with mean a and standard deviation b."""
 
-    word = "normal"
+    keyword = "normal"
 
     @property
-    def ends(self) -> tuple[float, float]:
+    def bounds(self) -> tuple[float, float]:
         """The values at the outermost coordinates, about eight standard deviations away."""
         low, high = self.quantile(np.array([MIN_VALUE, 1 - MIN_VALUE])).tolist()
         return low, high
 
     def quantile(self, u: Array) -> Array:
-        """The values of this distribution."""
+        """Return the values at coordinates in (0, 1)."""
         with np.errstate(over="ignore"):
             return self.a + self.b * ndtri(u)
 
 
 @dataclass(frozen=True)
-class LogUniform(_Pair):
-    """The logarithm is uniform between those of a and b."""
+class LogUniform(_TwoParameters):
+    """The log-uniform distribution between a and b."""
 
-    word = "loguniform"
+    keyword = "loguniform"
 
     def quantile(self, u: Array) -> Array:
-        """The values of this distribution."""
+        """Return the values at coordinates in (0, 1)."""
         low, high = np.log(self.a), np.log(self.b)
         return np.clip(np.exp(low * (1 - u) + high * u), self.a, self.b)

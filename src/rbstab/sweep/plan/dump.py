@@ -1,23 +1,23 @@
-"""A plan as text that stands by itself: its base written out, every default of it filled in."""
+"""Convert a plan to YAML or plain data, including its base with all defaults filled in."""
 
 from collections.abc import Iterable
 from typing import Any
 
 from rbstab.config.dump import as_yaml
-from rbstab.sweep.plan.axes import Axis, Column
-from rbstab.sweep.plan.bases import SHARED
+from rbstab.sweep.plan.axes import Axis, VariedKey
+from rbstab.sweep.plan.bases import VARIANT_SECTIONS
 from rbstab.sweep.plan.load import GRID
 from rbstab.sweep.plan.plan import PLAN_VERSION, Plan
 from rbstab.sweep.plan.trace_selection import TraceSelection
 
 
 def plan_yaml(plan: Plan) -> str:
-    """A plan as YAML, which loads again as the same plan, wherever it stands."""
+    """Return a plan as YAML. It needs no other file, and loads as the same plan."""
     return as_yaml(plan_data(plan))
 
 
 def plan_data(plan: Plan) -> dict[str, Any]:
-    """The same as plain data."""
+    """Return a plan as plain data. It needs no other file, and loads as the same plan."""
     design = plan.design
     drawn = {} if design is None else {"members": design.points, "seed": design.seed}
     return {
@@ -25,21 +25,21 @@ def plan_data(plan: Plan) -> dict[str, Any]:
         "title": plan.title,
         "base": _base(list(plan.templates.values())),
         "vary": {axis.name: _axis(axis) for axis in plan.axes},
-        "design": GRID if design is None else design.word,
+        "design": GRID if design is None else design.keyword,
         **drawn,
         "keep": _keep(plan.keep),
     }
 
 
 def _base(bases: list[dict[str, Any]]) -> dict[str, Any]:
-    """One base from those of the variants.
+    """Merge the bases of all variants into one.
 
-    A value in which variants differ is a default of theirs, or the name of the variant.
+    Leave out values that differ between variants: defaults, and the name of the variant.
     """
     if len(bases) == 1:
         return bases[0]
     merged = dict(bases[0])
-    for name in SHARED:
+    for name in VARIANT_SECTIONS:
         sections = [base[name] for base in bases]
         keys = dict.fromkeys(key for section in sections for key in section)
         found = {key: _distinct(s[key] for s in sections if key in s) for key in keys}
@@ -56,17 +56,17 @@ def _distinct(values: Iterable[Any]) -> list[Any]:
 
 
 def _axis(axis: Axis) -> dict[str, Any]:
-    first = axis.columns[0]
-    if len(axis.columns) == 1 and axis.name == first.key:
-        found = _column(first)
+    first = axis.varied_keys[0]
+    if len(axis.varied_keys) == 1 and axis.name == first.key:
+        entry = _entry(first)
     else:
-        found = {"zip": {column.key: _column(column) for column in axis.columns}}
-    return {"each": found} if axis.each else found
+        entry = {"zip": {varied.key: _entry(varied) for varied in axis.varied_keys}}
+    return {"each": entry} if axis.each else entry
 
 
-def _column(column: Column) -> dict[str, Any]:
-    found: dict[str, Any] = {column.distribution.word: column.distribution.arguments}
-    return {"scale": found} if column.scale else found
+def _entry(varied: VariedKey) -> dict[str, Any]:
+    entry: dict[str, Any] = {varied.distribution.keyword: varied.distribution.arguments}
+    return {"scale": entry} if varied.scale else entry
 
 
 def _keep(keep: TraceSelection) -> Any:

@@ -1,45 +1,45 @@
-"""Whether what a plan varies is there in its base, and can take numbers."""
+"""Check the varied keys of a plan against its base."""
 
 from collections.abc import Iterator
 from difflib import get_close_matches
 from typing import Any
 
-from rbstab.config.messages import described
+from rbstab.config.messages import describe
 from rbstab.config.source import Path, key_of
-from rbstab.sweep.plan.axes import VARIANT, Column, at
+from rbstab.sweep.plan.axes import VARIANT, VariedKey, value_at
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.problems import ProblemCollector
-from rbstab.sweep.plan.read_vary import VARIED
+from rbstab.sweep.plan.read_vary import VARIED_SECTIONS
 
 
-def check_keys(findings: ProblemCollector, plan: Plan) -> None:
-    """Notes each column whose key no base has, and each that is not for numbers."""
-    for column in plan.columns:
-        if column.path == VARIANT:
+def check_keys(problems: ProblemCollector, plan: Plan) -> None:
+    """Add a problem for each varied key that no base has, or that cannot take numbers."""
+    for varied in plan.varied_keys:
+        if varied.path == VARIANT:
             continue
-        owners = [v for v in plan.variants if column in plan.columns_of(v)]
+        owners = [v for v in plan.variants if varied in plan.varied_keys_of(v)]
         if not owners:
-            findings.note(column.place, "is not in the base", _near(plan, column), of_key=True)
-        values = [at(plan.templates[variant], column.path) for variant in owners]
-        for problem in dict.fromkeys(_complaint(column, value) for value in values):
+            problems.add(varied.place, "is not in the base", _hint(plan, varied), of_key=True)
+        values = [value_at(plan.templates[variant], varied.path) for variant in owners]
+        for problem in dict.fromkeys(_problem_with(varied, value) for value in values):
             if problem is not None:
-                findings.note(column.place, *problem, of_key=True)
+                problems.add(varied.place, *problem, of_key=True)
 
 
-def _complaint(column: Column, value: Any) -> tuple[str, str] | None:
-    """What keeps a column from varying a value of the base."""
+def _problem_with(varied: VariedKey, value: Any) -> tuple[str, str] | None:
+    """Return the problem and the expected value if a key cannot vary this value; else None."""
     scalable = isinstance(value, list) or _is_number(value)
-    if column.scale and not scalable:
-        return f"is {described(value)} in the base", "expected a number, a vector or a matrix"
-    if column.scale and not any(map(any, _rows(value))):
+    if varied.scale and not scalable:
+        return f"is {describe(value)} in the base", "expected a number, a vector or a matrix"
+    if varied.scale and not any(map(any, _rows(value))):
         return "is zero in the base, where a scale has no effect", "expected another base"
-    if not column.scale and isinstance(value, list):
+    if not varied.scale and isinstance(value, list):
         return (
-            f"is {described(value)} in the base",
-            f"expected one entry, as {column.key}[0], or scale",
+            f"is {describe(value)} in the base",
+            f"expected one entry, as {varied.key}[0], or scale",
         )
-    if not column.scale and not _is_number(value):
-        return f"is {described(value)} in the base", "expected a number, or controller.variant"
+    if not varied.scale and not _is_number(value):
+        return f"is {describe(value)} in the base", "expected a number, or controller.variant"
     return None
 
 
@@ -48,20 +48,20 @@ def _is_number(value: Any) -> bool:
 
 
 def _rows(value: Any) -> list[list[float]]:
-    """A number, a vector or a matrix as rows."""
+    """Return a number, a vector or a matrix as rows."""
     if not isinstance(value, list):
         return [[value]]
     return [row if isinstance(row, list) else [row] for row in value]
 
 
-def _near(plan: Plan, column: Column) -> str:
+def _hint(plan: Plan, varied: VariedKey) -> str:
     known = {
         key_of(path)
         for template in plan.templates.values()
-        for section in VARIED
+        for section in VARIED_SECTIONS
         for path in _paths(template[section], (section,))
     }
-    close = get_close_matches(column.key, sorted(known), n=1)
+    close = get_close_matches(varied.key, sorted(known), n=1)
     return f"did you mean {close[0]}?" if close else "expected a key of the config"
 
 

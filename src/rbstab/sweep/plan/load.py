@@ -1,4 +1,4 @@
-"""A plan from a file or from plain data."""
+"""Load a plan from a file or from plain data."""
 
 from collections.abc import Iterable, Mapping
 from math import prod
@@ -9,11 +9,10 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.load import source_of
 from rbstab.sweep.plan.axes import VARIANT, Axis
 from rbstab.sweep.plan.bases import read_bases
-from rbstab.sweep.plan.designs import DESIGNS, Design, LatinHypercubeDesign
+from rbstab.sweep.plan.designs import DESIGNS, Design
 from rbstab.sweep.plan.distributions import Values
 from rbstab.sweep.plan.keys import check_keys
 from rbstab.sweep.plan.plan import (
-    MAX_LATIN_MEMBERS,
     MAX_MEMBERS,
     MAX_TITLE_LENGTH,
     PLAN_VERSION,
@@ -25,121 +24,125 @@ from rbstab.sweep.plan.trace_selection import TraceSelection
 from rbstab.sweep.plan.validity import problems_of_members
 
 KEYS = ("schema_version", "title", "base", "vary", "design", "members", "seed", "keep")
-"""Those of a plan."""
+"""The keys of a plan."""
 
 GRID = "grid"
 
 
 def is_plan(path: FilePath) -> bool:
-    """Whether a file is meant as a plan, right or wrong: it has keys that no config has.
+    """Return whether a file is a plan, valid or not: it has a key that no config has.
 
     Raises:
-        ConfigError: It cannot be read.
+        ConfigError: The file cannot be read.
     """
     data = source_of(path).data
     return "vary" in data or "base" in data
 
 
 def load_plan(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str] = ()) -> Plan:
-    """A validated, immutable plan: every one of its members is a config that can be run.
+    """Load a plan, and check that every member is a valid config.
 
     Args:
-        plan: The path of a YAML file, or the same as plain data (then a base is looked for from
-            the working directory).
+        plan: The path of a YAML file, or plain data. In plain data, the path of a base is relative
+            to the working directory.
         changes: Texts `key=value` that replace single values of the base, as `--set` does.
 
+    Returns:
+        An immutable plan.
+
     Raises:
-        ConfigError: With everything that is wrong, each as
+        ConfigError: The plan is wrong. All problems are listed, each as
             `file:line:column: key: what is wrong (what was expected)`.
     """
     folder = FilePath() if isinstance(plan, Mapping) else FilePath(plan).parent
-    findings = ProblemCollector(source_of(plan, "plan"))
-    data = findings.source.data
-    findings.unknown_keys((), data, KEYS)
-    _check_version(findings)
-    word = _design_word(findings)
-    axes = read_vary(findings, grid=word == GRID)
-    title, design = _title(findings), _design(findings, word, axes)
-    keep = _keep(findings)
+    problems = ProblemCollector(source_of(plan, "plan"))
+    data = problems.source.data
+    problems.add_unknown_keys((), data, KEYS)
+    _check_version(problems)
+    name = _design_name(problems)
+    axes = read_vary(problems, grid=name == GRID)
+    title, design = _title(problems), _design(problems, name, axes)
+    keep = _keep(problems)
     changes = [changes] if isinstance(changes, str) else changes
-    bases = read_bases(findings, folder, _variants(axes), changes)
-    made = Plan(title, bases, axes, design, keep)
+    bases = read_bases(problems, folder, _variants(axes), changes)
+    loaded = Plan(title, bases, axes, design, keep)
     if bases:
-        check_keys(findings, made)
-    if not findings.problems:
-        _check_kept(findings, made)
-        findings.problems += problems_of_members(made, findings.source)
-    if findings.problems:
-        raise ConfigError(findings.problems)
-    return made
+        check_keys(problems, loaded)
+    if not problems.found:
+        _check_members_with_traces(problems, loaded)
+        problems.found += problems_of_members(loaded, problems.source)
+    if problems.found:
+        raise ConfigError(problems.found)
+    return loaded
 
 
-def _check_version(findings: ProblemCollector) -> None:
-    version = findings.source.data.get("schema_version", PLAN_VERSION)
+def _check_version(problems: ProblemCollector) -> None:
+    version = problems.source.data.get("schema_version", PLAN_VERSION)
     if isinstance(version, int) and not isinstance(version, bool) and version != PLAN_VERSION:
-        what = f"is {version}, which this version of rbstab does not know"
-        findings.note(("schema_version",), what, f"expected {PLAN_VERSION}")
+        problem = f"is {version}, which this version of rbstab does not support"
+        problems.add(("schema_version",), problem, f"expected {PLAN_VERSION}")
     elif type(version) is not int:
-        findings.is_no(("schema_version",), version, str(PLAN_VERSION))
+        problems.add_unexpected(("schema_version",), version, str(PLAN_VERSION))
 
 
-def _title(findings: ProblemCollector) -> str:
-    title = findings.source.data.get("title", "untitled")
+def _title(problems: ProblemCollector) -> str:
+    title = problems.source.data.get("title", "untitled")
     if not isinstance(title, str):
-        findings.is_no(("title",), title, "a text")
+        problems.add_unexpected(("title",), title, "a text")
     elif not title:
-        findings.note(("title",), "is empty", "expected a text")
+        problems.add(("title",), "is empty", "expected a text")
     elif len(title) > MAX_TITLE_LENGTH:
-        found = f"has {len(title)} characters"
-        findings.note(("title",), found, f"expected at most {MAX_TITLE_LENGTH}")
+        problem = f"has {len(title)} characters"
+        problems.add(("title",), problem, f"expected at most {MAX_TITLE_LENGTH}")
     elif "\0" in title:
-        findings.note(("title",), "has a null character", "expected a text that HDF5 can hold")
+        problems.add(("title",), "has a null character", "expected a text that HDF5 can hold")
     return str(title)
 
 
-def _design_word(findings: ProblemCollector) -> str | None:
-    """The name of the design, or None with a note."""
-    word = findings.source.data.get("design", GRID)
-    if isinstance(word, str) and word in (GRID, *DESIGNS):
-        return word
-    findings.is_no(("design",), word, f"one of {', '.join((GRID, *DESIGNS))}")
+def _design_name(problems: ProblemCollector) -> str | None:
+    """Return the name of the design; if it is wrong, add a problem and return None."""
+    name = problems.source.data.get("design", GRID)
+    if isinstance(name, str) and name in (GRID, *DESIGNS):
+        return name
+    problems.add_unexpected(("design",), name, f"one of {', '.join((GRID, *DESIGNS))}")
     return None
 
 
-def _design(findings: ProblemCollector, word: str | None, axes: tuple[Axis, ...]) -> Design | None:
-    """The design; None for a grid, and with notes where it is wrong."""
-    data = findings.source.data
-    if word == GRID:
+def _design(problems: ProblemCollector, name: str | None, axes: tuple[Axis, ...]) -> Design | None:
+    """Return the design; None for a grid and, with problems added, for a wrong design."""
+    data = problems.source.data
+    if name == GRID:
         for key in ("members", "seed"):
             if key in data:
                 problem = "has no effect in a grid"
-                findings.note((key,), problem, f"expected no {key}", of_key=True)
-        _check_cap(findings, axes, 1)
+                problems.add((key,), problem, f"expected no {key}", of_key=True)
+        _check_member_count(problems, axes, 1)
         return None
     found: dict[str, int | None] = {}
-    for key, least in (("members", 1), ("seed", 0)):
+    for key, minimum in (("members", 1), ("seed", 0)):
         if key in data:
-            found[key] = findings.whole((key,), data[key], least)
-        elif word is not None:
-            findings.note((key,), "is missing", f"the design {word} requires it")
+            found[key] = problems.read_integer((key,), data[key], minimum)
+        elif name is not None:
+            problems.add((key,), "is missing", f"the design {name} requires it")
     members, seed = found.get("members"), found.get("seed")
-    if word is None or members is None or seed is None:
+    if name is None or members is None or seed is None:
         return None
     drawn = sum(not axis.each for axis in axes)
     if axes and not drawn:
-        findings.note(("design",), "has nothing to draw", "expected a key without `each`")
-    if word == LatinHypercubeDesign.word and members > MAX_LATIN_MEMBERS:
-        problem = f"is {members}, more than a latin hypercube may have"
-        findings.note(("members",), problem, f"expected at most {MAX_LATIN_MEMBERS}")
-    _check_cap(findings, [axis for axis in axes if axis.each], members)
-    return DESIGNS[word](drawn, members, seed)
+        problems.add(("design",), "has nothing to draw", "expected a key without `each`")
+    limit = DESIGNS[name].max_points
+    if limit is not None and members > limit:
+        problem = f"is {members}, more than the design {name} allows"
+        problems.add(("members",), problem, f"expected at most {limit}")
+    _check_member_count(problems, [axis for axis in axes if axis.each], members)
+    return DESIGNS[name](drawn, members, seed)
 
 
-def _check_cap(findings: ProblemCollector, counted: Iterable[Axis], points: int) -> None:
+def _check_member_count(problems: ProblemCollector, counted: Iterable[Axis], points: int) -> None:
     members = points * prod(axis.length or 1 for axis in counted)
     if members > MAX_MEMBERS:
         problem = f"makes {_approximately(members)} members"
-        findings.note(("vary",), problem, f"expected at most {MAX_MEMBERS}")
+        problems.add(("vary",), problem, f"expected at most {MAX_MEMBERS}")
 
 
 def _approximately(number: int) -> str:
@@ -147,39 +150,39 @@ def _approximately(number: int) -> str:
     return text if len(text) <= 15 else f"about 10^{len(text) - 1}"
 
 
-def _keep(findings: ProblemCollector) -> TraceSelection:
-    keep = findings.source.data.get("keep", "summary")
+def _keep(problems: ProblemCollector) -> TraceSelection:
+    keep = problems.source.data.get("keep", "summary")
     forms = "summary, traces, {traces: [number, ...]} or {traces: {every: n}}"
     if keep in ("summary", "traces"):
         return TraceSelection(every=int(keep == "traces"))
     if not isinstance(keep, dict) or not keep:
-        findings.is_no(("keep",), keep, forms)
+        problems.add_unexpected(("keep",), keep, forms)
         return TraceSelection()
-    findings.unknown_keys(("keep",), keep, ("traces",))
+    problems.add_unknown_keys(("keep",), keep, ("traces",))
     path, traces = ("keep", "traces"), keep.get("traces", {})
     if isinstance(traces, dict):
         if "traces" in keep and "every" not in traces:
-            findings.note((*path, "every"), "is missing", "it is required")
-        findings.unknown_keys(path, traces, ("every",))
-        every = findings.whole((*path, "every"), traces.get("every", 1), 1)
+            problems.add((*path, "every"), "is missing", "it is required")
+        problems.add_unknown_keys(path, traces, ("every",))
+        every = problems.read_integer((*path, "every"), traces.get("every", 1), 1)
         return TraceSelection(every=every or 0)
     if not isinstance(traces, list):
-        findings.is_no(path, traces, "[number, ...] or {every: n}")
+        problems.add_unexpected(path, traces, "[number, ...] or {every: n}")
         return TraceSelection()
-    numbers = {findings.whole((*path, index), entry, 0) for index, entry in enumerate(traces)}
+    numbers = {problems.read_integer((*path, i), entry, 0) for i, entry in enumerate(traces)}
     return TraceSelection(members=tuple(sorted(number for number in numbers if number is not None)))
 
 
-def _check_kept(findings: ProblemCollector, plan: Plan) -> None:
-    """Notes the members that are to be kept and are not there."""
+def _check_members_with_traces(problems: ProblemCollector, plan: Plan) -> None:
+    """Add a problem for each number in `keep` that is not the number of a member."""
     if plan.keep.members:
-        for index, number in enumerate(findings.source.data["keep"]["traces"]):
+        for index, number in enumerate(problems.source.data["keep"]["traces"]):
             if number >= plan.members:
                 expected = f"expected a member below {plan.members}"
-                findings.note(("keep", "traces", index), f"is {number}", expected)
+                problems.add(("keep", "traces", index), f"is {number}", expected)
 
 
 def _variants(axes: tuple[Axis, ...]) -> tuple[str, ...]:
-    """The variants that are varied."""
-    found = [c.distribution for axis in axes for c in axis.columns if c.path == VARIANT]
+    """Return the values of `controller.variant`; empty if the variant does not vary."""
+    found = [k.distribution for axis in axes for k in axis.varied_keys if k.path == VARIANT]
     return tuple(str(name) for d in found[:1] if isinstance(d, Values) for name in d.entries)

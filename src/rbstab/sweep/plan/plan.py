@@ -1,4 +1,7 @@
-"""A plan: numbered members, each the base with some of its values varied, made when asked for."""
+"""A plan: its members are copies of a base config with some values varied.
+
+Members are numbered from 0. The config of a member is made only when it is needed.
+"""
 
 import hashlib
 import json
@@ -11,10 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from rbstab.config.build import problem_of
 from rbstab.config.load import load_config, resolved
 from rbstab.config.schema import Config
+from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.plan.axes import VARIANT, Axis, Column, at
+from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey, value_at
 from rbstab.sweep.plan.designs import Design
 from rbstab.sweep.plan.distributions import FiniteList
 from rbstab.sweep.plan.trace_selection import TraceSelection
@@ -22,24 +27,21 @@ from rbstab.sweep.plan.trace_selection import TraceSelection
 PLAN_VERSION = 1
 
 MAX_MEMBERS = 100_000_000
-"""Of a plan: a billion would take two cores most of a day and fill a disk."""
-
-MAX_LATIN_MEMBERS = 2_000_000
-"""Points of a latin hypercube, whose intervals are kept in memory."""
+"""Largest number of members. A billion would take two cores most of a day and fill a disk."""
 
 MAX_TITLE_LENGTH = 200
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The members of a sweep; see docs/sweeps.md. `load_plan` makes one.
+    """The plan of a sweep, made by `load_plan`; see docs/sweeps.md.
 
     Args:
-        title: Of the sweep.
-        bases: The base of each variant, in the order in which the plan names them.
-        axes: What is varied.
-        design: What the axes that are not counted draw from; None for a grid.
-        keep: Which members have traces.
+        title: The title of the sweep.
+        bases: The base of each variant, in the order of the variants in the plan.
+        axes: The varied keys, in groups that vary together.
+        design: The points from which the axes without `each` draw their values; None for a grid.
+        keep: Selects the members with traces.
     """
 
     title: str
@@ -49,90 +51,95 @@ class Plan:
     keep: TraceSelection
 
     @property
-    def columns(self) -> tuple[Column, ...]:
-        """All columns, in the order of the plan."""
-        return tuple(column for axis in self.axes for column in axis.columns)
+    def varied_keys(self) -> tuple[VariedKey, ...]:
+        """All varied keys, in the order of the plan."""
+        return tuple(varied for axis in self.axes for varied in axis.varied_keys)
 
     @property
     def variants(self) -> tuple[str, ...]:
-        """The variants that members have."""
+        """The variants of the members."""
         return tuple(self.bases)
 
     @property
     def engine(self) -> str:
-        """The engine of all members, as the base says."""
+        """The name of the engine of all members, which the base sets."""
         return next(iter(self.bases.values())).integration.engine
+
+    @cached_property
+    def initial_value_problems(self) -> dict[str, Problem]:
+        """The initial value problem of each variant's base, built once."""
+        return {variant: problem_of(base) for variant, base in self.bases.items()}
 
     @property
     def dimensions(self) -> dict[str, int]:
-        """The axes along which members are counted, slowest first, with their lengths.
+        """The names and lengths of the dimensions that the member number counts, slowest first.
 
-        An array along members takes this shape: those of a grid, or those marked `each` and the
-        points of the design.
+        A grid has all its axes as dimensions. Any other design has the axes marked `each`, and then
+        its points. An array with one entry per member can be reshaped to these lengths.
         """
-        counted = {axis.name: axis.length or 1 for axis in self.axes if self._counts(axis)}
+        counted = {axis.name: axis.length or 1 for axis in self.axes if self._is_counted(axis)}
         return counted if self.design is None else counted | {"point": self.design.points}
 
     @property
     def members(self) -> int:
-        """How many there are."""
+        """The number of members."""
         return prod(self.dimensions.values())
 
     def values(
         self, start: int, stop: int, keys: Collection[str] | None = None
     ) -> dict[str, Array]:
-        """What is varied, for the members from number `start` up to `stop`.
+        """Return the values of varied keys for the members from number `start` up to `stop`.
 
-        The bits of a value do not depend on how the members are cut.
+        The bits of a value do not depend on `start` and `stop`.
 
         Args:
             start: From 0.
             stop: At most `members`.
-            keys: Those of the columns that are wanted; default all.
+            keys: The wanted keys; default all varied keys.
 
         Returns:
-            For each column its values (or factors), shape (stop - start,); those of
+            The values (or factors) of each key, shape (stop - start,). The values of
             `controller.variant` are texts in an object array.
 
         Raises:
-            IndexError: There are no such members.
+            IndexError: The plan has no such members.
         """
         if not 0 <= start <= stop <= self.members:
             raise IndexError(f"members {start} to {stop} of a plan with {self.members}")
-        places = self._places(start, stop)
+        by_axis = self._indices(start, stop)
         wanted = [
-            (axis.name, column)
+            (axis.name, varied)
             for axis in self.axes
-            for column in axis.columns
-            if keys is None or column.key in keys
+            for varied in axis.varied_keys
+            if keys is None or varied.key in keys
         ]
-        if any(name not in places for name, _ in wanted):
-            places |= self._coordinates(start, stop)
-        return {column.key: _values_of(column, places[name]) for name, column in wanted}
+        if any(name not in by_axis for name, _ in wanted):
+            by_axis |= self._coordinates(start, stop)
+        return {varied.key: _values_of(varied, by_axis[name]) for name, varied in wanted}
 
     def base_of(self, variant: str) -> Config:
-        """The config of a variant that its members differ from by their columns.
+        """Return the base of a variant; its members differ from it at the varied keys.
 
         Raises:
             KeyError: No member has this variant.
         """
         return self.bases[variant]
 
-    def columns_of(self, variant: str) -> tuple[Column, ...]:
-        """The columns that a variant has a key for; others are without effect on its members."""
-        return tuple(c for c in self.columns if c.path != VARIANT and self._has(variant, c))
+    def varied_keys_of(self, variant: str) -> tuple[VariedKey, ...]:
+        """Return the varied keys that a variant has; the others do not affect its members."""
+        return tuple(k for k in self.varied_keys if k.path != VARIANT and self._has(variant, k))
 
     def variant_of(self, values: Mapping[str, Any]) -> str:
-        """The variant of a member from its values."""
+        """Return the variant of a member with these values."""
         return str(values.get("controller.variant", self.variants[0]))
 
     def config_of(self, index: int) -> Config:
-        """The config of one member, as `load_config` makes it from the base with its values.
+        """Return the config of a member: the base with the member's values, by `load_config`.
 
-        Its title is that of the base with the number of the member.
+        Its title is the title of the base, followed by the number of the member.
 
         Raises:
-            IndexError: There is no such member.
+            IndexError: The plan has no such member.
         """
         values = {key: found.tolist()[0] for key, found in self.values(index, index + 1).items()}
         variant = self.variant_of(values)
@@ -140,104 +147,105 @@ class Plan:
         return load_config(self.data_of(variant, values) | {"title": title})
 
     def title_of(self, variant: str, index: int) -> str:
-        """The title of a member of a variant."""
+        """Return the title of a member of a variant."""
         suffix = f", member {index}"
         return self.bases[variant].title[: MAX_TITLE_LENGTH - len(suffix)] + suffix
 
     def data_of(self, variant: str, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The base of a variant as plain data with some columns' values put in, not validated."""
+        """Return the base of a variant with these values as plain data, without validation."""
         data: dict[str, Any] = deepcopy(self.templates[variant])
-        for column in self.columns_of(variant):
-            if column.key in values:
-                column.applied(data, values[column.key])
+        for varied in self.varied_keys_of(variant):
+            if varied.key in values:
+                varied.apply(data, values[varied.key])
         return data
 
     @cached_property
     def templates(self) -> dict[str, dict[str, Any]]:
-        """The bases as plain data with every default filled in; not to be changed."""
+        """The bases as plain data with all defaults filled in. Do not change them."""
         return {name: _template_of(base) for name, base in self.bases.items()}
 
-    def _has(self, variant: str, column: Column) -> bool:
+    def _has(self, variant: str, varied: VariedKey) -> bool:
         try:
-            at(self.templates[variant], column.path)
+            value_at(self.templates[variant], varied.path)
         except LookupError:
             return False
         return True
 
-    def _counts(self, axis: Axis) -> bool:
+    def _is_counted(self, axis: Axis) -> bool:
         return self.design is None or axis.each
 
-    def _places(self, start: int, stop: int) -> dict[str, Array]:
-        """The index of the entry of each axis that is counted, the last axis fastest."""
-        entries, places = self._numbers(start, stop)[0], {}
-        for axis in reversed([axis for axis in self.axes if self._counts(axis)]):
+    def _indices(self, start: int, stop: int) -> dict[str, Array]:
+        """Return each member's indices along the counted axes; the last axis varies fastest."""
+        entries, indices = self._numbers(start, stop)[0], {}
+        for axis in reversed([axis for axis in self.axes if self._is_counted(axis)]):
             length = axis.length or 1
-            places[axis.name] = entries % length
+            indices[axis.name] = entries % length
             entries = entries // length
-        return places
+        return indices
 
     def _coordinates(self, start: int, stop: int) -> dict[str, Array]:
-        """The coordinate of each axis that is drawn."""
+        """Return the coordinates of each axis that draws from the design."""
         assert self.design is not None
         if stop - start >= self.design.points:
             points = self._numbers(start, stop)[1]
-            u = self.design.part(0, self.design.points)[:, points]
+            u = self.design.draw(0, self.design.points)[:, points]
         else:
-            # At most one end of the design lies inside: a piece up to it, and one behind it.
+            # The range crosses the end of the design at most once: draw up to it, then from 0.
             first = start % self.design.points
-            until = min(first + stop - start, self.design.points)
-            behind = stop - start - (until - first)
-            u = self.design.part(first, until)
-            u = np.hstack([u, self.design.part(0, behind)]) if behind else u
-        drawn = [axis.name for axis in self.axes if not self._counts(axis)]
+            end = min(first + stop - start, self.design.points)
+            rest = stop - start - (end - first)
+            u = self.design.draw(first, end)
+            u = np.hstack([u, self.design.draw(0, rest)]) if rest else u
+        drawn = [axis.name for axis in self.axes if not self._is_counted(axis)]
         return dict(zip(drawn, u, strict=True))
 
     def _numbers(self, start: int, stop: int) -> tuple[Array, Array]:
-        """For each member the number of its entry of what is counted, and that of its point."""
+        """Split each member number into its number on the counted axes and its point number."""
         points = 1 if self.design is None else self.design.points
         numbers = np.arange(start, stop)
         return numbers // points, numbers % points
 
 
 def _template_of(config: Config) -> dict[str, Any]:
-    """A config as plain data with every default filled in; it loads again as the same config."""
+    """Return a config as plain data with all defaults filled in. It loads as the same config."""
     data: dict[str, Any] = config.model_dump(mode="json", exclude_none=True)
     return data
 
 
 def plan_id(plan: Plan) -> str:
-    """The identity of a sweep: the first 32 hexadecimal digits of a SHA-256.
+    """Return the identity of a sweep: the first 32 hexadecimal digits of a SHA-256.
 
-    Hashed is everything that its members follow from (the resolved bases, what is varied, the
-    design, members and seed) and which traces are kept, in the canonical form of `run_id`. The
-    plan's title is not.
+    The hash covers everything that defines the members (the resolved bases, the varied keys, the
+    design, members and seed) and the selection of traces, in the canonical form of `run_id`. It
+    does not cover the title of the plan.
     """
     design = plan.design
     content = {
         "version": PLAN_VERSION,
         "bases": [resolved(base) for base in plan.bases.values()],
         "vary": [
-            [axis.name, axis.each, [[c.key, c.scale, *_spelled(c)] for c in axis.columns]]
+            [axis.name, axis.each, [_varied_key_data(varied) for varied in axis.varied_keys]]
             for axis in plan.axes
         ],
-        "design": [design.word, design.points, design.seed] if design is not None else ["grid"],
+        "design": [design.keyword, design.points, design.seed] if design is not None else ["grid"],
         "keep": [plan.keep.every, plan.keep.members],
     }
     text = json.dumps(content, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def _spelled(column: Column) -> list[Any]:
-    return [column.distribution.word, column.distribution.arguments]
+def _varied_key_data(varied: VariedKey) -> list[Any]:
+    distribution = varied.distribution
+    return [varied.key, varied.scale, distribution.keyword, distribution.arguments]
 
 
-def _values_of(column: Column, place: Array) -> Array:
-    """The values at indices of entries, or at coordinates."""
-    distribution = column.distribution
-    if place.dtype.kind == "i":
+def _values_of(varied: VariedKey, indices_or_coordinates: Array) -> Array:
+    """Return the values at indices of a list (integers), or at coordinates of a design."""
+    distribution = varied.distribution
+    if indices_or_coordinates.dtype.kind == "i":
         assert isinstance(distribution, FiniteList)
-        found = distribution.at(place)
+        found = distribution.at(indices_or_coordinates)
     else:
-        found = distribution.quantile(place)
-    # -0.0 and 0.0 are one value, here as in a config.
+        found = distribution.quantile(indices_or_coordinates)
+    # -0.0 becomes 0.0, as in a config.
     return found if found.dtype == object else found + 0.0

@@ -1,126 +1,126 @@
-"""What a plan varies, from its text: keys, `scale`, `each` and `zip`."""
+"""Read the section `vary` of a plan: keys, `scale`, `each` and `zip`."""
 
 import re
 from typing import Any
 
 from rbstab.config.overrides import parse_key
 from rbstab.config.source import Path
-from rbstab.sweep.plan.axes import VARIANT, Axis, Column
+from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.distributions import FiniteList
 from rbstab.sweep.plan.problems import ProblemCollector
-from rbstab.sweep.plan.read_distribution import WORDS, read_distribution
+from rbstab.sweep.plan.read_distribution import KEYWORDS, read_distribution
 
-VARIED = ("body", "gravity", "controller", "initial")
-"""The sections whose numbers may vary; how a motion is followed is the same for all members."""
+VARIED_SECTIONS = ("body", "gravity", "controller", "initial")
+"""The sections whose numbers may vary. All members share the integration."""
 
-MAX_COLUMNS = 200
-"""No config has as many numbers."""
+MAX_VARIED_KEYS = 200
+"""Largest number of varied keys. No config has so many numbers."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_ -]*")
-"""Neither a key of a config nor anything that a file format might object to."""
+"""Valid names of a `zip`. They have no dots or brackets, and are valid in every file format."""
 
-_FORM = f"a mapping of one of {', '.join(WORDS)}, scale, each, zip"
+_EXPECTED = f"a mapping of one of {', '.join(KEYWORDS)}, scale, each, zip"
 
 
-def read_vary(findings: ProblemCollector, *, grid: bool) -> tuple[Axis, ...]:
-    """The axes of a plan, without those that are wrong, of which there are notes.
+def read_vary(problems: ProblemCollector, *, grid: bool) -> tuple[Axis, ...]:
+    """Read the axes of a plan. Leave out wrong axes, and add their problems.
 
     Args:
-        findings: The plan, and where problems are noted.
-        grid: Every axis must be a list.
+        problems: The source of the plan; collects the problems.
+        grid: The design is a grid, so every axis must be a list.
     """
-    vary = findings.source.data.get("vary")
+    vary = problems.source.data.get("vary")
     if not isinstance(vary, dict) or not vary:
-        if "vary" in findings.source.data:
-            findings.is_no(("vary",), vary, "a mapping of keys to their values")
+        if "vary" in problems.source.data:
+            problems.add_unexpected(("vary",), vary, "a mapping of keys to their values")
         else:
-            findings.note(("vary",), "is missing", "it is required")
+            problems.add(("vary",), "is missing", "it is required")
         return ()
-    found = [_axis(findings, name, value) for name, value in vary.items()]
+    found = [_axis(problems, name, value) for name, value in vary.items()]
     axes = tuple(axis for axis in found if axis is not None)
-    columns = sum(len(axis.columns) for axis in axes)
-    if columns > MAX_COLUMNS:
-        findings.note(("vary",), f"moves {columns} values", f"expected at most {MAX_COLUMNS}")
+    count = sum(len(axis.varied_keys) for axis in axes)
+    if count > MAX_VARIED_KEYS:
+        problems.add(("vary",), f"varies {count} keys", f"expected at most {MAX_VARIED_KEYS}")
         return ()
     for axis in axes:
-        _check_lists(findings, axis, grid=grid)
-    _check_disjoint(findings, axes)
+        _check_lists(problems, axis, grid=grid)
+    _check_disjoint(problems, axes)
     return axes
 
 
-def _axis(findings: ProblemCollector, name: str, value: Any) -> Axis | None:
+def _axis(problems: ProblemCollector, name: str, value: Any) -> Axis | None:
     path: Path = ("vary", name)
     each = isinstance(value, dict) and list(value) == ["each"]
     if each:
         path, value = (*path, "each"), value["each"]
     if not isinstance(value, dict) or not value:
-        findings.is_no(path, value, _FORM)
+        problems.add_unexpected(path, value, _EXPECTED)
         return None
     if "zip" not in value:
-        column = _column(findings, path, name, value)
-        return Axis(name, (column,), each) if column is not None else None
-    findings.unknown_keys(path, value, ("zip",))
+        varied = _varied_key(problems, path, name, value)
+        return Axis(name, (varied,), each) if varied is not None else None
+    problems.add_unknown_keys(path, value, ("zip",))
     if not _NAME.fullmatch(name) or name == "point":
-        problem, expected = "is no name for what moves together", "expected words, but not `point`"
-        findings.note(("vary", name), problem, expected, of_key=True)
-    path, together = (*path, "zip"), value["zip"]
-    if not isinstance(together, dict) or not together:
-        findings.is_no(path, together, "a mapping of keys to their values")
+        problem, expected = "is not a valid name of a zip", "expected words, but not `point`"
+        problems.add(("vary", name), problem, expected, of_key=True)
+    path, group = (*path, "zip"), value["zip"]
+    if not isinstance(group, dict) or not group:
+        problems.add_unexpected(path, group, "a mapping of keys to their values")
         return None
-    columns = [_column(findings, (*path, key), key, entry) for key, entry in together.items()]
-    kept = tuple(column for column in columns if column is not None)
-    return Axis(name, kept, each) if len(kept) == len(columns) else None
+    found = [_varied_key(problems, (*path, key), key, entry) for key, entry in group.items()]
+    varied_keys = tuple(varied for varied in found if varied is not None)
+    return Axis(name, varied_keys, each) if len(varied_keys) == len(found) else None
 
 
-def _column(findings: ProblemCollector, place: Path, key: str, value: Any) -> Column | None:
+def _varied_key(problems: ProblemCollector, place: Path, key: str, value: Any) -> VariedKey | None:
     path = parse_key(key)
-    if path is None or path[0] not in VARIED:
-        expected = f"expected a key of {', '.join(VARIED[:-1])} or {VARIED[-1]}"
-        findings.note(place, "cannot vary", expected, of_key=True)
+    if path is None or path[0] not in VARIED_SECTIONS:
+        sections = f"{', '.join(VARIED_SECTIONS[:-1])} or {VARIED_SECTIONS[-1]}"
+        problems.add(place, "cannot vary", f"expected a key of {sections}", of_key=True)
         return None
     word = next(iter(value)) if isinstance(value, dict) and len(value) == 1 else ""
     scale = word == "scale"
     inside = (*place, word) if scale else place
     if word in ("each", "zip"):
-        expected = "expected `each` outside, and no `zip` in another"
-        findings.note((*place, word), "stands too deep", expected, of_key=True)
+        expected = "expected `each` outermost, and no `zip` in a `zip`"
+        problems.add((*place, word), "is nested too deeply", expected, of_key=True)
         return None
     if scale and path == VARIANT:
-        findings.note(inside, "is no number", "expected values: [variant, ...]", of_key=True)
+        problems.add(inside, "cannot scale names", "expected values: [variant, ...]", of_key=True)
         return None
     inner = value["scale"] if scale else value
-    distribution = read_distribution(findings, inside, inner, names=path == VARIANT)
+    distribution = read_distribution(problems, inside, inner, names=path == VARIANT)
     own = place[:-1] if place[-1] == "each" else place
-    return Column(path, distribution, scale, own) if distribution is not None else None
+    return VariedKey(path, distribution, scale, own) if distribution is not None else None
 
 
-def _check_lists(findings: ProblemCollector, axis: Axis, *, grid: bool) -> None:
-    """A counted axis needs lists, and lists that move together are equally long."""
+def _check_lists(problems: ProblemCollector, axis: Axis, *, grid: bool) -> None:
+    """Check that a counted axis has lists only, and that all lists of an axis are equally long."""
     if axis.each and grid:
         problem = "has no effect in a grid, which has every entry anyway"
-        findings.note(("vary", axis.name, "each"), problem, "expected no `each`", of_key=True)
-    for column in axis.columns:
-        distribution = column.distribution
+        problems.add(("vary", axis.name, "each"), problem, "expected no `each`", of_key=True)
+    for varied in axis.varied_keys:
+        distribution = varied.distribution
         if isinstance(distribution, FiniteList):
             if axis.length is not None and distribution.length != axis.length:
                 entries = "entry" if distribution.length == 1 else "entries"
-                found = f"has {distribution.length} {entries} where others have {axis.length}"
-                findings.note(column.place, found, "expected as many of all that move together")
+                problem = f"has {distribution.length} {entries} where others have {axis.length}"
+                problems.add(varied.place, problem, "expected lists of equal length in a zip")
         elif grid or axis.each:
-            where = "a grid" if grid else "each"
+            why = "which a grid requires" if grid else "which `each` requires"
             lists = "values, linspace, logspace or geomspace"
-            findings.note(column.place, f"is no list, as {where} needs", f"expected {lists}")
+            problems.add(varied.place, f"is not a list, {why}", f"expected {lists}")
 
 
-def _check_disjoint(findings: ProblemCollector, axes: tuple[Axis, ...]) -> None:
-    """No two columns move the same value."""
-    seen: list[Column] = []
+def _check_disjoint(problems: ProblemCollector, axes: tuple[Axis, ...]) -> None:
+    """Check that no two keys vary the same value."""
+    seen: list[VariedKey] = []
     for axis in axes:
-        for column in axis.columns:
+        for varied in axis.varied_keys:
             for other in seen:
-                short = min(len(other.path), len(column.path))
-                if other.path[:short] == column.path[:short]:
-                    problem = f"moves what {other.key} moves"
-                    findings.note(column.place, problem, "expected each value once", of_key=True)
+                short = min(len(other.path), len(varied.path))
+                if other.path[:short] == varied.path[:short]:
+                    problem = f"varies the same values as {other.key}"
+                    problems.add(varied.place, problem, "expected each value once", of_key=True)
                     break
-            seen.append(column)
+            seen.append(varied)

@@ -1,4 +1,4 @@
-"""The JSON Schema of a plan, for editors: its form; what only the program knows is left to it."""
+"""JSON Schema of a plan, for editors. It describes the syntax; `load_plan` checks the rest."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ _COUNT = {"type": "integer", "minimum": 1}
 
 
 def _only(key: str, value: dict[str, Any]) -> dict[str, Any]:
-    """A mapping of exactly one key."""
+    """Return the schema of a mapping with exactly one key."""
     return {
         "type": "object",
         "properties": {key: value},
@@ -52,9 +52,9 @@ def _reference(name: str) -> dict[str, Any]:
 
 
 def plan_json_schema() -> dict[str, Any]:
-    """The JSON Schema of a plan."""
+    """Return the JSON Schema of a plan."""
     group = {"type": "object", "minProperties": 1, "additionalProperties": _reference("column")}
-    alone = {"anyOf": [_reference("column"), _only("zip", group)]}
+    axis = {"anyOf": [_reference("column"), _only("zip", group)]}
     numbers = {"type": "array", "minItems": 1, "items": {"type": "integer", "minimum": 0}}
     named = {"anyOf": [numbers, _only("every", _COUNT)]}
     properties = {
@@ -67,8 +67,8 @@ def plan_json_schema() -> dict[str, Any]:
         "vary": {
             "type": "object",
             "minProperties": 1,
-            "additionalProperties": {"anyOf": [alone, _only("each", alone)]},
-            "description": "keys of the base, and where their values come from",
+            "additionalProperties": {"anyOf": [axis, _only("each", axis)]},
+            "description": "keys of the base, with the distributions of their values",
         },
         "design": {"enum": [GRID, *DESIGNS]},
         "members": {**_COUNT, "maximum": MAX_MEMBERS, "description": "not for a grid"},
@@ -82,7 +82,7 @@ def plan_json_schema() -> dict[str, Any]:
         "properties": properties,
         "required": ["base", "vary"],
         "additionalProperties": False,
-        # `members` and `seed` belong to every design but the grid.
+        # All designs except the grid have `members` and `seed`.
         "if": {"properties": {"design": {"const": GRID}}},
         "then": {"properties": {"members": False, "seed": False}},
         "else": {"required": ["members", "seed"]},

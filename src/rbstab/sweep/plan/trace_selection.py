@@ -1,4 +1,4 @@
-"""Of which members the whole motion is kept, and not only the summary."""
+"""Select the members whose trajectories are stored."""
 
 from bisect import bisect_left
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from rbstab.mechanics.numbers import Array
 
 @dataclass(frozen=True)
 class TraceSelection:
-    """The members with traces: every n-th, or some by number; of all others only the summary.
+    """The members with traces: every n-th, or a list. For other members only a summary is stored.
 
     Args:
         every: Members 0, n, 2n, ... have traces; 0: none.
@@ -20,19 +20,23 @@ class TraceSelection:
     every: int = 0
     members: tuple[int, ...] = ()
 
-    def traces(self, start: int, stop: int) -> Array:
-        """Whether each member from number `start` up to `stop` has a trace."""
+    def selected(self, start: int, stop: int) -> Array:
+        """Return whether each member from `start` up to `stop` has a trace, shape (stop - start,).
+
+        Args:
+            start: The first member.
+            stop: One after the last member, as in `range`.
+        """
         if self.every:
             return np.arange(start, stop) % self.every == 0
-        first, behind = (bisect_left(self.members, number) for number in (start, stop))
-        found = np.zeros(stop - start, dtype=bool)
-        found[np.array(self.members[first:behind], dtype=np.int64) - start] = True
-        return found
+        first, end = (bisect_left(self.members, number) for number in (start, stop))
+        selected = np.zeros(stop - start, dtype=bool)
+        selected[np.array(self.members[first:end], dtype=np.int64) - start] = True
+        return selected
 
     def count(self, members: int) -> int:
-        """How many of so many members have traces."""
+        """Return the number of traces of a sweep with this number of members."""
         return -(-members // self.every) if self.every else len(self.members)
 
 
-SUMMARY = TraceSelection()
-"""No traces."""
+NO_TRACES = TraceSelection()

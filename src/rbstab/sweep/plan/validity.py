@@ -1,9 +1,11 @@
-"""Whether every member of a plan is a config that can be run, found without making them all.
+"""Check that every member of a plan is a valid config, without making all configs.
 
-Every bound of the schema on a number is an interval, so a column is right where its least and its
-greatest value are. If both ends of its distribution are, that is known at once; if not, the members
-are searched for the values that they really have. The entries of a full matrix make sense together
-only (it must be symmetric and positive definite), so those that vary are tried for all members.
+The schema bounds every number by an interval. So a varied key is valid if its smallest and its
+largest value are valid. If both bounds of its distribution are valid, nothing else is computed. If
+not, the members are searched for their smallest and largest values.
+
+The entries of a full matrix are valid only together: the matrix must be symmetric and positive
+definite. So matrices with varied entries are checked for all members.
 """
 
 from collections.abc import Iterator
@@ -13,87 +15,99 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.config.errors import ConfigError, Problem
+from rbstab.config.errors import ConfigError, ConfigProblem
 from rbstab.config.load import load_config
 from rbstab.config.quantities import ROUND_OFF
 from rbstab.config.source import Path, Source, key_of
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.plan.axes import VARIANT, Column, at
+from rbstab.sweep.plan.axes import VARIANT, VariedKey, value_at
 from rbstab.sweep.plan.plan import Plan
 
-BLOCK = 1 << 16
-"""Members that are looked at together."""
+BLOCK_SIZE = 1 << 16
+"""Members that are checked together."""
 
 VARIANT_KEY = key_of(VARIANT)
 
 
-def problems_of_members(plan: Plan, source: Source) -> list[Problem]:
-    """One problem for each column (or matrix) that makes members wrong, naming one such member.
+def problems_of_members(plan: Plan, source: Source) -> list[ConfigProblem]:
+    """Return one problem for each varied key (or matrix) that makes members invalid.
+
+    Each problem names one such member.
 
     Args:
-        plan: A plan whose bases are right and have its keys.
-        source: Where it was read from.
+        plan: A plan with valid bases; each varied key is in at least one base.
+        source: The source of the plan.
     """
-    problems: list[Problem] = []
+    problems: list[ConfigProblem] = []
     for variant in plan.variants:
-        columns = plan.columns_of(variant)
-        single = [column for column in columns if not _in_matrix(column)]
-        problems += _problems_of_columns(plan, source, variant, single)
-        matrices: dict[Path, list[Column]] = {}
-        for column in columns:
-            if _in_matrix(column):
-                matrices.setdefault(column.path[:-2], []).append(column)
+        varied_keys = plan.varied_keys_of(variant)
+        single = [varied for varied in varied_keys if not _in_matrix(varied)]
+        problems += _problems_of_keys(plan, source, variant, single)
+        matrices: dict[Path, list[VariedKey]] = {}
+        for varied in varied_keys:
+            if _in_matrix(varied):
+                matrices.setdefault(varied.path[:-2], []).append(varied)
         for path, entries in matrices.items():
             problems += _problems_of_matrix(plan, source, variant, path, entries)
-    # The first variant tells what is wrong for several.
+    # If several variants have the same problem, keep the problem of the first variant.
     return list({(p.location, p.key): p for p in reversed(problems)}.values())
 
 
-def _in_matrix(column: Column) -> bool:
-    return all(isinstance(part, int) for part in column.path[-2:])
+def _in_matrix(varied: VariedKey) -> bool:
+    return all(isinstance(part, int) for part in varied.path[-2:])
 
 
-def _problems_of_columns(
-    plan: Plan, source: Source, variant: str, columns: list[Column]
-) -> list[Problem]:
+def _problems_of_keys(
+    plan: Plan, source: Source, variant: str, varied_keys: list[VariedKey]
+) -> list[ConfigProblem]:
     doubtful = {
-        column.key: column
-        for column in columns
-        if any(_wrong(plan, variant, {column.key: end}) for end in column.distribution.ends)
+        varied.key: varied
+        for varied in varied_keys
+        if any(
+            _problems_with(plan, variant, {varied.key: bound})
+            for bound in varied.distribution.bounds
+        )
     }
     problems = []
     for key, extremes in _extremes(plan, variant, list(doubtful)).items():
         for number, value in extremes:
-            wrong = _wrong(plan, variant, {key: value})
-            if wrong:
-                problems.append(_told(source, doubtful[key], number, wrong[0]))
+            found = _problems_with(plan, variant, {key: value})
+            if found:
+                problems.append(_in_plan(source, doubtful[key], number, found[0]))
                 break
     return problems
 
 
 def _problems_of_matrix(
-    plan: Plan, source: Source, variant: str, path: Path, entries: list[Column]
-) -> list[Problem]:
-    base = np.array(at(plan.templates[variant], path))
-    keys = [column.key for column in entries]
+    plan: Plan, source: Source, variant: str, path: Path, entries: list[VariedKey]
+) -> list[ConfigProblem]:
+    base = np.array(value_at(plan.templates[variant], path))
+    keys = [varied.key for varied in entries]
     for numbers, values in _blocks(plan, variant, keys):
         matrices = np.tile(base, (len(numbers), 1, 1))
-        for column in entries:
-            row, entry = (int(part) for part in column.path[-2:])
-            factor = base[row, entry] if column.scale else 1.0
+        for varied in entries:
+            row, entry = (int(part) for part in varied.path[-2:])
+            factor = base[row, entry] if varied.scale else 1.0
             with np.errstate(over="ignore"):
-                matrices[:, row, entry] = values[column.key] * factor
-        # Where this is stricter than the schema, by round-off, the schema decides.
+                matrices[:, row, entry] = values[varied.key] * factor
+        # The test is stricter than the schema, by the round-off. The schema decides.
         for index in np.flatnonzero(~_positive_definite(matrices)):
             chosen = {key: float(values[key][index]) for key in keys}
-            wrong = _wrong(plan, variant, chosen)
-            if wrong:
-                return [_told(source, entries[0], int(numbers[index]), wrong[0])]
+            found = _problems_with(plan, variant, chosen)
+            if found:
+                return [_in_plan(source, entries[0], int(numbers[index]), found[0])]
     return []
 
 
 def _positive_definite(matrices: Array) -> Array:
-    """Which of some matrices are finite, symmetric, and positive definite beyond round-off."""
+    """Return whether each matrix is finite, symmetric, and positive definite beyond round-off.
+
+    Args:
+        matrices: Shape (m, n, n).
+
+    Returns:
+        Shape (m,).
+    """
     symmetric = (matrices == matrices.transpose(0, 2, 1)).all(axis=(1, 2))
     finite = np.isfinite(matrices).all(axis=(1, 2), keepdims=True)
     tried = np.where(finite, matrices, 0.0)
@@ -102,35 +116,35 @@ def _positive_definite(matrices: Array) -> Array:
 
 
 def _extremes(plan: Plan, variant: str, keys: list[str]) -> dict[str, list[tuple[int, float]]]:
-    """The members of a variant with the least and the greatest value of some columns."""
+    """Return, for each key, the members of a variant with the smallest and the largest value."""
     found: dict[str, list[tuple[int, float]]] = {}
     if not keys:
         return found
     for numbers, values in _blocks(plan, variant, keys):
-        for key, column in values.items():
-            ends = [int(np.argmin(column)), int(np.argmax(column))]
-            members = [(int(numbers[index]), float(column[index])) for index in ends]
+        for key, entries in values.items():
+            extremes = [int(np.argmin(entries)), int(np.argmax(entries))]
+            members = [(int(numbers[index]), float(entries[index])) for index in extremes]
             members = [*found.get(key, []), *members]
-            # Of equal values the earliest member is kept.
+            # Among members with equal values, keep the earliest.
             found[key] = [min(members, key=itemgetter(1)), max(members, key=itemgetter(1))]
     return found
 
 
 def _blocks(plan: Plan, variant: str, keys: list[str]) -> Iterator[tuple[Array, dict[str, Array]]]:
-    """The numbers of the members of a variant, and their values at some keys, block by block."""
-    varies = any(column.path == VARIANT for column in plan.columns)
-    for start in range(0, plan.members, BLOCK):
-        stop = min(start + BLOCK, plan.members)
+    """Yield blocks of members of a variant: their numbers, and their values of some keys."""
+    varies = any(varied.path == VARIANT for varied in plan.varied_keys)
+    for start in range(0, plan.members, BLOCK_SIZE):
+        stop = min(start + BLOCK_SIZE, plan.members)
         numbers = np.arange(start, stop)
         if varies:
             numbers = numbers[plan.values(start, stop, [VARIANT_KEY])[VARIANT_KEY] == variant]
         if len(numbers):
             values = plan.values(start, stop, keys)
-            yield numbers, {key: column[numbers - start] for key, column in values.items()}
+            yield numbers, {key: entries[numbers - start] for key, entries in values.items()}
 
 
-def _wrong(plan: Plan, variant: str, values: dict[str, Any]) -> tuple[Problem, ...]:
-    """What is wrong with the base of a variant when some columns have given values."""
+def _problems_with(plan: Plan, variant: str, values: dict[str, Any]) -> tuple[ConfigProblem, ...]:
+    """Return the problems of the base of a variant with these values of some varied keys."""
     try:
         load_config(plan.data_of(variant, values))
     except ConfigError as error:
@@ -138,11 +152,13 @@ def _wrong(plan: Plan, variant: str, values: dict[str, Any]) -> tuple[Problem, .
     return ()
 
 
-def _told(source: Source, column: Column, number: int, problem: Problem) -> Problem:
-    """A problem of a member at the place in the plan that it comes from."""
+def _in_plan(
+    source: Source, varied: VariedKey, number: int, problem: ConfigProblem
+) -> ConfigProblem:
+    """Return a problem of a member, located at its varied key in the plan."""
     return replace(
         problem,
-        location=source.location(column.place, of_key=True),
-        key=key_of(column.place),
+        location=source.location(varied.place, of_key=True),
+        key=key_of(varied.place),
         problem=f"at member {number} {problem.key} {problem.problem}",
     )

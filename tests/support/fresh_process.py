@@ -1,0 +1,25 @@
+"""Scripts in fresh Python processes, where nothing is shared but the environment."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+
+def printed_with_hash_seeds(script: str, path: Path) -> set[str]:
+    """Run a script on a file under two hash seeds, and return what the processes print.
+
+    The hash seed decides the order of sets: a name that depends on it is printed twice.
+    """
+    found = set()
+    for seed in ("1", "42"):
+        done = subprocess.run(
+            [sys.executable, "-c", script, str(path)],
+            env=os.environ | {"PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=60,
+        )
+        found.add(done.stdout.strip())
+    return found

@@ -1,4 +1,4 @@
-"""A real browser. The tests that need one are marked `browser`; without one they fail."""
+"""A real browser with a report open. Its tests are marked `browser` and fail without a browser."""
 
 import shutil
 from collections.abc import Iterator
@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Dialog, Page, sync_playwright
 from support.browser import Opened
 
 from rbstab.report.model.document import Report
-from rbstab.report.writers.html import page as written
+from rbstab.report.writers.html import page as html_of
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
-# No graphics card, no network of the browser's own, no questions at the first start; a container
-# gives the browser no rights to build its sandbox.
+# No graphics card, no background requests, no dialogs at the first start. No sandbox: a container
+# does not give the browser the rights to build it.
 SWITCHES = (
     "--no-sandbox",
     "--disable-gpu",
@@ -28,9 +28,10 @@ SWITCHES = (
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
+    """A running Chromium or Chrome."""
     path = next(filter(None, map(shutil.which, NAMES)), None)
     if path is None:
-        pytest.fail(f"the tests of the page need a browser: none of {', '.join(NAMES)} is there")
+        pytest.fail(f"the tests of the page need a browser: none of {', '.join(NAMES)} was found")
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=path, args=list(SWITCHES))
         yield chromium
@@ -39,32 +40,34 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
-    """Opens a report as a page of its own; whatever goes wrong in it fails the test at the end."""
-    wrong: list[str] = []
-    contexts = []
+    """A function that opens a report in a new page; any problem of the page fails the test."""
+    problems: list[str] = []
+    contexts: list[BrowserContext] = []
+
+    def refuse(dialog: Dialog) -> None:
+        problems.append(f"dialog: {dialog.message}")
+        dialog.accept()
 
     def open_page(report: Report, **settings: Any) -> Page:
         file = tmp_path / f"{len(contexts)}.html"
-        file.write_text(written(report), encoding="utf-8")
+        file.write_text(html_of(report), encoding="utf-8")
         context = browser.new_context(**{"viewport": {"width": 1200, "height": 900}, **settings})
         contexts.append(context)
         page = context.new_page()
-        page.on("pageerror", lambda error: wrong.append(f"error: {error}"))
-        page.on(
-            "dialog", lambda dialog: (wrong.append(f"dialog: {dialog.message}"), dialog.accept())
-        )
+        page.on("pageerror", lambda error: problems.append(f"error: {error}"))
+        page.on("dialog", refuse)
         page.on(
             "console",
-            lambda said: (
-                wrong.append(f"{said.type}: {said.text}")
-                if said.type in ("error", "warning")
+            lambda message: (
+                problems.append(f"{message.type}: {message.text}")
+                if message.type in ("error", "warning")
                 else None
             ),
         )
         page.on(
             "request",
             lambda request: (
-                wrong.append(f"request: {request.url[:100]}")
+                problems.append(f"request: {request.url[:100]}")
                 if not request.url.startswith((file.as_uri(), "data:", "blob:"))
                 else None
             ),
@@ -75,4 +78,4 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
     yield open_page
     for context in contexts:
         context.close()
-    assert wrong == []
+    assert problems == []

@@ -1,7 +1,4 @@
-"""The page of a report in a real browser.
-
-Every test also fails on an error, a warning, a dialog or a request of the page (see `opened`).
-"""
+"""Protects the HTML page of a report in a real browser: figures, tables, motions, themes, print."""
 
 import re
 from dataclasses import replace
@@ -22,7 +19,7 @@ PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobil
 
 
 def drawn(page: Page, name: str) -> Locator:
-    """A figure, once it is drawn."""
+    """Scroll to a figure, wait until it is drawn, and return it."""
     box = page.locator(f".drawing[data-name='{name}']")
     box.scroll_into_view_if_needed()
     expect(box.locator(".main-svg").first).to_be_visible()
@@ -46,7 +43,7 @@ def test_a_table_is_sorted_by_values_with_the_mouse(opened: Opened) -> None:
     page = opened(report())
     head = page.locator("thead th").nth(1)
     assert names(page) == ["beta", "alpha", "gamma"]
-    # 10, 9 and nothing: as texts, 10 would stand before 9.
+    # The values are 10, 9 and NaN; sorted as texts, 10 would come before 9.
     for order, expected in (
         ("ascending", ["alpha", "beta", "gamma"]),
         ("descending", ["beta", "alpha", "gamma"]),
@@ -76,7 +73,7 @@ def test_the_legend_hides_and_shows_all_curves_of_a_name(opened: Opened) -> None
     first = legend.get_by_role("button", name="first")
     first.click()
     assert first.get_attribute("aria-pressed") == "false"
-    # It has a curve in two of the panels.
+    # The name "first" has a curve in two of the panels.
     expect(box.locator(".scatterlayer .trace")).to_have_count(3)
     first.click()
     expect(box.locator(".scatterlayer .trace")).to_have_count(5)
@@ -101,10 +98,10 @@ def test_a_figure_offers_a_picture_and_to_send_nothing(opened: Opened) -> None:
 
 
 def pose(page: Page, name: str) -> list[float]:
-    """Where a view shows the centre of gravity and the contact point."""
-    said = page.locator(f"canvas[data-name='{name}']").get_attribute("data-pose")
-    assert said is not None
-    return [float(number) for number in said.split()]
+    """Return the shown positions of the centre of gravity and of the contact point."""
+    text = page.locator(f"canvas[data-name='{name}']").get_attribute("data-pose")
+    assert text is not None
+    return [float(number) for number in text.split()]
 
 
 def test_the_slider_moves_all_bodies_and_the_cursors(opened: Opened) -> None:
@@ -115,7 +112,7 @@ def test_the_slider_moves_all_bodies_and_the_cursors(opened: Opened) -> None:
     begin = cursor.evaluate("e => parseFloat(e.style.left)")
     page.locator("canvas").first.scroll_into_view_if_needed()
     slider.evaluate("e => { e.value = e.max / 2; e.dispatchEvent(new Event('input')); }")
-    # Half of the way along x, and half of half a turn about z, which takes R from x to y.
+    # Half of the way along x, and a quarter turn about z, which takes R from x to y.
     for name in ("run-1", "run-2"):
         expect(page.locator(f"canvas[data-name='{name}']")).to_have_attribute(
             "data-pose", re.compile("^1.0000 ")
@@ -168,7 +165,7 @@ def test_a_zoom_holds_in_all_panels_and_in_other_colours(opened: Opened) -> None
 
 def test_words_at_an_axis_do_not_stand_upon_its_ticks(opened: Opened) -> None:
     t = np.linspace(0, END, 5)
-    # Ticks of "−0.2M", of powers of ten, and of numbers times these.
+    # Ticks such as "−0.2M", powers of ten, and multiples of powers of ten.
     axes = (
         (Axis("rate", "W"), -1e6 * t),
         (Axis("size", "J", log=True), 10.0 ** (-6 * t - 9)),
@@ -198,7 +195,7 @@ def test_a_body_is_seen_whole(opened: Opened) -> None:
     still = replace(still, positions=np.zeros_like(still.positions))
     far = replace(still, name="run-2", anchor=np.array([0.0, 0.0, 6.0]))
     page = opened(replace(report(), sections=(Section("m", "Motions", (still, far)),)))
-    # The ground and its axes go on beyond the view: here they are white on white.
+    # The ground and its axes extend beyond the view, so the test paints them white on white.
     for name in ("soft", "grid"):
         page.evaluate(f"document.documentElement.style.setProperty('--{name}', '#fff')")
     for canvas in page.locator("canvas").all():
@@ -258,7 +255,7 @@ def test_nothing_is_wider_than_a_telephone(opened: Opened) -> None:
     for name in ("over-time", "maps", "counts"):
         drawn(page, name)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
-    # The table is wider, and moves in its own box, which the keyboard reaches.
+    # The table is wider; it scrolls in its own box, which the keyboard can focus.
     box = page.locator(".scroll")
     assert box.evaluate("e => e.scrollWidth > e.clientWidth && e.tabIndex === 0")
 
@@ -290,7 +287,7 @@ def test_dark_pages_have_light_texts_also_in_figures(opened: Opened) -> None:
 
 def test_on_paper_everything_is_there_and_light(opened: Opened, tmp_path: Path) -> None:
     page = opened(report(), color_scheme="dark")
-    # The page unpacks plotly by itself, without a figure that is near.
+    # The page unpacks plotly even when no figure is near the view.
     expect(page.locator("head script")).to_have_count(1)
     page.pdf(path=tmp_path / "page.pdf", format="A4")
     assert page.locator(".drawing .main-svg").first.is_visible()

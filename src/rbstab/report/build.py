@@ -1,4 +1,4 @@
-"""From results to a report."""
+"""Build a report from results."""
 
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
@@ -9,7 +9,7 @@ from rbstab.report.reading.sources import Run, Sources
 from rbstab.report.runs.certificate_tables import certificate_section
 from rbstab.report.runs.config_tables import config_section
 from rbstab.report.runs.facts import RunFacts, facts_of
-from rbstab.report.runs.motion import motion_of
+from rbstab.report.runs.motion import animation_of
 from rbstab.report.runs.provenance_tables import provenance_section, warnings_section
 from rbstab.report.runs.reference_tables import reference_section
 from rbstab.report.runs.sections import run_sections
@@ -17,22 +17,22 @@ from rbstab.report.runs.tables import overview, summary_table
 from rbstab.report.sweeps.sections import sweep_sections
 
 MAX_COMMAND_LENGTH = 20_000
-"""Characters: a command that is cut makes nothing again."""
+"""Maximum length of the command; large, because a truncated command cannot be run."""
 
-MAX_MOTIONS = 4
-"""Views that move: each has its own drawing area on a page."""
+MAX_ANIMATIONS = 4
+"""Maximum number of animated views; each needs its own drawing area on a page."""
 
 
 def report_of(sources: Sources, command: str, title: str | None = None) -> Report:
-    """The report of some results.
+    """Return the report of some results.
 
     Args:
         sources: The results.
-        command: The command that makes it again.
-        title: Its heading; default one that says what is in it.
+        command: The command that repeats the report.
+        title: The heading; default: the title of the result, or the number of results.
 
     Raises:
-        StoreError: The file of a sweep cannot be read any more.
+        StoreError: The file of a sweep cannot be read.
     """
     facts = facts_of(sources.runs)
     return Report(
@@ -48,7 +48,7 @@ def _sections(sources: Sources, facts: Sequence[RunFacts]) -> Iterable[Section]:
     if facts:
         yield Section("summary", "Summary", (overview(facts), summary_table(facts)))
         yield from _present(config_section(facts), reference_section(facts))
-        yield from _present(_motions(sources.runs))
+        yield from _present(_animations(sources.runs))
         yield from run_sections(sources.runs)
         yield certificate_section(facts)
     for sweep in sources.sweeps:
@@ -62,20 +62,20 @@ def _present(*sections: Section | None) -> Iterable[Section]:
     return (section for section in sections if section is not None)
 
 
-def _motions(runs: Sequence[Run]) -> Section | None:
-    """The first runs that have moved, as views that move."""
+def _animations(runs: Sequence[Run]) -> Section | None:
+    """Return animated views of the first runs with more than one sample; None if there are none."""
     moving = [run for run in runs if run.config is not None and len(run.result["time"]) > 1]
     if not moving:
         return None
-    shown = moving[:MAX_MOTIONS]
-    blocks: list[Block] = [motion_of(run) for run in shown]
+    shown = moving[:MAX_ANIMATIONS]
+    blocks: list[Block] = [animation_of(run) for run in shown]
     if len(shown) < len(runs):
-        blocks.insert(0, f"Shown are {counted(len(shown), 'run')} of {len(runs)}.")
+        blocks.insert(0, f"Shown: {len(shown)} of {len(runs)} runs.")
     return Section("motion", "Motion", tuple(blocks))
 
 
 def _title(sources: Sources) -> str:
-    """That of the one result, or how many there are."""
+    """Return the title of a single result, or the numbers of runs and sweeps."""
     if len(sources.runs) == 1 and not sources.sweeps:
         return untrusted(sources.runs[0].result.attributes["title"])
     if len(sources.sweeps) == 1 and not sources.runs:

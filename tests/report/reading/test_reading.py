@@ -1,4 +1,4 @@
-"""Reading many results, by one process or by several: the same, whatever happens to a process."""
+"""Protects the reading of many results: one process and several processes give the same."""
 
 import os
 import shutil
@@ -15,6 +15,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def paths(tmp_path_factory):
+    """Sixty files: copies of two results, and three files that are no result."""
     from rbstab.config.load import load_config
     from rbstab.experiment.simulate import simulate
     from rbstab.store.run_file import write_result
@@ -35,7 +36,8 @@ def paths(tmp_path_factory):
     return found
 
 
-def told(found):
+def summary(found):
+    """Return the reason of each unread file, and the name and run id of each run."""
     return [
         one.reason if isinstance(one, Unread) else (one.file.name, one.result.run_id)
         for one in found
@@ -43,32 +45,33 @@ def told(found):
 
 
 @pytest.fixture
-def shared(monkeypatch):
-    monkeypatch.setattr(reading, "WORTH_IT", 10)
-    monkeypatch.setattr(reading, "PIECE", 5)
-    monkeypatch.setattr(reading, "processors", lambda: 2)
+def two_processes(monkeypatch):
+    """Make two processes read even a few files."""
+    monkeypatch.setattr(reading, "MIN_FOR_PROCESSES", 10)
+    monkeypatch.setattr(reading, "CHUNK_SIZE", 5)
+    monkeypatch.setattr(reading, "processor_count", lambda: 2)
 
 
-def test_several_processes_read_what_one_reads_in_the_same_order(paths, shared):
-    alone = told(map(read_one, paths))
-    assert told(read_all(paths)) == alone
+def test_several_processes_read_what_one_reads_in_the_same_order(paths, two_processes):
+    alone = summary(map(read_one, paths))
+    assert summary(read_all(paths)) == alone
     assert [isinstance(one, str) for one in alone] == [n % 20 == 7 for n in range(60)]
     assert len({run_id for one in alone if not isinstance(one, str) for run_id in one[1:]}) == 2
 
 
-def test_what_a_process_that_dies_has_not_read_is_read_here(paths, shared):
-    coming = read_all(paths)
-    found = [next(coming)]
+def test_what_a_process_that_dies_has_not_read_is_read_here(paths, two_processes):
+    results = read_all(paths)
+    found = [next(results)]
     for child in psutil.Process().children(recursive=True):
         if "popen_loky" in " ".join(child.cmdline()):
             child.kill()
-    found += coming
-    assert told(found) == told(map(read_one, paths))
+    found += results
+    assert summary(found) == summary(map(read_one, paths))
     assert isinstance(found[0], ReadRun)
 
 
 def test_few_are_read_here(paths, monkeypatch):
-    monkeypatch.setattr(reading, "processors", lambda: 2)
+    monkeypatch.setattr(reading, "processor_count", lambda: 2)
     before = {child.pid for child in psutil.Process(os.getpid()).children(recursive=True)}
     assert len(list(read_all(paths[:5]))) == 5
     after = {child.pid for child in psutil.Process(os.getpid()).children(recursive=True)}

@@ -1,4 +1,4 @@
-"""What is read of the files and folders that are named, and what is said of the others."""
+"""Protects the reading of named files and folders, and the reasons given for unreadable ones."""
 
 import shutil
 from pathlib import Path
@@ -26,11 +26,12 @@ def sweep(tmp_path_factory):
 
 @pytest.fixture
 def good(tmp_path):
+    """The file of a valid run."""
     return made_file(tmp_path / "good.h5")
 
 
 def reason(path, good):
-    """What is said of a path that cannot be read, beside a run that can."""
+    """Read an unreadable path together with a valid run; return the reason for the former."""
     found = read_sources([path, good])
     assert [run.path for run in found.runs] == [good]
     [unread] = found.unread
@@ -95,7 +96,7 @@ def test_a_damaged_run(good, tmp_path):
     content = bytearray(good.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(bytes(content))
-    assert reason(path, good) == "is damaged: it is not what was written (by its digest)"
+    assert reason(path, good) == "is damaged: its content does not match its digest"
 
 
 def test_a_newer_run(good, tmp_path):
@@ -104,12 +105,12 @@ def test_a_newer_run(good, tmp_path):
     with h5py.File(path, "r+") as file:
         file.attrs["schema_version"] = 7
     strip_seal(path)
-    assert "has schema version 7" in reason(path, good)
-    assert "please update" in reason(path, good)
+    assert "schema version 7" in reason(path, good)
+    assert "update rbstab" in reason(path, good)
 
 
 def strip_seal(path: Path) -> None:
-    """A file that another program has changed has no seal any more."""
+    """Remove the seal, as another program does that changes the file."""
     content = path.read_bytes()
     at = content.rfind(b"\nrbstab sha256 ")
     if at >= 0:
@@ -150,7 +151,7 @@ def test_arrays_of_other_shapes_and_kinds(name, data, good, tmp_path):
     variables[name] = variables[name]._replace(dimensions=dimensions, data=data)
     path = tmp_path / "a.h5"
     write_result(path, type(made)(variables, made.attributes, made.config))
-    assert reason(path, good) == f"is damaged: its array {name} is not a run's"
+    assert reason(path, good) == f"is damaged: its array {name} has a wrong type or shape"
 
 
 @pytest.mark.parametrize("name", ["verdict", "value", "quantity"])
@@ -169,13 +170,13 @@ def test_a_certificate_whose_columns_do_not_belong_together(name, how, good, tmp
     variables[f"certificate/{name}"] = changed
     path = tmp_path / "a.h5"
     write_result(path, type(made)(variables, made.attributes, made.config))
-    assert reason(path, good) == "is damaged: its certificate is not a run's"
+    assert reason(path, good) == "is damaged: its certificate has columns of wrong types or lengths"
 
 
 def test_another_folder(good, tmp_path):
     other = tmp_path / "other"
     other.mkdir()
-    assert reason(other, good).startswith("is a folder, but not that of a sweep; name the files")
+    assert reason(other, good).startswith("is a folder, but not a sweep. Name the files")
 
 
 def test_a_sweep_that_is_not_finished(good, tmp_path, sweep):
@@ -196,7 +197,7 @@ def test_a_damaged_manifest(good, tmp_path, sweep):
 
 def test_a_shard(good, sweep):
     path = min((sweep / "shards").iterdir())
-    assert reason(path, good) == f"is a part of a sweep; name its folder, {sweep}"
+    assert reason(path, good) == f"is a shard of a sweep. Name the folder of the sweep: {sweep}"
 
 
 def test_a_damaged_sweep(good, tmp_path, sweep):

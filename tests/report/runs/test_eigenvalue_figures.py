@@ -1,6 +1,9 @@
+"""Protects the figures of eigenvalues and root loci of runs."""
+
 import numpy as np
 import pytest
-from support.figure_runs import figures_in, lines_of, run_of, without_config
+from support.figure_runs import lines_of, run_of, without_config
+from support.sections import figures_in
 
 from rbstab.report.model.document import Section
 from rbstab.report.model.figure import Level, Points
@@ -23,7 +26,7 @@ def values(points):
 
 
 def translations(config, factor=1.0):
-    """The eigenvalues of m s² + L_t s + K_t, by axis: of a free body that turns by itself."""
+    """Return the roots of m s² + L_t s + K_t of each axis: the translation of a free body."""
     controller = config.controller
     pairs = zip(controller.L_t, controller.K_t, strict=True)
     return np.concatenate([np.roots([config.body.mass, L, factor * K]) for L, K in pairs])
@@ -48,7 +51,7 @@ def test_zero_is_marked_as_the_border():
     for figure in figures.values():
         for panel in figure.panels:
             (border,) = [mark for mark in panel.marks if isinstance(mark, Level)]
-            assert border == Level(0.0, "border of stability", upright=True)
+            assert border == Level(0.0, "border of stability", vertical=True)
             assert (panel.x.text, panel.y.text) == (
                 "real part Re λ [1/s]",
                 "imaginary part Im λ [1/s]",
@@ -61,7 +64,7 @@ def test_a_locus_goes_through_the_gain_as_it_is():
     nominal = values(points_of(figures["runs-eigenvalues"].panels[0])["free"])
     panel = figures["run-1-locus"].panels[0]
     marked = points_of(panel)
-    here = values(marked["K_r as it is"])
+    here = values(marked["K_r as configured"])
     assert np.sort_complex(here) == pytest.approx(np.sort_complex(nominal), rel=1e-6)
     for branch in range(12):
         line = lines_of(panel)[branch]
@@ -97,7 +100,7 @@ def test_where_nothing_can_be_computed_there_is_a_sentence(monkeypatch):
     figures, text = blocks_of(run_of("free"))
     assert not figures
     assert text == (
-        "No eigenvalues are drawn of runs without a rest state in the range of eq. 5: free."
+        "No eigenvalues are drawn for runs without a rest state in the range of eq. 5: free."
     )
 
 

@@ -1,4 +1,4 @@
-"""What stands in the figures of runs, held against the stored arrays."""
+"""Protects the figures of runs: they show the stored arrays, grouped as in the paper."""
 
 import functools
 
@@ -7,11 +7,11 @@ import pytest
 from support.figure_runs import (
     KINDS,
     SAMPLES,
-    figures_in,
     lines_of,
     run_of,
     without_config,
 )
+from support.sections import figures_in
 
 from rbstab.report.model.figure import Bars, Level, Points, Stack
 from rbstab.report.model.palette import COLOURS
@@ -47,7 +47,7 @@ PAPER = {
         "translation": ("", ["X", "V", "E"]),
     },
 }
-"""The figures of the paper: what its captions say that they show, and here D besides."""
+"""The figures of the paper: the quantities in its captions, and D in addition."""
 
 
 @pytest.mark.parametrize("kind", PAPER)
@@ -195,7 +195,7 @@ def test_what_a_sliding_connector_does():
     assert chatter.y.log
     for panel in (*modes, counts, chatter):
         (limit,) = [mark for mark in panel.marks if isinstance(mark, Level)]
-        assert limit.upright
+        assert limit.vertical
         assert limit.value == result["trusted_until"]
 
 
@@ -242,7 +242,7 @@ def test_of_many_runs_there_are_distributions():
         "largest |r| / v(0)",
     ]
     settling, *others = figure.panels
-    # In 0.3 s none of them settles, and the caption says how many are not drawn.
+    # In 0.3 s no run settles, and the caption says how many are not drawn.
     assert not settling.marks
     assert f"settling time: {len(runs)}" in figure.caption
     for panel in others:
@@ -251,8 +251,9 @@ def test_of_many_runs_there_are_distributions():
         assert bars.heights.sum() == len(runs)
         assert len(bars.edges) == len(bars.heights) + 1
     ends = [run.result["lyapunov"][-1] / run.result["lyapunov"][0] for run in runs]
-    edges = figure.panels[2].marks[0].edges
-    assert (edges[0], edges[-1]) == pytest.approx((min(ends), max(ends)))
+    (bars,) = figure.panels[2].marks
+    assert isinstance(bars, Bars)
+    assert (bars.edges[0], bars.edges[-1]) == pytest.approx((min(ends), max(ends)))
 
 
 def test_up_to_that_many_there_are_curves():
@@ -261,7 +262,7 @@ def test_up_to_that_many_there_are_curves():
 
 
 def test_what_stands_in_place_of_v_is_called_so():
-    """On s = F + κE v - ε is stored; of other runs v is v."""
+    """Runs on s = F + κE store v - ε, and other runs store v."""
     figures = figures_of("sliding", "free")
     labels = {
         number: [panel.y.label for panel in figures[f"run-{number}-rotation"].panels]
@@ -270,5 +271,5 @@ def test_what_stands_in_place_of_v_is_called_so():
     assert "Lyapunov function v - ε" in labels[1]
     assert "Lyapunov function v" in labels[2]
     caption = figures["runs-decay"].caption
-    assert caption.endswith("Of sliding v - ε is drawn in place of v.")
+    assert caption.endswith("For sliding, v - ε is drawn in place of v.")
     assert "ε" not in figures_of("free")["runs-decay"].caption

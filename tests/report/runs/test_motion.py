@@ -1,3 +1,5 @@
+"""Protects the animation of a run: the body is where the stored arrays put it, in few frames."""
+
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +11,11 @@ from support.paper_runs import paper_config
 import rbstab
 from rbstab.config.load import load_config
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.motion import MAX_FRAMES, motion_of
+from rbstab.report.runs.motion import MAX_FRAMES, animation_of
 
 
-def run(variant: str, weighed: bool = False, **changes: Any) -> Run:
-    config = load_config(paper_config(variant, weighed, **changes))
+def run(variant: str, with_gravity: bool = False, **changes: Any) -> Run:
+    config = load_config(paper_config(variant, with_gravity, **changes))
     return Run(0, "run-1", "a", Path("a.h5"), rbstab.simulate(config), config)
 
 
@@ -24,8 +26,8 @@ def run(variant: str, weighed: bool = False, **changes: Any) -> Run:
 def test_the_contact_point_is_off_its_anchor_by_the_stored_displacement(
     variant: str, anchor: str
 ) -> None:
-    source = run(variant, weighed=True, controller={"anchor": anchor})
-    motion = motion_of(source)
+    source = run(variant, with_gravity=True, controller={"anchor": anchor})
+    motion = animation_of(source)
     at = np.searchsorted(source.result["time"], motion.times)
     turned = Rotation.from_quat(motion.rotations, scalar_first=True).apply(motion.contact_point)
     E = motion.positions + turned - motion.anchor
@@ -34,20 +36,20 @@ def test_the_contact_point_is_off_its_anchor_by_the_stored_displacement(
 
 def test_a_view_has_no_more_frames_than_it_needs_and_both_ends() -> None:
     source = run("visco-elastic", samples=4001)
-    motion = motion_of(source)
+    motion = animation_of(source)
     assert MAX_FRAMES / 2 < len(motion.times) <= MAX_FRAMES
     assert (motion.times[0], motion.times[-1]) == (0.0, 2.0)
     assert (np.diff(motion.times) > 0).all()
     steps = Rotation.from_quat(motion.rotations, scalar_first=True)
-    # From 16, 32, -16 rad/s, equal times would turn the body by 0.2 rad in the first frame.
+    # At (16, 32, -16) rad/s, equal time steps would turn the body by 0.2 rad in the first frame.
     assert (steps[:-1].inv() * steps[1:]).magnitude().max() < 0.1
 
 
 def test_a_free_body_is_tied_to_nothing() -> None:
-    assert motion_of(run("free")).anchor is None
+    assert animation_of(run("free")).anchor is None
 
 
 def test_without_a_config_there_is_no_body_to_show() -> None:
     source = run("free")
     with pytest.raises(ValueError, match="config cannot be read"):
-        motion_of(Run(0, "run-1", "a", source.path, source.result, None))
+        animation_of(Run(0, "run-1", "a", source.path, source.result, None))

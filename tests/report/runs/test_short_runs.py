@@ -1,29 +1,29 @@
-"""Runs that ended at once, diverged, or hold numbers that no axis can show."""
+"""Protects the figures of runs that ended at once, diverged, or hold numbers no axis can show."""
 
 import numpy as np
 import pytest
 from support.figure_runs import (
     KINDS,
     cut,
-    figures_in,
     lines_of,
     run_of,
     with_arrays,
     without_config,
 )
+from support.sections import figures_in
 
 from rbstab.report.runs.sections import MAX_CURVES, run_sections
-from rbstab.report.writers.decimate import decimated
+from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.matplotlib_figures.renderer import png
 
 PNG = b"\x89PNG"
 
 
 def figures_of(*runs):
-    """All figures of runs but their eigenvalues; each can be made smaller."""
+    """Return all figures of runs except eigenvalues, and decimate each of them."""
     figures = figures_in(run_sections([without_config(run) for run in runs]))
     for figure in figures.values():
-        assert len(decimated(figure).panels) == len(figure.panels)
+        assert len(decimate(figure).panels) == len(figure.panels)
     return figures
 
 
@@ -38,8 +38,8 @@ def test_one_sample(kind):
     drawn({name: figures[name] for name in ("runs-decay", "run-1-energy")})
 
 
-def broken(run, value):
-    """The same run, whose numbers are another from its middle on."""
+def with_broken_half(run, value):
+    """Return the same run, with `value` in place of all numbers from its middle on."""
     changed = {}
     for name, variable in run.result.variables.items():
         if variable.dimensions[:1] == ("time",) and name not in ("time", "mode"):
@@ -52,7 +52,7 @@ def broken(run, value):
 @pytest.mark.slow
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e308, 5e-324, 0.0])
 def test_odd_numbers(value):
-    drawn(figures_of(broken(run_of("embedded"), value)))
+    drawn(figures_of(with_broken_half(run_of("embedded"), value)))
 
 
 @pytest.mark.slow
@@ -73,7 +73,7 @@ def test_a_trust_that_is_not_known():
 
 def test_distributions_without_numbers():
     run = run_of("free")
-    odd = [broken(run_of("free", n, f"{n}"), np.nan) for n in range(MAX_CURVES)]
+    odd = [with_broken_half(run_of("free", n, f"{n}"), np.nan) for n in range(MAX_CURVES)]
     figures = figures_of(*odd, cut(run, 1))
     drawn(figures)
     figure = figures["runs-distributions"]

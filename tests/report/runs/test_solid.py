@@ -1,3 +1,5 @@
+"""Protects the solid that stands for a body: its size follows the inertia of the body."""
+
 from collections import Counter
 
 import numpy as np
@@ -5,13 +7,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from rbstab.mechanics.body import Body
-from rbstab.report.runs.solid import THINNEST, bone_of, semi_axes
+from rbstab.report.runs.solid import MIN_THICKNESS, bone_of, semi_axes
 
 HALVES = np.array([0.3, 0.5, 1.1])
 
 
 def ellipsoid(turn: np.ndarray, mass: float = 7.0) -> Body:
-    """A body that is an ellipsoid of even density: its moments are those of any textbook."""
+    """Return an ellipsoid of uniform density, with its textbook moments of inertia."""
     a, b, c = HALVES
     moments = mass / 5 * np.diag([b**2 + c**2, a**2 + c**2, a**2 + b**2])
     return Body(mass, turn @ moments @ turn.T, np.array([0.1, 0.0, 0.2]))
@@ -37,7 +39,7 @@ def test_a_bone_is_as_long_wide_and_thick_as_the_ellipsoid(turn: np.ndarray) -> 
 
 def test_a_bone_is_closed_and_its_triangles_look_outwards(turn: np.ndarray) -> None:
     bone = bone_of(ellipsoid(turn))
-    # The ends are many corners in one place.
+    # At each end of the bone many corners coincide.
     place = {tuple(np.round(v, 9) + 0.0): n for n, v in enumerate(bone.vertices)}
     corner = [place[tuple(np.round(v, 9) + 0.0)] for v in bone.vertices]
     edges = Counter(
@@ -55,5 +57,5 @@ def test_moments_that_no_body_has_still_make_a_bone_that_can_be_seen() -> None:
     lengths, directions = semi_axes(body)
     longest = np.sqrt(5 * (10 + 8 - 0.4) / (2 * 41))
     middle = np.sqrt(5 * (10 + 0.4 - 8) / (2 * 41))
-    np.testing.assert_allclose(lengths, [THINNEST * longest, middle, longest], rtol=1e-12)
+    np.testing.assert_allclose(lengths, [MIN_THICKNESS * longest, middle, longest], rtol=1e-12)
     np.testing.assert_allclose(np.abs(directions), np.eye(3), atol=1e-12)

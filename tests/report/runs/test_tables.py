@@ -1,4 +1,4 @@
-"""The numbers that a report says of runs, against those that their results were made from."""
+"""Protects the tables of runs: their numbers agree with the results they were made from."""
 
 import json
 import math
@@ -22,8 +22,8 @@ from rbstab.experiment.proof import Proof, ProvedRegion, ProvedState, proof_id
 from rbstab.experiment.proof_cache import proof_file
 from rbstab.report.model.document import Section, Table
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.runs.certificate_tables import MAX_IN_FULL, certificate_section
-from rbstab.report.runs.config_tables import MAX_KEYS, MAX_SIDE_BY_SIDE, config_section
+from rbstab.report.runs.certificate_tables import MAX_FULL_CERTIFICATES, certificate_section
+from rbstab.report.runs.config_tables import MAX_KEYS, MAX_RUN_COLUMNS, config_section
 from rbstab.report.runs.facts import facts_of
 from rbstab.report.runs.provenance_tables import (
     MAX_COMMANDS,
@@ -44,7 +44,7 @@ def facts(*paths):
 
 
 def column(table, label):
-    """The cells of a column, by the first cells of their rows."""
+    """Return the cells of a column by the text of the first cell of their row."""
     [k] = [k for k, head in enumerate(table.heads) if head.label == label]
     return {row[0].text: row[k] for row in table.rows}
 
@@ -68,8 +68,8 @@ def test_the_numbers_of_a_run(path):
     assert value["v(end)"] == pytest.approx(V_START * math.exp(-2 * DECAY))
     assert value["|r|/v(0)"] == pytest.approx(RESIDUAL / V_START)
     assert value["peak |θ2|"] == pytest.approx(LARGEST_PITCH)
-    # v falls below a thousandth of its start when exp(-DECAY t) does; the straight line between two
-    # samples is late by less than h² DECAY / 8.
+    # v falls below a thousandth of its start when exp(-DECAY t) does. Linear interpolation between
+    # two samples is late by less than h² DECAY / 8.
     assert value["settled at"] == pytest.approx(math.log(1000) / DECAY, abs=0.005**2 * DECAY / 8)
     for axis, peak in enumerate(PEAKS):
         assert unit[f"peak E{axis + 1}"] == "cm"
@@ -130,20 +130,20 @@ def test_verdicts_and_their_tones(verdict, tone, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("verdict", "level", "said"),
+    ("verdict", "level", "answer"),
     [
         ("certified", (100.0, 200.0), "yes"),
         ("unknown", (300.0, 200.0), "no"),
         ("unknown", (math.nan, math.nan), "-"),
     ],
 )
-def test_inside_the_certified_region_by_the_certificate(verdict, level, said, tmp_path):
+def test_inside_the_certified_region_by_the_certificate(verdict, level, answer, tmp_path):
     path = made_file(tmp_path / "a.h5", verdicts={"certified region": verdict}, level=level)
-    assert column(summary_table(facts(path)), "in certified region")["a"].text == said
+    assert column(summary_table(facts(path)), "in certified region")["a"].text == answer
 
 
-def keep_proof(folder, text, states, *, level=1e9):
-    """Keeps a proof of so many rest states, as `rbstab stability` does."""
+def store_proof(folder, text, states, *, level=1e9):
+    """Store a proof with so many rest states, as `rbstab stability` does."""
     config = load_config(_plain(text))
     state = ProvedState(
         orientation=ORIGIN,
@@ -177,18 +177,20 @@ def _plain(text):
     return yaml.safe_load(text)
 
 
-@pytest.mark.parametrize(("states", "tone"), [(1, "good"), (3, "odd")])
+@pytest.mark.parametrize(("states", "tone"), [(1, "good"), (3, "warning")])
 def test_rest_states_of_a_kept_proof(states, tone, path, tmp_path):
     assert column(summary_table(facts(path)), "rest states")["made"].text == "-"
-    keep_proof(tmp_path, made_config(), states)
+    store_proof(tmp_path, made_config(), states)
     cell = column(summary_table(facts(path)), "rest states")["made"]
     assert (cell.text, cell.value, cell.tone) == (str(states), states, tone)
 
 
-@pytest.mark.parametrize(("level", "said"), [(1e9, "yes"), (1e-9, "no")])
-def test_a_proof_that_came_after_the_run_says_whether_it_starts_inside(level, said, path, tmp_path):
-    keep_proof(tmp_path, made_config(), 1, level=level)
-    assert column(summary_table(facts(path)), "in certified region")["made"].text == said
+@pytest.mark.parametrize(("level", "answer"), [(1e9, "yes"), (1e-9, "no")])
+def test_a_proof_that_came_after_the_run_says_whether_it_starts_inside(
+    level, answer, path, tmp_path
+):
+    store_proof(tmp_path, made_config(), 1, level=level)
+    assert column(summary_table(facts(path)), "in certified region")["made"].text == answer
 
 
 def test_what_differs_and_what_does_not(tmp_path):
@@ -221,11 +223,11 @@ def test_equal_configs(tmp_path):
     paths = [made_file(tmp_path / f"{name}.h5") for name in "ab"]
     section = config_section(facts(*paths))
     assert section is not None
-    assert section.blocks[0] == "The configs of all runs say the same."
+    assert section.blocks[0] == "The configs of all runs are equal."
 
 
 def test_many_runs_have_a_row_each(tmp_path):
-    count = MAX_SIDE_BY_SIDE + 1
+    count = MAX_RUN_COLUMNS + 1
     spins = [f"initial.angular_velocity=[{k},0,0]" for k in range(count)]
     paths = [
         made_file(tmp_path / f"{k}.h5", made_config(f"body.mass={40 + k}", spins[k]))
@@ -254,7 +256,7 @@ def test_the_lines_of_a_certificate(tmp_path):
 
 
 def test_of_many_certificates_only_what_is_violated_is_written_out(tmp_path):
-    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_IN_FULL)]
+    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_FULL_CERTIFICATES)]
     bad = made_file(tmp_path / "bad.h5", verdicts={"audit": "violated"}, verdict="violated")
     lines = table_of(certificate_section(facts(*paths, bad)), "certificate-lines")
     assert [(row[0].text, row[1].text) for row in lines.rows] == [("bad", "audit")]
@@ -332,7 +334,7 @@ def test_the_commands_that_repeat_runs_do_not_get_in_each_others_way(tmp_path):
     found = [shlex.split(row[1].text) for row in table.rows]
     configs = ["./-x y-1-again.yaml", "./-x y-2-again.yaml", "z-again.yaml"]
     assert [words[2] for words in found] == [str(path) for path in paths]
-    # Not `z.yaml`, which may be what somebody wrote by hand.
+    # Not `z.yaml`, which may be a file of the user.
     assert [(words[5], words[9]) for words in found] == [(name, name) for name in configs]
 
 

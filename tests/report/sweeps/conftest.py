@@ -1,3 +1,5 @@
+"""Sweep files with made up members, and readers of them."""
+
 from functools import partial
 
 import pytest
@@ -8,11 +10,11 @@ from rbstab.report.sweeps.members import read_members
 
 @pytest.fixture
 def made(tmp_path):
-    """Writes a sweep of made up members; see `write_sweep`."""
+    """A function that writes a sweep of made up members; see `write_sweep`."""
     return partial(write_sweep, tmp_path / "results" / "made" / "sweep.h5")
 
 
 @pytest.fixture
 def members(made):
-    """The members of such a sweep."""
+    """A function that writes such a sweep and returns its members."""
     return lambda *arguments, **keys: read_members(made(*arguments, **keys).path)

@@ -1,4 +1,4 @@
-"""Members worth a look: beside a border, near the end of the range, near the certified level."""
+"""Protects the list of notable members: at a border, near the range's end, near a proved level."""
 
 import shlex
 
@@ -18,7 +18,7 @@ DRAWN = {"design": "random", "members": 200, "seed": 5}
 def test_in_a_grid_neighbours_across_the_border_are_found(members):
     found = members(GRID, lambda a: {"status": np.where(a[X] > 0.5, code("range left"), 0)})
     pairs = border_pairs(found)
-    # From spin 0 to spin 1, four members further on; the border has four such pairs.
+    # The border is between spins 0 and 1, whose members differ by four; it has four such pairs.
     assert len(pairs) == 3
     assert set(pairs) <= {(8, 12), (9, 13), (10, 14), (11, 15)}
 
@@ -70,7 +70,7 @@ def test_the_smallest_cos_of_those_that_stay(members):
     def columns(a):
         left = a[X] < -0.5
         return {
-            # Of those that left member 0 has the smallest, far from the border; of others 19.
+            # Member 0 has the smallest value of those that left, member 19 of the others.
             "smallest_regularity": np.where(left, 1e-3 * (a["run"] + 1), (40 - a["run"]) / 40),
             "status": np.where(left, code("range left"), 0),
             "settling_time": 1 + (a["run"] == 17),
@@ -123,11 +123,13 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
     assert cells["v(0)"].value == 13
     assert cells["initial angular_velocity[0]"].value == 1
     assert cells["initial angular_velocity[1]"].value == 10
-    assert cells["run"].text == "00000020"
+    assert cells["run id"].text == "00000020"
     assert cells["max |E| by axis"].value == 9.0
-    # There is no plan beside this file.
+    # This folder holds no plan.
     (section,) = (section for section in sections if section.name == "sweep-1-members")
-    assert section.blocks[0].endswith(f": rbstab run PLAN.yaml --member {texts(table)[0][0]}")
+    sentence = section.blocks[0]
+    assert isinstance(sentence, str)
+    assert sentence.endswith(f": rbstab run PLAN.yaml --member {texts(table)[0][0]}")
 
 
 @pytest.mark.parametrize("folder", ["plain", "with a space"])
@@ -144,6 +146,6 @@ def test_distances_are_those_of_scaled_parameters(members):
     found = members(vary, lambda a: {"status": (a["run"] * 7 % 5 == 0).astype(int)}, **DRAWN)
     scaled = [(p.values - p.values.min()) / np.ptp(p.values) for p in found.parameters]
     distance = np.hypot(*(s[:, np.newaxis] - s for s in scaled))
-    distance[found.ends[:, np.newaxis] == found.ends] = np.inf
+    distance[found.outcomes[:, np.newaxis] == found.outcomes] = np.inf
     expected = np.unravel_index(distance.argmin(), distance.shape)
     assert border_pairs(found)[0] == tuple(int(k) for k in expected)

@@ -1,10 +1,11 @@
-"""Variants side by side, and the same members under different circumstances pair by pair."""
+"""Protects the comparison of variants: side by side, and in pairs of members with equal values."""
 
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN
-from support.sections import figures, tables, texts
+from support.sections import figures_in, tables, texts
 
+from rbstab.report.model.figure import Intervals
 from rbstab.report.sweeps.paired_conditions import paired_conditions_of
 from rbstab.report.sweeps.sections import sweep_sections
 
@@ -18,25 +19,32 @@ DRAWN = {"design": "random", "members": 50, "seed": 4}
 
 
 def columns(a):
-    """Each variant takes 0.5 s longer than the one before it; of the last one 10 settle."""
+    """Each variant settles 0.5 s later than the previous one; 10 members of the last one settle."""
     variant, point = a["controller_variant"], a["run"] % 50
     settling = a["body_mass"] + 0.5 * variant
     settling[(variant == 2) & (point >= 10)] = np.nan
     return {"settling_time": settling}
 
 
+def groups_of(found):
+    groups = paired_conditions_of(found)
+    assert groups is not None
+    assert groups.pairs is not None
+    return groups
+
+
 def test_the_same_members_are_compared_in_pairs(made):
     table = tables(sweep_sections(made(EACH, columns, **DRAWN)))["sweep-1-pairs"]
     rows = {(row[0].text, row[1].text): row for row in table.rows}
-    second = rows["settling time of v [s]", "free less visco-elastic"]
+    second = rows["settling time of v [s]", "free minus visco-elastic"]
     assert [c.value for c in second[2:]] == pytest.approx([50, 0, 0.5, 0.5, 0.5])
-    third = rows["settling time of v [s]", "permanent less visco-elastic"]
+    third = rows["settling time of v [s]", "permanent minus visco-elastic"]
     assert [c.value for c in third[2:]] == pytest.approx([10, 0, 1, 1, 1])
 
 
 def test_pairs_have_the_same_values(members):
     found = members(EACH, **DRAWN)
-    groups = paired_conditions_of(found)
+    groups = groups_of(found)
     assert groups.labels == tuple(VARIANTS)
     assert groups.pairs.shape == (50, 3)
     for name in ("body_mass", "initial_angular_velocity_0"):
@@ -47,7 +55,7 @@ def test_pairs_have_the_same_values(members):
 
 def test_pairs_of_a_grid(members):
     found = members(GRID | {"controller.variant": {"values": ["free", "visco-elastic"]}})
-    groups = paired_conditions_of(found)
+    groups = groups_of(found)
     assert groups.pairs.shape == (20, 2)
     for name in ("initial_angular_velocity_0", "initial_angular_velocity_1"):
         values = found.column(name)[groups.pairs]
@@ -63,18 +71,23 @@ def test_outcomes_and_quantiles_by_variant(made):
         ["free", "50", "50", "0", "1"],
         ["permanent", "50", "10", "40", "0.2"],
     ]
-    share, *_ = figures(sections)["sweep-1-side-by-side"].panels
-    assert share.x.words == tuple(VARIANTS)
-    assert share.marks[0].y.tolist() == [1, 1, 0.2]
+    share, *_ = figures_in(sections)["sweep-1-side-by-side"].panels
+    assert share.x.categories == tuple(VARIANTS)
+    mark = share.marks[0]
+    assert isinstance(mark, Intervals)
+    assert mark.y.tolist() == [1, 1, 0.2]
     quantiles = tables(sections)["sweep-1-compared-quantiles"]
     rows = {row[1].text: row for row in quantiles.rows if row[0].text == "settling time of v [s]"}
-    assert rows["free"][4].value - rows["visco-elastic"][4].value == pytest.approx(0.5)
+    later, earlier = rows["free"][4].value, rows["visco-elastic"][4].value
+    assert later is not None
+    assert earlier is not None
+    assert later - earlier == pytest.approx(0.5)
     assert rows["permanent"][2].value == 10
 
 
-def test_a_number_of_each_point_is_a_circumstance_too(members):
+def test_a_number_of_each_point_is_a_condition_too(members):
     vary = EACH | {"body.mass": {"each": {"values": [1, 2]}}}
-    groups = paired_conditions_of(members(vary, **DRAWN))
+    groups = groups_of(members(vary, **DRAWN))
     assert groups.labels[:3] == (
         "visco-elastic, mass = 1",
         "visco-elastic, mass = 2",
@@ -92,5 +105,5 @@ def test_drawn_variants_are_compared_but_not_in_pairs(made):
     assert min(counts) > 60
 
 
-def test_without_circumstances_nothing_is_compared(made):
+def test_without_conditions_nothing_is_compared(made):
     assert not any("compared" in name for name in tables(sweep_sections(made(GRID))))

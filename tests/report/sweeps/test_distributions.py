@@ -1,9 +1,9 @@
-"""Histograms and quantiles against numbers that can be counted."""
+"""Protects the histograms and quantiles of a sweep against numbers that can be counted by hand."""
 
 import numpy as np
 import pytest
 from support.made_sweeps import code
-from support.sections import figures, tables
+from support.sections import figures_in, tables
 
 from rbstab.report.model.figure import Bars
 from rbstab.report.sweeps.distributions import histogram, quantiles_of
@@ -23,12 +23,12 @@ def columns(a):
 def test_quantiles_are_those_of_members_that_have_a_number(made):
     table = tables(sweep_sections(made(VARY, columns)))["sweep-1-quantiles"]
     (row,) = (row for row in table.rows if row[0].text == "settling time of v")
-    # Members 1 to 99: the first failed, the last is infinite.
+    # Only members 1 to 99 count: the first failed, the last is infinite.
     assert [cell.value for cell in row[2:]] == pytest.approx([99, 1, 5.9, 50, 94.1, 99])
 
 
 def test_every_number_is_in_one_bar(made):
-    panels = figures(sweep_sections(made(VARY, columns)))["sweep-1-histograms"].panels
+    panels = figures_in(sweep_sections(made(VARY, columns)))["sweep-1-histograms"].panels
     found = {panel.x.label: panel for panel in panels}
     assert set(found) == {"settling time of v", "max |r| / v(0)"}
     for panel, count in zip(found.values(), (99, 100), strict=True):
@@ -36,8 +36,9 @@ def test_every_number_is_in_one_bar(made):
         assert isinstance(bars, Bars)
         assert bars.heights.sum() == count
     (bars,) = found["max |r| / v(0)"].marks
+    assert isinstance(bars, Bars)
     assert found["max |r| / v(0)"].x.log
-    # Equal ratios between the edges.
+    # The edges have equal ratios.
     assert np.diff(np.log10(bars.edges)) == pytest.approx(np.log10(bars.edges[1] / bars.edges[0]))
     assert (bars.edges[0], bars.edges[-1]) == pytest.approx((1e-4, 1))
 

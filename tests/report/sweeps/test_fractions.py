@@ -1,23 +1,24 @@
-"""Fractions of members, and what they say of those that were not drawn."""
+"""Protects the fractions of members by outcome, and their confidence intervals."""
 
 import numpy as np
 import pytest
 from scipy.stats import binomtest
 from support.made_sweeps import GRID, code
-from support.sections import figures, tables, texts
+from support.sections import figures_in, tables, texts
 
-from rbstab.report.sweeps.fractions import OF_A_GRID, OF_EACH, OF_EVEN_DRAWS, fraction
+from rbstab.report.model.figure import Intervals
+from rbstab.report.sweeps.fractions import EVEN_DESIGN_NOTE, GRID_NOTE, POOLED_NOTE, fraction
 from rbstab.report.sweeps.sections import sweep_sections
 
 Z = 1.959963984540054
-"""Of the normal distribution, 2.5 % lie above."""
+"""The 97.5 % quantile of the normal distribution."""
 
 DRAWN = {"body.mass": {"uniform": [1, 2]}}
 
 
 @pytest.mark.parametrize(("count", "of"), [(0, 1), (0, 40), (3, 40), (20, 40), (40, 40), (1, 1000)])
 def test_the_interval_is_that_of_wilson(count, of):
-    """Wilson (1927): the p from which the found share lies Z standard deviations away."""
+    """Wilson (1927): the p whose distance from the found share is Z standard deviations."""
     found = fraction("", np.arange(of) < count)
     share, spread = count / of, Z**2 / of
     middle = (share + spread / 2) / (1 + spread)
@@ -43,15 +44,16 @@ def test_a_table_and_a_figure_of_what_was_drawn(made):
         "completed, not settled": "20",
         "range left": "7",
         "diverged": "3",
-        "completed, |E| < 1 mm for good": "90",
+        "completed, |E| stays below 1 mm": "90",
         "proved to converge": "44",
     }
     left = next(row for row in table.rows if row[0].text == "range left")
     interval = binomtest(7, 100).proportion_ci(method="wilson")
     assert [cell.value for cell in left[1:]] == [7, 0.07, interval.low, interval.high]
-    (panel,) = figures(sections)["sweep-1-outcomes"].panels
-    assert panel.x.words == tuple(counts)
+    (panel,) = figures_in(sections)["sweep-1-outcomes"].panels
+    assert panel.x.categories == tuple(counts)
     (mark,) = panel.marks
+    assert isinstance(mark, Intervals)
     assert mark.y == pytest.approx([int(count) / 100 for count in counts.values()])
     assert (mark.low < mark.y).all()
     assert (mark.y < mark.high).all()
@@ -60,12 +62,12 @@ def test_a_table_and_a_figure_of_what_was_drawn(made):
 @pytest.mark.parametrize(
     ("vary", "design", "note", "columns"),
     [
-        (GRID, {}, OF_A_GRID, 3),
-        (DRAWN, {"design": "sobol", "members": 16, "seed": 1}, OF_EVEN_DRAWS, 5),
+        (GRID, {}, GRID_NOTE, 3),
+        (DRAWN, {"design": "sobol", "members": 16, "seed": 1}, EVEN_DESIGN_NOTE, 5),
         (
             DRAWN | {"controller.variant": {"each": {"values": ["free", "visco-elastic"]}}},
             {"design": "random", "members": 16, "seed": 1},
-            OF_EACH,
+            POOLED_NOTE,
             3,
         ),
     ],
@@ -76,4 +78,4 @@ def test_what_is_no_random_draw_is_told_apart(made, vary, design, note, columns)
     table = tables(sections)["sweep-1-fractions"]
     assert note in table.note
     assert len(table.heads) == columns
-    assert ("sweep-1-outcomes" in figures(sections)) == (columns == 5)
+    assert ("sweep-1-outcomes" in figures_in(sections)) == (columns == 5)

@@ -1,9 +1,9 @@
-"""On which parameter an outcome depends, for functions whose answer is known."""
+"""Protects the influence of parameters on an outcome, for functions with a known answer."""
 
 import numpy as np
 import pytest
 from support.made_sweeps import SPIN
-from support.sections import figures, tables, texts
+from support.sections import figures_in, tables, texts
 
 from rbstab.report.sweeps.influence import correlation_ratio
 from rbstab.report.sweeps.sections import sweep_sections
@@ -16,7 +16,7 @@ VARY = {
 
 
 def test_a_sum_of_independent_parts_is_divided_by_their_variances(made):
-    """3 a + 4 b of equally distributed a and b: 9/25 and 16/25 of the variance."""
+    """For 3 a + 4 b with equally distributed a and b: 9/25 and 16/25 of the variance."""
 
     def columns(a):
         total = 3 * a["controller_K_r"] + 4 * a["body_mass"]
@@ -27,16 +27,16 @@ def test_a_sum_of_independent_parts_is_divided_by_their_variances(made):
     names = [row[0] for row in texts(table)]
     assert names == ["mass", "factor on K_r", "initial angular_velocity[0]"]
     ratios = [row[1].value for row in table.rows]
-    # Groups of 1/20 leave out 1/400 of the variance of a part.
+    # Twenty groups miss 1/400 of the variance of a term.
     assert ratios == pytest.approx([0.64, 0.36, 0], abs=0.01)
-    (panel,) = figures(sections)["sweep-1-map"].panels
+    (panel,) = figures_in(sections)["sweep-1-map"].panels
     assert (panel.x.label, panel.y.label) == ("mass", "factor on K_r")
 
 
 def test_groups_by_hand():
     groups = np.array([0, 0, 1, 3, 1, 0])
     values = np.array([1.0, 3.0, 8.0, np.nan, np.inf, 2.0])
-    # Means 2, thrice, and 8, once, around 3.5: 3 * 1.5² + 4.5² = 27 of 29.
+    # The group means are 2 (three values) and 8 (one), the mean is 3.5: 3 * 1.5² + 4.5² = 27 of 29.
     assert correlation_ratio(groups, values) == pytest.approx(27 / 29)
     assert correlation_ratio(groups, groups.astype(float)) == pytest.approx(1)
     assert np.isnan(correlation_ratio(groups, np.ones(6)))

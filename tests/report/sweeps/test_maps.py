@@ -1,15 +1,15 @@
-"""Maps: the right number in the right cell."""
+"""Protects the maps of a sweep: every number is in the right cell."""
 
 import statistics
 
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN, code
-from support.sections import figures
+from support.sections import figures_in
 
-from rbstab.report.model.figure import Cells, Line
-from rbstab.report.sweeps.maps.cell_values import area_of, medians, outline, shares
-from rbstab.report.sweeps.parameters import cut
+from rbstab.report.model.figure import Cells, Line, Points
+from rbstab.report.sweeps.maps.cell_values import contour_line, map_grid, medians, shares
+from rbstab.report.sweeps.parameters import binned
 from rbstab.report.sweeps.sections import sweep_sections
 
 X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
@@ -21,9 +21,9 @@ def cells_of(panel):
 
 
 def test_rows_are_the_vertical_axis_and_ascend(made):
-    # Different along both axes: a map that is turned or mirrored differs.
+    # The values differ along both axes, so a turned or mirrored map would differ too.
     sweep = made(GRID, lambda a: {"settling_time": 100 * (a[X] + 2) + a[Y]})
-    (panel,) = figures(sweep_sections(sweep))["sweep-1-map"].panels
+    (panel,) = figures_in(sweep_sections(sweep))["sweep-1-map"].panels
     cells = cells_of(panel)
     assert panel.x.text == "initial angular_velocity[0] [rad/s]"
     assert panel.y.text == "initial angular_velocity[1] [rad/s]"
@@ -36,7 +36,7 @@ def test_rows_are_the_vertical_axis_and_ascend(made):
 def test_lists_that_descend_are_turned(made):
     vary = {"body.mass": {"values": [3, 1, 2]}, f"{SPIN}[0]": {"linspace": [1, -1, 2]}}
     sweep = made(vary, lambda a: {"settling_time": a["body_mass"] + 10 * a[X]})
-    cells = cells_of(figures(sweep_sections(sweep))["sweep-1-map"].panels[0])
+    cells = cells_of(figures_in(sweep_sections(sweep))["sweep-1-map"].panels[0])
     assert cells.x.tolist() == [1, 2, 3]
     assert cells.y.tolist() == [-1, 1]
     assert cells.values.tolist() == [[-9, -8, -7], [11, 12, 13]]
@@ -50,10 +50,10 @@ def test_outcomes_are_words(made):
             "smallest_regularity": a[Y] + 1,
         }
 
-    figure = figures(sweep_sections(made(GRID, columns)))["sweep-1-map"]
+    figure = figures_in(sweep_sections(made(GRID, columns)))["sweep-1-map"]
     assert [panel.title for panel in figure.panels] == ["outcome", "smallest cos θ2"]
     cells = cells_of(figure.panels[0])
-    assert cells.scale.words == ("settled", "not settled", "range left")
+    assert cells.scale.categories == ("settled", "not settled", "range left")
     row = [1.0, 1.0, 1.0, 2.0, 2.0]
     assert cells.values.tolist() == [[0.0, 0.0, 0.0, 2.0, 2.0], row, row, row]
 
@@ -67,7 +67,7 @@ def test_members_without_a_number_leave_gaps(made):
             "peak_contact_displacement": peak,
         }
 
-    figure = figures(sweep_sections(made(GRID, columns)))["sweep-1-map"]
+    figure = figures_in(sweep_sections(made(GRID, columns)))["sweep-1-map"]
     (panel,) = (p for p in figure.panels if p.title == "max |E| by axis [m]")
     values = cells_of(panel).values
     assert np.isnan(values[:, 3:]).all()
@@ -77,7 +77,7 @@ def test_members_without_a_number_leave_gaps(made):
 def test_a_third_axis_is_cut_into_slices(made):
     vary = GRID | {"controller.K_r": {"scale": {"geomspace": [0.01, 1, 3]}}}
     sweep = made(vary, lambda a: {"settling_time": a[X] + a[Y] * a["controller_K_r"] + 3})
-    figure = figures(sweep_sections(sweep))["sweep-1-map-settling-time"]
+    figure = figures_in(sweep_sections(sweep))["sweep-1-map-settling-time"]
     assert [p.title for p in figure.panels] == [
         f"factor on K_r = {f}" for f in ("0.01", "0.1", "1")
     ]
@@ -85,15 +85,15 @@ def test_a_third_axis_is_cut_into_slices(made):
         cells = cells_of(panel)
         expected = cells.x[np.newaxis] + cells.y[:, np.newaxis] * factor + 3
         assert cells.values == pytest.approx(expected)
-        # All slices on one scale: that of the smallest and the largest number of all.
+        # All slices share one scale, from the smallest to the largest number of all.
         assert cells.span == pytest.approx((1.0, 35.0))
 
 
 def test_further_axes_are_taken_together(made):
     vary = GRID | {"body.mass": {"values": [1, 2]}, f"{SPIN}[2]": {"values": [10, 20, 60]}}
     sweep = made(vary, lambda a: {"settling_time": a[X] * 1000 + a["initial_angular_velocity_2"]})
-    figure = figures(sweep_sections(sweep))["sweep-1-map-settling-time"]
-    # Slices along the longest of the others, medians over the rest.
+    figure = figures_in(sweep_sections(sweep))["sweep-1-map-settling-time"]
+    # The longest other axis is cut into slices; each cell is a median over the rest.
     assert [p.title for p in figure.panels] == [
         f"initial angular_velocity[2] = {v}" for v in (10, 20, 60)
     ]
@@ -105,14 +105,14 @@ def test_cells_hold_medians_and_shares(members):
     design = {"design": "random", "members": 3000, "seed": 3}
     vary = {"body.mass": {"uniform": [1, 9]}, f"{SPIN}[0]": {"normal": [0, 1]}}
     found = members(vary, lambda a: {"settling_time": np.sin(a["run"])}, **design)
-    x, y = (cut(p, n) for p, n in zip(found.parameters, (3, 7), strict=True))
-    area = area_of(x, y)
+    x, y = (binned(p, n) for p, n in zip(found.parameters, (3, 7), strict=True))
+    area = map_grid(x, y)
     settling, yes = found.column("settling_time"), np.sin(found.column("run")) > 0.5
     middle, share = medians(area, settling), shares(area, yes)
     assert middle.shape == share.shape == (7, 3)
     for row in range(7):
         for column in range(3):
-            own = np.flatnonzero((y.places == row) & (x.places == column))
+            own = np.flatnonzero((y.indices == row) & (x.indices == column))
             if len(own) < 5:
                 assert np.isnan(middle[row, column])
                 assert np.isnan(share[row, column])
@@ -128,23 +128,25 @@ def test_the_outline_is_where_a_quantity_has_its_value(members):
         f"{SPIN}[1]": {"linspace": [-3, 3, 61]},
     }
     found = members(fine)
-    x, y = (cut(p) for p in found.parameters)
+    x, y = (binned(p) for p in found.parameters)
     radius = np.hypot(found.column(X) / 1.5, found.column(Y) / 2)
-    curve = outline(area_of(x, y), radius, 1.0, "ellipse")
+    curve = contour_line(map_grid(x, y), radius, 1.0, "ellipse")
     assert isinstance(curve, Line)
     drawn = np.isfinite(curve.x)
     assert np.hypot(curve.x[drawn] / 1.5, curve.y[drawn] / 2) == pytest.approx(1, abs=2e-3)
     assert (np.nanmin(curve.x), np.nanmax(curve.y)) == pytest.approx((-1.5, 2.0), abs=1e-2)
-    assert outline(area_of(x, y), radius, 9.0, "none") is None
+    assert contour_line(map_grid(x, y), radius, 9.0, "none") is None
 
 
 def test_few_drawn_members_are_points(made):
     vary = {"body.mass": {"uniform": [1, 9]}, f"{SPIN}[0]": {"normal": [0, 1]}}
     columns = {"design": "random", "members": 40, "seed": 3}
     sweep = made(vary, lambda a: {"settling_time": np.where(a[X] > 0, 1, np.nan)}, **columns)
-    figure = figures(sweep_sections(sweep))["sweep-1-map"]
+    figure = figures_in(sweep_sections(sweep))["sweep-1-map"]
     (panel,) = figure.panels
     settled, unsettled = panel.marks
+    assert isinstance(settled, Points)
+    assert isinstance(unsettled, Points)
     across = {panel.x.label: "x", panel.y.label: "y"}["initial angular_velocity[0]"]
     assert (getattr(settled, across) > 0).all()
     assert (getattr(unsettled, across) <= 0).all()
@@ -161,21 +163,26 @@ def test_curves_along_a_single_axis(made):
             "peak_contact_displacement": np.outer(a["controller_K_r"], [1, -2, 3]),
         },
     )
-    outcome, settling, peaks = figures(sweep_sections(sweep))["sweep-1-curves"].panels
-    assert outcome.y.words == ("settled", "not settled")
-    assert outcome.marks[0].y.tolist() == [0, 0, 0, 0, 1]
+    outcome, settling, peaks = figures_in(sweep_sections(sweep))["sweep-1-curves"].panels
+    assert outcome.y.categories == ("settled", "not settled")
+    (points,) = outcome.marks
+    assert isinstance(points, Line | Points)
+    assert points.y.tolist() == [0, 0, 0, 0, 1]
     assert settling.x.log
     (line,) = settling.marks
+    assert isinstance(line, Line)
     assert line.x == pytest.approx([0.01, 0.1, 1, 10, 100])
     assert line.y[:4] == pytest.approx([0.01, 0.1, 1, 10])
     assert np.isnan(line.y[4])
-    assert [mark.y[2] for mark in peaks.marks] == pytest.approx([1, -2, 3])
+    lines = [mark for mark in peaks.marks if isinstance(mark, Line)]
+    assert len(lines) == len(peaks.marks)
+    assert [mark.y[2] for mark in lines] == pytest.approx([1, -2, 3])
 
 
 def test_variants_have_maps_of_their_own(made):
     vary = {"controller.variant": {"values": ["free", "visco-elastic"]}} | GRID
     sweep = made(vary, lambda a: {"settling_time": a[Y] + 100 * a["controller_variant"]})
-    free, tied = figures(sweep_sections(sweep))["sweep-1-map-settling-time"].panels
+    free, tied = figures_in(sweep_sections(sweep))["sweep-1-map-settling-time"].panels
     assert (free.title, tied.title) == ("free", "visco-elastic")
     assert cells_of(free).values[:, 0].tolist() == [0, 10, 20, 30]
     assert cells_of(tied).values[:, 0].tolist() == [100, 110, 120, 130]

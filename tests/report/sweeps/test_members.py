@@ -1,4 +1,4 @@
-"""How members ended, and what is read of them."""
+"""Protects the reading of the members of a sweep: their outcomes, columns and proofs."""
 
 import numpy as np
 import pytest
@@ -7,14 +7,15 @@ from support.made_sweeps import GRID, SPIN, code
 from support.paper_runs import paper_config
 from support.sections import check_sections, tables, texts
 
+from rbstab.config.build import problem_of
 from rbstab.experiment.proof import start_level, starts_inside
 from rbstab.experiment.proof_cache import proof_for
-from rbstab.report.sweeps.members import ENDS, read_members
+from rbstab.report.sweeps.members import OUTCOMES, read_members
 from rbstab.report.sweeps.sections import UNREADABLE, sweep_sections
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table_file import read_table
-from rbstab.sweep.folder.layout import OUTCOME
 from rbstab.sweep.members.convergence import CONVERGENCE
+from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
 
@@ -25,14 +26,14 @@ def test_ends(members):
     def columns(arrays):
         return {
             "status": [code(status) for status in statuses],
-            # What left the range after v was small has not settled.
+            # A member that left the range after v was small has not settled.
             "settling_time": [0.5, np.nan, 0.5, np.nan, np.nan],
         }
 
     found = members({"body.mass": {"linspace": [1, 2, 5]}}, columns)
     expected = ["settled", "not settled", "range left", "diverged", "solver failure"]
-    assert [ENDS[end] for end in found.ends] == expected
-    assert found.counts.sum() == len(found) == 5
+    assert [OUTCOMES[end] for end in found.outcomes] == expected
+    assert found.outcome_counts.sum() == len(found) == 5
     assert found.completed.tolist() == [True, True, False, False, False]
 
 
@@ -63,12 +64,12 @@ def test_the_proved_level_is_that_of_the_kept_proof(made):
     configs = [plan.config_of(k) for k in range(5)]
 
     def columns(arrays):
-        return {"lyapunov_start": [start_level(config, proof) for config in configs]}
+        return {"lyapunov_start": [start_level(problem_of(config), proof) for config in configs]}
 
     results = made(vary, base=base).path.parent.parent
     proof = proof_for(results, plan.base_of("free"))
     found = read_members(made(vary, columns, base=base).path)
-    inside = [starts_inside(config, proof) for config in configs]
+    inside = [starts_inside(problem_of(config), proof) for config in configs]
     assert found.share_proofs
     assert (found.column("lyapunov_start") < found.level).tolist() == inside
     assert [CONVERGENCE[k] == "proved" for k in found.convergence] == inside
@@ -100,8 +101,8 @@ def test_each_variant_has_its_own_level(members):
 
 @pytest.mark.parametrize("missing", ["settling_time", "steps"])
 def test_a_file_without_a_column_is_no_sweep(made, monkeypatch, missing):
-    layout = {name: column for name, column in OUTCOME.items() if name != missing}
-    monkeypatch.setattr("support.made_sweeps.OUTCOME", layout)
+    layout = {name: column for name, column in COLUMNS.items() if name != missing}
+    monkeypatch.setattr("support.made_sweeps.COLUMNS", layout)
     with pytest.raises(NotAResultError, match=f"has no column {missing}"):
         read_members(made(GRID).path)
 

@@ -1,19 +1,19 @@
-"""What is varied as axes of figures, cut into cells."""
+"""Protects the varied parameters as axes of figures, and their division into cells."""
 
 import numpy as np
 import pytest
 from support.made_sweeps import SPIN
 
-from rbstab.report.sweeps.parameters import MAX_CELLS, cut, shortened
+from rbstab.report.sweeps.parameters import MAX_CELLS, binned, shortened
 
 
 def test_a_list_has_a_cell_for_each_entry_in_ascending_order(members):
     found = members({"body.mass": {"values": [3, 1, 2, 1]}})
     (mass,) = found.parameters
-    made = cut(mass)
+    made = binned(mass)
     assert mass.axis.text == "mass [kg]"
     assert made.middles.tolist() == [1.0, 2.0, 3.0]
-    assert made.places.tolist() == [2, 0, 1, 0]
+    assert made.indices.tolist() == [2, 0, 1, 0]
     assert not made.axis.log
 
 
@@ -22,7 +22,7 @@ def test_a_list_has_a_cell_for_each_entry_in_ascending_order(members):
 )
 def test_equal_ratios_are_drawn_so(members, values):
     (factor,) = members({"controller.K_r": {"scale": values}}).parameters
-    made = cut(factor)
+    made = binned(factor)
     assert made.axis.log
     assert made.axis.text == "factor on K_r"
     assert made.middles == pytest.approx([0.01, 0.1, 1, 10, 100])
@@ -32,24 +32,24 @@ def test_equal_ratios_are_drawn_so(members, values):
 def test_entries_of_a_long_list_are_taken_together(members):
     count = 2 * MAX_CELLS - 3
     (mass,) = members({"body.mass": {"linspace": [1, count, count]}}).parameters
-    made = cut(mass)
+    made = binned(mass)
     assert len(made.middles) == MAX_CELLS - 1
     assert made.middles[:3].tolist() == [1.5, 3.5, 5.5]
-    assert made.places[:5].tolist() == [0, 0, 1, 1, 2]
-    # The last one is alone.
+    assert made.indices[:5].tolist() == [0, 0, 1, 1, 2]
+    # The last entry has a cell of its own.
     assert made.middles[-1] == count
-    assert np.bincount(made.places).tolist() == [2] * (MAX_CELLS - 2) + [1]
+    assert np.bincount(made.indices).tolist() == [2] * (MAX_CELLS - 2) + [1]
 
 
 @pytest.mark.parametrize(("word", "middles"), [("uniform", [2, 4]), ("loguniform", [1.4, 4.4])])
 def test_drawn_values_have_cells_that_are_equally_wide(members, word, middles):
     design = {"design": "sobol", "members": 256, "seed": 2}
     (mass,) = members({"body.mass": {word: [0.8, 8.0]}}, **design).parameters
-    made = cut(mass, 2)
+    made = binned(mass, 2)
     low, high = mass.values.min(), mass.values.max()
     edge = (low + high) / 2 if word == "uniform" else np.sqrt(low * high)
-    assert made.drawn
-    assert made.places.tolist() == (mass.values >= edge).astype(int).tolist()
+    assert made.sampled
+    assert made.indices.tolist() == (mass.values >= edge).astype(int).tolist()
     if word == "uniform":
         assert made.middles == pytest.approx([(low + edge) / 2, (edge + high) / 2])
     else:
@@ -71,7 +71,7 @@ def test_of_several_keys_together_the_one_with_most_values_is_drawn(members):
 
 def test_variants_are_words(members):
     (variant,) = members({"controller.variant": {"values": ["visco-elastic", "free"]}}).parameters
-    assert variant.axis.words == ("visco-elastic", "free")
+    assert variant.axis.categories == ("visco-elastic", "free")
     assert variant.values.tolist() == [0, 1]
 
 

@@ -1,4 +1,4 @@
-"""Maps of one quantity have the same colours, whatever draws them."""
+"""Protects the colour scale of maps: both renderers use the same limits."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def figure_of(span, log):
 @pytest.mark.parametrize("log", [False, True])
 @pytest.mark.parametrize(("span", "expected"), [(None, (2.0, 5.0)), ((1.0, 100.0), (1.0, 100.0))])
 def test_on_paper(span, log, expected):
-    axes, *_ = matplotlib_renderer.drawn(figure_of(span, log)).axes
+    axes, *_ = matplotlib_renderer.draw_figure(figure_of(span, log)).axes
     (mesh,) = axes.collections
     assert mesh.get_clim() == expected
 
@@ -24,6 +24,6 @@ def test_on_paper(span, log, expected):
 @pytest.mark.parametrize("log", [False, True])
 @pytest.mark.parametrize(("span", "expected"), [(None, (2.0, 5.0)), ((1.0, 100.0), (1.0, 100.0))])
 def test_on_a_page(span, log, expected):
-    scale = plotly_renderer.drawn(figure_of(span, log))["layout"]["coloraxis"]
+    scale = plotly_renderer.plotly_data(figure_of(span, log))["layout"]["coloraxis"]
     ends = np.log10(expected) if log else expected
     assert (scale["cmin"], scale["cmax"]) == pytest.approx(tuple(ends))

@@ -1,4 +1,4 @@
-"""Whatever has become of the members, there is a report of it."""
+"""Protects the sections of a sweep: any plan and any outcomes of members make a valid report."""
 
 import tracemalloc
 
@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from support.configs import VISCO_ELASTIC, plain
 from support.made_sweeps import GRID, SPIN, code
-from support.sections import check_sections, figures, tables, texts
+from support.sections import check_sections, figures_in, tables, texts
 
 from rbstab.report.reading.sources import SweepFile
 from rbstab.report.sweeps.sections import sweep_sections
-from rbstab.report.writers.matplotlib_figures.renderer import drawn
+from rbstab.report.writers.matplotlib_figures.renderer import draw_figure
 from rbstab.store.errors import NotAResultError
 from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.sweep.options import SweepOptions
@@ -42,8 +42,8 @@ PLANS = {
 
 
 def floats(a, value):
-    """All columns of numbers with some value."""
-    return {c.name: np.full_like(a[c.name], value) for c in COLUMNS if c.dtype == "f8"}
+    """Return all columns of real numbers, filled with a value."""
+    return {name: np.full_like(a[name], value) for name, c in COLUMNS.items() if c.dtype == "f8"}
 
 
 def mixed(a):
@@ -80,8 +80,8 @@ def test_nothing_breaks(made, plan, case):
 @pytest.mark.parametrize("plan", ["grid", "curve", "few", "each"])
 def test_figures_can_be_drawn(made, plan):
     vary, keys = PLANS[plan]
-    for figure in figures(sweep_sections(made(vary, mixed, **keys))).values():
-        drawn(figure)
+    for figure in figures_in(sweep_sections(made(vary, mixed, **keys))).values():
+        draw_figure(figure)
 
 
 def test_a_real_sweep_says_what_it_is(tmp_path):
@@ -97,12 +97,12 @@ def test_a_real_sweep_says_what_it_is(tmp_path):
     assert sections[0].title == "real: Real"
     assert facts["members"] == "3 x 2 = 6"
     assert facts["engine"] == "scipy"
-    assert facts["made again by"] == f"rbstab sweep {folder / 'plan.yaml'} -o again"
+    assert facts["command to repeat"] == f"rbstab sweep {folder / 'plan.yaml'} -o again"
     assert len(facts["digest of the results"]) == 64
     varied = texts(tables(sections)["sweep-3-varied"])
     assert varied == [
-        ["initial.angular_velocity[0]", "linspace [-4, 4, 3]", "3", "by itself"],
-        ["controller.K_r", "the base's, times values [1, 2]", "2", "by itself"],
+        ["initial.angular_velocity[0]", "linspace [-4, 4, 3]", "3", "independently"],
+        ["controller.K_r", "base value times values [1, 2]", "2", "independently"],
     ]
     (outcome, *_) = texts(tables(sections)["sweep-3-fractions"])
     assert outcome == ["completed", "6", "1"]
@@ -135,8 +135,8 @@ def test_a_million_members_fit_into_memory(made):
     tracemalloc.stop()
     check_sections(sections)
     assert peak < 700e6
-    # As many points as cells, however many members.
-    for figure in figures(sections).values():
+    # The numbers of points and cells do not grow with the number of members.
+    for figure in figures_in(sections).values():
         for panel in figure.panels:
             assert sum(np.size(getattr(mark, "values", ())) for mark in panel.marks) <= 256**2
             assert sum(len(getattr(mark, "x", ())) for mark in panel.marks) <= 5000

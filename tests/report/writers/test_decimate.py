@@ -1,3 +1,5 @@
+"""Protects the decimation of curves: fewer points, but the same peaks, gaps and steps."""
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -5,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from rbstab.report.model.figure import Axis, Figure, Line, Panel, Points, Stack
-from rbstab.report.writers.decimate import decimated, kept_points
+from rbstab.report.writers.decimate import decimate, kept_points
 
 HEIGHTS = st.floats(-1e6, 1e6, width=32) | st.sampled_from([np.nan, np.inf, -np.inf, 0.0])
 
@@ -19,12 +21,12 @@ def figure_of(*marks, log=False):
 
 
 def left(mark, log=False, **options):
-    (found,) = decimated(figure_of(mark, log=log), **options).panels[0].marks
+    (found,) = decimate(figure_of(mark, log=log), **options).panels[0].marks
     return found
 
 
 def distance_to_curve(point, corners):
-    """The distance of a point to the nearest of the straight pieces between corners."""
+    """Return the distance of a point to the nearest straight segment between corners."""
     start, end = corners[:-1], corners[1:]
     along = end - start
     length = (along**2).sum(axis=1)
@@ -37,7 +39,7 @@ def distance_to_curve(point, corners):
 def test_points_are_left_out_and_nothing_else(y, most, tolerance):
     x = np.arange(len(y), dtype=float)
     near = None if tolerance is None else np.array([len(y) * tolerance, 1e6 * tolerance])
-    kept = kept_points(x, np.where(np.isfinite(y), y, np.nan), most=most, tolerance=near)
+    kept = kept_points(x, np.where(np.isfinite(y), y, np.nan), max_points=most, tolerance=near)
     assert (np.diff(kept) > 0).all()
     if len(y):
         assert (kept[0], kept[-1]) == (0, len(y) - 1)
@@ -57,7 +59,7 @@ def test_what_is_left_out_lies_on_the_curve_that_is_drawn(y, tolerance):
 @given(curves(40, 400), st.sampled_from([16, 32]))
 def test_of_very_many_points_every_peak_is_kept(y, most):
     seen = np.where(np.isfinite(y), y, np.nan)
-    kept = kept_points(np.arange(len(y), dtype=float), seen, most=most)
+    kept = kept_points(np.arange(len(y), dtype=float), seen, max_points=most)
     assert len(kept) <= 1.5 * most + 2
     stretch = 2 * len(y) / most + 1
     for place, height in enumerate(seen):
@@ -68,7 +70,7 @@ def test_of_very_many_points_every_peak_is_kept(y, most):
 
 @given(curves(1), st.sampled_from([8, 1000]))
 def test_the_highest_and_the_lowest_point_are_kept_exactly(y, most):
-    line = left(Line(np.arange(len(y), dtype=float), y), most=most, tolerance=0.2)
+    line = left(Line(np.arange(len(y), dtype=float), y), max_points=most, tolerance=0.2)
     finite = y[np.isfinite(y)]
     if len(finite):
         shown = line.y[np.isfinite(line.y)]
@@ -78,7 +80,7 @@ def test_the_highest_and_the_lowest_point_are_kept_exactly(y, most):
 @given(curves(2), st.sampled_from([8, 1000]))
 def test_gaps_stay_gaps(y, most):
     x = np.arange(len(y), dtype=float)
-    line = left(Line(x, y), most=most, tolerance=0.05)
+    line = left(Line(x, y), max_points=most, tolerance=0.05)
     for first, last, before, after in zip(
         line.x[:-1], line.x[1:], line.y[:-1], line.y[1:], strict=True
     ):

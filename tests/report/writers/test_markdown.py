@@ -1,4 +1,4 @@
-"""A report as Markdown, read by a parser of Markdown that is not ours."""
+"""Protects reports in Markdown, read back by an independent parser."""
 
 from html.parser import HTMLParser
 
@@ -12,7 +12,7 @@ from rbstab.report.writers.markdown import escaped, markdown, write_markdown
 
 TAGS = {"h1", "h2", "p", "table", "thead", "tbody", "tr", "th", "td", "strong", "em", "img"}
 TAGS |= {"ul", "li"}
-"""What a report in Markdown is made of."""
+"""The tags of a report in Markdown."""
 
 HOSTILE = [
     "<script>alert(1)</script>",
@@ -45,7 +45,7 @@ HOSTILE = [
 
 
 class Text(HTMLParser):
-    """The tags of a page, and its text."""
+    """The tags, attributes and text of a page."""
 
     def __init__(self, page):
         super().__init__()
@@ -70,7 +70,7 @@ def read(text):
 
 
 def shown(text):
-    """A hostile text as it is shown: in one line, what steers spelled out."""
+    """Return a hostile text as it is shown: in one line, with control characters escaped."""
     plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
     return plain.strip()
 
@@ -87,7 +87,8 @@ def test_hostile_texts_are_text_everywhere(text):
     assert set(page.tags) <= TAGS
     assert set(page.attributes) <= {"style"}
     assert page.tags.count("h1") == page.tags.count("li") == page.tags.count("table") == 1
-    # Title, time, command, section, paragraph; title, two heads, unit, two cells, note; two unread.
+    # Report: title, time, command, section, paragraph. Table: title, two heads, unit, two cells,
+    # note. Unread file: name and reason.
     assert page.text.count(shown(text)) == 14
     assert page.text.isprintable() or set(filter(lambda c: not c.isprintable(), page.text)) == {
         "\n"

@@ -1,10 +1,10 @@
-"""What is drawn on paper, whatever its pixels are."""
+"""Protects the figures drawn by matplotlib: marks, legends, axes, maps, and texts of any kind."""
 
 import subprocess
 import sys
 from dataclasses import replace
 from io import BytesIO
-from typing import get_args
+from typing import Any, get_args
 
 import matplotlib as mpl
 import numpy as np
@@ -13,7 +13,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgba
 from matplotlib.figure import Figure as Drawing
 from PIL import Image
-from support.figure_runs import figures_in, lines_of, run_of, without_config
+from support.figure_runs import lines_of, run_of, without_config
+from support.sections import figures_in
 
 from rbstab.report.model.figure import (
     Axis,
@@ -30,7 +31,7 @@ from rbstab.report.model.figure import (
 )
 from rbstab.report.model.palette import colour
 from rbstab.report.runs.sections import run_sections
-from rbstab.report.writers.matplotlib_figures.renderer import drawn, png
+from rbstab.report.writers.matplotlib_figures.renderer import draw_figure, png
 
 X = np.linspace(0.5, 2.0, 7)
 Y = np.sin(X)
@@ -45,11 +46,17 @@ def figure_of(*marks, x=PLAIN, y=PLAIN, **options):
 
 
 def axes_of(figure):
-    return drawn(figure).axes[0]
+    return draw_figure(figure).axes[0]
 
 
 def legend_of(drawing):
     return [text.get_text() for legend in drawing.legends for text in legend.get_texts()]
+
+
+def tight_box_of(axes):
+    box = axes.get_tightbbox()
+    assert box is not None
+    return box
 
 
 def image_of(figure, dpi=60):
@@ -85,7 +92,7 @@ def test_each_mark_is_seen(kind, log):
 
 @pytest.mark.parametrize("kind", SIGNATURES.values(), ids=lambda mark: type(mark).__name__)
 def test_labels_stand_in_the_legend(kind):
-    drawing = drawn(figure_of(kind))
+    drawing = draw_figure(figure_of(kind))
     labels = {"Stack": ["a", "b", "c"], "Cells": []}
     expected = labels.get(type(kind).__name__) or [getattr(kind, "label", "")]
     assert legend_of(drawing) == [label for label in expected if label]
@@ -94,7 +101,7 @@ def test_labels_stand_in_the_legend(kind):
 def test_curves_of_runs_are_drawn_as_they_are_stored():
     runs = [without_config(run_of(kind, n)) for n, kind in enumerate(("permanent", "free"))]
     figure = figures_in(run_sections(runs))["runs-decay"]
-    drawing = drawn(figure)
+    drawing = draw_figure(figure)
     assert legend_of(drawing) == ["permanent", "free"]
     for axes, panel in zip(drawing.axes, figure.panels, strict=True):
         assert axes.get_yscale() == ("log" if panel.y.log else "linear")
@@ -110,7 +117,7 @@ def test_curves_of_runs_are_drawn_as_they_are_stored():
 
 def test_axes_say_what_they_are_and_share_time():
     figure = figures_in(run_sections([without_config(run_of("permanent"))]))["run-1-states"]
-    drawing = drawn(figure)
+    drawing = draw_figure(figure)
     labels = [axes.get_ylabel().replace("\n", " ") for axes in drawing.axes]
     assert labels == [panel.y.text.replace(" [", "\N{NO-BREAK SPACE}[") for panel in figure.panels]
     bottom = [axes.get_xlabel() for axes in drawing.axes]
@@ -121,14 +128,14 @@ def test_axes_say_what_they_are_and_share_time():
 def test_a_label_stands_once_in_the_legend_and_levels_come_last():
     marks = (Level(1.0, "limit"), Line(X, Y, "a"), Line(X, -Y, "a"), Points(X, Y, "b"))
     panel = Panel(Axis("x"), Axis("y"), marks)
-    drawing = drawn(Figure("f", "F", (panel, panel), columns=2))
+    drawing = draw_figure(Figure("f", "F", (panel, panel), columns=2))
     assert legend_of(drawing) == ["a", "b", "limit"]
 
 
 @pytest.mark.parametrize("count", [1, 5, 24])
 def test_the_legend_covers_no_data(count):
     marks = tuple(Line(X, n * Y, f"a run of a long name, number {n}", n) for n in range(count))
-    drawing = drawn(figure_of(*marks))
+    drawing = draw_figure(figure_of(*marks))
     drawing.draw_without_rendering()
     (legend,) = drawing.legends
     box = legend.get_window_extent()
@@ -136,7 +143,7 @@ def test_the_legend_covers_no_data(count):
     assert box.x0 >= whole.x0
     assert box.x1 <= whole.x1
     assert box.y1 <= whole.y1
-    assert all(axes.get_tightbbox().y1 <= box.y0 for axes in drawing.axes)
+    assert all(tight_box_of(axes).y1 <= box.y0 for axes in drawing.axes)
     height = drawing.axes[0].get_window_extent().height / drawing.dpi
     assert height > 1.5
 
@@ -144,9 +151,9 @@ def test_the_legend_covers_no_data(count):
 def test_panels_do_not_overlap():
     run = without_config(run_of("sliding"))
     for figure in figures_in(run_sections([run])).values():
-        drawing = drawn(figure)
+        drawing = draw_figure(figure)
         drawing.draw_without_rendering()
-        boxes = [axes.get_tightbbox() for axes in drawing.axes]
+        boxes = [tight_box_of(axes) for axes in drawing.axes]
         for number, box in enumerate(boxes):
             assert not any(box.overlaps(other) for other in boxes[:number]), figure.name
 
@@ -159,12 +166,12 @@ def width_of(text, **options):
 
 @pytest.mark.parametrize("label", HOSTILE[:-1])
 def test_labels_are_drawn_letter_by_letter(label):
-    drawing = drawn(figure_of(Line(X, Y, label), x=Axis(label), y=Axis(label), title=label))
+    drawing = draw_figure(figure_of(Line(X, Y, label), x=Axis(label), y=Axis(label), title=label))
     drawing.draw_without_rendering()
     axes = drawing.axes[0]
     (entry,) = drawing.legends[0].get_texts()
     for text in (entry, axes.title, axes.xaxis.label):
-        plain = width_of(label, parse_math=False, size=text.get_size(), font="DejaVu Sans")
+        plain = width_of(label, parse_math=False, size=text.get_fontsize(), font="DejaVu Sans")
         assert text.get_window_extent().width == pytest.approx(plain, abs=1.5)
 
 
@@ -173,15 +180,15 @@ def test_any_label_can_be_drawn(label):
     scale = Axis(label, "J")
     marks = (Line(X, Y, label), Stack(X, X[:, None], (label,)), Cells(X, X, np.eye(7), scale))
     for mark in marks:
-        image_of(figure_of(mark, x=Axis(label, words=(label,)), y=Axis(label, label)))
-    words = replace(scale, words=(label, "other"))
-    assert legend_of(drawn(figure_of(Cells(X, X, np.eye(7), words))))[1] == "other"
+        image_of(figure_of(mark, x=Axis(label, categories=(label,)), y=Axis(label, label)))
+    words = replace(scale, categories=(label, "other"))
+    assert legend_of(draw_figure(figure_of(Cells(X, X, np.eye(7), words))))[1] == "other"
 
 
 def test_words_stand_at_their_places():
-    axis = Axis("variant", words=("free", "held", "tied"))
+    axis = Axis("variant", categories=("free", "held", "tied"))
     axes = axes_of(figure_of(Points(np.arange(3.0), np.ones(3)), x=axis))
-    assert [label.get_text() for label in axes.get_xticklabels()] == list(axis.words)
+    assert [label.get_text() for label in axes.get_xticklabels()] == list(axis.categories)
     assert axes.get_xticks().tolist() == [0, 1, 2]
 
 
@@ -203,10 +210,12 @@ def test_parts_are_stacked_upwards_and_downwards():
 
 def test_a_map_of_words_has_a_colour_for_each():
     values = np.array([[0.0, 1.0], [np.nan, 2.0]])
-    cells = Cells(X[:2], X[:2], values, Axis("status", words=("good", "bad", "odd", "never")))
-    drawing = drawn(figure_of(cells))
+    cells = Cells(X[:2], X[:2], values, Axis("status", categories=("good", "bad", "odd", "never")))
+    drawing = draw_figure(figure_of(cells))
     (mesh,) = drawing.axes[0].collections
-    found = mesh.to_rgba(mesh.get_array())[~np.isnan(values)]
+    array = mesh.get_array()
+    assert array is not None
+    found = mesh.to_rgba(array)[~np.isnan(values)]
     np.testing.assert_allclose(found, [to_rgba(colour(number)) for number in range(3)])
     assert legend_of(drawing) == ["good", "bad", "odd"]
     assert len(drawing.axes) == 1
@@ -215,7 +224,7 @@ def test_a_map_of_words_has_a_colour_for_each():
 @pytest.mark.parametrize("log", [False, True])
 def test_a_map_of_numbers_has_a_bar_that_says_what_they_are(log):
     cells = Cells(X[:3], X[:2], np.array([[1.0, 2, 3], [10, np.nan, 1000]]), Axis("v", "J", log))
-    drawing = drawn(figure_of(cells))
+    drawing = draw_figure(figure_of(cells))
     _, bar = drawing.axes
     assert bar.get_ylabel() == "v [J]"
     assert bar.get_yscale() == ("log" if log else "linear")
@@ -237,7 +246,7 @@ def test_cells_meet_between_their_middles(log):
 @pytest.mark.parametrize("words", [(), ("a", "b")])
 def test_maps_of_one_value_or_none(value, log, words):
     cells = Cells(
-        X[:2], X[:1], np.full((1, 2), value), Axis("v", log=log and not words, words=words)
+        X[:2], X[:1], np.full((1, 2), value), Axis("v", log=log and not words, categories=words)
     )
     image_of(figure_of(cells))
 
@@ -263,8 +272,8 @@ def test_a_unit_is_as_long_on_both_axes_where_it_should_be():
     assert axes_of(figure_of(Line(X, 10 * Y))).get_aspect() == "auto"
 
 
-def apart(drawing, texts):
-    """Whether no text stands upon another."""
+def no_overlap(drawing, texts):
+    """Return whether no text overlaps another one."""
     FigureCanvasAgg(drawing).draw()
     boxes = [text.get_window_extent() for text in texts if text.get_text()]
     return all(not a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
@@ -275,7 +284,7 @@ def test_a_logarithmic_bar_has_ticks_that_can_be_read(most):
     x = np.arange(3.0)
     cells = Cells(x, x[:2], np.geomspace(0.012, most, 6).reshape(2, 3), Axis("E", "m", log=True))
     panel = Panel(PLAIN, PLAIN, (cells,), "a map")
-    drawing = drawn(Figure("f", "F", (panel,) * 5, columns=2))
+    drawing = draw_figure(Figure("f", "F", (panel,) * 5, columns=2))
     bars = [axes for axes in drawing.axes if axes.get_ylabel() == "E [m]"]
     assert len(bars) == 5
     FigureCanvasAgg(drawing).draw()
@@ -284,12 +293,12 @@ def test_a_logarithmic_bar_has_ticks_that_can_be_read(most):
     ticks += [t for t in bars[0].yaxis.get_minor_ticks() if t.label2.get_text()]
     assert all(tick.label2.get_text() for tick in ticks)
     assert len(ticks) > 1
-    assert apart(drawing, [tick.label2 for tick in ticks])
+    assert no_overlap(drawing, [tick.label2 for tick in ticks])
 
 
 def test_maps_are_no_bands():
     cells = Cells(X[:3], X[:2], np.ones((2, 3)), Axis("E", "m"))
-    drawing = drawn(Figure("f", "F", (Panel(PLAIN, PLAIN, (cells,)),) * 5, columns=2))
+    drawing = draw_figure(Figure("f", "F", (Panel(PLAIN, PLAIN, (cells,)),) * 5, columns=2))
     FigureCanvasAgg(drawing).draw()
     box = drawing.axes[0].get_window_extent()
     assert box.height > 0.4 * box.width
@@ -299,20 +308,20 @@ def test_maps_are_no_bands():
 def test_words_as_ticks_stand_apart_and_inside(columns):
     words = ("free", "permanent", "visco-elastic", "embedded", "sliding")
     marks = (Points(np.arange(5.0), np.arange(5.0), "a"),)
-    panel = Panel(Axis("variant", words=words), PLAIN, marks)
-    drawing = drawn(Figure("f", "F", (panel,) * 3, columns=columns))
+    panel = Panel(Axis("variant", categories=words), PLAIN, marks)
+    drawing = draw_figure(Figure("f", "F", (panel,) * 3, columns=columns))
     axes = drawing.axes[0]
     assert axes.get_xlim() == (-0.5, 4.5)
     labels = axes.get_xticklabels()
     assert [label.get_text() for label in labels] == list(words)
-    # Texts that slant do not touch, though their boxes do.
-    assert labels[0].get_rotation() or apart(drawing, labels)
+    # Slanted texts do not touch, although their boxes overlap.
+    assert labels[0].get_rotation() or no_overlap(drawing, labels)
 
 
 def test_a_figure_is_as_wide_as_a_page_and_no_taller():
     panel = Panel(Axis("x"), Axis("y"), (Line(X, Y, "a"),))
     for count, columns in ((1, 1), (3, 1), (6, 2), (8, 3), (20, 2)):
-        drawing = drawn(Figure("f", "F", (panel,) * count, columns=columns))
+        drawing = draw_figure(Figure("f", "F", (panel,) * count, columns=columns))
         width, height = drawing.get_size_inches()
         assert width * 25.4 == pytest.approx(170, abs=1)
         assert height * 25.4 < 250
@@ -329,11 +338,16 @@ def test_a_figure_without_panels_or_marks():
 def test_settings_neither_leave_nor_enter():
     figure = figure_of(Line(X, Y, "a"), Stack(X, X[:, None], ("b",)), y=Axis("y", log=True))
     expected, before = png(figure, dpi=50), dict(mpl.rcParams)
-    untrusted = {"font.size": 30, "axes.grid": False, "axes.facecolor": "red", "lines.marker": "x"}
-    with mpl.rc_context(untrusted):
+    user_settings: dict[Any, Any] = {
+        "font.size": 30,
+        "axes.grid": False,
+        "axes.facecolor": "red",
+        "lines.marker": "x",
+    }
+    with mpl.rc_context(user_settings):
         changed = dict(mpl.rcParams)
         assert png(figure, dpi=50) == expected
-        drawn(figure)
+        draw_figure(figure)
         assert dict(mpl.rcParams) == changed
     assert dict(mpl.rcParams) == before
 

@@ -1,3 +1,5 @@
+"""Protects the HTML page of a report: one file, no outside links, no foreign scripts or markup."""
+
 import base64
 import hashlib
 import json
@@ -40,6 +42,7 @@ class Reader(HTMLParser):
 
 @pytest.fixture(scope="module")
 def whole() -> str:
+    """The page of a report with every kind of block."""
     return page(report())
 
 

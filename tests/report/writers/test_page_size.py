@@ -1,3 +1,5 @@
+"""Protects the size of a page: a report of twenty runs can be sent by mail."""
+
 import dataclasses
 from pathlib import Path
 
@@ -10,13 +12,13 @@ from rbstab.report.reading.sources import Run, Sources
 from rbstab.report.writers.html import page
 
 MAX_SHOWN = 8_000_000
-"""Bytes of the page of twenty runs: what a mail takes."""
+"""Bytes of the page of twenty runs that mail servers accept."""
 
 
 @pytest.mark.slow
 def test_the_page_of_twenty_runs_can_be_sent_by_mail() -> None:
     config = load_config(paper_config("embedded"))
-    result = paper_run("embedded", weighed=False, engine="scipy")
+    result = paper_run("embedded", with_gravity=False, engine="scipy")
     first = Run(0, "run-1", "run 1", Path("run-1.h5"), result, config)
     runs = tuple(
         dataclasses.replace(first, number=n, name=f"run-{n + 1}", label=f"run {n + 1}")

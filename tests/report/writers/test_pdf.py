@@ -1,4 +1,4 @@
-"""A report as a PDF, read by another library than the one that wrote it."""
+"""Protects reports in PDF, read back by an independent library."""
 
 from dataclasses import replace
 from io import BytesIO
@@ -9,7 +9,16 @@ from pypdf import PdfReader
 from pypdf.generic import Destination
 from support.figure_runs import run_of, without_config
 
-from rbstab.report.model.document import Cell, Head, Motion, Report, Section, Solid, Table, Unread
+from rbstab.report.model.document import (
+    Animation,
+    Cell,
+    Head,
+    Report,
+    Section,
+    Solid,
+    Table,
+    Unread,
+)
 from rbstab.report.model.figure import Axis, Figure, Line, Panel
 from rbstab.report.runs.sections import run_sections
 from rbstab.report.writers import pdf
@@ -40,15 +49,15 @@ def text_of(reader):
     return " ".join(" ".join(page.extract_text() for page in reader.pages).split())
 
 
-def places_in(page):
-    """How far from the left edge each text of a page begins, points."""
+def text_starts(page):
+    """Return the distance of the start of each text from the left edge, points."""
     found = []
 
-    def seen(text, current, matrix, *_):
+    def visit(text, current, matrix, *_):
         if text.strip() and current[4] + matrix[4]:
             found.append(current[4] + matrix[4])
 
-    page.extract_text(visitor_text=seen)
+    page.extract_text(visitor_text=visit)
     return found
 
 
@@ -66,7 +75,7 @@ def test_everything_that_the_report_says_is_there():
     unread = (Unread("results/b.h5", "it is damaged"),)
     reader = read(report("A paragraph with Θ, ω² and v'.", table, FIGURE, unread=unread))
     text = text_of(reader)
-    for said in (
+    for expected in (
         "A report",
         "Made 2026-01-02T03:04:05 by",
         "rbstab report a.h5 --pdf",
@@ -77,10 +86,10 @@ def test_everything_that_the_report_says_is_there():
         "c1-2",
         "Mind the gap.",
         "Figure 1. A curve (as Fig. 3). It rises.",
-        "What could not be read",
+        "Results that could not be read",
         "results/b.h5: it is damaged",
     ):
-        assert said in text, said
+        assert expected in text, expected
     assert reader.metadata.title == "A report"
 
 
@@ -96,7 +105,7 @@ def test_pages_are_of_paper_and_numbered():
 def test_the_outline_has_the_sections():
     reader = read(report("Words.", unread=(Unread("b", "c"),)))
     titles = [entry.title for entry in reader.outline if isinstance(entry, Destination)]
-    assert titles == ["The first section", "The second", "What could not be read"]
+    assert titles == ["The first section", "The second", "Results that could not be read"]
 
 
 def test_a_cell_leads_to_its_section():
@@ -131,7 +140,7 @@ def test_wide_tables_fit(columns, lies, heads):
             assert f"c{row}-{column}." in text
     assert text.count("r0-0") >= heads
     for page in reader.pages:
-        assert all(0 < x < float(page.mediabox.width) - 40 for x in places_in(page))
+        assert all(0 < x < float(page.mediabox.width) - 40 for x in text_starts(page))
     after = [page for page in reader.pages if "After." in page.extract_text()]
     assert after[0].mediabox.width < after[0].mediabox.height
 
@@ -175,8 +184,8 @@ def test_figures_are_numbered_and_keep_their_captions():
 def test_a_motion_is_left_out_with_a_sentence():
     solid = Solid(np.zeros((3, 3)), np.array([[0, 1, 2]]))
     rotation = np.array([[1.0, 0, 0, 0]])
-    motion = Motion("m", "case 1", X[:1], np.zeros((1, 3)), rotation, solid, np.zeros(3), None)
-    assert "case 1 can be watched" in text_of(read(report(motion)))
+    motion = Animation("m", "case 1", X[:1], np.zeros((1, 3)), rotation, solid, np.zeros(3), None)
+    assert "animates the motion of case 1" in text_of(read(report(motion)))
 
 
 def test_a_report_of_a_real_run(tmp_path):

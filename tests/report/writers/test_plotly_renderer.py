@@ -1,3 +1,5 @@
+"""Protects the figures drawn by plotly: valid keys, curves, maps, legends, and any texts."""
+
 import base64
 from typing import Any
 
@@ -7,11 +9,12 @@ import pytest
 from support.pages import HOSTILE, figures
 
 from rbstab.report.model.figure import Axis, Bars, Cells, Figure, Level, Line, Panel, Stack
-from rbstab.report.writers.plotly_figures.renderer import drawn
-from rbstab.report.writers.plotly_figures.text import numbers
+from rbstab.report.writers.plotly_figures.renderer import plotly_data
+from rbstab.report.writers.plotly_figures.text import packed_array
 
 
 def unpacked(array: dict[str, Any]) -> Any:
+    """Return the numbers of an array in plotly's base64 form."""
     values = np.frombuffer(base64.b64decode(array["bdata"]), dtype=f"<{array['dtype']}")
     shape = array.get("shape")
     return values.reshape([int(n) for n in shape.split(",")]) if shape else values
@@ -20,20 +23,20 @@ def unpacked(array: dict[str, Any]) -> Any:
 PLAIN = Axis("quantity")
 
 
-def of(*marks: Any, x: Axis = PLAIN, y: Axis = PLAIN) -> dict[str, Any]:
-    return drawn(Figure("figure", "Figure", (Panel(x, y, marks),)))
+def drawing_of(*marks: Any, x: Axis = PLAIN, y: Axis = PLAIN) -> dict[str, Any]:
+    return plotly_data(Figure("figure", "Figure", (Panel(x, y, marks),)))
 
 
 @pytest.mark.parametrize("figure", figures(), ids=lambda figure: figure.name)
 def test_plotly_knows_every_word_of_it(figure: Figure) -> None:
-    found = drawn(figure)
+    found = plotly_data(figure)
     for layout in (found["layout"], found["narrow"]):
         go.Figure(data=found["data"], layout=layout)
 
 
 @pytest.mark.parametrize("figure", figures(), ids=lambda figure: figure.name)
 def test_panels_do_not_overlap(figure: Figure) -> None:
-    found = drawn(figure)
+    found = plotly_data(figure)
     for layout in (found["layout"], found["narrow"]):
         ends = ["" if n == 0 else str(n + 1) for n in range(len(figure.panels))]
         boxes = [(layout[f"xaxis{n}"]["domain"], layout[f"yaxis{n}"]["domain"]) for n in ends]
@@ -46,16 +49,16 @@ def test_panels_do_not_overlap(figure: Figure) -> None:
 
 
 def test_in_one_column_panels_stand_below_each_other() -> None:
-    narrow = drawn(figures()[0])["narrow"]
+    narrow = plotly_data(figures()[0])["narrow"]
     assert narrow["xaxis"]["domain"] == narrow["xaxis2"]["domain"] == [0, 1]
     assert narrow["yaxis"]["domain"][0] > narrow["yaxis2"]["domain"][1]
 
 
 def test_a_curve_keeps_its_gap_and_a_logarithmic_axis_leaves_out_what_is_not_positive() -> None:
     line = Line(np.arange(4.0), np.array([1.0, np.nan, -1.0, 2.0]))
-    (plain,) = of(line)["data"]
+    (plain,) = drawing_of(line)["data"]
     np.testing.assert_array_equal(unpacked(plain["y"]), [1, np.nan, -1, 2])
-    (log,) = of(line, y=Axis("y", log=True))["data"]
+    (log,) = drawing_of(line, y=Axis("y", log=True))["data"]
     kept = unpacked(log["y"])
     assert kept[0] == 1
     assert kept[-1] == 2
@@ -64,7 +67,9 @@ def test_a_curve_keeps_its_gap_and_a_logarithmic_axis_leaves_out_what_is_not_pos
 
 def test_a_name_stands_once_in_the_legend_and_holds_its_curves_together() -> None:
     t = np.arange(3.0)
-    found = of(Line(t, t, "a"), Line(t, -t, "a"), Line(t, t), Level(1.0, "b"), Level(2.0, "b"))
+    found = drawing_of(
+        Line(t, t, "a"), Line(t, -t, "a"), Line(t, t), Level(1.0, "b"), Level(2.0, "b")
+    )
     entries = [*found["data"], *found["layout"]["shapes"]]
     assert [e.get("legendgroup") for e in entries] == ["a", "a", None, "b", "b"]
     assert [e["showlegend"] for e in entries] == [True, False, False, True, False]
@@ -73,7 +78,7 @@ def test_a_name_stands_once_in_the_legend_and_holds_its_curves_together() -> Non
 def test_texts_are_no_markup_for_plotly() -> None:
     t = np.arange(2.0)
     figure = Figure("f", "F", (Panel(Axis(HOSTILE), Axis("y"), (Line(t, t, HOSTILE),), HOSTILE),))
-    found = drawn(figure)
+    found = plotly_data(figure)
     texts = [
         found["data"][0]["name"],
         found["layout"]["xaxis"]["title"]["text"],
@@ -88,7 +93,7 @@ def test_texts_are_no_markup_for_plotly() -> None:
 def test_parts_below_zero_are_stacked_downwards() -> None:
     t = np.arange(3.0)
     parts = np.array([[1.0, -2.0], [3.0, 4.0], [5.0, -6.0]])
-    found = of(Stack(t, parts, ("a", "b")))["data"]
+    found = drawing_of(Stack(t, parts, ("a", "b")))["data"]
     stacked = {(e["legendgroup"], e["stackgroup"]): unpacked(e["y"]).tolist() for e in found}
     assert stacked == {
         ("a", "up"): [1, 3, 5],
@@ -98,45 +103,50 @@ def test_parts_below_zero_are_stacked_downwards() -> None:
 
 
 def test_a_bar_reaches_from_edge_to_edge() -> None:
-    (bars,) = of(Bars(np.array([0.0, 1.0, 4.0]), np.array([2.0, 3.0])))["data"]
+    (bars,) = drawing_of(Bars(np.array([0.0, 1.0, 4.0]), np.array([2.0, 3.0])))["data"]
     assert unpacked(bars["x"]).tolist() == [0, 0, 1, 1, 4, 4]
     assert unpacked(bars["y"]).tolist() == [0, 2, 2, 3, 3, 0]
 
 
 def test_cells_end_halfway_between_their_middles_as_the_axis_shows_it() -> None:
     cells = Cells(np.array([1.0, 100.0]), np.array([1.0, 3.0]), np.eye(2), Axis("z"))
-    (log,) = of(cells, x=Axis("x", log=True))["data"]
+    (log,) = drawing_of(cells, x=Axis("x", log=True))["data"]
     np.testing.assert_allclose(unpacked(log["x"]), [0.1, 10, 1000], rtol=1e-6)
     assert unpacked(log["y"]).tolist() == [0, 2, 4]
 
 
 def test_each_word_of_a_map_has_its_own_colour() -> None:
     cells = Cells(
-        np.arange(2.0), np.arange(1.0), np.array([[0.0, 2.0]]), Axis("z", words=("a", "b", "c"))
+        np.arange(2.0),
+        np.arange(1.0),
+        np.array([[0.0, 2.0]]),
+        Axis("z", categories=("a", "b", "c")),
     )
-    found = of(cells)
+    found = drawing_of(cells)
     scale = found["layout"]["coloraxis"]
     assert scale["colorbar"]["ticktext"] == ["a", "b", "c"]
     tones = [scale["colorscale"][2 * n][1] for n in range(3)]
     assert len(set(tones)) == 3
-    assert [told.split(": ")[1] for told in found["data"][0]["text"][0]] == ["a", "c"]
+    assert [text.split(": ")[1] for text in found["data"][0]["text"][0]] == ["a", "c"]
 
 
 def test_a_scale_spans_what_is_shown_or_what_it_is_told() -> None:
     values = np.array([[np.nan, 0.1], [10.0, -1.0]])
     middles = np.arange(2.0)
-    found = of(Cells(middles, middles, values, Axis("z")))["layout"]["coloraxis"]
+    found = drawing_of(Cells(middles, middles, values, Axis("z")))["layout"]["coloraxis"]
     assert (found["cmin"], found["cmax"]) == (-1, 10)
-    log = of(Cells(middles, middles, values, Axis("z", log=True)))["layout"]["coloraxis"]
+    log = drawing_of(Cells(middles, middles, values, Axis("z", log=True)))["layout"]["coloraxis"]
     assert (log["cmin"], log["cmax"]) == pytest.approx((-1, 1))
-    told = of(Cells(middles, middles, values, Axis("z"), (0.0, 2.0)))["layout"]["coloraxis"]
-    assert (told["cmin"], told["cmax"]) == (0, 2)
+    given = drawing_of(Cells(middles, middles, values, Axis("z"), (0.0, 2.0)))["layout"][
+        "coloraxis"
+    ]
+    assert (given["cmin"], given["cmax"]) == (0, 2)
 
 
 @pytest.mark.parametrize("end", [3.0, 1e3, 1e30])
 def test_a_logarithmic_scale_has_its_ticks_at_round_numbers(end: float) -> None:
     cells = Cells(np.arange(2.0), np.arange(1.0), np.array([[0.5, end]]), Axis("z", log=True))
-    bar = of(cells)["layout"]["coloraxis"]["colorbar"]
+    bar = drawing_of(cells)["layout"]["coloraxis"]["colorbar"]
     np.testing.assert_allclose(
         10.0 ** np.array(bar["tickvals"]), [float(text) for text in bar["ticktext"]], rtol=1e-9
     )
@@ -145,14 +155,14 @@ def test_a_logarithmic_scale_has_its_ticks_at_round_numbers(end: float) -> None:
 
 
 def test_a_level_goes_through_the_whole_panel() -> None:
-    flat, upright = of(Level(2.0), Level(3.0, upright=True))["layout"]["shapes"]
+    flat, vertical = drawing_of(Level(2.0), Level(3.0, vertical=True))["layout"]["shapes"]
     assert (flat["xref"], flat["x0"], flat["x1"]) == ("x domain", 0, 1)
     assert (flat["yref"], flat["y0"], flat["y1"]) == ("y", 2, 2)
-    assert (upright["yref"], upright["xref"], upright["x0"]) == ("y domain", "x", 3)
+    assert (vertical["yref"], vertical["xref"], vertical["x0"]) == ("y domain", "x", 3)
 
 
 def test_times_zoom_together_and_equal_axes_are_equal() -> None:
-    over_time, _, counts = (drawn(figure)["layout"] for figure in figures())
+    over_time, _, counts = (plotly_data(figure)["layout"] for figure in figures())
     assert over_time["xaxis2"]["matches"] == over_time["xaxis3"]["matches"] == "x"
     assert "matches" not in counts["xaxis2"]
     assert (counts["yaxis3"]["scaleanchor"], counts["yaxis3"]["scaleratio"]) == ("x3", 1)
@@ -170,10 +180,10 @@ def test_times_zoom_together_and_equal_axes_are_equal() -> None:
     ids=["ripple", "small", "large", "gap", "none"],
 )
 def test_numbers_lose_nothing_that_can_be_seen(values: Any) -> None:
-    found = unpacked(numbers(values))
+    found = unpacked(packed_array(values))
     span = np.ptp(values[np.isfinite(values)]) if len(values) else 0
     np.testing.assert_allclose(found, values, rtol=0, atol=1e-5 * span)
 
 
 def test_infinity_leaves_a_gap() -> None:
-    assert np.isnan(unpacked(numbers(np.array([np.inf, -np.inf, np.nan])))).all()
+    assert np.isnan(unpacked(packed_array(np.array([np.inf, -np.inf, np.nan])))).all()

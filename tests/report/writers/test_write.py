@@ -1,4 +1,4 @@
-"""Reports as files: whole, in place of older reports, and of nothing else."""
+"""Protects the writing of reports: complete files that replace older reports and nothing else."""
 
 import json
 import os
@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from support.made_runs import made_file
 
-from rbstab.report.build import MAX_MOTIONS, report_of
-from rbstab.report.model.document import Cell, Head, Motion, Report, Section, Table, Unread
+from rbstab.report.build import MAX_ANIMATIONS, report_of
+from rbstab.report.model.document import Animation, Cell, Head, Report, Section, Table, Unread
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.writers.plain_data import data_of
 from rbstab.report.writers.signature import is_report
@@ -48,7 +48,7 @@ def test_a_report_of_another_format_gives_way_too(form, tmp_path):
 def test_what_is_no_report_is_kept(content, form, tmp_path):
     path = tmp_path / "report"
     path.write_bytes(content)
-    with pytest.raises(ResultExistsError, match="is no report; --force"):
+    with pytest.raises(ResultExistsError, match=r"is not a report\. Use --force"):
         write_report(SMALL, path, form)
     assert path.read_bytes() == content
     write_report(SMALL, path, form, force=True)
@@ -134,11 +134,11 @@ def test_names_of_blocks_are_their_own(tmp_path):
 
 
 def test_only_the_first_runs_move(tmp_path):
-    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_MOTIONS + 1)]
+    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_ANIMATIONS + 1)]
     report = report_of(read_sources(paths), "")
     [motion] = [section for section in report.sections if section.name == "motion"]
-    assert sum(isinstance(block, Motion) for block in motion.blocks) == MAX_MOTIONS
-    assert motion.blocks[0] == f"Shown are {MAX_MOTIONS} runs of {MAX_MOTIONS + 1}."
+    assert sum(isinstance(block, Animation) for block in motion.blocks) == MAX_ANIMATIONS
+    assert motion.blocks[0] == f"Shown: {MAX_ANIMATIONS} of {MAX_ANIMATIONS + 1} runs."
 
 
 def test_links_inside_a_report_lead_somewhere(tmp_path):

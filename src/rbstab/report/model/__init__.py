@@ -1,1 +1,1 @@
-"""What a report consists of, independent of its format: sections, tables, figures, words."""
+"""The content of a report in any format: sections, tables, figures, text."""

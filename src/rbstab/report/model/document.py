@@ -1,6 +1,6 @@
-"""What a report says, without a word on its format: headings, sentences, tables, figures, motions.
+"""The content of a report in any format: headings, sentences, tables, figures, animations.
 
-All texts are plain; whatever writes a format escapes them in its own way.
+All texts are plain text. Each writer escapes them for its own format.
 """
 
 from dataclasses import dataclass, field
@@ -11,7 +11,10 @@ from rbstab.report.model.figure import Figure
 
 
 class Head(NamedTuple):
-    """The head of a column: its words, its unit ("" for none), whether it holds numbers."""
+    """The header of a column.
+
+    label is its text, and unit its unit ("" for none). numbers is True for a column of numbers.
+    """
 
     label: str
     unit: str = ""
@@ -19,16 +22,16 @@ class Head(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The words with the unit."""
+        """The label with the unit."""
         return f"{self.label} [{self.unit}]" if self.unit not in ("", "1") else self.label
 
 
 class Cell(NamedTuple):
     """An entry of a table.
 
-    text is what is shown; value is by what rows are sorted and what machines are given (None: the
-    text itself); tone is "good", "bad", "odd" or "" and never the only carrier of a meaning; target
-    is the anchor of a section of the report that it leads to.
+    text is shown. value is the number for sorting and for JSON; if it is None, they use the text.
+    tone is "good", "bad", "warning" or ""; a reader who does not see it still has the text. target
+    is the anchor of the section to which the cell links.
     """
 
     text: str
@@ -42,11 +45,11 @@ class Table:
     """A table.
 
     Args:
-        name: Short, in lower case and hyphens, and its own in a report.
-        title: What it lists.
-        heads: Its columns; the first one names the row.
-        rows: As many cells each as there are columns.
-        note: What a reader has to know; "" for nothing.
+        name: Short, in lower case and hyphens, unique in a report.
+        title: Its title.
+        heads: The headers of its columns; the first column names the row.
+        rows: Its rows; each has one cell for each column.
+        note: Shown below the table; "" for none.
     """
 
     name: str
@@ -62,7 +65,7 @@ class Solid:
 
     Args:
         vertices: Shape (n, 3), m, from the centre of gravity.
-        triangles: Shape (k, 3), whole numbers: the corners of each.
+        triangles: The indices of the three vertices of each triangle, integers, shape (k, 3).
     """
 
     vertices: Array
@@ -70,18 +73,19 @@ class Solid:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
-    """The motion of a body in space, for a view that moves.
+class Animation:
+    """An animation of the trajectory of a body.
 
     Args:
-        name: Short, its own in a report: the run's.
-        title: Of the run.
+        name: Short, unique in a report: the name of the run.
+        title: The label of the run.
         times: Shape (n,), s.
         positions: X, inertial, shape (n, 3), m.
         rotations: A as unit quaternions (w, x, y, z), body to inertial, shape (n, 4).
-        solid: The body.
+        solid: The shape of the body.
         contact_point: R, body coordinates, shape (3,), m.
-        anchor: Where the contact point is tied, inertial, shape (3,), m; None for a free body.
+        anchor: The point to which the contact point is tied, inertial, shape (3,), m; None for a
+            free body.
     """
 
     name: str
@@ -94,18 +98,18 @@ class Motion:
     anchor: Array | None
 
 
-Block = str | Table | Figure | Motion
-"""A paragraph, a table, a figure or a view of a motion."""
+Block = str | Table | Figure | Animation
+"""A paragraph, a table, a figure or an animation."""
 
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a report.
+    """A section of a report.
 
     Args:
-        name: Short, in lower case and hyphens, and its own in a report: its anchor.
+        name: Short, in lower case and hyphens, unique in a report: its anchor.
         title: Its heading.
-        blocks: What is in it, in order.
+        blocks: Its content, in order.
     """
 
     name: str
@@ -114,7 +118,7 @@ class Section:
 
 
 class Unread(NamedTuple):
-    """A result that could not be read, and why."""
+    """A result that could not be read, and the reason."""
 
     path: str
     reason: str
@@ -126,10 +130,10 @@ class Report:
 
     Args:
         title: Its heading.
-        created: When it was made, ISO 8601.
-        command: The command that makes it again.
-        sections: Its parts, in order.
-        unread: What could not be read.
+        created: Date and time of its creation, ISO 8601.
+        command: The command that repeats it.
+        sections: Its sections, in order.
+        unread: The results that could not be read.
     """
 
     title: str

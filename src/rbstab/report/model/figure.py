@@ -1,8 +1,8 @@
-"""What a figure shows, without a word on how it is drawn.
+"""The content of a figure, independent of the library that draws it.
 
-A figure is described once, in terms of its panels and their marks, and drawn by any renderer:
-`plotly_renderer` for pages, `matplotlib_renderer` for paper. Data stand here as they are; a
-renderer may leave out points that nobody could see (`decimate`), and nothing else.
+A figure consists of panels, and a panel consists of marks. Any renderer can draw it: plotly for
+HTML pages, matplotlib for PDF and Markdown. A figure holds all data. A renderer may leave out only
+points that would not be visible (`decimate`).
 """
 
 from dataclasses import dataclass
@@ -15,20 +15,20 @@ class Axis:
     """An axis of a panel.
 
     Args:
-        label: What is along it, with its symbol: "contact displacement E".
-        unit: SI, as in results; "" or "1": a pure number.
-        log: Whether it is logarithmic; what is not positive is then left out.
-        words: Where positions 0, 1, 2, ... stand for words, these.
+        label: The quantity with its symbol: "contact displacement E".
+        unit: SI, as in results; "" or "1" for a pure number.
+        log: Whether it is logarithmic; values at or below zero are then not drawn.
+        categories: Labels of the positions 0, 1, 2, ... on an axis of categories; () for numbers.
     """
 
     label: str
     unit: str = ""
     log: bool = False
-    words: tuple[str, ...] = ()
+    categories: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
-        """The label with its unit, as it stands at the axis."""
+        """The label with the unit, as shown at the axis."""
         return f"{self.label} [{self.unit}]" if self.unit not in ("", "1") else self.label
 
 
@@ -38,12 +38,12 @@ class Line:
 
     Args:
         x: Shape (n,).
-        y: Shape (n,); where it is NaN the curve has a gap.
-        label: Its name in the legend; curves of a figure with the same name are shown and hidden
-            together, and stand there once.
+        y: Shape (n,); NaN makes a gap in the curve.
+        label: Its name in the legend. Curves of a figure with the same name share one legend
+            entry, and are shown and hidden together.
         colour: Number of its colour in the palette.
         dash: Number of its dash pattern: 0 solid, then dashed, dotted, dash-dotted.
-        step: Whether the value stays from one point to the next.
+        step: Whether the value stays constant from one point to the next.
     """
 
     x: Array
@@ -56,7 +56,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Points, each by itself.
+    """Single points, not connected.
 
     Args:
         x: Shape (n,).
@@ -64,7 +64,7 @@ class Points:
         label: Their name in the legend.
         colour: Number of their colour in the palette.
         symbol: Number of their symbol: 0 disc, then cross, open square, open diamond.
-        texts: What is said of each point where a page can show it; () for none.
+        texts: Hover text of each point, shown by HTML pages only; () for none.
     """
 
     x: Array
@@ -77,11 +77,11 @@ class Points:
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """Quantities that add up, one upon the other.
+    """A stacked area plot of quantities that add up.
 
     Args:
         x: Shape (n,).
-        parts: Shape (n, k); what is negative is stacked downwards.
+        parts: Shape (n, k); negative values are stacked downwards.
         labels: The k names in the legend.
     """
 
@@ -130,14 +130,14 @@ class Intervals:
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """A map over two quantities.
+    """A map (heat map) over two quantities.
 
     Args:
-        x: Middles of the columns, shape (n,), ascending.
-        y: Middles of the rows, shape (m,), ascending.
+        x: Centres of the columns, shape (n,), ascending.
+        y: Centres of the rows, shape (m,), ascending.
         values: Shape (m, n); NaN leaves a cell empty.
-        scale: What the colours mean; with `words`, values are whole numbers that stand for these.
-        span: The values at both ends of the colours; None: the least and the greatest of these.
+        scale: The axis of the colours; with `categories`, values are their integer positions.
+        span: The values at both ends of the colour scale; None: the smallest and the largest value.
     """
 
     x: Array
@@ -152,14 +152,14 @@ class Level:
     """A straight line through a whole panel.
 
     Args:
-        value: Where.
-        label: What it is, in the legend; "" for none.
-        upright: Whether it stands at an x, rather than lies at a y.
+        value: Its position.
+        label: Its name in the legend; "" for none.
+        vertical: Whether it is vertical, at an x; otherwise it is horizontal, at a y.
     """
 
     value: float
     label: str = ""
-    upright: bool = False
+    vertical: bool = False
 
 
 Mark = Line | Points | Stack | Bars | Intervals | Cells | Level
@@ -167,14 +167,14 @@ Mark = Line | Points | Stack | Bars | Intervals | Cells | Level
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes and what is drawn there.
+    """One pair of axes and its marks.
 
     Args:
         x: The horizontal axis.
         y: The vertical axis.
-        marks: What is drawn, the first one at the back.
-        title: Over it; "" for none.
-        equal: Whether a unit is as long on both axes.
+        marks: The marks, from back to front.
+        title: Text above the panel; "" for none.
+        equal: Whether both axes have the same scale.
     """
 
     x: Axis
@@ -189,14 +189,14 @@ class Figure:
     """A figure.
 
     Args:
-        name: Short, in lower case and hyphens, and its own in a report: names files and anchors.
-        title: What it shows.
-        panels: Its panels, row by row; those of a column share nothing but `shares_time`.
-        columns: How many panels stand side by side where there is room.
-        source: Which figure or equation of the paper it corresponds to; "" for none.
-        caption: What a reader has to know; "" for nothing.
-        shares_time: Whether x is the time of a run in all panels: they zoom together, and a page's
-            cursor moves over them.
+        name: Short, in lower case and hyphens, unique in a report: used for files and anchors.
+        title: Its title.
+        panels: Its panels, row by row; their axes are independent, except under `shares_time`.
+        columns: Number of panels side by side, where there is enough room.
+        source: The corresponding figure or equation of the paper; "" for none.
+        caption: Explanation for the reader; "" for none.
+        shares_time: Whether x is the time of a run in all panels. They then zoom together, and an
+            HTML page moves its time cursor over them.
     """
 
     name: str

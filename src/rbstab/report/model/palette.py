@@ -1,16 +1,19 @@
-"""The colours of all figures, told apart by people with any kind of colour vision.
+"""The colours of all figures; people with any kind of colour vision can tell them apart.
 
-The set is that of Okabe and Ito (https://jfly.uni-koeln.de/color/), without yellow, which is too
-faint on white, and with grey in place of black, which would vanish on a dark page.
+They are the colours of Okabe and Ito (https://jfly.uni-koeln.de/color/), with two changes. Yellow
+is omitted: it is too faint on white. Grey replaces black, which would be invisible on a dark page.
 """
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")
-"""Of curves, points and bars; their numbers go round."""
+"""Colours of curves, points and bars; they repeat after the last one."""
 
 SCALE = "viridis"
-"""The name, in both libraries, of the scale of maps: even in lightness, safe for all eyes."""
+"""Name of the colour map of maps, in both libraries.
+
+It is perceptually uniform, and readable with any kind of colour vision.
+"""
 
 
 def colour(number: int) -> str:
-    """The colour of a number."""
+    """Return the colour with the given number."""
     return COLOURS[number % len(COLOURS)]

@@ -1,4 +1,4 @@
-"""Numbers and foreign texts in words that can stand anywhere."""
+"""Numbers, lists and untrusted texts as plain text that is safe to show anywhere."""
 
 import math
 import shlex
@@ -8,45 +8,45 @@ from pathlib import Path
 from rbstab.config.errors import printable
 
 MAX_LENGTH = 1000
-"""Characters of a foreign text that are shown: as many as the longest text of a config has."""
+"""Maximum length of an untrusted text in a report; texts of a config are no longer than this."""
 
-NOTHING = "-"
-"""Stands where there is nothing to be said."""
+NO_VALUE = "-"
+"""Shown where there is no value."""
 
 
-def untrusted(text: object, longest: int = MAX_LENGTH) -> str:
-    """A text that somebody else wrote, in one line, cut where it is too long.
+def untrusted(text: object, max_length: int = MAX_LENGTH) -> str:
+    """Make a text of untrusted origin printable on one line, and cut it if it is too long.
 
-    What could steer a terminal or turn the direction of writing is spelled out.
+    Characters that control a terminal or change the direction of writing are escaped.
     """
     whole = str(text)
-    shown = printable(whole[: longest + 1])
-    return shown if len(shown) <= longest else f"{shown[: longest - 1]}…"
+    shown = printable(whole[: max_length + 1])
+    return shown if len(shown) <= max_length else f"{shown[: max_length - 1]}…"
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number with so many significant digits; `NOTHING` for NaN."""
-    return NOTHING if math.isnan(value) else f"{value:.{digits}g}"
+    """Format a number with some significant digits; NaN becomes `NO_VALUE`."""
+    return NO_VALUE if math.isnan(value) else f"{value:.{digits}g}"
 
 
 def vector(values: Iterable[float], digits: int = 4) -> str:
-    """Numbers in parentheses."""
+    """Format numbers in parentheses, separated by commas."""
     return f"({', '.join(number(value, digits) for value in values)})"
 
 
-def counted(count: int, one: str, several: str = "") -> str:
-    """A number of things: "1 run", "2 runs"."""
-    return f"{count} {one if count == 1 else several or f'{one}s'}"
+def counted(count: int, singular: str, plural: str = "") -> str:
+    """Format a count with its noun: "1 run", "2 runs"."""
+    return f"{count} {singular if count == 1 else plural or f'{singular}s'}"
 
 
-def listed(words: Iterable[str], most: int = 6) -> str:
-    """Words in a row, and how many more there are."""
+def listed(words: Iterable[str], max_items: int = 6) -> str:
+    """Join the first words by commas, and add the number of the omitted ones."""
     every = list(words)
-    more = f" and {len(every) - most} more" if len(every) > most else ""
-    return ", ".join(every[:most]) + more
+    more = f" and {len(every) - max_items} more" if len(every) > max_items else ""
+    return ", ".join(every[:max_items]) + more
 
 
 def shell_word(path: Path) -> str:
-    """A path as a shell takes it; one that begins with a dash is not taken for an option."""
+    """Quote a path for a shell; a leading dash gets `./`, so that it is not read as an option."""
     name = str(path)
     return shlex.quote(f"./{name}" if name.startswith("-") else name)

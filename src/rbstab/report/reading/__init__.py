@@ -1,1 +1,1 @@
-"""Reading the results that a report is made from."""
+"""Reading the results for a report."""

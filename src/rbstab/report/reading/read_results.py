@@ -1,4 +1,7 @@
-"""Reading many results: what cannot be read is no error, and many are read by several processes."""
+"""Read the results of a report; worker processes read them if there are many.
+
+A result that cannot be read raises no error: it is returned as `Unread`.
+"""
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
@@ -16,14 +19,14 @@ from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
 
 MIN_FOR_PROCESSES = 200
-"""Results for which the start of further processes is made up."""
+"""From this number of results on, worker processes are faster than this process."""
 
-PIECE = 25
-"""Results that a process reads at a time."""
+CHUNK_SIZE = 25
+"""Results that a worker reads per task."""
 
 
 class ReadRun(NamedTuple):
-    """A run that was read: its file, what is in it, and its config."""
+    """A run that was read: its file, its content, and its config."""
 
     file: Path
     result: Result
@@ -31,7 +34,7 @@ class ReadRun(NamedTuple):
 
 
 class ReadSweep(NamedTuple):
-    """A sweep: its file."""
+    """A sweep; only its file is known, and its content is read later."""
 
     file: Path
 
@@ -40,13 +43,14 @@ Read = ReadRun | ReadSweep
 
 
 def read_all(paths: Sequence[Path]) -> Iterator[Read | Unread]:
-    """Reads results, in their order; see `opening`.
+    """Read results, and return them in the same order.
 
-    HDF5 makes most of the work, and lets only one thread of a process do it.
+    Worker processes read them if there are many. Threads would not help: HDF5 takes most of the
+    time, and only one thread of a process may run it.
     """
     done = 0
     if len(paths) >= MIN_FOR_PROCESSES and processor_count() > 1:
-        # A process that dies takes its pool with it: the rest is read here.
+        # A worker that dies breaks its pool: this process then reads the rest.
         with suppress(BrokenProcessPool):
             for found in _read_in_pool(paths):
                 done += 1
@@ -55,7 +59,7 @@ def read_all(paths: Sequence[Path]) -> Iterator[Read | Unread]:
 
 
 def read_one(path: Path) -> Read | Unread:
-    """Reads a result."""
+    """Read a result."""
     try:
         file = file_of(path)
         content = content_of(file)
@@ -67,13 +71,13 @@ def read_one(path: Path) -> Read | Unread:
 
 
 def _read_in_pool(paths: Sequence[Path]) -> Iterator[Read | Unread]:
-    with worker_pool(min(processor_count(), len(paths) // PIECE)) as pool:
-        yield from pool.map(read_one, paths, chunksize=PIECE)
+    with worker_pool(min(processor_count(), len(paths) // CHUNK_SIZE)) as pool:
+        yield from pool.map(read_one, paths, chunksize=CHUNK_SIZE)
 
 
 def _reason(path: Path, error: Exception) -> str:
-    """What an error says, without the path, which stands beside it."""
+    """Return the message of an error without the path, which is shown beside it."""
     text = str(error)
-    for lead in (f"{path} ", f"{path}: "):
-        text = text.removeprefix(lead)
+    for prefix in (f"{path} ", f"{path}: "):
+        text = text.removeprefix(prefix)
     return untrusted(text)

@@ -1,4 +1,4 @@
-"""What a report is made from: the results that could be read."""
+"""The sources of a report: the results that could be read."""
 
 import os
 from collections import Counter
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.schema import Config
-from rbstab.experiment.summary import Summary, summary_of, without_work
+from rbstab.experiment.summary import Summary, lyapunov_function_of, summary_of
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.read_results import ReadRun, ReadSweep, read_all
@@ -21,7 +21,7 @@ from rbstab.store.result import Result
 from rbstab.sweep.members.outcome import settling_times
 
 MAX_LABEL_LENGTH = 48
-"""Characters: it stands in legends."""
+"""Maximum number of characters of a label; labels must fit in legends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,13 +29,13 @@ class Run:
     """A single run.
 
     Args:
-        number: Its number among the runs, from 0: that of its colour.
-        name: Its own in a report, for anchors: "run-1".
-        label: What legends and tables call it, its own among the runs; the name of its file.
+        number: Its number among the runs, from 0; also the number of its colour.
+        name: Its anchor, unique in a report: "run-1".
+        label: Its name in legends and tables, unique among the runs; from the name of its file.
         path: Its file.
-        result: What is in it.
-        config: Its config, or None where this version of the program cannot read that.
-        data: The same as plain data, whatever it says; empty where it is no YAML.
+        result: The content of the file.
+        config: Its config; None if this version of the program cannot read it.
+        data: The stored config as plain data, not validated; empty if it is not YAML.
     """
 
     number: int
@@ -48,32 +48,32 @@ class Run:
 
     @cached_property
     def summary(self) -> Summary:
-        """Its ends, its audit, its peaks."""
+        """Its summary: first and last values of v, energy residual, peaks."""
         return summary_of(self.result)
 
     @property
-    def counts_work(self) -> bool:
-        """Whether the result has v - ε in place of v (on s = F + κE)."""
+    def stores_v_minus_work(self) -> bool:
+        """Whether the result stores v - ε in place of v (on s = F + κE)."""
         v = self.result["lyapunov"]
-        return not np.array_equal(without_work(self.result), v, equal_nan=True)
+        return not np.array_equal(lyapunov_function_of(self.result), v, equal_nan=True)
 
     @cached_property
     def settling_time(self) -> float:
-        """From when v stays below v(0)/1000, s; NaN where it does not by the end."""
+        """The time from which v stays below v(0)/1000, s; NaN if the run has not settled."""
         with np.errstate(all="ignore"):
-            v = without_work(self.result)
+            v = lyapunov_function_of(self.result)
             return float(settling_times(self.result["time"], v[np.newaxis])[0])
 
 
 @dataclass(frozen=True)
 class SweepFile:
-    """A sweep; of its columns only those are read that are wanted (`rbstab.store.read_table`).
+    """A sweep; the report reads only the columns that it needs (`rbstab.store.read_table`).
 
     Args:
         number: Its number among the sweeps, from 0.
-        name: Its own in a report, for anchors: "sweep-1".
-        label: What tables call it, its own among the sweeps; the name of its folder.
-        path: The file that gathers it.
+        name: Its anchor, unique in a report: "sweep-1".
+        label: Its name in tables, unique among the sweeps; from the name of its folder.
+        path: Its gathered file.
     """
 
     number: int
@@ -84,12 +84,12 @@ class SweepFile:
 
 @dataclass(frozen=True)
 class Sources:
-    """All that a report is made from.
+    """The sources of a report.
 
     Args:
-        runs: In the order in which they were named.
-        sweeps: Likewise.
-        unread: What could not be read, and why.
+        runs: The runs, in the order in which the user named them.
+        sweeps: The sweeps, in the same order.
+        unread: The results that could not be read, with the reasons.
     """
 
     runs: tuple[Run, ...]
@@ -98,19 +98,19 @@ class Sources:
 
 
 def read_sources(paths: Iterable[str | Path]) -> Sources:
-    """Reads results; what cannot be read is listed with the reason, and the rest is read.
+    """Read results; those that cannot be read are listed with the reasons.
 
     Args:
-        paths: Files of runs, folders of sweeps, or the files that gather these. One that is named
-            twice is taken once.
+        paths: Files of runs, folders of sweeps, or gathered files of sweeps. Duplicates are
+            ignored.
     """
-    wanted: dict[str, Path] = {}
+    unique: dict[str, Path] = {}
     for path in map(Path, paths):
-        wanted.setdefault(_identity(path), path)
+        unique.setdefault(_identity(path), path)
     runs: list[ReadRun] = []
     sweeps: list[Path] = []
     unread: list[Unread] = []
-    for found in read_all(list(wanted.values())):
+    for found in read_all(list(unique.values())):
         if isinstance(found, Unread):
             unread.append(found)
         elif isinstance(found, ReadSweep):
@@ -121,7 +121,7 @@ def read_sources(paths: Iterable[str | Path]) -> Sources:
 
 
 def _identity(path: Path) -> str:
-    """The same for every name of a result."""
+    """Return a key that is equal for all paths to the same result."""
     try:
         return os.path.realpath(file_of(path))
     except (StoreError, OSError, ValueError):
@@ -137,7 +137,7 @@ def _runs(found: list[ReadRun]) -> tuple[Run, ...]:
 
 
 def _sweeps(found: list[Path]) -> tuple[SweepFile, ...]:
-    # The file of every sweep has the same name; that of its folder tells them apart.
+    # All sweep files have the same name; only the names of their folders differ.
     labels = unique_labels([file.absolute().parent for file in found])
     return tuple(
         SweepFile(number, f"sweep-{number + 1}", label, file)
@@ -146,9 +146,9 @@ def _sweeps(found: list[Path]) -> tuple[SweepFile, ...]:
 
 
 def unique_labels(paths: list[Path]) -> list[str]:
-    """The names of files without their endings, with the folders that it takes to tell them apart.
+    """Return unique labels: file names without suffix; folders are added if names are equal.
 
-    Of a long name the end is cut off; what cannot be told apart any more is numbered.
+    Long labels are cut at the end. Labels that are equal after the cut are numbered.
     """
     parts = [(*path.absolute().parts[1:-1], path.stem) for path in paths]
     depths = [1] * len(parts)

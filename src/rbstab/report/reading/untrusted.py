@@ -1,4 +1,4 @@
-"""What a named file or folder holds, read with no trust in it."""
+"""Read a result that the user named; its content is checked, since it may be damaged or hostile."""
 
 from contextlib import suppress
 from dataclasses import replace
@@ -13,39 +13,21 @@ from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result
 from rbstab.store.table_file import read_table
-from rbstab.sweep.folder.sweep_folder import MANIFEST, SWEEP_FILE, read_folder, unfinished
-from rbstab.systems.quantities import QUANTITIES
+from rbstab.sweep.folder.sweep_folder import MANIFEST, SWEEP_FILE, read_folder, unfinished_error
+from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS
 
 SWEEP: Literal["sweep"] = "sweep"
-"""Stands for the content of a sweep, of which nothing is read before it is wanted."""
+"""Returned in place of the content of a sweep; a report reads its columns later."""
 
-NOT_OF_EVERY_RUN = {
-    "connector_state",
-    "contact_work",
-    "constraint_position_residual",
-    "constraint_velocity_residual",
-    "mode",
-    "switch_count",
-    "chatter_energy",
-    "discarded_energy",
-    "trusted_until",
-    "switch_time",
-    "switch_axis",
-    "transition_time",
-    "transition_axis",
-    "transition_kind",
-}
-"""Quantities that only some variants, coordinates or versions store."""
-
-WORDS = "transition_kind"
-"""The one quantity that is words."""
+TEXT_QUANTITY = "transition_kind"
+"""The only quantity that is text."""
 
 
 def file_of(path: Path) -> Path:
-    """The file to be read: that of a sweep where its folder is named.
+    """Return the file to read: the given file, or the gathered file of a sweep folder.
 
     Raises:
-        StoreError: It is another folder, or the sweep is not finished.
+        StoreError: The folder is not a sweep, or the sweep is not finished.
     """
     if not path.is_dir():
         return path
@@ -54,75 +36,85 @@ def file_of(path: Path) -> Path:
         return file
     if not (path / MANIFEST).exists():
         raise NotAResultError(
-            f"{path} is a folder, but not that of a sweep; name the files in it, as {path}/*.h5"
+            f"{path} is a folder, but not a sweep. Name the files in it: {path}/*.h5"
         )
-    raise unfinished(read_folder(path))
+    raise unfinished_error(read_folder(path))
 
 
 def content_of(file: Path) -> Result | Literal["sweep"]:
-    """The run in a file, or `SWEEP`.
+    """Return the content of a file with a run, or `SWEEP` if the file holds a sweep.
 
     Raises:
-        StoreError: It is neither, or cannot be read.
+        StoreError: The file holds neither a run nor a sweep, or cannot be read.
     """
     try:
         result = open_result(file)
     except NotAResultError as error:
-        # A sweep lacks what every run has.
+        # Not a run: it may be a sweep, which `open_result` refuses.
         with suppress(NotAResultError):
             read_table(file, ())
             return SWEEP
         folder = file.absolute().parent.parent
         if (folder / MANIFEST).is_file():
-            raise StoreError(f"{file} is a part of a sweep; name its folder, {folder}") from error
+            raise StoreError(
+                f"{file} is a shard of a sweep. Name the folder of the sweep: {folder}"
+            ) from error
         raise
     _check_arrays(file, result)
-    return _told(result)
+    return _printable(result)
 
 
 def _check_arrays(file: Path, result: Result) -> None:
-    """Refuses a result without the arrays that every run has, in their shapes."""
-    lengths = {"axis": 3}
+    """Check that a result has the arrays of a run, with the right types and shapes."""
+    lengths = dict(RUN_DIMENSIONS)
+    layout_version = result.attributes.get("layout_version", 1)
     for quantity in QUANTITIES:
         variable = result.variables.get(quantity.name)
-        if variable is None and quantity.name in NOT_OF_EVERY_RUN:
+        newer = isinstance(layout_version, int) and quantity.since > layout_version
+        if variable is None and (quantity.optional or newer):
             continue
         if variable is None:
             raise NotAResultError(f"{file} is damaged: it has no array {quantity.name}")
-        kinds = "O" if quantity.name == WORDS else "fiu"
+        kinds = "O" if quantity.name == TEXT_QUANTITY else "fiu"
         fits = variable.dimensions == quantity.dimensions and variable.data.dtype.kind in kinds
         for dimension, length in zip(variable.dimensions, variable.data.shape, strict=fits):
             fits &= length > 0 and lengths.setdefault(dimension, length) == length
         if not fits:
-            raise NotAResultError(f"{file} is damaged: its array {quantity.name} is not a run's")
+            raise NotAResultError(
+                f"{file} is damaged: its array {quantity.name} has a wrong type or shape"
+            )
     parts = result.variables.get("part")
     if parts is None or parts.data.shape != (lengths["part"],):
-        raise NotAResultError(f"{file} is damaged: it does not name its parts")
+        raise NotAResultError(f"{file} is damaged: its array part is missing or has a wrong shape")
     _check_certificate(file, result)
 
 
 def _check_certificate(file: Path, result: Result) -> None:
-    """Refuses a certificate whose columns do not belong together."""
+    """Check that the columns of a certificate have the right types and equal lengths."""
     columns = [result.variables.get(f"certificate/{name}") for name in CertificateLine._fields]
-    there = [column.data for column in columns if column is not None]
-    kinds = "".join("O" if data.dtype.kind in "OUT" else "f" for data in there)
-    if there and (kinds != "OOfffO" or len({data.shape for data in there}) > 1):
-        raise NotAResultError(f"{file} is damaged: its certificate is not a run's")
+    present = [column.data for column in columns if column is not None]
+    kinds = "".join("O" if data.dtype.kind in "OUT" else "f" for data in present)
+    if present and (kinds != "OOfffO" or len({data.shape for data in present}) > 1):
+        raise NotAResultError(
+            f"{file} is damaged: its certificate has columns of wrong types or lengths"
+        )
 
 
-def _told(result: Result) -> Result:
-    """The same with every text of it fit to be shown."""
+def _printable(result: Result) -> Result:
+    """Return the result with all its texts escaped by `untrusted`."""
     attributes: dict[str, Any] = {
         name: "\n".join(map(untrusted, value.splitlines())) if isinstance(value, str) else value
         for name, value in result.attributes.items()
     }
-    variables = {name: _told_variable(variable) for name, variable in result.variables.items()}
+    variables = {name: _printable_variable(variable) for name, variable in result.variables.items()}
     return replace(result, attributes=attributes, variables=variables)
 
 
-def _told_variable(variable: Variable) -> Variable:
-    told = variable._replace(unit=untrusted(variable.unit), long_name=untrusted(variable.long_name))
+def _printable_variable(variable: Variable) -> Variable:
+    shown = variable._replace(
+        unit=untrusted(variable.unit), long_name=untrusted(variable.long_name)
+    )
     if variable.data.dtype.kind not in "OUT":
-        return told
+        return shown
     words = [untrusted(word) for word in variable.data.ravel().tolist()]
-    return told._replace(data=np.array(words, dtype=object).reshape(variable.data.shape))
+    return shown._replace(data=np.array(words, dtype=object).reshape(variable.data.shape))

@@ -1,1 +1,1 @@
-"""What a report says of runs: tables, figures and motions."""
+"""Report sections on runs: tables, figures and animated motions."""

@@ -5,60 +5,60 @@ from collections.abc import Sequence
 from rbstab.analysis.certificate import Verdict
 from rbstab.experiment.stored_certificate import CertificateLine
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
-from rbstab.report.model.words import NOTHING, counted
+from rbstab.report.model.words import NO_VALUE, counted
 from rbstab.report.runs.facts import RunFacts
-from rbstab.report.runs.tables import quantity, verdict_cell
+from rbstab.report.runs.tables import number_cell, verdict_cell
 
-MAX_IN_FULL = 8
-"""Runs whose certificates are written out; of more, what is violated is."""
+MAX_FULL_CERTIFICATES = 8
+"""If there are more runs, only violated checks are listed."""
 
 LINE_HEADS = (
     Head("run"),
     Head("check"),
     Head("verdict"),
-    Head("what was found"),
+    Head("quantity"),
     Head("value", numbers=True),
     Head("bound", numbers=True),
-    Head("at", "s", numbers=True),
+    Head("time", "s", numbers=True),
 )
 
 
 def certificate_section(facts: Sequence[RunFacts]) -> Section:
-    """A matrix of verdicts, and the lines behind them."""
+    """Return the section with the table of verdicts and the table of checks."""
     blocks: list[Block] = [_matrix(facts)]
-    in_full = len(facts) <= MAX_IN_FULL
+    in_full = len(facts) <= MAX_FULL_CERTIFICATES
     lines = [
-        (one, line)
-        for one in facts
-        for line in one.lines
+        (entry, line)
+        for entry in facts
+        for line in entry.lines
         if in_full or line.verdict == Verdict.VIOLATED
     ]
     if lines:
-        title = "The lines of the certificates" if in_full else "What is violated"
-        rows = tuple(_line(one.run.label, line) for one, line in lines)
+        title = "Checks of the certificates" if in_full else "Violated checks"
+        rows = tuple(_line(entry.run.label, line) for entry, line in lines)
         blocks.append(Table("certificate-lines", title, LINE_HEADS, rows))
     elif not in_full:
-        blocks.append("No line of any certificate is violated.")
-    without = sum(not one.lines for one in facts)
+        blocks.append("No certificate has a violated check.")
+    without = sum(not entry.lines for entry in facts)
     if without:
-        blocks.append(f"{counted(without, 'result')} of an older rbstab: no certificate is stored.")
+        blocks.append(f"Without a certificate: {counted(without, 'result')} of an older rbstab.")
     return Section("certificates", "Certificates", tuple(blocks))
 
 
 def _matrix(facts: Sequence[RunFacts]) -> Table:
-    checks = list(dict.fromkeys(line.check for one in facts for line in one.lines))
+    checks = list(dict.fromkeys(line.check for entry in facts for line in entry.lines))
     heads = (Head("run"), *(Head(check) for check in checks), Head("verdict of the run"))
     rows = []
-    for one in facts:
-        found = {line.check: line.verdict for line in one.lines}
-        cells = [verdict_cell(found.get(check, NOTHING)) for check in checks]
-        overall = verdict_cell(one.attribute("verdict"))
-        rows.append((Cell(one.run.label), *cells, overall))
+    for entry in facts:
+        verdicts = {line.check: line.verdict for line in entry.lines}
+        cells = [verdict_cell(verdicts.get(check, NO_VALUE)) for check in checks]
+        overall = verdict_cell(entry.attribute("verdict"))
+        rows.append((Cell(entry.run.label), *cells, overall))
     note = (
-        "consistent: seen to hold on this run; certified: proved; violated: seen not to hold; "
-        "unknown: no proof was there to be read."
+        "certified: proved. consistent: held along this run, but is not proved. violated: did not "
+        "hold along this run, or is disproved. unknown: no stored proof decides it."
     )
-    return Table("certificate-matrix", "What was found of each run", heads, tuple(rows), note)
+    return Table("certificate-matrix", "Verdicts of each run", heads, tuple(rows), note)
 
 
 def _line(label: str, line: CertificateLine) -> tuple[Cell, ...]:
@@ -67,7 +67,7 @@ def _line(label: str, line: CertificateLine) -> tuple[Cell, ...]:
         Cell(line.check),
         verdict_cell(line.verdict),
         Cell(line.quantity),
-        quantity(line.value),
-        quantity(line.bound),
-        quantity(line.when),
+        number_cell(line.value),
+        number_cell(line.bound),
+        number_cell(line.when),
     )

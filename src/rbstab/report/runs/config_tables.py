@@ -1,29 +1,33 @@
-"""In what the configs of runs differ, and in what they do not."""
+"""Tables of the config keys that differ between runs, and of the keys that are equal."""
 
 import json
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
+from rbstab.config.units import unit_of
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
-from rbstab.report.model.words import NOTHING, counted, number, untrusted
+from rbstab.report.model.words import NO_VALUE, counted, number, untrusted
 from rbstab.report.runs.facts import RunFacts
-from rbstab.sweep.folder.layout import UNITS
 
-MAX_SIDE_BY_SIDE = 6
-"""Runs with a column each; of more, a run has a row."""
+MAX_RUN_COLUMNS = 6
+"""Up to this many runs have a column each; with more, each has a row."""
 
 MAX_KEYS = 12
-"""Columns of that other table."""
+"""Maximum number of keys in the table with one row for each run."""
 
-LEFT_OUT = ("schema_version", "reference")
-"""Keys that are nothing of the experiment."""
+OMITTED_KEYS = ("schema_version", "reference")
+"""Keys that do not describe the experiment."""
 
 Flat = dict[str, Any]
 
 
 def config_section(facts: Sequence[RunFacts]) -> Section | None:
-    """What differs, then what is equal; None where no config can be read."""
-    configs = {one.run.label: _flat(one.run.data) for one in facts if one.run.data}
+    """Return the section with the differing keys, then the equal keys.
+
+    Returns:
+        The section; None if no config can be read.
+    """
+    configs = {entry.run.label: _flat(entry.run.data) for entry in facts if entry.run.data}
     if not configs:
         return None
     keys = list(dict.fromkeys(key for config in configs.values() for key in config))
@@ -33,74 +37,74 @@ def config_section(facts: Sequence[RunFacts]) -> Section | None:
     if len(configs) == 1:
         title = "The experiment"
     else:
-        title = "What differs between the runs"
+        title = "Differences between the runs"
         blocks += _differences(configs, differing)
     if equal:
         first = next(iter(configs.values()))
-        rows = tuple((Cell(_named(key)), _cell(first.get(key))) for key in equal)
-        what = "The resolved config" if len(configs) == 1 else "Equal in all runs"
-        blocks.append(Table("equal", what, (Head("key"), Head("value")), rows))
+        rows = tuple((Cell(_with_unit(key)), _cell(first.get(key))) for key in equal)
+        heading = "The resolved config" if len(configs) == 1 else "Equal in all runs"
+        blocks.append(Table("equal", heading, (Head("key"), Head("value")), rows))
     if len(configs) < len(facts):
         blocks.append(
-            f"{counted(len(facts) - len(configs), 'run')} with a config that cannot be read."
+            f"Not shown: {counted(len(facts) - len(configs), 'run')} with an unreadable config."
         )
     return Section("differences", title, tuple(blocks))
 
 
 def _differences(configs: Mapping[str, Flat], keys: Sequence[str]) -> list[Block]:
     if not keys:
-        return ["The configs of all runs say the same."]
-    if len(configs) <= MAX_SIDE_BY_SIDE:
+        return ["The configs of all runs are equal."]
+    if len(configs) <= MAX_RUN_COLUMNS:
         rows = tuple(
-            (Cell(_named(key)), *(_cell(config.get(key)) for config in configs.values()))
+            (Cell(_with_unit(key)), *(_cell(config.get(key)) for config in configs.values()))
             for key in keys
         )
         heads = (Head("key"), *(Head(label) for label in configs))
-        return [Table("differences", "One row for each key that differs", heads, rows)]
+        return [Table("differences", "Keys that differ", heads, rows)]
     shown = keys[:MAX_KEYS]
-    return [_extent(configs, keys), _by_run(configs, shown, left_out=len(keys) - len(shown))]
+    return [_ranges(configs, keys), _by_run(configs, shown, omitted=len(keys) - len(shown))]
 
 
-def _extent(configs: Mapping[str, Flat], keys: Sequence[str]) -> Table:
-    """How far each key varies."""
+def _ranges(configs: Mapping[str, Flat], keys: Sequence[str]) -> Table:
+    """Return the range of each differing key."""
     heads = (Head("key"), Head("values", numbers=True), Head("smallest"), Head("largest"))
     rows = []
     for key in keys:
         values = [config.get(key) for config in configs.values()]
         numbers = [float(value) for value in values if _is_number(value)]
-        whole = len(numbers) == len(values)
-        ends = (min(numbers), max(numbers)) if whole else (None, None)
+        all_numbers = len(numbers) == len(values)
+        ends = (min(numbers), max(numbers)) if all_numbers else (None, None)
         count = len({json.dumps(value, default=str) for value in values})
-        rows.append((Cell(_named(key)), Cell(str(count), float(count)), *map(_cell, ends)))
-    return Table("varied", "Keys that differ, and how far", heads, tuple(rows))
+        rows.append((Cell(_with_unit(key)), Cell(str(count), float(count)), *map(_cell, ends)))
+    return Table("varied", "Ranges of the keys that differ", heads, tuple(rows))
 
 
-def _by_run(configs: Mapping[str, Flat], keys: Sequence[str], left_out: int) -> Table:
+def _by_run(configs: Mapping[str, Flat], keys: Sequence[str], omitted: int) -> Table:
     heads = (
         Head("run"),
-        *(Head(untrusted(key), UNITS.get(key, ""), _numeric(key, configs)) for key in keys),
+        *(Head(untrusted(key), unit_of(key), _numeric(key, configs)) for key in keys),
     )
     rows = tuple(
         (Cell(label), *(_cell(config.get(key)) for key in keys))
         for label, config in configs.items()
     )
-    note = f"{counted(left_out, 'more key')} that differ are not shown here." if left_out else ""
-    return Table("differences", "One row for each run", heads, rows, note)
+    note = f"Not shown: {counted(omitted, 'more differing key')}." if omitted else ""
+    return Table("differences", "Keys that differ, by run", heads, rows, note)
 
 
 def _numeric(key: str, configs: Mapping[str, Flat]) -> bool:
     return all(_is_number(config.get(key)) for config in configs.values())
 
 
-def _flat(data: Mapping[str, Any], lead: str = "") -> Flat:
-    """Keys from the root, as on the command line; a list is one value."""
-    found: Flat = {}
+def _flat(data: Mapping[str, Any], prefix: str = "") -> Flat:
+    """Return the values of a config by dotted key, as on the command line; a list is one value."""
+    values: Flat = {}
     for key, value in data.items():
-        if not lead and key in LEFT_OUT:
+        if not prefix and key in OMITTED_KEYS:
             continue
-        name = f"{lead}{key}"
-        found |= _flat(value, f"{name}.") if isinstance(value, dict) else {name: value}
-    return found
+        name = f"{prefix}{key}"
+        values |= _flat(value, f"{name}.") if isinstance(value, dict) else {name: value}
+    return values
 
 
 def _differs(key: str, configs: Sequence[Flat]) -> bool:
@@ -108,8 +112,8 @@ def _differs(key: str, configs: Sequence[Flat]) -> bool:
     return any(config.get(key) != first for config in configs)
 
 
-def _named(key: str) -> str:
-    unit = UNITS.get(key, "")
+def _with_unit(key: str) -> str:
+    unit = unit_of(key)
     return untrusted(f"{key} [{unit}]" if unit else key)
 
 
@@ -120,11 +124,11 @@ def _is_number(value: object) -> TypeGuard[int | float]:
 def _cell(value: object) -> Cell:
     if _is_number(value):
         return Cell(number(value, 12), float(value))
-    return Cell(NOTHING if value is None else untrusted(_words(value)))
+    return Cell(NO_VALUE if value is None else untrusted(_text(value)))
 
 
-def _words(value: object) -> str:
-    """A value of a config as it is written there."""
+def _text(value: object) -> str:
+    """Return a config value as text."""
     if isinstance(value, list):
-        return f"[{', '.join(_words(entry) for entry in value)}]"
+        return f"[{', '.join(_text(entry) for entry in value)}]"
     return number(value, 12) if isinstance(value, float) else str(value)

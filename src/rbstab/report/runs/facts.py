@@ -1,4 +1,4 @@
-"""What a report says of a run beside its arrays, each found once."""
+"""Facts on a run for several tables: certificate, proof, comparison with printed values."""
 
 import math
 from collections.abc import Sequence
@@ -6,42 +6,43 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rbstab.analysis.certificate import Verdict
-from rbstab.experiment.certified import proved_checks
+from rbstab.config.build import problem_of
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.proof_cache import cached_proof, proof_file
+from rbstab.experiment.run_certificate import proved_checks
 from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
-from rbstab.experiment.summary import Comparison, comparisons_of
+from rbstab.experiment.summary import ReferenceValue, reference_values_of
 from rbstab.report.reading.sources import Run
 
 REGION = "certified region"
-"""The line of a certificate that says whether a run starts in its certified region."""
+"""Name of the check that a run starts in its certified region."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunFacts:
-    """A run, and what is known of it.
+    """A run with its certificate, proof and comparisons.
 
     Args:
         run: The run.
-        lines: Of its certificate.
-        proof: What is proved of its body, gravity and controller; None where nothing is kept.
-        inside: Whether it starts in its certified region; None where that is not known.
-        comparisons: The values of its config's `reference` beside its own.
+        lines: The checks of its certificate.
+        proof: The stored proof for its body, gravity and controller; None without one.
+        inside: Whether the run starts in its certified region; None if unknown.
+        comparisons: Printed values of the config's `reference`, each with the computed one.
     """
 
     run: Run
     lines: tuple[CertificateLine, ...]
     proof: Proof | None
     inside: bool | None
-    comparisons: tuple[Comparison, ...]
+    comparisons: tuple[ReferenceValue, ...]
 
     def attribute(self, name: str) -> str:
-        """An attribute of the result as text, "" where it has none."""
+        """Return an attribute of the result as text; "" if it is missing."""
         return str(self.run.result.attributes.get(name, ""))
 
 
 def facts_of(runs: Sequence[Run]) -> tuple[RunFacts, ...]:
-    """The facts of runs, in their order."""
+    """Return the facts of runs, in their order."""
     proofs: dict[Path, Proof | None] = {}
     return tuple(_facts(run, _proof(run, proofs)) for run in runs)
 
@@ -49,33 +50,38 @@ def facts_of(runs: Sequence[Run]) -> tuple[RunFacts, ...]:
 def _facts(run: Run, proof: Proof | None) -> RunFacts:
     result, config = run.result, run.config
     reference = config.reference if config is not None else None
-    found = comparisons_of(result, reference, run.summary) if reference is not None else []
+    comparisons = (
+        reference_values_of(result, reference, run.summary) if reference is not None else []
+    )
     lines = tuple(certificate_lines(result))
     return RunFacts(
         run=run,
         lines=lines,
         proof=proof,
         inside=_inside(run, lines, proof),
-        comparisons=tuple(found),
+        comparisons=tuple(comparisons),
     )
 
 
-def _proof(run: Run, known: dict[Path, Proof | None]) -> Proof | None:
-    """The kept proof beside a result; many runs have the same."""
+def _proof(run: Run, cached: dict[Path, Proof | None]) -> Proof | None:
+    """Return the proof stored beside a result; runs may share it."""
     if run.config is None:
         return None
     path = proof_file(run.path.parent, run.config)
-    if path not in known:
-        known[path] = cached_proof(run.path.parent, run.config)
-    return known[path]
+    if path not in cached:
+        cached[path] = cached_proof(run.path.parent, run.config)
+    return cached[path]
 
 
 def _inside(run: Run, lines: Sequence[CertificateLine], proof: Proof | None) -> bool | None:
-    """As the certificate says; where it was made before there was a proof, as that says now."""
+    """Return whether a run starts in its certified region; None if unknown.
+
+    The certificate decides. If it was written without a proof, a proof stored since then decides.
+    """
     stored = [(line.verdict, line.value) for line in lines if line.check == REGION]
     if (not stored or math.isnan(stored[0][1])) and proof is not None and run.config is not None:
-        now = proved_checks(run.config, proof)
-        stored = [(str(check.verdict), check.value) for check in now if check.name == REGION]
+        checks = proved_checks(problem_of(run.config), proof)
+        stored = [(str(check.verdict), check.value) for check in checks if check.name == REGION]
     if not stored or math.isnan(stored[0][1]):
         return None
     return stored[0][0] == Verdict.CERTIFIED

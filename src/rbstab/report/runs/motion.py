@@ -1,4 +1,4 @@
-"""The motion of a run's body in space, in as many frames as a view needs."""
+"""The animated motion of a body, reduced to the frames that a view needs."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -6,23 +6,22 @@ from scipy.spatial.transform import Rotation
 from rbstab.config.build import system_of
 from rbstab.mechanics import attitude
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.document import Motion
+from rbstab.report.model.document import Animation
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.solid import bone_of, semi_axes
 
 MAX_FRAMES = 360
-"""More are not seen; a page keeps only where the body is in each."""
+"""Maximum number of frames. A page stores the pose of each; more would not be visible."""
 
 
-def motion_of(run: Run) -> Motion:
-    """The motion of a run's body, with a shape for it.
+def animation_of(run: Run) -> Animation:
+    """Return the motion of a run's body, with its shape.
 
     Raises:
-        ValueError: The config of the run cannot be read, so that its body is not known; or the run
-            has no finite state.
+        ValueError: The config, which describes the body, cannot be read; or no state is finite.
     """
     if run.config is None:
-        raise ValueError(f"{run.label}: the body is not known, for its config cannot be read")
+        raise ValueError(f"{run.label}: the body is unknown because the config cannot be read")
     system = system_of(run.config)
     X, Theta = run.result["position"], run.result["orientation"]
     finite = np.flatnonzero(np.isfinite(X).all(axis=1) & np.isfinite(Theta).all(axis=1))
@@ -31,32 +30,32 @@ def motion_of(run: Run) -> Motion:
     turns = Rotation.from_matrix(np.array([attitude.rotation(angles) for angles in Theta[finite]]))
     times = run.result["time"][finite]
     lengths, _ = semi_axes(system.body)
-    kept = _kept(times, X[finite] / lengths[-1], turns)
-    tied = run.config.controller.variant != "free"
-    return Motion(
+    frames = _frames(times, X[finite] / lengths[-1], turns)
+    has_anchor = run.config.controller.variant != "free"
+    return Animation(
         name=run.name,
         title=run.label,
-        times=times[kept],
-        positions=X[finite][kept],
-        rotations=turns[kept].as_quat(scalar_first=True),
+        times=times[frames],
+        positions=X[finite][frames],
+        rotations=turns[frames].as_quat(scalar_first=True),
         solid=bone_of(system.body),
         contact_point=system.body.contact_point,
-        # E counts from where the contact point is at X = 0, Θ = 0, moved by X_a (eq. 38).
-        anchor=system.body.contact_point + system.anchor if tied else None,
+        # E is measured from the contact point at X = 0, Θ = 0, moved by X_a (eq. 38).
+        anchor=system.body.contact_point + system.anchor if has_anchor else None,
     )
 
 
-def _kept(times: Array, places: Array, turns: Rotation) -> Array:
-    """The numbers of the frames: closer in time where the body moves more."""
+def _frames(times: Array, positions: Array, turns: Rotation) -> Array:
+    """Return the indices of the samples to show, denser where the body moves faster."""
     count = len(times)
     if count <= MAX_FRAMES:
         return np.arange(count)
     steps = (turns[:-1].inv() * turns[1:]).magnitude()
-    steps = steps + np.linalg.norm(np.diff(places, axis=0), axis=1)
+    steps = steps + np.linalg.norm(np.diff(positions, axis=0), axis=1)
     shares = [_share(np.diff(times)), _share(steps)]
     path = np.concatenate([[0.0], np.cumsum(sum(shares))])
-    wanted = np.linspace(0.0, path[-1], MAX_FRAMES)
-    return np.unique([0, *np.searchsorted(path, wanted).clip(max=count - 1), count - 1])
+    targets = np.linspace(0.0, path[-1], MAX_FRAMES)
+    return np.unique([0, *np.searchsorted(path, targets).clip(max=count - 1), count - 1])
 
 
 def _share(steps: Array) -> Array:

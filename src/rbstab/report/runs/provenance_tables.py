@@ -1,4 +1,4 @@
-"""Where results come from, what is odd about them, and how they are made again."""
+"""Report sections on warnings, provenance and the commands that repeat runs."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -6,35 +6,39 @@ from pathlib import Path
 from typing import Any
 
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
-from rbstab.report.model.words import NOTHING, listed, number, shell_word, untrusted
+from rbstab.report.model.words import NO_VALUE, listed, number, shell_word, untrusted
 from rbstab.report.runs.facts import RunFacts
-from rbstab.report.runs.tables import quantity
+from rbstab.report.runs.tables import number_cell
 
 MAX_COMMANDS = 24
-"""Runs whose commands are written out."""
+"""Up to this many runs have a command each."""
 
-OF_ONE_RUN = ("steps", "evaluations", "wall_time")
-"""Attributes that belong to each run by itself."""
+PER_RUN_ATTRIBUTES = ("steps", "evaluations", "wall_time")
+"""Attributes that always have a column in the table of runs."""
 
 SHOWN_ELSEWHERE = ("title", "variant", "status", "status_detail", "verdict", "warnings", "run_id")
+"""Attributes that other tables of the report show."""
 
 
 def warnings_section(facts: Sequence[RunFacts]) -> Section | None:
-    """What is odd about the runs, each sentence once; None where nothing is."""
+    """Return the section with the warnings of all runs; None without warnings.
+
+    Runs with the same warning share a row.
+    """
     runs: dict[str, list[str]] = {}
-    for one in facts:
-        detail = one.attribute("status_detail")
-        for warning in [*([detail] if detail else []), *one.attribute("warnings").splitlines()]:
-            runs.setdefault(warning, []).append(one.run.label)
+    for entry in facts:
+        detail = entry.attribute("status_detail")
+        for warning in [*([detail] if detail else []), *entry.attribute("warnings").splitlines()]:
+            runs.setdefault(warning, []).append(entry.run.label)
     if not runs:
         return None
     rows = tuple((Cell(text), Cell(listed(labels))) for text, labels in runs.items())
-    table = Table("warnings", "What is odd", (Head("warning"), Head("runs")), rows)
+    table = Table("warnings", "Warnings by run", (Head("warning"), Head("runs")), rows)
     return Section("warnings", "Warnings", (table,))
 
 
 def provenance_section(facts: Sequence[RunFacts]) -> Section:
-    """Versions, identities, tolerances, and the commands that make the runs again."""
+    """Return the section with versions, identities, tolerances, and commands that repeat runs."""
     blocks: list[Block] = []
     shared = _shared(facts)
     if shared is not None:
@@ -44,86 +48,86 @@ def provenance_section(facts: Sequence[RunFacts]) -> Section:
 
 
 def _origin(facts: RunFacts) -> dict[str, str]:
-    """What made a run, as texts: its attributes, and how exactly it was followed."""
+    """Return the origin of a run, as texts by name: its attributes and integrator settings."""
     attributes: dict[str, Any] = dict(facts.run.result.attributes)
-    found = {
-        name.replace("_", " "): str(value) or NOTHING
+    origin = {
+        name.replace("_", " "): str(value) or NO_VALUE
         for name, value in attributes.items()
-        if name not in (*SHOWN_ELSEWHERE, *OF_ONE_RUN)
+        if name not in (*SHOWN_ELSEWHERE, *PER_RUN_ATTRIBUTES)
     }
     integration = facts.run.data.get("integration")
     if isinstance(integration, dict):
         for key in ("method", "rtol", "atol"):
             if key in integration:
                 value = integration[key]
-                found[key] = number(value, 12) if isinstance(value, float) else untrusted(value)
-    return found
+                origin[key] = number(value, 12) if isinstance(value, float) else untrusted(value)
+    return origin
 
 
 def _shared(facts: Sequence[RunFacts]) -> Table | None:
-    """What is the same of all runs."""
-    origins = [_origin(one) for one in facts]
+    """Return the table of values that all runs share; None if there are none."""
+    origins = [_origin(entry) for entry in facts]
     rows = tuple(
         (Cell(name), Cell(value))
         for name, value in origins[0].items()
         if all(origin.get(name) == value for origin in origins)
     )
-    title = "Of all runs" if len(facts) > 1 else "Of the run"
-    return Table("versions", title, (Head("what"), Head("value")), rows) if rows else None
+    title = "Shared by all runs" if len(facts) > 1 else "Origin of the run"
+    return Table("versions", title, (Head("property"), Head("value")), rows) if rows else None
 
 
 def _by_run(facts: Sequence[RunFacts]) -> Table:
-    """What each run has of its own."""
-    origins = [_origin(one) for one in facts]
+    """Return the table of values that differ between runs."""
+    origins = [_origin(entry) for entry in facts]
     names = list(dict.fromkeys(name for origin in origins for name in origin))
-    own = [name for name in names if len({origin.get(name) for origin in origins}) > 1]
+    differing = [name for name in names if len({origin.get(name) for origin in origins}) > 1]
     heads = (
         Head("run"),
         Head("file"),
         Head("run id"),
-        *(Head(name) for name in own),
+        *(Head(name) for name in differing),
         Head("steps", numbers=True),
         Head("evaluations", numbers=True),
         Head("wall time", "s", numbers=True),
     )
     rows = tuple(
         (
-            Cell(one.run.label),
-            Cell(untrusted(one.run.path)),
-            Cell(one.run.result.run_id),
-            *(Cell(origin.get(name, NOTHING)) for name in own),
-            _attribute(one, "steps", 12),
-            _attribute(one, "evaluations", 12),
-            _attribute(one, "wall_time", 3),
+            Cell(entry.run.label),
+            Cell(untrusted(entry.run.path)),
+            Cell(entry.run.result.run_id),
+            *(Cell(origin.get(name, NO_VALUE)) for name in differing),
+            _attribute(entry, "steps", 12),
+            _attribute(entry, "evaluations", 12),
+            _attribute(entry, "wall_time", 3),
         )
-        for one, origin in zip(facts, origins, strict=True)
+        for entry, origin in zip(facts, origins, strict=True)
     )
-    return Table("origins", "Of each run", heads, rows)
+    return Table("origins", "Origin of each run", heads, rows)
 
 
 def _attribute(facts: RunFacts, name: str, digits: int) -> Cell:
     value = facts.run.result.attributes.get(name)
-    return quantity(float(value), digits) if isinstance(value, int | float) else Cell(NOTHING)
+    return number_cell(float(value), digits) if isinstance(value, int | float) else Cell(NO_VALUE)
 
 
 def _commands(facts: Sequence[RunFacts]) -> list[Block]:
-    """How runs are repeated: from their stored configs, into another folder."""
+    """Return the commands that repeat runs from their stored configs, in another folder."""
     if len(facts) > MAX_COMMANDS:
         return [
-            "Each run is repeated from its stored config: "
+            "To repeat a run from its stored config: "
             "rbstab show RESULT --config > NAME.yaml && rbstab run NAME.yaml -o again"
         ]
-    names = _names([one.run.path for one in facts])
+    names = _names([entry.run.path for entry in facts])
     rows = tuple(
-        (Cell(one.run.label), Cell(repeating(one.run.path, name)))
-        for one, name in zip(facts, names, strict=True)
+        (Cell(entry.run.label), Cell(repeat_command(entry.run.path, name)))
+        for entry, name in zip(facts, names, strict=True)
     )
     heads = (Head("run"), Head("command"))
-    return [Table("commands", "What repeats each run, from its stored config", heads, rows)]
+    return [Table("commands", "Commands that repeat each run from its stored config", heads, rows)]
 
 
 def _names(paths: Sequence[Path]) -> list[str]:
-    """The names of results, with numbers where several have the same."""
+    """Return the names of results; results with the same name are numbered."""
     counts = Counter(path.stem for path in paths)
     return [
         path.stem if counts[path.stem] == 1 else f"{path.stem}-{number + 1}"
@@ -131,8 +135,13 @@ def _names(paths: Sequence[Path]) -> list[str]:
     ]
 
 
-def repeating(path: Path, name: str) -> str:
-    """The command that repeats the run of a result into the folder `again`, by a name."""
-    # Beside a result there may be the config that somebody has written by hand.
+def repeat_command(path: Path, name: str) -> str:
+    """Return the command that repeats the run of a result in the folder `again`.
+
+    Args:
+        path: The file of the result.
+        name: The name of the repeated run.
+    """
+    # NAME.yaml may be the user's own config; the command must not overwrite it.
     file, config = shell_word(path), shell_word(Path(f"{name}-again.yaml"))
     return untrusted(f"rbstab show {file} --config > {config} && rbstab run {config} -o again")

@@ -1,4 +1,4 @@
-"""The sections of a report on its runs: all together, then one by one."""
+"""Report sections with the figures of runs: all runs together, then each run."""
 
 from collections.abc import Sequence
 
@@ -13,41 +13,41 @@ from rbstab.report.runs.figures.sliding import sliding_figures
 from rbstab.report.runs.figures.states import overlaid_states, state_figures
 
 MAX_CURVES = 24
-"""Runs that are drawn as curves: of more, nobody could tell the curves apart."""
+"""Maximum number of runs drawn as curves; readers cannot distinguish more."""
 
 
 def run_sections(runs: Sequence[Run]) -> tuple[Section, ...]:
-    """The figures of runs.
+    """Return the sections with the figures of runs.
 
     Args:
-        runs: The runs. Of more than `MAX_CURVES` only distributions are drawn.
+        runs: The runs. For more than `MAX_CURVES` only distributions are drawn.
 
     Returns:
-        "runs-compared" (several runs) or "runs-decay" (one), "runs-eigenvalues", and for each run
-        one named like "run-1-figures"; nothing for no run.
+        The section "runs-compared" (several runs) or "runs-decay" (one run), the section
+        "runs-eigenvalues", and a section such as "run-1-figures" for each run; () without runs.
     """
     if not runs:
         return ()
     if len(runs) > MAX_CURVES:
-        said = (
-            f"These are {len(runs)} runs. Of more than {MAX_CURVES} no curves are drawn, but how "
-            "their outcomes are spread."
+        sentence = (
+            f"The report has {len(runs)} runs. With more than {MAX_CURVES} runs it shows the "
+            "distributions of their outcomes in place of curves."
         )
-        blocks: tuple[Block, ...] = (said, distribution_figure(runs))
+        blocks: tuple[Block, ...] = (sentence, distribution_figure(runs))
         return (Section("runs-distributions", "Outcomes of all runs", blocks),)
-    sections = [_together(runs)]
+    sections = [_comparison_section(runs)]
     eigenvalues = eigenvalue_blocks(runs)
     if eigenvalues:
         sections.append(Section("runs-eigenvalues", "Eigenvalues at the rest state", eigenvalues))
-    return (*sections, *(_alone(run) for run in runs))
+    return (*sections, *(_run_section(run) for run in runs))
 
 
-def _together(runs: Sequence[Run]) -> Section:
+def _comparison_section(runs: Sequence[Run]) -> Section:
     if len(runs) == 1:
         return Section("runs-decay", "Decay", (decay_figure(runs),))
     return Section(
         "runs-compared",
-        "Runs compared",
+        "Comparison of runs",
         (
             decay_figure(runs),
             *overlaid_states(runs),
@@ -57,7 +57,7 @@ def _together(runs: Sequence[Run]) -> Section:
     )
 
 
-def _alone(run: Run) -> Section:
+def _run_section(run: Run) -> Section:
     figures = (
         *state_figures(run),
         energy_figure(run),

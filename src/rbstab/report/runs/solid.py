@@ -1,4 +1,4 @@
-"""The shape by which a body is shown: a bone, as long, wide and thick as its inertia says."""
+"""The shape that represents a body: a bone with the proportions of its inertia."""
 
 import numpy as np
 
@@ -6,32 +6,33 @@ from rbstab.mechanics.body import Body
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Solid
 
-THINNEST = 0.12
-"""Of the longest semi-axis: no solid is drawn thinner, so that one can see it."""
+MIN_THICKNESS = 0.12
+"""Shorter semi-axes are drawn with this fraction of the longest, so that they stay visible."""
 
-SHAFT = 0.55
-"""The girth of the shaft over that of the heads."""
+SHAFT_RADIUS = 0.55
+"""The radius of the shaft over the radius of the heads."""
 
-HEAD = 0.42
-"""The part of each half of the bone that is head."""
+HEAD_FRACTION = 0.42
+"""The length of a head over half the length of the bone."""
 
 RINGS, SIDES = 26, 24
+"""Number of rings along the bone, and of vertices on each ring."""
 
 
 def bone_of(body: Body) -> Solid:
-    """A bone along the axis of the least moment, within the body's ellipsoid of inertia.
+    """Return a bone along the axis of the least moment.
 
-    It is as long, wide and thick as the ellipsoid of even density with the body's mass and
-    principal moments (`semi_axes`); its shaft is slimmer than its heads.
+    It has the length, width and thickness of the ellipsoid of uniform density with the body's mass
+    and principal moments (`semi_axes`). Its shaft is thinner than its heads.
     """
     lengths, directions = semi_axes(body)
     along = np.cos(np.linspace(np.pi, 0.0, RINGS))
     around = np.linspace(0.0, 2 * np.pi, SIDES, endpoint=False)
-    girth = _girth(along)
+    radius = _radius(along)
     unit = np.stack(
         [
-            np.outer(girth, np.cos(around)),
-            np.outer(girth, np.sin(around)),
+            np.outer(radius, np.cos(around)),
+            np.outer(radius, np.sin(around)),
             np.repeat(along[:, None], SIDES, axis=1),
         ],
         axis=-1,
@@ -40,12 +41,12 @@ def bone_of(body: Body) -> Solid:
 
 
 def semi_axes(body: Body) -> tuple[Array, Array]:
-    """The semi-axes of the ellipsoid of even density with a body's mass and principal moments.
+    """Return the semi-axes of the ellipsoid of uniform density with a body's mass and moments.
 
-    With the moments j of an ellipsoid, the mean square of the distance along axis i is
-    s_i = (j_k + j_l - j_i) / 2m, and its semi-axis is √(5 s_i). Where the moments are those of no
-    real body, one of these is negative: it is taken as zero, and then, like any that is too small
-    to be seen, as `THINNEST` of the longest.
+    For principal moments j, the mean square of the distance along axis i is
+    s_i = (j_k + j_l - j_i) / 2m, and the semi-axis is √(5 s_i). If no real body has the moments,
+    one s_i is negative and is set to zero. A semi-axis below `MIN_THICKNESS` times the longest is
+    set to that value.
 
     Returns:
         The semi-axes, ascending, shape (3,), m; and their directions in body coordinates, columns
@@ -58,23 +59,25 @@ def semi_axes(body: Body) -> tuple[Array, Array]:
     lengths, directions = lengths[order], directions[:, order]
     if np.linalg.det(directions) < 0:
         directions = directions * [-1.0, 1.0, 1.0]
-    return lengths.clip(min=THINNEST * lengths[-1]), directions
+    return lengths.clip(min=MIN_THICKNESS * lengths[-1]), directions
 
 
-def _girth(along: Array) -> Array:
-    """The radius at each place along the bone, of 1, from -1 to 1: two heads and a shaft."""
+def _radius(along: Array) -> Array:
+    """Return the radius of the bone, at most 1, at positions from -1 to 1 along it."""
     from_end = 1 - np.abs(along)
-    head = np.sqrt((from_end / HEAD * (2 - from_end / HEAD)).clip(min=0.0))
-    swell = ((from_end - HEAD) / (1 - HEAD)).clip(0.0, 1.0)
-    middle = SHAFT + (1 - SHAFT) * (0.5 + 0.5 * np.cos(np.pi * swell.clip(max=0.7) / 0.7))
-    return np.where(from_end <= HEAD, head, middle)
+    head = np.sqrt((from_end / HEAD_FRACTION * (2 - from_end / HEAD_FRACTION)).clip(min=0.0))
+    swell = ((from_end - HEAD_FRACTION) / (1 - HEAD_FRACTION)).clip(0.0, 1.0)
+    middle = SHAFT_RADIUS + (1 - SHAFT_RADIUS) * (
+        0.5 + 0.5 * np.cos(np.pi * swell.clip(max=0.7) / 0.7)
+    )
+    return np.where(from_end <= HEAD_FRACTION, head, middle)
 
 
 def _triangles() -> Array:
-    """The corners of the triangles between neighbouring rings, outward side anticlockwise."""
+    """Return the corners of triangles between neighbouring rings, anticlockwise from outside."""
     ring, side = np.meshgrid(np.arange(RINGS - 1), np.arange(SIDES), indexing="ij")
-    here, there = ring * SIDES + side, ring * SIDES + (side + 1) % SIDES
-    lower = np.stack([here, there, there + SIDES], axis=-1)
-    upper = np.stack([here, there + SIDES, here + SIDES], axis=-1)
-    # The first and the last ring are points, where one triangle of each pair has no area.
+    corner, next_corner = ring * SIDES + side, ring * SIDES + (side + 1) % SIDES
+    lower = np.stack([corner, next_corner, next_corner + SIDES], axis=-1)
+    upper = np.stack([corner, next_corner + SIDES, corner + SIDES], axis=-1)
+    # The first and last rings are points, where one triangle of each pair has zero area.
     return np.concatenate([lower[1:].reshape(-1, 3), upper[:-1].reshape(-1, 3)])

@@ -1,4 +1,4 @@
-"""The runs of a report at a glance: how each ended, and by what numbers it is judged."""
+"""The summary table of runs: status, verdict and the main numbers of each run."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -7,12 +7,12 @@ from rbstab.analysis.certificate import Verdict
 from rbstab.experiment.proof import Proof
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Cell, Head, Table
-from rbstab.report.model.words import NOTHING, counted, listed, number
+from rbstab.report.model.words import NO_VALUE, counted, listed, number
 from rbstab.report.runs.facts import RunFacts
-from rbstab.sweep.members.outcome import SETTLED
+from rbstab.sweep.members.outcome import SETTLED_FRACTION
 
 CENTIMETRES = 100.0
-"""In a metre: E is a matter of centimetres, as in the paper."""
+"""Centimetres in a metre; reports give E in centimetres, as the paper does."""
 
 HEADS = (
     Head("run"),
@@ -32,44 +32,48 @@ HEADS = (
 )
 
 NOTE = (
-    "v is the Lyapunov function and r what its integrated derivative leaves unexplained. Peak E is "
-    "the displacement of the contact point farthest from zero, by axis; settled is v below "
-    f"{SETTLED:g} v(0) for good. Rest states are those in the range of the Euler angles, and the "
-    "certified region is where convergence is proved, both where a proof is kept beside the result "
-    "(rbstab stability makes it)."
+    "v is the Lyapunov function, and r = v(t) - v(0) - ∫v' dt is the energy residual. Peak E1, E2 "
+    "and E3 are the displacements of the contact point farthest from zero, by axis. A run has "
+    f"settled when v stays below {SETTLED_FRACTION:g} v(0). Rest states are those in the "
+    "range of the Euler angles. Convergence is proved in the certified region. "
+    "The last two columns need a proof stored beside the result; run rbstab stability to make one."
 )
 
-OF_WORK = (
-    "Where the connector slides on s = F + κE, v - ε stands in place of v, with ε the work of the "
-    "contact force; it does not end at zero. There, settled is said of v itself."
+WORK_NOTE = (
+    "For a connector that slides on s = F + κE, the table shows v - ε in place of v. ε is the work "
+    "of the contact force. v - ε does not end at zero, so the settling time is computed from v."
 )
-"""What has to be said besides where there are such runs."""
+"""Added to the note if a run stores v - ε."""
 
-TONES: dict[str, str] = {Verdict.CERTIFIED: "good", Verdict.VIOLATED: "bad", Verdict.UNKNOWN: "odd"}
-"""Of verdicts; what is seen to hold and not proved is neither good nor bad."""
+TONES: dict[str, str] = {
+    Verdict.CERTIFIED: "good",
+    Verdict.VIOLATED: "bad",
+    Verdict.UNKNOWN: "warning",
+}
+"""Tones of verdicts; `consistent` (held, but not proved) has none."""
 
 
 def summary_table(facts: Sequence[RunFacts]) -> Table:
-    """One row for each run."""
-    note = f"{NOTE} {OF_WORK}" if any(one.run.counts_work for one in facts) else NOTE
-    return Table("runs", "Runs", HEADS, tuple(_row(one) for one in facts), note)
+    """Return the table with one row for each run."""
+    note = f"{NOTE} {WORK_NOTE}" if any(entry.run.stores_v_minus_work for entry in facts) else NOTE
+    return Table("runs", "Runs", HEADS, tuple(_row(entry) for entry in facts), note)
 
 
 def overview(facts: Sequence[RunFacts]) -> str:
-    """How many runs there are, how they ended and what was found."""
-    status = Counter(one.run.result.status for one in facts)
-    verdict = Counter(one.attribute("verdict") or "of no certificate" for one in facts)
+    """Return a sentence that counts runs by status and by verdict."""
+    status = Counter(entry.run.result.status for entry in facts)
+    verdict = Counter(entry.attribute("verdict") or "without certificate" for entry in facts)
     runs = counted(len(facts), "run")
-    return f"{runs}: {_counts(status)}; by their certificates: {_counts(verdict)}."
+    return f"{runs}: {_counts(status)}. Verdicts: {_counts(verdict)}."
 
 
 def verdict_cell(verdict: str, target: str = "") -> Cell:
-    """A verdict with its tone."""
-    return Cell(verdict or NOTHING, tone=TONES.get(verdict, ""), target=target)
+    """Return a cell with a verdict and its tone."""
+    return Cell(verdict or NO_VALUE, tone=TONES.get(verdict, ""), target=target)
 
 
-def quantity(value: float, digits: int = 4) -> Cell:
-    """A number as a cell."""
+def number_cell(value: float, digits: int = 4) -> Cell:
+    """Return a cell with a number."""
     return Cell(number(value, digits), value)
 
 
@@ -78,15 +82,15 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
     completed = status == RunStatus.COMPLETED
     return (
         Cell(facts.run.label),
-        Cell(facts.attribute("variant") or NOTHING),
+        Cell(facts.attribute("variant") or NO_VALUE),
         Cell(status if completed else f"{status} at {number(s.end_time)} s", tone=_tone(completed)),
         verdict_cell(facts.attribute("verdict"), "certificates"),
-        quantity(s.lyapunov_start),
-        quantity(s.lyapunov_end),
-        quantity(s.relative_residual, 2),
-        *(quantity(CENTIMETRES * peak) for peak in s.peak_contact_displacement),
-        quantity(s.largest_pitch),
-        quantity(facts.run.settling_time),
+        number_cell(s.lyapunov_start),
+        number_cell(s.lyapunov_end),
+        number_cell(s.relative_residual, 2),
+        *(number_cell(CENTIMETRES * peak) for peak in s.peak_contact_displacement),
+        number_cell(s.largest_pitch),
+        number_cell(facts.run.settling_time),
         _rest_states(facts.proof),
         _inside(facts.inside),
     )
@@ -98,9 +102,9 @@ def _tone(completed: bool) -> str:
 
 def _rest_states(proof: Proof | None) -> Cell:
     if proof is None:
-        return Cell(NOTHING)
+        return Cell(NO_VALUE)
     count = len(proof.states)
-    tone = {True: "good", False: "odd", None: ""}[proof.globally_stable]
+    tone = {True: "good", False: "warning", None: ""}[proof.globally_stable]
     return Cell(str(count) if proof.proved else f"at least {count}", float(count), tone)
 
 
@@ -108,7 +112,7 @@ def _inside(inside: bool | None) -> Cell:
     return {
         True: Cell("yes", tone="good"),
         False: Cell("no"),
-        None: Cell(NOTHING),
+        None: Cell(NO_VALUE),
     }[inside]
 
 

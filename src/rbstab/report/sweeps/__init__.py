@@ -1,1 +1,1 @@
-"""What a report says of a sweep, part by part; `sections` puts the parts together."""
+"""Report sections on a sweep; `sections` puts them together."""

@@ -1,4 +1,4 @@
-"""Members that are worth a look by themselves: those beside a border between outcomes, and such."""
+"""Select notable members: extremes, failures, and members next to a border between outcomes."""
 
 from collections.abc import Iterator
 
@@ -6,125 +6,134 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.sweeps.members import ENDS, SETTLED, Members
+from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
 
 MAX_SEARCHED = 20_000
-"""Members among which neighbours are looked for where they were drawn."""
+"""Maximum number of sampled members among which neighbours are searched."""
 
 NEIGHBOURS = 8
-"""Of each of these."""
+"""Number of nearest neighbours to search for each member."""
 
-PAIRS = 3
-"""Pairs across a border that are listed."""
+MAX_PAIRS = 3
+"""Maximum number of pairs across a border in the list."""
 
-FEW = 2
-"""Members of any other kind that are listed."""
+MAX_PER_REASON = 2
+"""Maximum number of members in the list for each other reason."""
 
-FAR = 10.0
-"""Between members of different words, along a parameter that is cut to 0 to 1."""
+CATEGORY_DISTANCE = 10.0
+"""Distance between members with different categories; numbers are scaled to 0 to 1."""
 
 
 def notable(members: Members) -> list[tuple[str, int]]:
-    """Why a member is listed, and its number; each member once, at most about a dozen."""
-    found: dict[int, str] = {}
-    for why, number in _candidates(members):
-        found.setdefault(number, why)
-    return [(why, number) for number, why in found.items()]
+    """Return the reason and the number of each notable member, without duplicates.
+
+    There are about a dozen at most.
+    """
+    reasons: dict[int, str] = {}
+    for reason, number in _candidates(members):
+        reasons.setdefault(number, reason)
+    return [(reason, number) for number, reason in reasons.items()]
 
 
 def _candidates(members: Members) -> Iterator[tuple[str, int]]:
     for a, b in border_pairs(members):
-        yield f"beside {b}, which is {ENDS[members.ends[b]]}", a
-        yield f"beside {a}, which is {ENDS[members.ends[a]]}", b
+        yield f"next to member {b} ({OUTCOMES[members.outcomes[b]]})", a
+        yield f"next to member {a} ({OUTCOMES[members.outcomes[a]]})", b
     regularity = members.column("smallest_regularity")
     for number in _smallest(np.where(members.completed, regularity, np.nan)):
-        yield "smallest cos θ2 of those that stay in the range", number
+        yield "smallest cos θ2 of completed members", number
     if members.level is not None:
         with np.errstate(all="ignore"):
             distance = np.abs(members.column("lyapunov_start") / members.level - 1)
         for number in _smallest(distance):
             yield "v(0) nearest c*", number
     settling = np.where(
-        members.ends == ENDS.index(SETTLED), members.column("settling_time"), np.nan
+        members.outcomes == OUTCOMES.index(SETTLED), members.column("settling_time"), np.nan
     )
     for number in _smallest(-settling)[:1]:
         yield "settles last", number
-    # What is neither a completed motion nor one that left the range failed.
-    for number in np.flatnonzero(members.column("status") > 1)[:FEW].tolist():
-        yield ENDS[members.ends[number]], number
+    # Codes 0 and 1 are completed members and members that left the range; all others failed.
+    for number in np.flatnonzero(members.column("status") > 1)[:MAX_PER_REASON].tolist():
+        yield OUTCOMES[members.outcomes[number]], number
 
 
 def border_pairs(members: Members) -> list[tuple[int, int]]:
-    """Pairs of neighbours that ended in different ways, the nearest first.
+    """Return pairs of neighbours with different outcomes.
 
-    In a grid neighbours differ by one entry of one axis; the pairs are then taken from all over the
-    border. Of members that were drawn the nearest ones are found, as their parameters are scaled
-    to lengths of 1.
+    In a grid, neighbours differ by one entry of one axis; the pairs are spread over the border.
+    For sampled members the closest pairs are returned, the closest first; distances are between
+    parameters scaled to 0 to 1.
     """
     plan = members.plan
-    if plan is None or np.count_nonzero(members.counts) < 2 or not members.parameters:
+    if plan is None or np.count_nonzero(members.outcome_counts) < 2 or not members.parameters:
         return []
-    found = _in_grid(members) if plan.design is None else _among_drawn(members)
-    return found[:PAIRS]
+    pairs = _in_grid(members) if plan.design is None else _among_sampled(members)
+    return pairs[:MAX_PAIRS]
 
 
 def _in_grid(members: Members) -> list[tuple[int, int]]:
     assert members.plan is not None
     shape = tuple(members.plan.dimensions.values())
-    ends = members.ends.reshape(shape)
+    outcomes = members.outcomes.reshape(shape)
     numbers = np.arange(len(members)).reshape(shape)
     pairs = []
     for axis, (name, length) in enumerate(members.plan.dimensions.items()):
-        if length < 2 or any(p.name == name and p.axis.words for p in members.parameters):
+        if length < 2 or any(p.name == name and p.axis.categories for p in members.parameters):
             continue
-        one, next_one = (
-            np.take(numbers, np.arange(*ends_of), axis=axis)
-            for ends_of in ((0, length - 1), (1, length))
+        lower, upper = (
+            np.take(numbers, np.arange(*bounds), axis=axis)
+            for bounds in ((0, length - 1), (1, length))
         )
-        differs = np.take(ends, np.arange(length - 1), axis=axis) != np.take(
-            ends, np.arange(1, length), axis=axis
+        differs = np.take(outcomes, np.arange(length - 1), axis=axis) != np.take(
+            outcomes, np.arange(1, length), axis=axis
         )
-        pairs.append(np.stack([one[differs], next_one[differs]], axis=1))
-    found = np.concatenate(pairs) if pairs else np.zeros((0, 2), int)
-    if not len(found):
+        pairs.append(np.stack([lower[differs], upper[differs]], axis=1))
+    border = np.concatenate(pairs) if pairs else np.zeros((0, 2), int)
+    if not len(border):
         return []
-    picked = np.unique(((np.arange(PAIRS) + 0.5) * len(found) / PAIRS).astype(int))
-    return [(int(a), int(b)) for a, b in found[picked].tolist()]
+    picked = np.unique(((np.arange(MAX_PAIRS) + 0.5) * len(border) / MAX_PAIRS).astype(int))
+    return [(int(a), int(b)) for a, b in border[picked].tolist()]
 
 
-def _among_drawn(members: Members) -> list[tuple[int, int]]:
-    chosen = _searched(members)
+def _among_sampled(members: Members) -> list[tuple[int, int]]:
+    searched = _searched(members)
     points = np.stack(
         [
-            (p.values * FAR if p.axis.words else p.unit_values)[chosen].astype(float)
+            (p.values * CATEGORY_DISTANCE if p.axis.categories else p.unit_values)[searched].astype(
+                float
+            )
             for p in members.parameters
         ],
         axis=1,
     )
-    ends = members.ends[chosen]
-    wanted = min(NEIGHBOURS + 1, len(chosen))
-    distances, near = cKDTree(points).query(points, k=wanted)
-    near = near.reshape(len(chosen), wanted)
-    own = np.broadcast_to(np.arange(len(chosen))[:, np.newaxis], near.shape)
-    across = (ends[own] != ends[near]) & (distances.reshape(near.shape) < FAR / 2)
+    outcomes = members.outcomes[searched]
+    count = min(NEIGHBOURS + 1, len(searched))
+    distances, near = cKDTree(points).query(points, k=count)
+    near = near.reshape(len(searched), count)
+    own = np.broadcast_to(np.arange(len(searched))[:, np.newaxis], near.shape)
+    across = (outcomes[own] != outcomes[near]) & (
+        distances.reshape(near.shape) < CATEGORY_DISTANCE / 2
+    )
     order = np.argsort(distances.reshape(near.shape)[across], kind="stable")
     pairs = np.sort(np.stack([own[across], near[across]], axis=1)[order], axis=1)
-    unique = dict.fromkeys(map(tuple, pairs[: 20 * PAIRS].tolist()))
-    return [(int(chosen[a]), int(chosen[b])) for a, b in unique]
+    unique = dict.fromkeys(map(tuple, pairs[: 20 * MAX_PAIRS].tolist()))
+    return [(int(searched[a]), int(searched[b])) for a, b in unique]
 
 
 def _searched(members: Members) -> Array:
-    """The numbers of the members that are searched: the first points of each group."""
+    """Return the numbers of the members to search: those of the first points of each condition."""
     assert members.plan is not None
     assert members.plan.design is not None
     points = members.plan.design.points
     groups = len(members) // points
     first = np.arange(min(points, max(1, MAX_SEARCHED // groups)))
-    found: Array = (np.arange(groups)[:, np.newaxis] * points + first).ravel()
-    return found[:MAX_SEARCHED]
+    numbers: Array = (np.arange(groups)[:, np.newaxis] * points + first).ravel()
+    return numbers[:MAX_SEARCHED]
 
 
 def _smallest(values: Array) -> list[int]:
     finite = np.flatnonzero(np.isfinite(values))
-    found: list[int] = finite[np.argsort(values[finite], kind="stable")[:FEW]].tolist()
-    return found
+    smallest: list[int] = finite[
+        np.argsort(values[finite], kind="stable")[:MAX_PER_REASON]
+    ].tolist()
+    return smallest

@@ -1,4 +1,4 @@
-"""Groups of members side by side: variants, or whatever is taken with every point of a design."""
+"""Comparison of conditions: variants, and parameters marked `each` in the plan."""
 
 import numpy as np
 
@@ -6,11 +6,18 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.figure import Axis, Figure, Intervals, Panel
 from rbstab.report.sweeps.distributions import quantiles_of
-from rbstab.report.sweeps.fractions import CONFIDENCE, Fraction, fraction, how_drawn, intervals
-from rbstab.report.sweeps.members import ENDS, SETTLED, Members
+from rbstab.report.sweeps.fractions import (
+    CONFIDENCE,
+    Fraction,
+    fraction,
+    interval_note,
+    intervals,
+    limit_heads,
+)
+from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
 from rbstab.report.sweeps.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.quantities import (
-    Quantity,
+    MemberQuantity,
     peak_displacement,
     regularity,
     settling_time,
@@ -19,98 +26,102 @@ from rbstab.report.sweeps.quantities import (
 from rbstab.report.sweeps.table_entries import number, whole
 
 SPREAD = (0.05, 0.5, 0.95)
-"""Quantiles that are set side by side."""
+"""Orders of the quantiles in the comparison."""
 
 
 def comparison_blocks(name: str, members: Members) -> list[Block]:
-    """The groups of a sweep side by side; nothing where there is only one."""
+    """Return the comparison of the conditions of a sweep; [] if there are none."""
     groups = paired_conditions_of(members)
     if groups is None:
         return []
     settled = _settled(members, groups)
     plan = members.plan
-    drawn = plan is not None and plan.design is not None
-    blocks: list[Block] = [_ends(name, members, groups, settled, drawn=drawn)]
-    found = _quantities(members)
-    blocks.append(_figure(name, groups, settled, found, drawn=drawn))
-    if found:
-        blocks.append(_quantiles(name, groups, found))
-    if found and groups.pairs is not None:
-        blocks.append(_pairs(name, groups, found))
+    sampled = plan is not None and plan.design is not None
+    blocks: list[Block] = [_outcomes(name, members, groups, settled, sampled=sampled)]
+    quantities = _quantities(members)
+    blocks.append(_figure(name, groups, settled, quantities, sampled=sampled))
+    if quantities:
+        blocks.append(_quantiles(name, groups, quantities))
+    if quantities and groups.pairs is not None:
+        blocks.append(_pairs(name, groups, quantities))
     return blocks
 
 
-def _quantities(members: Members) -> list[Quantity]:
-    found = (q(members) for q in (settling_time, peak_displacement, regularity, start_energy))
-    return [quantity for quantity in found if np.isfinite(quantity.values).any()]
+def _quantities(members: Members) -> list[MemberQuantity]:
+    quantities = (q(members) for q in (settling_time, peak_displacement, regularity, start_energy))
+    return [quantity for quantity in quantities if np.isfinite(quantity.values).any()]
 
 
 def _settled(members: Members, groups: PairedConditions) -> list[Fraction]:
-    yes = members.ends == ENDS.index(SETTLED)
-    return [fraction(label, yes[groups.codes == k]) for k, label in enumerate(groups.labels)]
+    settled = members.outcomes == OUTCOMES.index(SETTLED)
+    return [fraction(label, settled[groups.codes == k]) for k, label in enumerate(groups.labels)]
 
 
-def _ends(
+def _outcomes(
     name: str,
     members: Members,
     groups: PairedConditions,
     settled: list[Fraction],
     *,
-    drawn: bool,
+    sampled: bool,
 ) -> Table:
-    occurring = np.flatnonzero(members.counts).tolist()
-    heads = [Head("members"), Head("count", numbers=True)]
-    heads += [Head(ENDS[code], numbers=True) for code in occurring]
+    occurring = np.flatnonzero(members.outcome_counts).tolist()
+    heads = [Head("condition"), Head("members", numbers=True)]
+    heads += [Head(OUTCOMES[code], numbers=True) for code in occurring]
     heads += [Head("share settled", numbers=True)]
-    if drawn:
-        heads += [Head(f"{end}, {CONFIDENCE:.0%}", numbers=True) for end in ("from", "to")]
+    if sampled:
+        heads += limit_heads()
     rows = []
-    for k, (label, part) in enumerate(zip(groups.labels, settled, strict=True)):
-        counts = np.bincount(members.ends[groups.codes == k], minlength=len(ENDS))
-        row = [Cell(label), whole(part.of), *(whole(int(counts[code])) for code in occurring)]
-        row += [number(part.value)]
-        rows.append((*row, *((number(part.low), number(part.high)) if drawn else ())))
-    note = how_drawn(members, drawn)
-    return Table(f"{name}-compared", "How members ended", tuple(heads), tuple(rows), note)
+    for k, (label, share) in enumerate(zip(groups.labels, settled, strict=True)):
+        counts = np.bincount(members.outcomes[groups.codes == k], minlength=len(OUTCOMES))
+        row = [Cell(label), whole(share.total), *(whole(int(counts[code])) for code in occurring)]
+        row += [number(share.value)]
+        rows.append((*row, *((number(share.low), number(share.high)) if sampled else ())))
+    note = interval_note(members, sampled)
+    return Table(f"{name}-compared", "Outcomes by condition", tuple(heads), tuple(rows), note)
 
 
-def _quantiles(name: str, groups: PairedConditions, found: list[Quantity]) -> Table:
+def _quantiles(name: str, groups: PairedConditions, quantities: list[MemberQuantity]) -> Table:
     heads = (
         Head("quantity"),
-        Head("members"),
-        Head("count", numbers=True),
+        Head("condition"),
+        Head("members", numbers=True),
         *(Head("median" if q == 0.5 else f"{q:.0%}", numbers=True) for q in SPREAD),
     )
     rows = []
-    for quantity in found:
+    for quantity in quantities:
         for k, label in enumerate(groups.labels):
             own = quantity.values[groups.codes == k]
             spread = (number(value) for value in quantiles_of(own, SPREAD))
-            counted = whole(int(np.isfinite(own).sum()))
-            rows.append((Cell(quantity.axis.text), Cell(label), counted, *spread))
-    return Table(f"{name}-compared-quantiles", "Quantiles side by side", heads, tuple(rows))
+            count = whole(int(np.isfinite(own).sum()))
+            rows.append((Cell(quantity.axis.text), Cell(label), count, *spread))
+    return Table(f"{name}-compared-quantiles", "Quantiles by condition", heads, tuple(rows))
 
 
 def _figure(
     name: str,
     groups: PairedConditions,
     settled: list[Fraction],
-    found: list[Quantity],
+    quantities: list[MemberQuantity],
     *,
-    drawn: bool,
+    sampled: bool,
 ) -> Figure:
-    x = Axis("", words=groups.labels)
-    if not drawn:
-        settled = [part._replace(low=part.value, high=part.value) for part in settled]
+    x = Axis("", categories=groups.labels)
+    if not sampled:
+        settled = [share._replace(low=share.value, high=share.value) for share in settled]
     panels = [Panel(x, Axis("share settled"), (intervals(settled),))]
-    panels += [Panel(x, quantity.axis, (_spread(groups, quantity),)) for quantity in found]
-    what = "Medians, with the range from 5 % to 95 % of the members"
-    first = f"of the share, Wilson's interval of {CONFIDENCE:.0%} confidence" if drawn else ""
-    caption = f"{what}; {first}." if first else f"{what}."
-    return Figure(f"{name}-side-by-side", "Side by side", tuple(panels), 2, caption=caption)
+    panels += [Panel(x, quantity.axis, (_spread(groups, quantity),)) for quantity in quantities]
+    caption = "The bars of medians reach from the 5% to the 95% quantile."
+    if sampled:
+        caption += (
+            f" Those of the share settled are Wilson intervals with {CONFIDENCE:.0%} confidence."
+        )
+    return Figure(
+        f"{name}-side-by-side", "Comparison of conditions", tuple(panels), 2, caption=caption
+    )
 
 
-def _spread(groups: PairedConditions, quantity: Quantity) -> Intervals:
+def _spread(groups: PairedConditions, quantity: MemberQuantity) -> Intervals:
     rows = [
         quantiles_of(quantity.values[groups.codes == k], SPREAD) for k in range(len(groups.labels))
     ]
@@ -118,34 +129,36 @@ def _spread(groups: PairedConditions, quantity: Quantity) -> Intervals:
     return Intervals(np.arange(float(len(rows))), middle, low, high)
 
 
-def _pairs(name: str, groups: PairedConditions, found: list[Quantity]) -> Table:
-    """Differences between members that differ in their group alone, to the first group."""
+def _pairs(name: str, groups: PairedConditions, quantities: list[MemberQuantity]) -> Table:
+    """Return the table of differences from the first condition.
+
+    A difference is between two members that differ only in their condition.
+    """
     assert groups.pairs is not None
     heads = (
         Head("quantity"),
-        Head("members"),
+        Head("difference"),
         Head("pairs", numbers=True),
-        Head("smaller in", numbers=True),
+        Head("share negative", numbers=True),
         *(Head("median" if q == 0.5 else f"{q:.0%}", numbers=True) for q in SPREAD),
     )
     first, rows = groups.labels[0], []
-    for quantity in found:
+    for quantity in quantities:
         values = quantity.values[groups.pairs]
         for k, label in enumerate(groups.labels[1:], start=1):
             difference = values[:, k] - values[:, 0]
             difference = difference[np.isfinite(difference)]
-            smaller = _share(difference < 0)
+            negative = _share(difference < 0)
             spread = (number(value) for value in quantiles_of(difference, SPREAD))
-            name_of = Cell(f"{label} less {first}")
-            counted = whole(len(difference))
-            rows.append((Cell(quantity.axis.text), name_of, counted, number(smaller), *spread))
+            subtraction = Cell(f"{label} minus {first}")
+            count = whole(len(difference))
+            rows.append((Cell(quantity.axis.text), subtraction, count, number(negative), *spread))
     note = (
-        "Of members with the same number of the point, or the same place in the grid, that both "
-        "have the quantity; the column 'smaller in' is the share of the pairs in which the "
-        "difference is negative."
+        "The two members of a pair differ only in their condition. A pair counts if both have a "
+        "value. 'share negative' is the share of pairs with a negative difference."
     )
-    return Table(f"{name}-pairs", f"Differences to {first}, pair by pair", heads, tuple(rows), note)
+    return Table(f"{name}-pairs", f"Paired differences from {first}", heads, tuple(rows), note)
 
 
-def _share(yes: Array) -> float:
-    return float(yes.mean()) if len(yes) else float("nan")
+def _share(fulfilled: Array) -> float:
+    return float(fulfilled.mean()) if len(fulfilled) else float("nan")

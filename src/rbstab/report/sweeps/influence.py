@@ -1,57 +1,58 @@
-"""On which of its parameters the outcome of a sweep depends most."""
+"""Influence of each parameter on the outcomes of a sweep."""
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Cell, Head, Table
-from rbstab.report.sweeps.members import ENDS, SETTLED, Members
+from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantities import mapped, varies
 from rbstab.report.sweeps.table_entries import number
 
 BINS = 20
-"""Groups, of about equally many members, into which a parameter is cut."""
+"""Maximum number of groups into which the members are divided by the values of a parameter."""
 
-MIN_GROUP = 25
-"""Members of a group: with fewer, chance looks like influence."""
+MIN_GROUP_SIZE = 25
+"""Smallest average size of a group of sampled values; with fewer, chance looks like influence."""
 
 NOTE = (
-    "The correlation ratio η²: the part of the variance of a quantity that the parameter alone "
-    "explains, cut into groups of equally many members; 0: nothing, 1: all of it. For parameters "
-    "that are drawn independently it is Sobol's index of first order. Chance alone makes about "
-    "{chance:.2g} here, the number of groups over that of members."
+    "The correlation ratio η² is the share of a quantity's variance that one parameter alone "
+    "explains: 0 means none, 1 all. To compute it, the members are divided into groups by the "
+    "values of the parameter. For independently sampled parameters η² estimates Sobol's "
+    "first-order index. By chance alone η² is about {chance:.2g} here: the number of groups over "
+    "the number of members."
 )
 
 
 class Influence:
-    """The correlation ratios of a sweep.
+    """Correlation ratios of a sweep.
 
     Attributes:
-        labels: The quantities.
-        ratios: Of each parameter (rows) and quantity, shape (p, q).
+        labels: The labels of the quantities.
+        ratios: The ratio of each parameter (row) and quantity (column), shape (p, q).
     """
 
     def __init__(self, members: Members) -> None:
         self.parameters = members.parameters
-        found: dict[str, Array] = {}
-        settled = members.ends == ENDS.index(SETTLED)
+        quantities: dict[str, Array] = {}
+        settled = members.outcomes == OUTCOMES.index(SETTLED)
         if settled.any() and not settled.all():
-            found["settled or not"] = settled.astype(float)
+            quantities["settled or not"] = settled.astype(float)
         for quantity in mapped(members):
             if varies(quantity.values):
-                found[quantity.axis.label] = quantity.values
-        self.labels = tuple(found)
+                quantities[quantity.axis.label] = quantity.values
+        self.labels = tuple(quantities)
         self.groups = [_groups(p) for p in self.parameters]
-        rows = [[correlation_ratio(g, y) for y in found.values()] for g in self.groups]
-        self.ratios = np.array(rows).reshape(len(rows), len(found))
+        rows = [[correlation_ratio(g, y) for y in quantities.values()] for g in self.groups]
+        self.ratios = np.array(rows).reshape(len(rows), len(quantities))
 
     @property
     def order(self) -> list[int]:
-        """The numbers of the parameters, the one with the largest sum of ratios first."""
+        """The indices of the parameters, sorted by the sum of their ratios, the largest first."""
         return np.argsort(-np.nansum(self.ratios, axis=1), kind="stable").tolist()
 
     def table(self, name: str) -> Table:
-        """The ratios as a table, the most influential parameter first."""
+        """Return the ratios as a table, with the most influential parameter first."""
         heads = (Head("parameter"), *(Head(label, numbers=True) for label in self.labels))
         rows = tuple(
             (Cell(self.parameters[k].axis.label), *(number(r, 2) for r in self.ratios[k].tolist()))
@@ -59,25 +60,25 @@ class Influence:
         )
         size = len(self.parameters[0].values)
         chance = max(int(g.max()) for g in self.groups) / size
-        title = "What the outcome depends on"
+        title = "Influence of the parameters"
         return Table(name, title, heads, rows, NOTE.format(chance=chance))
 
 
 def correlation_ratio(groups: Array, values: Array) -> float:
-    """The variance of the means of groups over the whole variance, of the finite values.
+    """Return the variance of group means over the total variance, for finite values.
 
     Args:
-        groups: The group of each value, whole numbers from 0, shape (n,).
+        groups: The group of each value, integers from 0, shape (n,).
         values: Shape (n,).
 
     Returns:
-        Between 0 and 1; NaN where the values do not vary.
+        A ratio between 0 and 1; NaN if the values do not vary.
     """
     finite = np.isfinite(values)
     groups, values = groups[finite], values[finite]
     if not varies(values):
         return float("nan")
-    # No square of a number below 1 overflows.
+    # Scaled to at most 1, so that squares do not overflow.
     values = values / np.abs(values).max()
     deviations = values - values.mean()
     counts = np.bincount(groups)
@@ -87,10 +88,13 @@ def correlation_ratio(groups: Array, values: Array) -> float:
 
 
 def _groups(parameter: Parameter) -> Array:
-    """The group of each member: an entry of a short list, or a range of equally many members."""
+    """Return the number of the group of each member.
+
+    A group is one entry of a short list, or a range between quantiles.
+    """
     values = parameter.values
     if parameter.listed and len(parameter.entries) <= BINS:
         return np.searchsorted(parameter.entries, values)
-    bins = max(2, min(BINS, len(values) // MIN_GROUP))
+    bins = max(2, min(BINS, len(values) // MIN_GROUP_SIZE))
     edges = np.quantile(values, np.linspace(0, 1, bins + 1)[1:-1])
     return np.searchsorted(edges, values, side="right")

@@ -1,4 +1,4 @@
-"""The members of a sweep as a report needs them: what is varied, and how they ended."""
+"""The members of a sweep, as read for a report: parameters and outcomes."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -32,12 +32,12 @@ COLUMNS = (
     "convergence",
     "steps",
 )
-"""What is read of every member beside what is varied; a sweep is read in part, for it is large."""
+"""Columns to read besides the parameters; all columns of a sweep could need too much memory."""
 
 SETTLED, UNSETTLED = "settled", "not settled"
 
-ENDS = (SETTLED, UNSETTLED, *map(str, STATUSES[1:]))
-"""How a member can end: its status, `completed` in two parts, by whether it has settled."""
+OUTCOMES = (SETTLED, UNSETTLED, *map(str, STATUSES[1:]))
+"""Outcomes of a member: its status, with `completed` split by whether the member settled."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,9 +45,9 @@ class Members:
     """The members of a sweep.
 
     Args:
-        table: Their columns (`COLUMNS`, and what is varied).
-        plan: The plan; None where this version of the program cannot read it.
-        results: The folder of results, where proofs are kept.
+        table: The columns in `COLUMNS`, and those of the parameters.
+        plan: The plan; None if this version of the program cannot read it.
+        results: The folder of results, which holds the proofs.
     """
 
     table: Table
@@ -58,51 +58,51 @@ class Members:
         return len(self.table["status"])
 
     def column(self, name: str) -> Array:
-        """The data of a column, the first axis along members."""
-        found: Array = self.table[name]
-        return found
+        """Return the data of a column, with the members along the first axis."""
+        data: Array = self.table[name]
+        return data
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What is varied and has more than one value."""
+        """The parameters with more than one value."""
         return parameters_of(self.plan, self.table) if self.plan is not None else ()
 
     @cached_property
-    def ends(self) -> Array:
-        """How each has ended, as its place in `ENDS`, shape (n,)."""
+    def outcomes(self) -> Array:
+        """The outcome of each member, as its index in `OUTCOMES`, shape (n,)."""
         status = self.column("status")
         unsettled = (status > 0) | ~np.isfinite(self.column("settling_time"))
         return status + unsettled.astype(np.int8)
 
     @cached_property
-    def counts(self) -> Array:
-        """How many have ended in each way of `ENDS`."""
-        return np.bincount(self.ends, minlength=len(ENDS))
+    def outcome_counts(self) -> Array:
+        """The number of members with each outcome, in the order of `OUTCOMES`."""
+        return np.bincount(self.outcomes, minlength=len(OUTCOMES))
 
     @property
     def completed(self) -> Array:
-        """Which of them completed, shape (n,)."""
+        """Boolean mask of the completed members, shape (n,)."""
         return self.column("status") == 0
 
     @cached_property
     def levels(self) -> dict[str, float]:
-        """v below which convergence is proved, J, by variant, of those of which it is known."""
+        """c* of each variant with a proof, J: members with v(0) < c* are proved to converge."""
         if self._certified is None:
             return {}
         return {v: level for v, level in self._certified.bounds.items() if level is not None}
 
     @property
     def share_proofs(self) -> bool:
-        """Whether members differ in their start alone, so that one proof is about all of them."""
+        """Whether members differ only in their initial state, so that one proof covers all."""
         return self.plan is not None and all(
             column.path[0] == "initial"
             for variant in self.plan.variants
-            for column in self.plan.columns_of(variant)
+            for column in self.plan.varied_keys_of(variant)
         )
 
     @cached_property
     def level(self) -> Array | None:
-        """v below which the convergence of each is proved, shape (n,), NaN: unknown; J."""
+        """c* of each member, J, shape (n,), NaN if unknown; None without any proof."""
         if not self.levels or self.plan is None:
             return None
         by_code = np.array([self.levels.get(name, np.nan) for name in self.plan.variants])
@@ -112,7 +112,7 @@ class Members:
 
     @cached_property
     def convergence(self) -> Array:
-        """What is known of the convergence of each, as its place in `certified.CONVERGENCE`."""
+        """The proved convergence of each member, as its index in `convergence.CONVERGENCE`."""
         if self.levels and self._certified is not None:
             return self._certified.of(0, len(self), self.column("lyapunov_start"))
         if "convergence" in self.table.layout:
@@ -125,14 +125,14 @@ class Members:
 
 
 def read_members(path: Path) -> Members:
-    """Reads what a report needs of the file of a sweep.
+    """Read from the file of a sweep the columns that a report needs.
 
     Raises:
-        NotAResultError: It is damaged, or no sweep.
-        StoreError: It cannot be read.
+        NotAResultError: The file is damaged, or is not a sweep.
+        StoreError: The file cannot be read.
     """
     plan = _plan_of(read_table(path, ()))
-    varied = [safe_name(column.key) for column in plan.columns] if plan is not None else []
+    varied = [safe_name(column.key) for column in plan.varied_keys] if plan is not None else []
     table = read_table(path, (*varied, *COLUMNS))
     missing = [name for name in COLUMNS if name not in table.layout and name != "convergence"]
     if missing:
@@ -143,7 +143,7 @@ def read_members(path: Path) -> Members:
 
 
 def _plan_of(table: Table) -> Plan | None:
-    """The plan that a table has within itself."""
+    """Return the plan stored in a table; None if it cannot be read."""
     try:
         return load_plan(parse_source(str(table["plan"]), "plan").data)
     except (ConfigError, KeyError):

@@ -1,4 +1,4 @@
-"""The table of members that are worth a look, and the command that runs one of them by itself."""
+"""The table of notable members, and the command that reruns one of them."""
 
 from pathlib import Path
 
@@ -7,81 +7,81 @@ import numpy as np
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.words import shell_word
 from rbstab.report.sweeps.borders import notable
-from rbstab.report.sweeps.members import ENDS, Members
+from rbstab.report.sweeps.members import OUTCOMES, Members
 from rbstab.report.sweeps.parameters import shortened
 from rbstab.report.sweeps.table_entries import number, whole
 from rbstab.sweep.folder.layout import safe_name
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE
 from rbstab.sweep.members.outcome import STATUSES
 
-OUTCOMES = {
+NUMBER_COLUMNS = {
     "settling_time": ("settling time", "s"),
     "smallest_regularity": ("smallest cos θ2", ""),
     "lyapunov_start": ("v(0)", "J"),
 }
 
 MAX_COLUMNS = 4
-"""Parameters that have a column each."""
+"""Up to this many parameters have a column each; more share one column."""
 
 
 def replay_command(path: Path, member: int) -> str:
-    """The command that runs a member of a sweep as a single run.
+    """Return the command that runs a member of a sweep as a single run.
 
     Args:
-        path: The file of the sweep; where its plan is not beside it, PLAN.yaml stands for that.
-        member: Its number.
+        path: The file of the sweep. If no plan is beside it, the command names PLAN.yaml.
+        member: The number of the member.
     """
     plan = path.parent / PLAN_FILE
-    said = shell_word(plan) if plan.is_file() else "PLAN.yaml"
-    return f"rbstab run {said} --member {member}"
+    plan_name = shell_word(plan) if plan.is_file() else "PLAN.yaml"
+    return f"rbstab run {plan_name} --member {member}"
 
 
 def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
-    """The members that are worth a look, and how to run them by themselves."""
-    found = notable(members) if members.plan is not None else []
-    if not found:
+    """Return the table of notable members, and the command that reruns the first of them."""
+    reasons = notable(members) if members.plan is not None else []
+    if not reasons:
         return []
     heads = (
         Head("member", numbers=True),
-        Head("why"),
+        Head("reason"),
         Head("outcome"),
-        *(Head(label, unit, numbers=True) for label, unit in OUTCOMES.values()),
+        *(Head(label, unit, numbers=True) for label, unit in NUMBER_COLUMNS.values()),
         Head("max |E| by axis", "m", numbers=True),
         *_parameter_heads(members),
-        Head("run"),
+        Head("run id"),
     )
-    rows = tuple(_row(members, why, k) for why, k in found)
-    table = Table(f"{name}-notable", "Members worth a look", heads, rows)
-    said = (
-        "Any member runs again by itself, with its whole motion, as the run that is named; the "
-        f"first one of these by: {replay_command(path, found[0][1])}"
+    rows = tuple(_row(members, reason, k) for reason, k in reasons)
+    table = Table(f"{name}-notable", "Notable members", heads, rows)
+    sentence = (
+        "Any member can be rerun as a single run, which stores its full trajectory. "
+        f"For the first member of the table: {replay_command(path, reasons[0][1])}"
     )
-    return [said, table]
+    return [sentence, table]
 
 
-def _row(members: Members, why: str, k: int) -> tuple[Cell, ...]:
+def _row(members: Members, reason: str, k: int) -> tuple[Cell, ...]:
     peak = float(np.abs(members.column("peak_contact_displacement")[k]).max())
-    tone = {0: "good", 1: "odd"}.get(int(members.ends[k]), "bad")
+    tone = {0: "good", 1: "warning"}.get(int(members.outcomes[k]), "bad")
     return (
         whole(k),
-        Cell(why),
-        Cell(_end(members, k), tone=tone),
-        *(number(float(members.column(name)[k])) for name in OUTCOMES),
+        Cell(reason),
+        Cell(_outcome(members, k), tone=tone),
+        *(number(float(members.column(name)[k])) for name in NUMBER_COLUMNS),
         number(peak),
         *_parameters(members, k),
         Cell(members.column("run_id")[k].decode(errors="replace")[:8]),
     )
 
 
-def _end(members: Members, k: int) -> str:
+def _outcome(members: Members, k: int) -> str:
     status = str(STATUSES[members.column("status")[k]])
-    return status if members.ends[k] > 1 else f"{status}, {ENDS[members.ends[k]]}"
+    return status if members.outcomes[k] > 1 else f"{status}, {OUTCOMES[members.outcomes[k]]}"
 
 
 def _varied(members: Members) -> list[str]:
-    """The columns of what is varied."""
+    """Return the names of the parameter columns."""
     assert members.plan is not None
-    return [safe_name(column.key) for column in members.plan.columns]
+    return [safe_name(column.key) for column in members.plan.varied_keys]
 
 
 def _parameter_heads(members: Members) -> list[Head]:
@@ -92,7 +92,7 @@ def _parameter_heads(members: Members) -> list[Head]:
 
 
 def _parameters(members: Members, k: int) -> list[Cell]:
-    """What is varied, of one member: in a column each, or where these are many in one."""
+    """Return the parameters of a member: one cell for each, or a single cell if there are many."""
     cells = []
     for name in _varied(members):
         flags, value = members.table.layout[name].flags, members.column(name)[k]
@@ -100,5 +100,5 @@ def _parameters(members: Members, k: int) -> list[Cell]:
     if len(cells) <= MAX_COLUMNS:
         return cells
     labels = [shortened(members.table.layout[name].long_name) for name in _varied(members)]
-    said = (f"{label} = {cell.text}" for label, cell in zip(labels, cells, strict=True))
-    return [Cell("; ".join(said))]
+    assignments = (f"{label} = {cell.text}" for label, cell in zip(labels, cells, strict=True))
+    return [Cell("; ".join(assignments))]

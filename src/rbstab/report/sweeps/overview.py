@@ -1,4 +1,4 @@
-"""What a sweep is: its plan, its engine, what it varies, how far it was checked."""
+"""Tables of facts on a sweep: plan, engine, comparison with SciPy, varied keys."""
 
 from pathlib import Path
 
@@ -13,50 +13,52 @@ from rbstab.sweep.plan.plan import Plan
 
 
 def overview_table(name: str, members: Members, path: Path) -> Table:
-    """The sweep in a few lines."""
+    """Return the table of facts on a sweep."""
     table = members.table
-    told = table.attributes
+    attributes = table.attributes
     rows = {
-        "title": untrusted(told.get("title", "")),
+        "title": untrusted(attributes.get("title", "")),
         "file": untrusted(path),
-        "plan": untrusted(told.get("plan_id", "")),
+        "plan": untrusted(attributes.get("plan_id", "")),
         "members": _members(members),
-        "engine": untrusted(told.get("engine", "")),
-        "design": _design(members.plan, str(told.get("design", ""))),
-        "repeated with scipy": _check(table),
-        "digest of the results": untrusted(told.get("arrays_digest", "")),
+        "engine": untrusted(attributes.get("engine", "")),
+        "design": _design(members.plan, str(attributes.get("design", ""))),
+        "compared with SciPy": _comparison(table),
+        "digest of the results": untrusted(attributes.get("arrays_digest", "")),
         "computed": _versions(table),
     }
     if (path.parent / PLAN_FILE).is_file():
-        rows["made again by"] = f"rbstab sweep {shell_word(path.parent / PLAN_FILE)} -o again"
+        rows["command to repeat"] = f"rbstab sweep {shell_word(path.parent / PLAN_FILE)} -o again"
     return facts(f"{name}-facts", "The sweep", rows)
 
 
 def varied_table(name: str, plan: Plan) -> Table:
-    """What a plan varies, in its order."""
-    heads = (Head("key"), Head("values"), Head("count", numbers=True), Head("moves"))
+    """Return the table of varied keys, in the order of the plan."""
+    heads = (Head("key"), Head("values"), Head("count", numbers=True), Head("varies"))
     rows = []
     for axis in plan.axes:
-        for column in axis.columns:
-            word = column.distribution.word
+        for column in axis.varied_keys:
+            word = column.distribution.keyword
             arguments = ", ".join(_argument(a) for a in column.distribution.arguments)
-            said = f"{word} [{arguments}]"
+            values = f"{word} [{arguments}]"
             rows.append(
                 (
                     Cell(column.key),
-                    Cell(f"the base's, times {said}" if column.scale else said),
+                    Cell(f"base value times {values}" if column.scale else values),
                     number(axis.length or float("nan"), 9),
-                    Cell(_moves(axis)),
+                    Cell(_varies(axis)),
                 )
             )
-    return Table(f"{name}-varied", "What is varied", heads, tuple(rows))
+    return Table(f"{name}-varied", "Varied keys", heads, tuple(rows))
 
 
-def _moves(axis: Axis) -> str:
-    together = (
-        f"together with others, as {untrusted(axis.name)}" if len(axis.columns) > 1 else "by itself"
+def _varies(axis: Axis) -> str:
+    manner = (
+        f"together with other keys, as {untrusted(axis.name)}"
+        if len(axis.varied_keys) > 1
+        else "independently"
     )
-    return f"{together}, each with every point" if axis.each else together
+    return f"{manner}; every value is combined with every point" if axis.each else manner
 
 
 def _argument(argument: float | str) -> str:
@@ -76,27 +78,27 @@ def _design(plan: Plan | None, word: str) -> str:
     return f"{word}, {plan.design.points} points, seed {plan.design.seed}"
 
 
-def _check(table: Columns) -> str:
-    """The comparison with single runs by scipy, in words."""
+def _comparison(table: Columns) -> str:
+    """Return a summary of the comparison with single runs by SciPy."""
     checked = int(table.attributes.get("checked_members", 0))
     if not checked:
         return "no member"
     unlike = int(table.attributes.get("checked_unlike", 0))
-    said = f"{counted(checked, 'member')}, {unlike} unlike"
+    summary = f"{counted(checked, 'member')}, {unlike} differ"
     if "check_difference" not in table.extras:
-        return said
+        return summary
     differences, columns = table["check_difference"], table["check_column"]
     worst = int(differences.argmax())
-    where = untrusted(columns[worst])
-    return f"{said}; largest relative difference {differences[worst]:.2g} ({where})"
+    column = untrusted(columns[worst])
+    return f"{summary}; largest relative difference {differences[worst]:.2g} ({column})"
 
 
 def _versions(table: Columns) -> str:
-    told = table.attributes
+    attributes = table.attributes
     packages = ", ".join(
-        f"{name.removesuffix('_version')} {told[name]}"
-        for name in told
+        f"{name.removesuffix('_version')} {attributes[name]}"
+        for name in attributes
         if name.endswith("_version")
     )
-    commit = f" (commit {told['commit']})" if told.get("commit") else ""
-    return untrusted(f"{told.get('created', '')} by {packages}{commit}").strip()
+    commit = f" (commit {attributes['commit']})" if attributes.get("commit") else ""
+    return untrusted(f"{attributes.get('created', '')} by {packages}{commit}").strip()

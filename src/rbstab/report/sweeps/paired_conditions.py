@@ -1,4 +1,4 @@
-"""Members in groups to be compared: by variant, or by what a design takes `each` entry of."""
+"""Conditions to compare: variants, and parameters marked `each` in the plan."""
 
 from typing import NamedTuple
 
@@ -8,22 +8,23 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.parameters import Parameter
 
-MAX_SHOWN = 12
-"""Groups that are compared with each other; more of them are better seen in a map."""
+MAX_GROUPS = 12
+"""Maximum number of conditions to compare; more of them are easier to see in a map."""
 
 
 class Slice(NamedTuple):
-    """Some of the members: what they have in common, and their numbers (None: all)."""
+    """A selection of members: its title, and the numbers of the members (None: all)."""
 
     title: str
     chosen: Array | None
 
 
 class PairedConditions(NamedTuple):
-    """Groups of members.
+    """Groups of members with the same condition.
 
-    labels are the names of the groups, codes the group of each member, shape (n,); pairs has the
-    numbers of members in rows that differ in their group alone, shape (rows, groups), or is None.
+    labels are the names of the conditions, codes the condition of each member, shape (n,). Each row
+    of pairs, shape (rows, conditions), has the numbers of members that differ only in their
+    condition; pairs is None if there are no such rows.
     """
 
     parameters: tuple[Parameter, ...]
@@ -33,14 +34,14 @@ class PairedConditions(NamedTuple):
 
 
 def paired_conditions_of(members: Members) -> PairedConditions | None:
-    """The groups of a sweep; None where there is nothing, or too much, to compare."""
+    """Return the conditions of a sweep; None if there are none, or too many."""
     plan = members.plan
     if plan is None:
         return None
-    variant = [p for p in members.parameters if p.axis.words]
+    variant = [p for p in members.parameters if p.axis.categories]
     each = {axis.name for axis in plan.axes if axis.each}
-    chosen = [p for p in members.parameters if p.axis.words or p.name in each]
-    if np.prod([float(len(p.entries)) for p in chosen]) > MAX_SHOWN:
+    chosen = [p for p in members.parameters if p.axis.categories or p.name in each]
+    if np.prod([float(len(p.entries)) for p in chosen]) > MAX_GROUPS:
         chosen = variant
     if not chosen:
         return None
@@ -50,7 +51,7 @@ def paired_conditions_of(members: Members) -> PairedConditions | None:
             parameter.entries, parameter.values
         )
         labels = [
-            f"{label}, {_said(parameter, entry)}".removeprefix(", ")
+            f"{label}, {_condition(parameter, entry)}".removeprefix(", ")
             for label in labels
             for entry in parameter.entries.tolist()
         ]
@@ -58,14 +59,18 @@ def paired_conditions_of(members: Members) -> PairedConditions | None:
     return PairedConditions(tuple(chosen), tuple(labels), codes, pairs)
 
 
-def _said(parameter: Parameter, entry: float) -> str:
-    if parameter.axis.words:
-        return parameter.axis.words[int(entry)]
+def _condition(parameter: Parameter, entry: float) -> str:
+    if parameter.axis.categories:
+        return parameter.axis.categories[int(entry)]
     return f"{parameter.axis.label} = {entry:.4g}"
 
 
 def _pairs(members: Members, names: list[str]) -> Array | None:
-    """Members that differ in some axes alone; None where these are drawn like the others."""
+    """Return rows of members that differ only along the named axes.
+
+    Returns:
+        Numbers of members, shape (rows, conditions); None if one of the axes is sampled.
+    """
     assert members.plan is not None
     dimensions = members.plan.dimensions
     if any(name not in dimensions for name in names):
@@ -73,6 +78,6 @@ def _pairs(members: Members, names: list[str]) -> Array | None:
     axes = list(dimensions)
     numbers = np.arange(len(members)).reshape(tuple(dimensions.values()))
     others = [axis for axis in axes if axis not in names]
-    moved = numbers.transpose([axes.index(name) for name in (*others, *names)])
+    reordered = numbers.transpose([axes.index(name) for name in (*others, *names)])
     sizes = [dimensions[name] for name in names]
-    return moved.reshape(-1, int(np.prod(sizes)))
+    return reordered.reshape(-1, int(np.prod(sizes)))

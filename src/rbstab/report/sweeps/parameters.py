@@ -1,4 +1,4 @@
-"""What a sweep varies, as axes of figures, and how an axis is cut into cells."""
+"""The parameters of a sweep as axes of figures, and their division into cells."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,14 +11,14 @@ from rbstab.report.model.figure import Axis
 from rbstab.report.model.words import untrusted
 from rbstab.store.table import Table
 from rbstab.sweep.folder.layout import safe_name
-from rbstab.sweep.plan.axes import VARIANT, Column
-from rbstab.sweep.plan.axes import Axis as Varied
+from rbstab.sweep.plan.axes import VARIANT, VariedKey
+from rbstab.sweep.plan.axes import Axis as PlanAxis
 from rbstab.sweep.plan.distributions import FiniteList, Geomspace, Logspace, LogUniform
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.plan.read_vary import VARIED
+from rbstab.sweep.plan.read_vary import VARIED_SECTIONS
 
 MAX_CELLS = 256
-"""Along an axis of a map: a page shows no more, and a file of millions is no report."""
+"""Maximum number of cells along an axis of a map; more are invisible and make the report large."""
 
 _LOGARITHMIC = (Geomspace, Logspace, LogUniform)
 
@@ -28,11 +28,11 @@ class Parameter:
     """One axis of a plan: a varied key, or several that move together.
 
     Args:
-        name: Of the axis in the plan.
-        column: The column of the table that stands for it.
-        axis: How it stands in a figure; with words, values are their places.
-        values: Of every member, shape (n,).
-        listed: Whether they come from a list.
+        name: The name of the axis in the plan.
+        column: The column of the table with its values.
+        axis: Its axis in a figure; if the axis has categories, values are indices of categories.
+        values: The value of each member, shape (n,).
+        listed: Whether the values come from a list.
     """
 
     name: str
@@ -43,91 +43,92 @@ class Parameter:
 
     @cached_property
     def entries(self) -> Array:
-        """The different values, ascending."""
+        """The distinct values, ascending."""
         return np.unique(self.values)
 
     @property
     def unit_values(self) -> Array:
-        """The values from 0 to 1 along their axis, as it is drawn, shape (n,)."""
+        """The values scaled to 0 to 1, shape (n,); on a logarithmic axis, their logarithms."""
         values = np.log(self.values) if self.axis.log else self.values.astype(float)
         low, high = values.min(), values.max()
         return (values - low) / (high - low) if high > low else np.zeros(len(values))
 
 
-class Cut(NamedTuple):
-    """An axis in cells: the cell of every member, the middles of the cells, what is along it.
+class BinnedAxis(NamedTuple):
+    """An axis divided into cells.
 
-    drawn tells whether chance decides how many members a cell has.
+    indices are the cells of the members, shape (n,); middles are the middles of the cells. sampled
+    is True if the values were sampled; the number of members in a cell is then random.
     """
 
-    places: Array
+    indices: Array
     middles: Array
     axis: Axis
-    drawn: bool
+    sampled: bool
 
 
 def parameters_of(plan: Plan, table: Table) -> tuple[Parameter, ...]:
-    """The axes of a plan that have more than one value, in its order."""
-    found = [_parameter(axis, table) for axis in plan.axes if axis.length != 1]
-    return tuple(p for p in found if len(p.values) and p.values.min() < p.values.max())
+    """Return the axes of a plan with more than one value, in the order of the plan."""
+    parameters = [_parameter(axis, table) for axis in plan.axes if axis.length != 1]
+    return tuple(p for p in parameters if len(p.values) and p.values.min() < p.values.max())
 
 
-def cut(parameter: Parameter, most: int = MAX_CELLS) -> Cut:
-    """A parameter cut into cells.
+def binned(parameter: Parameter, cell_count: int = MAX_CELLS) -> BinnedAxis:
+    """Divide a parameter into cells.
 
-    A list has a cell for each entry, or for some neighbouring ones where there are more than
-    `MAX_CELLS`; what is drawn has cells that are equally wide.
+    A list has one cell for each entry; with more than `MAX_CELLS` entries, neighbouring entries
+    share a cell. Sampled values have cells of equal width.
 
     Args:
         parameter: The parameter.
-        most: The most cells of what is drawn.
+        cell_count: The number of cells for sampled values.
     """
     values, axis = parameter.values, parameter.axis
     if parameter.listed:
         entries = parameter.entries
-        places = np.searchsorted(entries, values)
-        together = -(-len(entries) // MAX_CELLS)
-        starts = np.arange(0, len(entries), together)
+        indices = np.searchsorted(entries, values)
+        entries_per_cell = -(-len(entries) // MAX_CELLS)
+        starts = np.arange(0, len(entries), entries_per_cell)
         scaled = np.log(entries) if axis.log else entries.astype(float)
         sizes = np.diff([*starts, len(entries)])
         middles = np.add.reduceat(scaled, starts) / sizes
-        if together == 1:
-            return Cut(places, entries.astype(float), axis, drawn=False)
+        if entries_per_cell == 1:
+            return BinnedAxis(indices, entries.astype(float), axis, sampled=False)
         middles = np.exp(middles) if axis.log else middles
-        return Cut(places // together, middles, axis, drawn=False)
+        return BinnedAxis(indices // entries_per_cell, middles, axis, sampled=False)
     scaled = np.log(values) if axis.log else values
-    edges = np.linspace(scaled.min(), scaled.max(), most + 1)
-    places = np.clip(np.searchsorted(edges, scaled, side="right") - 1, 0, most - 1)
+    edges = np.linspace(scaled.min(), scaled.max(), cell_count + 1)
+    indices = np.clip(np.searchsorted(edges, scaled, side="right") - 1, 0, cell_count - 1)
     middles = (edges[1:] + edges[:-1]) / 2
-    return Cut(places, np.exp(middles) if axis.log else middles, axis, drawn=True)
+    return BinnedAxis(indices, np.exp(middles) if axis.log else middles, axis, sampled=True)
 
 
-def _parameter(axis: Varied, table: Table) -> Parameter:
-    column = _standing_for(axis, table)
+def _parameter(axis: PlanAxis, table: Table) -> Parameter:
+    column = _representative(axis, table)
     name = safe_name(column.key)
     stored, values = table.layout[name], table[name]
     listed = isinstance(column.distribution, FiniteList)
     log = isinstance(column.distribution, _LOGARITHMIC) and bool((values > 0).all())
-    others = [c.key for c in axis.columns if c is not column]
+    others = [c.key for c in axis.varied_keys if c is not column]
     label = shortened(untrusted(stored.long_name))
     if others:
         label += f" (with {', '.join(map(shortened, others))})"
-    drawn = Axis(label, stored.unit, log=log, words=stored.flags)
-    return Parameter(axis.name, name, drawn, values, listed)
+    figure_axis = Axis(label, stored.unit, log=log, categories=stored.flags)
+    return Parameter(axis.name, name, figure_axis, values, listed)
 
 
 def shortened(label: str) -> str:
-    """The name of a column without the section of its key, which the rest of it tells."""
-    for section in VARIED:
+    """Return the label of a column without the section of its key."""
+    for section in VARIED_SECTIONS:
         label = label.replace(f"{section}.", "initial " if section == "initial" else "")
     return label
 
 
-def _standing_for(axis: Varied, table: Table) -> Column:
-    """The column by which an axis is drawn: the variant, or the one with the most values."""
-    for column in axis.columns:
+def _representative(axis: PlanAxis, table: Table) -> VariedKey:
+    """Return the column that represents an axis: the variant, or the one with the most values."""
+    for column in axis.varied_keys:
         if column.path == VARIANT:
             return column
-    if len(axis.columns) == 1:
-        return axis.columns[0]
-    return max(axis.columns, key=lambda c: len(np.unique(table[safe_name(c.key)])))
+    if len(axis.varied_keys) == 1:
+        return axis.varied_keys[0]
+    return max(axis.varied_keys, key=lambda c: len(np.unique(table[safe_name(c.key)])))

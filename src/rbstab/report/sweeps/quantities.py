@@ -1,4 +1,4 @@
-"""The numbers of members that maps, curves and distributions show."""
+"""Quantities of members that maps, curves and distributions show."""
 
 from dataclasses import dataclass
 
@@ -8,18 +8,18 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
 from rbstab.report.sweeps.members import Members
 
-WIDE = 30.0
-"""The ratio of large to small numbers from which on their axis is logarithmic."""
+LOG_AXIS_RATIO = 30.0
+"""The axis is logarithmic if the 98% quantile exceeds the 2% quantile by more than this factor."""
 
 
 @dataclass(frozen=True, eq=False)
-class Quantity:
-    """A number of each member.
+class MemberQuantity:
+    """A quantity with one number for each member.
 
     Args:
-        name: Short, for names of figures.
-        axis: What it is.
-        values: Shape (n,); NaN where a member has none.
+        name: A short name, part of the names of figures.
+        axis: Its label and unit.
+        values: Shape (n,); NaN where a member has no value.
     """
 
     name: str
@@ -27,32 +27,32 @@ class Quantity:
     values: Array
 
 
-def settling_time(members: Members) -> Quantity:
-    """When v falls below a thousandth of v(0) for good, of those that settled."""
+def settling_time(members: Members) -> MemberQuantity:
+    """Return the time from which v stays below v(0)/1000, for completed members that settled."""
     values = np.where(members.completed, members.column("settling_time"), np.nan)
     return _quantity("settling-time", "settling time of v", "s", values)
 
 
-def peak_displacement(members: Members) -> Quantity:
-    """The largest entry of |E| over time and axes, of members that completed."""
+def peak_displacement(members: Members) -> MemberQuantity:
+    """Return the largest component of |E| over time and axes, for completed members."""
     peaks = np.abs(members.column("peak_contact_displacement")).max(axis=1)
     values = np.where(members.completed, peaks, np.nan)
     return _quantity("peak-displacement", "max |E| by axis", "m", values)
 
 
-def regularity(members: Members) -> Quantity:
-    """The smallest cos θ2, also of members that left the range."""
+def regularity(members: Members) -> MemberQuantity:
+    """Return the smallest cos θ2, also for members that left the range."""
     values = _finite(members.column("smallest_regularity"))
-    return Quantity("regularity", Axis("smallest cos θ2"), values)
+    return MemberQuantity("regularity", Axis("smallest cos θ2"), values)
 
 
-def start_energy(members: Members) -> Quantity:
-    """v(0)."""
+def start_energy(members: Members) -> MemberQuantity:
+    """Return v(0) of each member."""
     return _quantity("start-energy", "v(0)", "J", members.column("lyapunov_start"))
 
 
-def start_over_level(members: Members) -> Quantity | None:
-    """v(0) over the level up to which convergence is proved; None where that is not known."""
+def start_over_level(members: Members) -> MemberQuantity | None:
+    """Return v(0) / c*, where c* is the proved level; None if no level is known."""
     if members.level is None:
         return None
     with np.errstate(all="ignore"):
@@ -60,24 +60,24 @@ def start_over_level(members: Members) -> Quantity | None:
     return _quantity("start-over-level", "v(0) / c*", "", values)
 
 
-def mapped(members: Members) -> list[Quantity]:
-    """The quantities of maps and curves that have any numbers."""
-    found = [settling_time(members), peak_displacement(members), regularity(members)]
-    found.append(start_over_level(members) or start_energy(members))
-    return [quantity for quantity in found if np.isfinite(quantity.values).any()]
+def mapped(members: Members) -> list[MemberQuantity]:
+    """Return the quantities that maps and curves show, if they have finite values."""
+    quantities = [settling_time(members), peak_displacement(members), regularity(members)]
+    quantities.append(start_over_level(members) or start_energy(members))
+    return [quantity for quantity in quantities if np.isfinite(quantity.values).any()]
 
 
 def varies(values: Array) -> bool:
-    """Whether there are different finite numbers, by more than round-off."""
+    """Return whether the finite values differ by more than round-off."""
     finite = values[np.isfinite(values)]
     if not len(finite):
         return False
     return bool(np.ptp(finite) > 1e-9 * np.abs(finite).max())
 
 
-def _quantity(name: str, label: str, unit: str, values: Array) -> Quantity:
+def _quantity(name: str, label: str, unit: str, values: Array) -> MemberQuantity:
     values = _finite(values)
-    return Quantity(name, Axis(label, unit, log=_is_wide(values)), values)
+    return MemberQuantity(name, Axis(label, unit, log=_is_wide(values)), values)
 
 
 def _finite(values: Array) -> Array:
@@ -85,9 +85,9 @@ def _finite(values: Array) -> Array:
 
 
 def _is_wide(values: Array) -> bool:
-    """Whether all are above 0, and most of them far apart; a few of them alone do not matter."""
+    """Return whether all values are above 0 and span a wide range, outliers excluded."""
     finite = values[np.isfinite(values)]
     if not len(finite) or finite.min() <= 0:
         return False
     low, high = np.quantile(finite, [0.02, 0.98])
-    return bool(low * WIDE < high)
+    return bool(low * LOG_AXIS_RATIO < high)

@@ -1,4 +1,4 @@
-"""What a report says of a sweep."""
+"""Report sections on a sweep."""
 
 from rbstab.report.model.document import Block, Section
 from rbstab.report.model.words import untrusted
@@ -12,19 +12,19 @@ from rbstab.report.sweeps.notable import notable_blocks
 from rbstab.report.sweeps.overview import overview_table, varied_table
 
 UNREADABLE = (
-    "Its plan cannot be read by this version of the program; so there are no maps of it, and no "
-    "members are compared or listed."
+    "This version of rbstab cannot read the plan of the sweep. The report has no maps, no "
+    "comparison and no list of notable members."
 )
 
 
 def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
-    """The sections about a sweep: what it is, how its members ended, where, and how many.
+    """Return the sections on a sweep: facts and outcomes, maps, distributions, comparison, members.
 
     Args:
-        sweep: The sweep; what is needed of it is read now.
+        sweep: The sweep; its file is read now.
 
     Raises:
-        StoreError: It cannot be read, or is damaged.
+        StoreError: The file cannot be read, or is damaged.
     """
     members = read_members(sweep.path)
     name = sweep.name
@@ -32,8 +32,8 @@ def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
         ("", untrusted(members.table.attributes.get("title", "")), _facts(sweep, members)),
         ("maps", "maps", map_blocks(name, members)),
         ("distributions", "distributions", distribution_blocks(name, members)),
-        ("comparison", "side by side", comparison_blocks(name, members)),
-        ("members", "members worth a look", notable_blocks(name, members, sweep.path)),
+        ("comparison", "comparison", comparison_blocks(name, members)),
+        ("members", "notable members", notable_blocks(name, members, sweep.path)),
     ]
     return tuple(
         Section(f"{name}-{part}".removesuffix("-"), f"{sweep.label}: {title}", tuple(blocks))

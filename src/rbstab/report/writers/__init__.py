@@ -1,1 +1,1 @@
-"""Writers: a report as a page, as PDF, Markdown, text or plain data."""
+"""Writers of a report: HTML, PDF, Markdown, terminal text and plain data."""

@@ -1,8 +1,9 @@
-"""Curves with fewer points that look the same: no peak is cut, no gap is closed.
+"""Reduce the points of curves without a visible change: no peak is cut, no gap is closed.
 
-First, of very many points, each of a few hundred short stretches keeps its lowest and highest one.
-Then points are left out that lie on the line between those around them, to a small part of the
-panel (Douglas and Peucker, 1973). What is left are points of the curve itself, in their order.
+There are two steps. First, a curve with very many points is divided into a few hundred segments;
+each keeps its lowest and its highest point. Second, the algorithm of Douglas and Peucker (1973)
+removes points that are closer than a small fraction of the panel to the line between their
+neighbours. No point is moved, and the order does not change.
 """
 
 from dataclasses import replace
@@ -14,92 +15,97 @@ from numpy.typing import NDArray
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Figure, Line, Mark, Panel, Stack
 
-MAX_SHOWN = 800
-"""Points of a curve at most, give or take its gaps: two for each dot of a printed panel."""
+MAX_POINTS = 800
+"""Maximum number of points of a curve, gaps not counted: two for each dot of a printed panel."""
 
 TOLERANCE = 1 / 4000
-"""Of the width and height of a panel: a quarter of a dot, and a dot where a page zooms in by 4."""
+"""Fraction of a panel's width and height: a quarter of a dot, and one dot after a zoom by 4."""
 
-Kept = NDArray[np.intp]
-"""Which points are kept, ascending."""
+Indices = NDArray[np.intp]
+"""Indices of points, ascending."""
 
 
-def decimated(figure: Figure, *, most: int = MAX_SHOWN, tolerance: float = TOLERANCE) -> Figure:
-    """A figure whose lines and stacks have no more points than can be told apart.
+def decimate(
+    figure: Figure, *, max_points: int = MAX_POINTS, tolerance: float = TOLERANCE
+) -> Figure:
+    """Return a figure whose lines and stacks have no more points than are visible.
 
     Args:
         figure: The figure.
-        most: Of how many points at most a curve consists.
-        tolerance: How far a point that is left out may lie from the curve that is drawn, as a part
-            of the panel.
+        max_points: Maximum number of points of a curve.
+        tolerance: Maximum distance of a removed point from the drawn curve, as a fraction of the
+            panel.
     """
     return replace(
-        figure, panels=tuple(_decimated_panel(panel, most, tolerance) for panel in figure.panels)
+        figure,
+        panels=tuple(_decimate_panel(panel, max_points, tolerance) for panel in figure.panels),
     )
 
 
 def kept_points(
-    x: Array, y: Array, *, most: int = MAX_SHOWN, tolerance: Array | None = None
-) -> Kept:
-    """Which points of a curve are to be drawn.
+    x: Array, y: Array, *, max_points: int = MAX_POINTS, tolerance: Array | None = None
+) -> Indices:
+    """Return the indices of the points of a curve to draw.
 
-    The first and the last point are, and the lowest and the highest one. A gap (a point that is not
-    finite) stays a gap.
+    They include the first, the last, the lowest and the highest point. A gap (a point
+    that is not finite) stays a gap.
 
     Args:
-        x: Shape (n,), as it is seen: its logarithm on such an axis.
+        x: Shape (n,), in axis coordinates: the logarithm on a logarithmic axis.
         y: Shape (n,), likewise.
-        most: As in `decimated`.
-        tolerance: The distances in x and in y that cannot be seen, shape (2,); None: none.
+        max_points: As in `decimate`.
+        tolerance: The invisible distances in x and in y, shape (2,); None: no tolerance.
     """
-    kept = _extremes(x, y, most) if len(x) > most else np.arange(len(x))
+    kept = _extremes(x, y, max_points) if len(x) > max_points else np.arange(len(x))
     if tolerance is None:
         return kept
     with np.errstate(all="ignore"):
         points = np.column_stack([x, y])[kept] / np.where(tolerance > 0, tolerance, np.inf)
-    return kept[_needed(points)]
+    return kept[_visible_points(points)]
 
 
-def _decimated_panel(panel: Panel, most: int, tolerance: float) -> Panel:
+def _decimate_panel(panel: Panel, max_points: int, tolerance: float) -> Panel:
     curves = [mark for mark in panel.marks if isinstance(mark, Line | Stack)]
     if not curves:
         return panel
     spans = np.array(
         [
-            _span([_seen(curve.x, panel.x) for curve in curves]),
-            _span([bound for curve in curves for bound in _bounds(curve, panel.y)]),
+            _span([_axis_coordinates(curve.x, panel.x) for curve in curves]),
+            _span([bound for curve in curves for bound in _outlines(curve, panel.y)]),
         ]
     )
-    marks = tuple(_decimated_mark(mark, panel, most, tolerance * spans) for mark in panel.marks)
+    marks = tuple(
+        _decimate_mark(mark, panel, max_points, tolerance * spans) for mark in panel.marks
+    )
     return replace(panel, marks=marks)
 
 
-def _decimated_mark(mark: Mark, panel: Panel, most: int, tolerance: Array) -> Mark:
+def _decimate_mark(mark: Mark, panel: Panel, max_points: int, tolerance: Array) -> Mark:
     if isinstance(mark, Line):
-        x, y = _seen(mark.x, panel.x), _seen(mark.y, panel.y)
-        # Between two points of a step there is no straight line on which a third could lie.
-        kept = kept_points(x, y, most=most, tolerance=None if mark.step else tolerance)
-        kept = kept[_changes(y[kept])] if mark.step else kept
+        x, y = _axis_coordinates(mark.x, panel.x), _axis_coordinates(mark.y, panel.y)
+        # Steps have no straight line between points, so Douglas and Peucker does not apply.
+        kept = kept_points(x, y, max_points=max_points, tolerance=None if mark.step else tolerance)
+        kept = kept[_step_changes(y[kept])] if mark.step else kept
         return replace(mark, x=mark.x[kept], y=mark.y[kept])
     if isinstance(mark, Stack):
-        x, bounds = _seen(mark.x, panel.x), _bounds(mark, panel.y)
-        each = [kept_points(x, y, most=most, tolerance=tolerance) for y in bounds]
+        x, outlines = _axis_coordinates(mark.x, panel.x), _outlines(mark, panel.y)
+        each = [kept_points(x, y, max_points=max_points, tolerance=tolerance) for y in outlines]
         kept = np.unique(np.concatenate(each)) if each else np.arange(len(x))
         return replace(mark, x=mark.x[kept], parts=mark.parts[kept])
     return mark
 
 
-def _bounds(curve: Line | Stack, axis: Axis) -> list[Array]:
-    """The curves that bound what is drawn: of a stack, the sums upwards and downwards."""
+def _outlines(curve: Line | Stack, axis: Axis) -> list[Array]:
+    """Return the outlines of a curve; for a stack, its cumulative sums upwards and downwards."""
     if isinstance(curve, Line):
-        return [_seen(curve.y, axis)]
+        return [_axis_coordinates(curve.y, axis)]
     with np.errstate(over="ignore"):
         sums = [np.cumsum(half(curve.parts, 0.0), axis=1) for half in (np.maximum, np.minimum)]
-    return [_seen(column, axis) for total in sums for column in total.T]
+    return [_axis_coordinates(column, axis) for total in sums for column in total.T]
 
 
-def _seen(values: Array, axis: Axis) -> Array:
-    """Where values stand on an axis; NaN where they are not drawn."""
+def _axis_coordinates(values: Array, axis: Axis) -> Array:
+    """Return the axis coordinates of values: logarithms on a logarithmic axis; NaN if not drawn."""
     values = np.asarray(values, dtype=float)
     if axis.log:
         shown = np.isfinite(values) & (values > 0)
@@ -114,16 +120,16 @@ def _span(curves: list[Array]) -> float:
         return float(np.ptp(values)) if len(values) else 0.0
 
 
-def _extremes(x: Array, y: Array, most: int) -> Kept:
-    """Of each short stretch the points that are outermost, and one of its gaps."""
+def _extremes(x: Array, y: Array, max_points: int) -> Indices:
+    """Return the indices of the extreme points of each segment, and of one point of its gaps."""
     finite = np.isfinite(x) & np.isfinite(y)
-    # Along an ascending x only y can have an extreme inside a stretch.
+    # Where x is ascending, only y can have an extreme inside a segment.
     outlines = [y] if (np.diff(x[finite]) >= 0).all() else [x, y]
-    stretches = np.array_split(np.arange(len(x)), max(most // (2 * len(outlines)), 1))
+    segments = np.array_split(np.arange(len(x)), max(max_points // (2 * len(outlines)), 1))
     found = [np.array([0, len(x) - 1])]
-    for stretch in stretches:
-        inside = stretch[finite[stretch]]
-        found.append(stretch[~finite[stretch]][:1])
+    for segment in segments:
+        inside = segment[finite[segment]]
+        found.append(segment[~finite[segment]][:1])
         if len(inside):
             found += [
                 inside[[values[inside].argmin(), values[inside].argmax()]] for values in outlines
@@ -131,37 +137,37 @@ def _extremes(x: Array, y: Array, most: int) -> Kept:
     return np.unique(np.concatenate(found))
 
 
-def _changes(y: Array) -> Kept:
-    """The points of a step at which its value changes, with the first and the last."""
+def _step_changes(y: Array) -> Indices:
+    """Return the indices of the points where a step function changes, and of both ends."""
     same = (y[1:] == y[:-1]) | (np.isnan(y[1:]) & np.isnan(y[:-1]))
     needed = np.concatenate([[True], ~same])
     needed[-1] = True
     return np.flatnonzero(needed[: len(y)])
 
 
-def _needed(points: Array) -> Kept:
-    """The points without which a curve would change by more than 1.
+def _visible_points(points: Array) -> Indices:
+    """Return the indices of the points whose removal would change the curve visibly.
 
     Args:
-        points: Shape (n, 2), in tolerances.
+        points: Shape (n, 2), in units of the tolerance.
     """
     finite: NDArray[np.bool_] = np.asarray(np.isfinite(points).all(axis=1))
     needed = ~finite
-    # Of neighbouring gaps one is enough.
+    # One point is enough for a gap of several points.
     needed[1:] &= finite[:-1]
     edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]]).astype(int)))
-    for first, behind in edges.reshape(-1, 2):
-        needed[first:behind] |= _cornered(points[first:behind])
+    for first, end in edges.reshape(-1, 2):
+        needed[first:end] |= _douglas_peucker(points[first:end])
     needed[:1] = needed[-1:] = True
     return np.flatnonzero(needed)
 
 
-def _cornered(points: Array) -> NDArray[np.bool_]:
-    """The corners of a curve without gaps, shape (n,)."""
-    corner = np.zeros(len(points), dtype=bool)
+def _douglas_peucker(points: Array) -> NDArray[np.bool_]:
+    """Return the mask of the points that a curve without gaps needs, shape (n,)."""
+    needed = np.zeros(len(points), dtype=bool)
     fixed = {0, len(points) - 1, int(points[:, 1].argmin()), int(points[:, 1].argmax())}
     order = sorted(fixed)
-    corner[order] = True
+    needed[order] = True
     open_spans = list(pairwise(order))
     while open_spans:
         first, last = open_spans.pop()
@@ -171,13 +177,13 @@ def _cornered(points: Array) -> NDArray[np.bool_]:
         farthest = int(distance.argmax())
         if distance[farthest] > 1.0:
             middle = first + 1 + farthest
-            corner[middle] = True
+            needed[middle] = True
             open_spans += [(first, middle), (middle, last)]
-    return corner
+    return needed
 
 
 def _distances(points: Array, start: Array, end: Array) -> Array:
-    """How far points are from a straight piece, shape (n,)."""
+    """Return the distances of points from a line segment, shape (n,)."""
     along = end - start
     length = float(along @ along)
     offset = points - start

@@ -1,8 +1,8 @@
-"""A report as one page: a single file that needs no network.
+"""A report as one HTML file that needs no network.
 
-Everything is in it: the tables as HTML, the figures as data for plotly, plotly itself, and the
-scripts. The browser is told by a content security policy to load nothing, and to run no script
-but these, known by their digests; so a text that slipped through as markup could do no harm.
+The file contains the tables as HTML, the figures as data for plotly, plotly itself, and the
+scripts. Its content security policy forbids the browser to load anything or to run any other
+script; it lists the digests of the allowed scripts. So even an unescaped text could do no harm.
 """
 
 import base64
@@ -14,17 +14,17 @@ from typing import Any
 
 from markupsafe import Markup
 
-from rbstab.report.model.document import Motion, Report, Table
+from rbstab.report.model.document import Animation, Report, Table
 from rbstab.report.model.figure import Figure
-from rbstab.report.writers.plotly_figures.renderer import JSON, drawn
-from rbstab.report.writers.plotly_figures.text import numbers
+from rbstab.report.writers.plotly_figures.renderer import JSON, plotly_data
+from rbstab.report.writers.plotly_figures.text import packed_array
 
 SCRIPTS = ("theme", "tables", "time", "figures", "scene", "motions", "start")
-"""The page's own scripts, in the order in which they are run."""
+"""Names of the scripts of the page, in the order in which they run."""
 
 
 def page(report: Report) -> str:
-    """A report as one HTML page."""
+    """Render a report as one HTML page."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -37,36 +37,38 @@ def page(report: Report) -> str:
     environment.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.tests["figure"] = lambda block: isinstance(block, Figure)
-    environment.tests["motion"] = lambda block: isinstance(block, Motion)
+    environment.tests["animation"] = lambda block: isinstance(block, Animation)
     blocks = [block for section in report.sections for block in section.blocks]
-    script = "".join(_own(f"{name}.js") for name in SCRIPTS)
+    script = "".join(_template(f"{name}.js") for name in SCRIPTS)
     text = environment.get_template("page.html").render(
         report=report,
-        style=Markup(_own("page.css")),  # noqa: S704  (our own file)
+        style=Markup(_template("page.css")),  # noqa: S704  (our own file)
         script=Markup(script),  # noqa: S704  (our own file)
         policy=_policy(script),
-        library=_packed_library() if any(isinstance(b, Figure) for b in blocks) else "",
-        drawings={block.name: drawn(block) for block in blocks if isinstance(block, Figure)},
-        motions={block.name: _moving(block) for block in blocks if isinstance(block, Motion)},
-        has_time=any(isinstance(block, Motion) for block in blocks),
+        library=_compressed_library() if any(isinstance(b, Figure) for b in blocks) else "",
+        drawings={block.name: plotly_data(block) for block in blocks if isinstance(block, Figure)},
+        motions={
+            block.name: _animation_data(block) for block in blocks if isinstance(block, Animation)
+        },
+        has_time=any(isinstance(block, Animation) for block in blocks),
     )
-    # A file's name may hold bytes that are no text.
+    # A file name may contain bytes that are not valid UTF-8.
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def _moving(motion: Motion) -> JSON:
-    """A motion as the page's script reads it."""
+def _animation_data(animation: Animation) -> JSON:
+    """Return an animation in the format that `motions.js` reads."""
     arrays = {
-        "times": motion.times,
-        "positions": motion.positions,
-        "rotations": motion.rotations,
-        "vertices": motion.solid.vertices,
+        "times": animation.times,
+        "positions": animation.positions,
+        "rotations": animation.rotations,
+        "vertices": animation.solid.vertices,
     }
-    moving: dict[str, Any] = {name: numbers(array.ravel()) for name, array in arrays.items()}
-    return moving | {
-        "triangles": motion.solid.triangles.ravel().tolist(),
-        "contact_point": motion.contact_point.tolist(),
-        "anchor": None if motion.anchor is None else motion.anchor.tolist(),
+    data: dict[str, Any] = {name: packed_array(array.ravel()) for name, array in arrays.items()}
+    return data | {
+        "triangles": animation.solid.triangles.ravel().tolist(),
+        "contact_point": animation.contact_point.tolist(),
+        "anchor": None if animation.anchor is None else animation.anchor.tolist(),
     }
 
 
@@ -82,19 +84,19 @@ def _digest(text: str) -> str:
     return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
 
 
-def _own(name: str) -> str:
+def _template(name: str) -> str:
     folder = resources.files("rbstab.report.writers") / "templates"
     return (folder / name).read_text(encoding="utf-8")
 
 
 @cache
 def _library() -> str:
-    # Only pages need plotly, which takes long to import; its bundle is a file beside it.
+    # Read as a file: importing plotly is slow, and only its JavaScript bundle is needed.
     return (resources.files("plotly") / "package_data" / "plotly.min.js").read_text("utf-8")
 
 
 @cache
-def _packed_library() -> str:
-    """Plotly, compressed to less than half: browsers unpack it themselves."""
+def _compressed_library() -> str:
+    """Return plotly compressed with gzip, in base64; the browser decompresses it."""
     packed = gzip.compress(_library().encode("utf-8"), compresslevel=9, mtime=0)
     return base64.b64encode(packed).decode("ascii")

@@ -1,4 +1,4 @@
-"""A report as Markdown, with its figures as pictures in a folder beside it."""
+"""A report as Markdown, with its figures as PNG files in a folder beside it."""
 
 import hashlib
 import re
@@ -10,32 +10,32 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from rbstab.config.errors import printable
-from rbstab.report.model.document import Motion, Report, Table
+from rbstab.report.model.document import Animation, Report, Table
 from rbstab.report.model.figure import Figure
 from rbstab.report.writers.signature import SIGNATURES
 from rbstab.store.atomic import write_atomically
 
 PICTURE = re.compile(r"[a-z0-9-]+\.[0-9a-f]{12}\.png")
-"""How the pictures of reports are called: a figure, and what it looks like."""
+"""File names of pictures: the name of the figure, and a digest of the file."""
 
 DOTS_PER_INCH = 150
 
-_STEERING = re.compile(r"[\\`*_|~$]|\](?=[\[(:])|^#|^[-+](?=[\s+-])|(?<=:)/")
-_NUMBERED = re.compile(r"^(\d+)(?=[.)](\s|$))")
+_MARKUP = re.compile(r"[\\`*_|~$]|\](?=[\[(:])|^#|^[-+](?=[\s+-])|(?<=:)/")
+_LIST_NUMBER = re.compile(r"^(\d+)(?=[.)](\s|$))")
 
 
 def write_markdown(report: Report, path: Path) -> None:
-    """Writes a report, and its pictures into the folder `NAME_files` beside it.
+    """Write a report, and its pictures into the folder `NAME_files` beside it.
 
-    Pictures are called by their content, and come first: whatever happens on the way, the old
-    report has its own. Pictures that the new one does not show are removed at the end.
+    The pictures are written first, under names that contain their digests. So an old report keeps
+    its pictures if an error occurs. Pictures that the new report does not use are deleted last.
 
     Args:
         report: The report.
         path: The file; it is replaced, and its folder must exist.
 
     Raises:
-        OSError: The operating system refused.
+        OSError: The operating system raised an error.
     """
     folder = path.with_name(f"{path.stem}_files")
     pictures = _write_pictures(report, folder)
@@ -48,15 +48,15 @@ def write_markdown(report: Report, path: Path) -> None:
 
 
 def markdown(report: Report, pictures: Mapping[str, str]) -> str:
-    """The text.
+    """Return the Markdown text of a report.
 
     Args:
         report: The report.
-        pictures: Where the picture of each figure is, by the figure's name.
+        pictures: The link to the picture of each figure, by the name of the figure.
     """
     environment = Environment(
         loader=PackageLoader("rbstab.report.writers"),
-        # Whatever a filter forgets is escaped as HTML, which Markdown may hold.
+        # A text that does not pass the filter `md` is escaped as HTML, which is valid in Markdown.
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -65,29 +65,29 @@ def markdown(report: Report, pictures: Mapping[str, str]) -> str:
     environment.filters["md"] = escaped
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.tests["figure"] = lambda block: isinstance(block, Figure)
-    environment.tests["motion"] = lambda block: isinstance(block, Motion)
+    environment.tests["animation"] = lambda block: isinstance(block, Animation)
     template = environment.get_template("report.md.j2")
     return template.render(report=report, pictures=pictures) + "\n"
 
 
 def escaped(text: str) -> Markup:
-    """A text of which Markdown and HTML take nothing for their own, in one line."""
-    plain = _STEERING.sub(lambda found: f"\\{found.group()}", printable(text).strip())
-    # A line that begins with a number and a dot would begin a list.
-    return Markup(escape(_NUMBERED.sub(r"\1\\", plain)))  # noqa: S704 escaped here
+    """Escape a text for Markdown and HTML, and put it on one line."""
+    plain = _MARKUP.sub(lambda match: f"\\{match.group()}", printable(text).strip())
+    # A number and a dot at the start of a line would start a list.
+    return Markup(escape(_LIST_NUMBER.sub(r"\1\\", plain)))  # noqa: S704 escaped here
 
 
 def _write_pictures(report: Report, folder: Path) -> dict[str, str]:
-    """Writes the picture of each figure; their file names, by the names of the figures."""
-    # Imported late: a report without figures needs no matplotlib.
+    """Write the picture of each figure; return the file names by the names of the figures."""
+    # Imported late: matplotlib is slow to import, and only figures need it.
     from rbstab.report.writers.matplotlib_figures.renderer import png
 
-    found = {}
+    names = {}
     figures = [block for s in report.sections for block in s.blocks if isinstance(block, Figure)]
     for figure in figures:
         folder.mkdir(exist_ok=True)
         content = png(figure, dpi=DOTS_PER_INCH)
         name = f"{figure.name}.{hashlib.sha256(content).hexdigest()[:12]}.png"
         write_atomically(folder / name, content, replace=True)
-        found[figure.name] = name
-    return found
+        names[figure.name] = name
+    return names

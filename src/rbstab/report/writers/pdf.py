@@ -1,4 +1,4 @@
-"""A report on paper: A4, with an outline, tables that break over pages, and figures in the flow."""
+"""A report as PDF: A4, with an outline, tables over several pages, and figures in the text."""
 
 from io import BytesIO
 from itertools import count
@@ -6,88 +6,84 @@ from pathlib import Path
 
 from PIL import Image
 
-from rbstab.report.model.document import Block, Motion, Report, Section, Table
+from rbstab.report.model.document import Animation, Block, Report, Section, Table
 from rbstab.report.model.figure import Figure
 from rbstab.report.writers.matplotlib_figures.renderer import WIDTH, png
-from rbstab.report.writers.pdf_pages import GREY, SMALL, Paper, Picture
-from rbstab.report.writers.pdf_tables import lies, write_table
+from rbstab.report.writers.pdf_pages import GREY, SMALL, Picture, ReportPdf
+from rbstab.report.writers.pdf_tables import needs_landscape, write_table
 from rbstab.store.atomic import write_atomically
 
-MILLIMETRES = 25.4
-"""To an inch."""
+MILLIMETRES_PER_INCH = 25.4
 
 
 def write_pdf(report: Report, path: Path) -> None:
-    """Writes a report as a PDF; the file appears whole or not at all, in place of an older one.
+    """Write a report as PDF, atomically: an error leaves an older file as it was.
 
     Args:
-        report: The report. Its motions are left out; a sentence says so.
+        report: The report. The PDF has a sentence in place of each animation.
         path: The file; its folder must exist.
 
     Raises:
-        OSError: The disk is full, the folder cannot be written, and the like.
+        OSError: The disk is full, the folder cannot be written, or a similar error.
     """
     write_atomically(path, pdf_of(report), replace=True)
 
 
 def pdf_of(report: Report) -> bytes:
-    """A report as the bytes of a PDF."""
-    paper = Paper(report.title, [section.name for section in report.sections])
+    """Render a report as PDF."""
+    pdf = ReportPdf(report.title, [section.name for section in report.sections])
     try:
-        return _written(paper, report)
+        return _render(pdf, report)
     finally:
-        paper.close_fonts()
+        pdf.close_fonts()
 
 
-def _written(paper: Paper, report: Report) -> bytes:
-    paper.add_page()
-    paper.paragraph(report.title, style="B", size=18)
-    paper.paragraph(f"Made {report.created} by", size=SMALL, colour=GREY)
-    paper.paragraph(report.command, size=SMALL, colour=GREY)
+def _render(pdf: ReportPdf, report: Report) -> bytes:
+    pdf.add_page()
+    pdf.paragraph(report.title, style="B", size=18)
+    pdf.paragraph(f"Made {report.created} by", size=SMALL, colour=GREY)
+    pdf.paragraph(report.command, size=SMALL, colour=GREY)
     numbers = count(1)
     for section in report.sections:
-        _write_section(paper, section, numbers)
+        _write_section(pdf, section, numbers)
     if report.unread:
-        paper.heading("What could not be read")
+        pdf.heading("Results that could not be read")
         for path, reason in report.unread:
-            paper.paragraph(f"{path}: {reason}")
-    return paper.whole()
+            pdf.paragraph(f"{path}: {reason}")
+    return pdf.to_bytes()
 
 
-def _write_section(paper: Paper, section: Section, numbers: "count[int]") -> None:
-    """Writes a section; its heading stands on the page of what comes first."""
+def _write_section(pdf: ReportPdf, section: Section, numbers: "count[int]") -> None:
+    """Write a section, with its heading on the same page as its first block."""
     first, *others = section.blocks or ("",)
     if isinstance(first, Figure):
         picture = _picture_of(first, next(numbers))
-        paper.heading(section.title, anchor=section.name, room=paper.height_of(picture))
-        paper.place(picture)
+        pdf.heading(section.title, anchor=section.name, height=pdf.height_of(picture))
+        pdf.add_picture(picture)
     else:
-        lying = isinstance(first, Table) and lies(paper, first)
-        paper.heading(section.title, anchor=section.name, lying=lying)
-        _write(paper, first, numbers)
+        landscape = isinstance(first, Table) and needs_landscape(pdf, first)
+        pdf.heading(section.title, anchor=section.name, landscape=landscape)
+        _write(pdf, first, numbers)
     for block in others:
-        _write(paper, block, numbers)
+        _write(pdf, block, numbers)
 
 
-def _write(paper: Paper, block: Block, numbers: "count[int]") -> None:
+def _write(pdf: ReportPdf, block: Block, numbers: "count[int]") -> None:
     match block:
         case str():
-            paper.turn()
-            paper.paragraph(block)
+            pdf.ensure_orientation()
+            pdf.paragraph(block)
         case Table():
-            write_table(paper, block)
+            write_table(pdf, block)
         case Figure():
-            paper.place(_picture_of(block, next(numbers)))
-        case Motion():
-            paper.turn()
-            paper.paragraph(
-                f"The motion of {block.title} can be watched on the page of this report.",
-                style="I",
-            )
+            pdf.add_picture(_picture_of(block, next(numbers)))
+        case Animation():
+            pdf.ensure_orientation()
+            pdf.paragraph(f"The HTML report animates the motion of {block.title}.", style="I")
 
 
 def _picture_of(figure: Figure, number: int) -> Picture:
     image = Image.open(BytesIO(png(figure))).convert("RGB")
     source = f" ({figure.source})" if figure.source else ""
     caption = f"Figure {number}. {figure.title}{source}. {figure.caption}".strip()
-    return Picture(image, WIDTH * MILLIMETRES, caption, figure.title)
+    return Picture(image, WIDTH * MILLIMETRES_PER_INCH, caption, figure.title)

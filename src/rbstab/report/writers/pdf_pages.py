@@ -1,4 +1,4 @@
-"""The pages of a PDF: type, headings with an outline, paragraphs, pictures with their captions."""
+"""The pages of a PDF: fonts, headings with an outline, paragraphs, pictures with captions."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,50 +13,50 @@ from PIL import Image
 FAMILY = "DejaVu Sans"
 
 FONTS = {"": "DejaVuSans.ttf", "B": "DejaVuSans-Bold.ttf", "I": "DejaVuSans-Oblique.ttf"}
-"""By style; matplotlib brings them, with the Greek and the signs of the paper."""
+"""Font files of matplotlib by style; they have Greek letters and the symbols of the paper."""
 
 MARGIN = 20.0
-"""mm."""
+"""Margin of a page, mm."""
 
 TEXT, SMALL, HEADING = 9.5, 8.0, 13.0
-"""Sizes of type, points."""
+"""Font sizes, points."""
 
 BLACK, GREY = (0, 0, 0), (95, 95, 95)
 
 LEADING = 0.5
-"""mm from line to line for each point of the type."""
+"""Line spacing over the font size, mm/point."""
 
-MISSING = "\N{REPLACEMENT CHARACTER}"
-"""In place of a letter that the type does not have."""
+REPLACEMENT = "\N{REPLACEMENT CHARACTER}"
+"""Replaces a character that the font does not have."""
 
 
 class Picture(NamedTuple):
-    """A picture: its width, mm, what stands below it, what is read out where it is not seen."""
+    """A picture: its width, mm, its caption, and its alternative text."""
 
     image: Image.Image
     width: float
     caption: str
-    said: str
+    alt_text: str
 
 
-class Paper(FPDF):
-    """The pages of a report.
+class ReportPdf(FPDF):
+    """The PDF document of a report.
 
     Args:
-        title: Of the report.
-        anchors: The names of the places to which links may lead.
+        title: The title of the report.
+        anchors: The names of the sections that links may target.
     """
 
     def __init__(self, title: str, anchors: Sequence[str] = ()) -> None:
         super().__init__(format="A4")
-        # Otherwise a text of the report that happens to hold this sign would be changed.
+        # fpdf2 would otherwise replace "{nb}" in the texts of the report by the number of pages.
         self.str_alias_nb_pages = ""
         folder = Path(mpl.get_data_path()) / "fonts" / "ttf"
         for style, name in FONTS.items():
             self.add_font(FAMILY, style, folder / name)
         regular = self.fonts[FAMILY.lower()]
         assert isinstance(regular, TTFFont)
-        self.letters = frozenset(regular.cmap)
+        self.characters = frozenset(regular.cmap)
         self.set_margin(MARGIN)
         self.set_auto_page_break(auto=True, margin=MARGIN)
         self.set_title(self.plain(title))
@@ -64,21 +64,21 @@ class Paper(FPDF):
         self.anchors = frozenset(anchors)
 
     def plain(self, text: str) -> str:
-        """A text in one line, of letters that the type has."""
+        """Put a text on one line, and replace characters that the font does not have."""
         spaced = " ".join(text.split())
-        return "".join(letter if ord(letter) in self.letters else MISSING for letter in spaced)
+        return "".join(char if ord(char) in self.characters else REPLACEMENT for char in spaced)
 
     def footer(self) -> None:
-        """The number of the page."""
+        """Write the page number; fpdf2 calls this on each page."""
         self.set_y(8 - MARGIN)
         self.set_font(FAMILY, size=SMALL)
         self.set_text_color(*GREY)
         self.cell(0, 5, str(self.page_no()), align="C")
 
-    def turn(self, *, lying: bool = False) -> None:
-        """Sees to it that what follows stands on an upright page, or on one that lies."""
-        if (self.cur_orientation is PageOrientation.LANDSCAPE) != lying:
-            self.add_page(orientation="L" if lying else "P")
+    def ensure_orientation(self, *, landscape: bool = False) -> None:
+        """Add a page if the current page has the other orientation."""
+        if (self.cur_orientation is PageOrientation.LANDSCAPE) != landscape:
+            self.add_page(orientation="L" if landscape else "P")
 
     def paragraph(
         self,
@@ -88,7 +88,7 @@ class Paper(FPDF):
         size: float = TEXT,
         colour: tuple[int, int, int] = BLACK,
     ) -> None:
-        """Writes a text, with a little space below it."""
+        """Write a paragraph, with a small space below it."""
         self.set_font(FAMILY, style, size)
         self.set_text_color(*colour)
         self.multi_cell(
@@ -97,19 +97,19 @@ class Paper(FPDF):
         self.ln(0.25 * size)
 
     def heading(
-        self, text: str, *, anchor: str = "", room: float = 30.0, lying: bool = False
+        self, text: str, *, anchor: str = "", height: float = 30.0, landscape: bool = False
     ) -> None:
-        """Writes a heading that stands in the outline too.
+        """Write a heading, and add it to the outline.
 
         Args:
             text: The heading.
-            anchor: The name of this place.
-            room: The height of what it has to share its page with, mm.
-            lying: Whether that stands on a page that lies.
+            anchor: The name that links use.
+            height: The height of the block below it, which must be on the same page, mm.
+            landscape: Whether that block needs a landscape page.
         """
-        self.turn(lying=lying)
+        self.ensure_orientation(landscape=landscape)
         self.ln(3)
-        if self.will_page_break(room + HEADING):
+        if self.will_page_break(height + HEADING):
             self.add_page(same=True)
         if anchor in self.anchors:
             self.add_link(y=self.get_y(), name=anchor)
@@ -117,41 +117,43 @@ class Paper(FPDF):
         self.paragraph(text, style="B", size=HEADING)
 
     def height_of(self, picture: Picture) -> float:
-        """The height of a picture with its caption on a page of its own at most, mm."""
+        """Return the height of a picture with its caption, mm; at most the height of a page."""
         image, width, *_ = picture
-        return min(width * image.height / image.width + self._below(picture), self.eph - HEADING)
+        return min(
+            width * image.height / image.width + self._caption_height(picture), self.eph - HEADING
+        )
 
-    def place(self, picture: Picture) -> None:
-        """Places a picture with its caption; what is too tall for a page is made smaller."""
-        self.turn()
-        image, width, caption, said = picture
-        room = self.height_of(picture)
-        height = room - self._below(picture)
+    def add_picture(self, picture: Picture) -> None:
+        """Add a picture with its caption; scale it down if it is too high for a page."""
+        self.ensure_orientation()
+        image, width, caption, alt_text = picture
+        total_height = self.height_of(picture)
+        height = total_height - self._caption_height(picture)
         width = min(width, height * image.width / image.height)
-        if self.will_page_break(room):
+        if self.will_page_break(total_height):
             self.add_page()
         x = self.l_margin + (self.epw - width) / 2
-        self.image(image, x=x, w=width, h=height, alt_text=self.plain(said))
+        self.image(image, x=x, w=width, h=height, alt_text=self.plain(alt_text))
         self.ln(1)
         self.paragraph(caption, size=SMALL)
         self.ln(2)
 
-    def _below(self, picture: Picture) -> float:
-        """What a caption takes, with the space around it, mm."""
+    def _caption_height(self, picture: Picture) -> float:
+        """Return the height of a caption, with the space around it, mm."""
         self.set_font(FAMILY, size=SMALL)
         text = self.plain(picture.caption)
-        told = self.multi_cell(
+        height = self.multi_cell(
             0, LEADING * SMALL, text, dry_run=True, output=MethodReturnValue.HEIGHT
         )
-        assert isinstance(told, float)
-        return told + 5
+        assert isinstance(height, float)
+        return height + 5
 
-    def whole(self) -> bytes:
-        """The finished file."""
+    def to_bytes(self) -> bytes:
+        """Return the finished file."""
         return bytes(self.output())
 
     def close_fonts(self) -> None:
-        """Closes the files of the type, which otherwise stay open until memory is tidied up."""
+        """Close the font files, which otherwise stay open until they are garbage collected."""
         for font in self.fonts.values():
             if isinstance(font, TTFFont):
                 font.ttfont.close()

@@ -1,4 +1,4 @@
-"""Tables of a PDF: their heads stand again on each page, and no column is wider than the page."""
+"""Tables of a PDF: each page repeats the headers, and no table is wider than its page."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -7,76 +7,76 @@ from fpdf import FontFace
 from fpdf.enums import Align, TableBordersLayout, TableHeadingsDisplay
 
 from rbstab.report.model.document import Cell, Table
-from rbstab.report.writers.pdf_pages import BLACK, FAMILY, GREY, LEADING, MARGIN, SMALL, Paper
+from rbstab.report.writers.pdf_pages import BLACK, FAMILY, GREY, LEADING, MARGIN, SMALL, ReportPdf
 
-UPRIGHT, LYING = 210.0 - 2 * MARGIN, 297.0 - 2 * MARGIN
-"""How wide a table may be on both kinds of pages, mm."""
+PORTRAIT, LANDSCAPE = 210.0 - 2 * MARGIN, 297.0 - 2 * MARGIN
+"""Maximum width of a table on portrait and landscape pages, mm."""
 
-TOGETHER = 30.0
-"""mm: the title, the heads and some rows of a table, which are not torn apart."""
+MIN_HEIGHT = 30.0
+"""Minimum height left on a page where a table begins: its title, headers and some rows, mm."""
 
-SIZES = (8.0, 7.0, 6.0)
-"""Of the type, points, tried in turn."""
+FONT_SIZES = (8.0, 7.0, 6.0)
+"""Font sizes in points, tried in this order."""
 
 PADDING = 1.2
-"""mm on each side of a text."""
+"""Space to the left and right of a text, mm."""
 
-MAX_WIDTH = 50.0
-"""mm: texts of more than that are broken."""
+MAX_TEXT_WIDTH = 50.0
+"""Maximum width of a text, mm; longer texts wrap."""
 
 MAX_LENGTH = 400
-"""Letters of a cell; a row has to fit on a page."""
+"""Maximum number of characters of a cell; a row must fit on a page."""
 
-TONES = {"good": (0, 105, 75), "bad": (175, 55, 0), "odd": (140, 100, 0)}
+TONE_COLOURS = {"good": (0, 105, 75), "bad": (175, 55, 0), "warning": (140, 100, 0)}
 
-RULES = (190, 190, 190)
+LINE_COLOUR = (190, 190, 190)
 
 
 class Fit(NamedTuple):
-    """How a table fits on pages: whether they lie, the type, and the widths of all columns, mm."""
+    """Page orientation, font size (points) and column widths (mm) with which a table fits."""
 
-    lying: bool
+    landscape: bool
     size: float
     widths: list[float]
 
 
-def write_table(paper: Paper, table: Table) -> None:
-    """Writes a table: upright in the largest type that fits, or else on pages that lie.
+def write_table(pdf: ReportPdf, table: Table) -> None:
+    """Write a table on portrait pages in the largest font that fits, or else on landscape pages.
 
-    What is too wide even so is written in several parts, each with the first column.
+    A table that is too wide for both is split by columns; each part has the first column.
     """
-    fit = _fit(paper, table)
-    paper.turn(lying=fit.lying)
-    if paper.will_page_break(TOGETHER):
-        paper.add_page(same=True)
-    paper.paragraph(table.title, style="B", size=SMALL + 1)
+    fit = _fit(pdf, table)
+    pdf.ensure_orientation(landscape=fit.landscape)
+    if pdf.will_page_break(MIN_HEIGHT):
+        pdf.add_page(same=True)
+    pdf.paragraph(table.title, style="B", size=SMALL + 1)
     if table.note:
-        paper.paragraph(table.note, size=SMALL, colour=GREY)
-    for columns in _parts(fit.widths, LYING if fit.lying else UPRIGHT):
-        _write_part(paper, table, columns, fit)
-    paper.ln(2)
+        pdf.paragraph(table.note, size=SMALL, colour=GREY)
+    for columns in _split_columns(fit.widths, LANDSCAPE if fit.landscape else PORTRAIT):
+        _write_part(pdf, table, columns, fit)
+    pdf.ln(2)
 
 
-def lies(paper: Paper, table: Table) -> bool:
-    """Whether a table takes pages that lie."""
-    return _fit(paper, table).lying
+def needs_landscape(pdf: ReportPdf, table: Table) -> bool:
+    """Return whether a table needs landscape pages."""
+    return _fit(pdf, table).landscape
 
 
-def _fit(paper: Paper, table: Table) -> Fit:
-    for lying, room in ((False, UPRIGHT), (True, LYING)):
-        for size in SIZES:
-            fit = Fit(lying, size, _widths(paper, table, size))
-            if sum(fit.widths) <= room:
+def _fit(pdf: ReportPdf, table: Table) -> Fit:
+    for landscape, max_width in ((False, PORTRAIT), (True, LANDSCAPE)):
+        for size in FONT_SIZES:
+            fit = Fit(landscape, size, _widths(pdf, table, size))
+            if sum(fit.widths) <= max_width:
                 return fit
     return fit
 
 
-def _write_part(paper: Paper, table: Table, columns: Sequence[int], fit: Fit) -> None:
+def _write_part(pdf: ReportPdf, table: Table, columns: Sequence[int], fit: Fit) -> None:
     _, size, widths = fit
-    paper.set_font(FAMILY, size=size)
-    paper.set_text_color(*BLACK)
-    paper.set_draw_color(*RULES)
-    with paper.table(
+    pdf.set_font(FAMILY, size=size)
+    pdf.set_text_color(*BLACK)
+    pdf.set_draw_color(*LINE_COLOUR)
+    with pdf.table(
         width=sum(widths[c] for c in columns),
         col_widths=tuple(widths[c] for c in columns),
         text_align=tuple(Align.R if table.heads[c].numbers else Align.L for c in columns),
@@ -86,46 +86,46 @@ def _write_part(paper: Paper, table: Table, columns: Sequence[int], fit: Fit) ->
         borders_layout=TableBordersLayout.HORIZONTAL_LINES,
         headings_style=FontFace(emphasis="BOLD"),
         repeat_headings=TableHeadingsDisplay.ON_TOP_OF_EVERY_PAGE,
-    ) as made:
-        made.row([paper.plain(table.heads[c].text) for c in columns])
+    ) as pdf_table:
+        pdf_table.row([pdf.plain(table.heads[c].text) for c in columns])
         for cells in table.rows:
-            row = made.row()
+            row = pdf_table.row()
             for c in columns:
                 cell = cells[c]
-                tone = TONES.get(cell.tone)
+                colour = TONE_COLOURS.get(cell.tone)
                 row.cell(
-                    _text(paper, cell),
-                    style=FontFace(color=tone) if tone else None,
-                    link=f"#{cell.target}" if cell.target in paper.anchors else None,
+                    _text(pdf, cell),
+                    style=FontFace(color=colour) if colour else None,
+                    link=f"#{cell.target}" if cell.target in pdf.anchors else None,
                 )
-    paper.ln(2)
+    pdf.ln(2)
 
 
-def _text(paper: Paper, cell: Cell) -> str:
-    text = paper.plain(cell.text)
+def _text(pdf: ReportPdf, cell: Cell) -> str:
+    text = pdf.plain(cell.text)
     return text if len(text) <= MAX_LENGTH else f"{text[: MAX_LENGTH - 1]}…"
 
 
-def _widths(paper: Paper, table: Table, size: float) -> list[float]:
-    """How wide each column is, mm."""
+def _widths(pdf: ReportPdf, table: Table, size: float) -> list[float]:
+    """Return the widths of the columns, mm."""
     widths = []
     for number, head in enumerate(table.heads):
-        paper.set_font(FAMILY, "B", size)
-        # A head may go over several lines, a word may not.
-        words = paper.plain(head.text).split() or [""]
-        widest = max(paper.get_string_width(word) for word in words)
-        paper.set_font(FAMILY, size=size)
+        pdf.set_font(FAMILY, "B", size)
+        # A header may wrap between words, but not within a word.
+        words = pdf.plain(head.text).split() or [""]
+        widest = max(pdf.get_string_width(word) for word in words)
+        pdf.set_font(FAMILY, size=size)
         for row in table.rows:
-            widest = max(widest, paper.get_string_width(_text(paper, row[number])))
-        widths.append(min(widest + 0.3, MAX_WIDTH) + 2 * PADDING)
+            widest = max(widest, pdf.get_string_width(_text(pdf, row[number])))
+        widths.append(min(widest + 0.3, MAX_TEXT_WIDTH) + 2 * PADDING)
     return widths
 
 
-def _parts(widths: list[float], room: float) -> list[list[int]]:
-    """The columns of each part, the first one in all of them."""
+def _split_columns(widths: list[float], max_width: float) -> list[list[int]]:
+    """Split columns into parts that fit on a page; each part has the first column."""
     parts = [[0]]
     for column in range(1, len(widths)):
-        if sum(widths[c] for c in parts[-1]) + widths[column] > room and len(parts[-1]) > 1:
+        if sum(widths[c] for c in parts[-1]) + widths[column] > max_width and len(parts[-1]) > 1:
             parts.append([0])
         parts[-1].append(column)
     return parts

@@ -1,13 +1,13 @@
-"""A report as plain data: its sentences and tables; of figures and motions the names."""
+"""A report as plain data: sentences, tables, and the names of figures and animations."""
 
 from typing import Any
 
-from rbstab.report.model.document import Block, Cell, Motion, Report, Table
+from rbstab.report.model.document import Animation, Block, Cell, Report, Table
 from rbstab.report.model.figure import Figure
 
 
 def data_of(report: Report) -> dict[str, Any]:
-    """A report as JSON can hold it, but for numbers that are not finite."""
+    """Convert a report to plain data for JSON; its numbers may be infinite or NaN."""
     return {
         "title": report.title,
         "created": report.created,
@@ -28,12 +28,12 @@ def _block(block: Block) -> dict[str, Any]:
     if isinstance(block, Table):
         heads = [{"label": head.label, "unit": head.unit} for head in block.heads]
         rows = [[_entry(cell) for cell in row] for row in block.rows]
-        about = {"name": block.name, "title": block.title, "note": block.note}
-        return {"kind": "table", **about, "columns": heads, "rows": rows}
+        common = {"name": block.name, "title": block.title, "note": block.note}
+        return {"kind": "table", **common, "columns": heads, "rows": rows}
     if isinstance(block, Figure):
-        about = {"name": block.name, "title": block.title, "caption": block.caption}
-        return {"kind": "figure", **about, "source": block.source}
-    if isinstance(block, Motion):
+        common = {"name": block.name, "title": block.title, "caption": block.caption}
+        return {"kind": "figure", **common, "source": block.source}
+    if isinstance(block, Animation):
         return {"kind": "motion", "name": block.name, "title": block.title}
     return {"kind": "text", "text": block}
 

@@ -1,27 +1,27 @@
-"""The mark by which a file is known to be a report, which may be replaced."""
+"""The signature at the end of a report; a report may replace only files that have one."""
 
 from pathlib import Path
 
-_WORDS = b"made by rbstab report"
+_TEXT = b"made by rbstab report"
 
 SIGNATURES = {
-    "html": b"<!-- " + _WORDS + b" -->\n",
-    "md": b"\n<!-- " + _WORDS + b" -->\n",
-    "pdf": b"%" + _WORDS + b"\n",
-    "text": _WORDS.capitalize() + b"\n",
+    "html": b"<!-- " + _TEXT + b" -->\n",
+    "md": b"\n<!-- " + _TEXT + b" -->\n",
+    "pdf": b"%" + _TEXT + b"\n",
+    "text": _TEXT.capitalize() + b"\n",
 }
 """The last bytes of a report, by its format."""
 
 
 def is_report(path: Path) -> bool:
-    """Whether a file is a report of any format.
+    """Return whether a file is a report of any format.
 
     Raises:
-        OSError: It cannot be read.
+        OSError: The file cannot be read.
     """
     with path.open("rb") as file:
         size = file.seek(0, 2)
-        longest = max(map(len, SIGNATURES.values()))
-        file.seek(max(0, size - longest))
+        length = max(map(len, SIGNATURES.values()))
+        file.seek(max(0, size - length))
         end = file.read()
-    return any(end.endswith(mark) for mark in SIGNATURES.values())
+    return any(end.endswith(signature) for signature in SIGNATURES.values())

@@ -1,4 +1,4 @@
-"""A report as text for a terminal: its sentences and tables; of figures the titles."""
+"""A report as text for a terminal: sentences, tables, and the titles of figures."""
 
 from collections.abc import Iterator, Sequence
 
@@ -10,26 +10,27 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 from rbstab.config.errors import printable
-from rbstab.report.model.document import Block, Motion, Report, Table
+from rbstab.report.model.document import Animation, Block, Report, Table
 from rbstab.report.model.figure import Figure
 
-STYLES = {"good": "green", "bad": "red", "odd": "yellow", "": ""}
-"""Of the tones of cells."""
+STYLES = {"good": "green", "bad": "red", "warning": "yellow", "": ""}
+"""Styles of the library rich for the tones of cells."""
 
-FOLDED = 24
-"""Columns that a column of words is given at least, where it has as many; longer ones fold."""
+MIN_WRAP_WIDTH = 24
+"""Minimum width of a column of long texts, in characters; the texts wrap."""
 
-APART = 3
-"""Columns that a column of a table takes beside its words."""
+COLUMN_GAP = 3
+"""Padding of each column of a table, in characters."""
 
-EDGE = 1
-"""Columns that a table takes beside its columns."""
+TABLE_EDGE = 1
+"""Padding at the edge of a table, in characters."""
 
 
 def print_report(report: Report, console: Console) -> None:
-    """Prints a report, in as many columns as the console has.
+    """Print a report as wide as the console.
 
-    A table that is too wide is cut into pieces, each with the first column.
+    A table that is too wide is split into several tables. Each has the columns that identify its
+    rows.
     """
     console.print(_text(report.title, "bold"))
     console.print(_text(f"{report.created}, made by"))
@@ -41,75 +42,77 @@ def print_report(report: Report, console: Console) -> None:
             _print_block(block, console)
     if report.unread:
         console.print()
-        console.print(_text("Not read", "bold underline"))
+        console.print(_text("Results that could not be read", "bold underline"))
         for unread in report.unread:
             console.print(_text(f"{unread.path}: {unread.reason}", STYLES["bad"]))
     console.print()
-    console.print(_text("Figures and motions are in the formats html, md and pdf."))
+    console.print(
+        _text("The formats html, md and pdf show the figures; html also animates the motions.")
+    )
 
 
 def _print_block(block: Block, console: Console) -> None:
     if isinstance(block, Table):
         console.print()
         console.print(_text(block.title, "italic"))
-        for piece in pieces(block, console.width):
-            # What does not fit even so is left to the terminal, and never cut off.
-            console.print(_drawn(piece, console.width), crop=False)
+        for piece in split_table(block, console.width):
+            # A table that is still too wide is wrapped by the terminal, never cut off.
+            console.print(_rich_table(piece, console.width), crop=False)
         if block.note:
             console.print(_text(block.note, "dim"))
     elif isinstance(block, Figure):
         console.print(Padding(_text(f"Figure: {block.title}"), (0, 0, 0, 2)))
-    elif isinstance(block, Motion):
+    elif isinstance(block, Animation):
         console.print(Padding(_text(f"Motion: {block.title}"), (0, 0, 0, 2)))
     else:
         console.print(_text(block))
 
 
-def pieces(table: Table, width: int) -> Iterator[Table]:
-    """A table as tables that are no wider than so many columns, where words are not that long.
+def split_table(table: Table, width: int) -> Iterator[Table]:
+    """Split a table into tables of at most the given width, in characters.
 
-    Each has the columns that tell its rows apart.
+    Each of them has the columns that identify its rows. A table is wider if its words do not fit.
     """
-    needed = _least_widths(table)
-    names = _naming(table)
-    room = width - EDGE - sum(needed[k] + APART for k in names)
-    taken: list[int] = []
+    needed = _min_widths(table)
+    names = _key_columns(table)
+    room = width - TABLE_EDGE - sum(needed[k] + COLUMN_GAP for k in names)
+    selected: list[int] = []
     used = 0
     for k in range(len(names), len(needed)):
-        if taken and used + needed[k] > room:
-            yield _columns(table, [*names, *taken])
-            taken, used = [], 0
-        taken.append(k)
-        used += needed[k] + APART
-    yield _columns(table, [*names, *taken])
+        if selected and used + needed[k] > room:
+            yield _select_columns(table, [*names, *selected])
+            selected, used = [], 0
+        selected.append(k)
+        used += needed[k] + COLUMN_GAP
+    yield _select_columns(table, [*names, *selected])
 
 
-def _naming(table: Table) -> range:
-    """The first column, or the first two where it takes them to tell rows apart."""
+def _key_columns(table: Table) -> range:
+    """Return the columns that identify a row: the first, or the first two if it has duplicates."""
     firsts = {row[0].text for row in table.rows}
     return range(1 if len(firsts) == len(table.rows) or len(table.heads) < 3 else 2)
 
 
-def _least_widths(table: Table) -> list[int]:
-    """What each column takes at least: a number is never folded, words are if they are long."""
+def _min_widths(table: Table) -> list[int]:
+    """Return the minimum width of each column: numbers never wrap, long texts do."""
     natural = _cell_widths(table)
     words = [max(map(cell_len, printable(head.text).split(" "))) for head in table.heads]
     return [
-        max(word, cells if head.numbers else min(cells, FOLDED))
+        max(word, cells if head.numbers else min(cells, MIN_WRAP_WIDTH))
         for head, cells, word in zip(table.heads, natural, words, strict=True)
     ]
 
 
 def _widths(table: Table, width: int) -> list[int]:
-    """What each column gets of so many: those that want the least more get it first."""
-    found = _least_widths(table)
-    wanted = [
-        max(0, cells - least) for cells, least in zip(_cell_widths(table), found, strict=True)
+    """Distribute a width over the columns, first to those that need the least extra width."""
+    found = _min_widths(table)
+    extra = [
+        max(0, cells - minimum) for cells, minimum in zip(_cell_widths(table), found, strict=True)
     ]
-    room = max(0, width - EDGE - sum(found) - APART * len(found))
-    by_want = sorted(range(len(found)), key=lambda k: wanted[k])
-    for place, k in enumerate(by_want):
-        more = min(wanted[k], room // (len(by_want) - place))
+    room = max(0, width - TABLE_EDGE - sum(found) - COLUMN_GAP * len(found))
+    by_extra = sorted(range(len(found)), key=lambda k: extra[k])
+    for place, k in enumerate(by_extra):
+        more = min(extra[k], room // (len(by_extra) - place))
         found[k] += more
         room -= more
     return found
@@ -120,21 +123,21 @@ def _cell_widths(table: Table) -> list[int]:
     return [max((cell_len(printable(text)) for text in texts), default=0) for texts in columns]
 
 
-def _columns(table: Table, which: Sequence[int]) -> Table:
+def _select_columns(table: Table, which: Sequence[int]) -> Table:
     rows = tuple(tuple(row[k] for k in which) for row in table.rows)
     return Table(table.name, table.title, tuple(table.heads[k] for k in which), rows)
 
 
-def _drawn(table: Table, width: int) -> RichTable:
-    made = RichTable(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False)
+def _rich_table(table: Table, width: int) -> RichTable:
+    rich_table = RichTable(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False)
     for head, columns in zip(table.heads, _widths(table, width), strict=True):
         justify: JustifyMethod = "right" if head.numbers else "left"
-        made.add_column(_text(head.text), justify=justify, overflow="fold", width=columns)
+        rich_table.add_column(_text(head.text), justify=justify, overflow="fold", width=columns)
     for row in table.rows:
-        made.add_row(*(_text(cell.text, STYLES[cell.tone]) for cell in row))
-    return made
+        rich_table.add_row(*(_text(cell.text, STYLES[cell.tone]) for cell in row))
+    return rich_table
 
 
-def _text(words: str, style: str = "") -> Text:
-    """Words as they are: what looks like markup is none."""
-    return Text(printable(words), style=style)
+def _text(text: str, style: str = "") -> Text:
+    """Return text that rich prints literally, without interpreting markup."""
+    return Text(printable(text), style=style)

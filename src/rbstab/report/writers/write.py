@@ -1,5 +1,6 @@
-"""A report into a file of any format, whole or not at all."""
+"""Write a report to a file in any format, atomically: an error leaves the old file as it was."""
 
+from importlib.util import find_spec
 from io import StringIO
 from pathlib import Path
 
@@ -16,26 +17,54 @@ SUFFIXES = {
     ".pdf": "pdf",
     ".txt": "text",
 }
-"""The format of a report by the name of its file."""
+"""The format of a report by the suffix of its file."""
+
+PACKAGES = {
+    "html": {"plotly": "plotly", "jinja2": "jinja2"},
+    "md": {"matplotlib": "matplotlib", "jinja2": "jinja2"},
+    "pdf": {"matplotlib": "matplotlib", "fpdf": "fpdf2"},
+    "text": {},
+}
+"""The packages of each format that a plain install lacks: the module and the name to install."""
 
 TEXT_WIDTH = 100
-"""Columns of a report that is text in a file."""
+"""Characters per line of a report written as text to a file."""
+
+
+class FormatUnavailableError(Exception):
+    """A package that the format of a report needs is not installed."""
+
+
+def check_available(form: str) -> None:
+    """Check that the packages of a format are installed; none is imported.
+
+    Raises:
+        FormatUnavailableError: One is missing.
+    """
+    missing = [name for module, name in PACKAGES[form].items() if find_spec(module) is None]
+    if missing:
+        raise FormatUnavailableError(
+            f"the format {form} needs {' and '.join(missing)}, which a plain install lacks. "
+            "Run `pip install 'rbstab[report]'`, or use --format text."
+        )
 
 
 def write_report(report: Report, path: Path, form: str, *, force: bool = False) -> None:
-    """Writes a report; an older report of that name gives way.
+    """Write a report; it replaces an older report of that name.
 
     Args:
         report: The report.
-        path: The file. Missing folders are made. Pictures of a report in Markdown stand in the
-            folder `NAME_files` beside it.
+        path: The file. Missing folders are created. Markdown has its pictures in the folder
+            `NAME_files` beside it.
         form: The format, a value of `SUFFIXES`.
-        force: Whether a file that is no report gives way, too.
+        force: Whether to replace a file that is not a report.
 
     Raises:
-        ResultExistsError: The file exists and is no report (without `force`).
-        StoreError: The operating system refused.
+        FormatUnavailableError: A package that the format needs is not installed.
+        ResultExistsError: The file exists and is not a report (without `force`).
+        StoreError: The operating system raised an error.
     """
+    check_available(form)
     check_replaceable(path, force=force)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -46,24 +75,26 @@ def write_report(report: Report, path: Path, form: str, *, force: bool = False) 
 
 
 def check_replaceable(path: Path, *, force: bool) -> None:
-    """Refuses a name under which something else stands than a report.
+    """Check that a report may be written to a path.
 
     Raises:
-        ResultExistsError: So it is.
-        StoreError: It is a folder, or cannot be read.
+        ResultExistsError: A file that is not a report has that path (without `force`).
+        StoreError: The path is a folder, or cannot be read.
     """
     try:
         if path.is_dir():
             raise StoreError(f"{path} cannot be written: it is a folder")
         if path.exists() and not force and not is_report(path):
-            raise ResultExistsError(f"{path} exists already and is no report; --force replaces it")
+            raise ResultExistsError(
+                f"{path} already exists and is not a report. Use --force to replace it."
+            )
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise StoreError(f"{path} cannot be read: {reason}") from error
 
 
 def _write_html(report: Report, path: Path) -> None:
-    # Each format is imported late: it brings a library that the others do not need.
+    # Each format is imported late: it needs a library that the others do not.
     from rbstab.report.writers.html import page
 
     write_atomically(path, page(report).encode() + SIGNATURES["html"], replace=True)

@@ -1,1 +1,1 @@
-"""The figures of single runs: what is drawn of their stored arrays."""
+"""Figures of runs, drawn from their stored arrays."""

@@ -1,4 +1,4 @@
-"""Axes and curves of stored quantities, labelled as in `docs/notation.md`."""
+"""Axes and curves of stored quantities, with the words and symbols of `docs/notation.md`."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,53 +13,53 @@ from rbstab.systems.quantities import BY_NAME
 
 TIME = Axis("time t", "s")
 
-SUBSCRIPTS = "₁₂₃"
+SUBSCRIPTS = "₁₂₃₄₅₆₇₈₉"
 
-COMPONENTS = ("component 1", "component 2", "component 3")
+COMPONENT = "component {}"
 
-WORDS = {"lyapunov": "Lyapunov function", "lyapunov_rate": "derivative"}
-"""Of quantities whose name alone would not say what they are."""
+DISPLAY_NAMES = {"lyapunov": "Lyapunov function", "lyapunov_rate": "derivative"}
+"""Words for quantities whose stored name is not clear enough."""
 
 
-def axis_of(name: str, component: int | None = None, *, size: bool = False) -> Axis:
-    """The axis of a stored quantity: its word, its symbol and its unit.
+def axis_of(name: str, component: int | None = None, *, magnitude: bool = False) -> Axis:
+    """Return the axis of a stored quantity: its word, symbol and unit.
 
     Args:
-        name: Its name in files.
-        component: Which component is meant, from 0; None: all, or a scalar.
-        size: Whether its size is drawn, on a logarithmic axis.
+        name: The name of the quantity in files.
+        component: The number of the component, from 0; None: all components, or a scalar.
+        magnitude: Whether absolute values are drawn, on a logarithmic axis.
     """
     quantity = BY_NAME[name]
     symbol = quantity.symbol
     if component is not None:
         symbol = f"{'θ' if symbol == 'Θ' else symbol}{SUBSCRIPTS[component]}"
-    words = [WORDS.get(name, name.replace("_", " "))]
+    words = [DISPLAY_NAMES.get(name, name.replace("_", " "))]
     if symbol != "-":
-        words.append(f"|{symbol}|" if size and not symbol.startswith("|") else symbol)
-    return Axis(" ".join(words), quantity.unit, log=size)
+        words.append(f"|{symbol}|" if magnitude and not symbol.startswith("|") else symbol)
+    return Axis(" ".join(words), quantity.unit, log=magnitude)
 
 
 def components(run: Run, name: str) -> Panel:
-    """The three components of a quantity of a run over time."""
+    """Return the components of a vector of a run over time."""
     t, values = run.result["time"], run.result[name]
     marks = [
-        Line(t, values[:, number], label, colour=number, dash=number)
-        for number, label in enumerate(COMPONENTS)
+        Line(t, values[:, number], COMPONENT.format(number + 1), colour=number, dash=number)
+        for number in range(values.shape[1])
     ]
     return Panel(TIME, axis_of(name), tuple(marks))
 
 
-def scalar(run: Run, name: str, *, size: bool = False) -> Panel:
-    """A quantity of a run over time, or its size on a logarithmic axis."""
+def scalar(run: Run, name: str, *, magnitude: bool = False) -> Panel:
+    """Return a scalar of a run over time, or its absolute value on a logarithmic axis."""
     values = run.result[name]
-    axis = axis_of(name, size=size)
-    if name == "lyapunov" and run.counts_work:
+    axis = axis_of(name, magnitude=magnitude)
+    if name == "lyapunov" and run.stores_v_minus_work:
         axis = replace(axis, label=f"{axis.label} - ε")
-    return Panel(TIME, axis, (Line(run.result["time"], np.abs(values) if size else values),))
+    return Panel(TIME, axis, (Line(run.result["time"], np.abs(values) if magnitude else values),))
 
 
 def curve_of(run: Run, y: Array, x: Array | None = None) -> Line:
-    """A curve of a run among others: its colour is the run's."""
+    """Return a curve in the colour of its run."""
     return Line(
         run.result["time"] if x is None else x,
         y,
@@ -70,25 +70,25 @@ def curve_of(run: Run, y: Array, x: Array | None = None) -> Line:
 
 
 def overlay(runs: Sequence[Run], name: str, component: int | None = None) -> Panel:
-    """A quantity, or one component of it, of several runs over time."""
+    """Return a quantity, or one component of it, of several runs over time."""
     marks = [
         curve_of(run, run.result[name] if component is None else run.result[name][:, component])
-        for run in having(runs, name)
+        for run in runs_with(runs, name)
     ]
     return Panel(TIME, axis_of(name, component), tuple(marks))
 
 
-def side_by_side(panels: Sequence[Panel]) -> int:
-    """In how many columns panels stand: three of them in one row, others in pairs."""
+def column_count(panels: Sequence[Panel]) -> int:
+    """Return the number of columns: 3 for three panels, otherwise 2."""
     return 3 if len(panels) == 3 else 2
 
 
-def sizes(values: Array) -> Array:
-    """The lengths of vectors, shape (n, 3), one by one; what overflows is infinite."""
+def norms(values: Array) -> Array:
+    """Return the norms of vectors, shape (n, 3); a norm that overflows is infinite."""
     with np.errstate(all="ignore"):
         return np.linalg.norm(values, axis=1)
 
 
-def having(runs: Sequence[Run], *names: str) -> list[Run]:
-    """Those of the runs that have all these arrays."""
+def runs_with(runs: Sequence[Run], *names: str) -> list[Run]:
+    """Return the runs that have all these arrays."""
     return [run for run in runs if all(name in run.result for name in names)]

@@ -1,4 +1,4 @@
-"""Eigenvalues at the rest state in the complex plane, and how they move with the gain K_r."""
+"""Figures of the eigenvalues at the rest state, and of their root loci along the gain K_r."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,28 +15,30 @@ from rbstab.report.model.palette import COLOURS
 from rbstab.report.reading.sources import Run
 
 GAIN = "controller.K_r"
-"""The gain that every variant has."""
+"""The gain that is varied; every variant has it."""
 
 FACTORS = np.geomspace(0.1, 10.0, 41)
+"""Factors by which the gain is multiplied."""
 
-NOMINAL = len(FACTORS) // 2
+NOMINAL_INDEX = len(FACTORS) // 2
+"""Index of the factor 1."""
 
 MAX_LOCI = 6
-"""Each costs 41 rest states and linearisations."""
+"""Maximum number of root loci; each needs 41 rest states and linearisations."""
 
-SLOW = 10.0
-"""Times the slowest decay: what decays faster is not drawn among the slow ones."""
+SLOW_FACTOR = 10.0
+"""An eigenvalue is slow if it decays at most this many times as fast as the slowest."""
 
-PANELS = {False: "all eigenvalues", True: "the slow ones"}
-"""Whether only those are drawn that decay slowly."""
+PANEL_TITLES = {False: "all eigenvalues", True: "slow eigenvalues"}
+"""Titles of the panels: with all eigenvalues (False), or only the slow ones (True)."""
 
 REAL, IMAGINARY = Axis("real part Re λ", "1/s"), Axis("imaginary part Im λ", "1/s")
 
-BORDER = Level(0.0, "border of stability", upright=True)
+BORDER = Level(0.0, "border of stability", vertical=True)
 
 
 class Roots(NamedTuple):
-    """The eigenvalues of a run: factors on K_r, shape (n,); values, complex, shape (n, k), 1/s."""
+    """Eigenvalues of a run: factors on K_r, shape (n,); values, complex, shape (n, k), 1/s."""
 
     run: Run
     factors: Array
@@ -44,33 +46,39 @@ class Roots(NamedTuple):
 
 
 def eigenvalue_blocks(runs: Sequence[Run]) -> tuple[Block, ...]:
-    """Figures of the eigenvalues of runs, and sentences where there are none."""
+    """Return figures of the eigenvalues of runs, and sentences on missing ones."""
     readable = [run for run in runs if run.config is not None]
-    only_nominal = [_roots(run, FACTORS[NOMINAL : NOMINAL + 1]) for run in readable[MAX_LOCI:]]
+    only_nominal = [
+        _roots(run, FACTORS[NOMINAL_INDEX : NOMINAL_INDEX + 1]) for run in readable[MAX_LOCI:]
+    ]
     swept = [_roots(run, FACTORS) for run in readable[:MAX_LOCI]]
     loci = [roots for roots in swept if roots is not None]
-    found = [*loci, *(roots for roots in only_nominal if roots is not None)]
+    drawn = [*loci, *(roots for roots in only_nominal if roots is not None)]
     blocks: list[Block] = []
-    if found:
-        blocks.append(_spectra([_nominal(roots) for roots in found]))
+    if drawn:
+        blocks.append(_spectra([_nominal(roots) for roots in drawn]))
     blocks += [_locus(roots) for roots in loci]
-    blocks += _sentences(runs, readable, [roots.run for roots in found])
+    blocks += _sentences(runs, readable, [roots.run for roots in drawn])
     return tuple(blocks)
 
 
 def _roots(run: Run, factors: Array) -> Roots | None:
-    """The eigenvalues of a run for the factors that have a rest state; None if there are none."""
+    """Return the eigenvalues of a run at each factor with a rest state; None if there are none."""
     assert run.config is not None
     try:
         with np.errstate(all="ignore"):
             points = root_locus(run.config, GAIN, factors)
-    # A report shows what there is: near the end of the range of numbers there are none.
+    # Numbers near overflow can make the computation fail; the report then omits the run.
     except (ArithmeticError, ValueError, KeyError, ConfigError, np.linalg.LinAlgError):
         return None
-    made = [(p.factor, p.linearisation.eigenvalues) for p in points if p.linearisation is not None]
-    if not made:
+    computed = [
+        (p.factor, p.linearisation.eigenvalues) for p in points if p.linearisation is not None
+    ]
+    if not computed:
         return None
-    return Roots(run, np.array([factor for factor, _ in made]), np.array([v for _, v in made]))
+    return Roots(
+        run, np.array([factor for factor, _ in computed]), np.array([v for _, v in computed])
+    )
 
 
 def _nominal(roots: Roots) -> Roots:
@@ -78,24 +86,24 @@ def _nominal(roots: Roots) -> Roots:
     return Roots(roots.run, roots.factors[[nearest]], roots.values[[nearest]])
 
 
-def _spectra(each: list[Roots]) -> Figure:
+def _spectra(spectra: list[Roots]) -> Figure:
     panels = tuple(
-        Panel(REAL, IMAGINARY, (*_crosses(each, slow=slow), BORDER), title=title)
-        for slow, title in PANELS.items()
+        Panel(REAL, IMAGINARY, (*_crosses(spectra, slow=slow), BORDER), title=title)
+        for slow, title in PANEL_TITLES.items()
     )
     return Figure(
         "runs-eigenvalues",
         "Eigenvalues at the rest state",
         panels,
         columns=2,
-        caption="Of the motion linearised at the rest state. The slow ones decay at most "
-        f"{SLOW:g} times as fast as the slowest.",
+        caption="Eigenvalues of the motion linearised at the rest state. Slow eigenvalues decay at "
+        f"most {SLOW_FACTOR:g} times as fast as the slowest.",
     )
 
 
-def _crosses(each: list[Roots], *, slow: bool) -> list[Mark]:
+def _crosses(spectra: list[Roots], *, slow: bool) -> list[Mark]:
     marks: list[Mark] = []
-    for run, _, values in each:
+    for run, _, values in spectra:
         eigenvalues = values[0]
         if slow:
             eigenvalues = eigenvalues[_slow(eigenvalues, eigenvalues)]
@@ -113,10 +121,10 @@ def _crosses(each: list[Roots], *, slow: bool) -> list[Mark]:
 
 
 def _slow(values: Array, nominal: Array) -> NDArray[np.bool_]:
-    """Which eigenvalues decay at most `SLOW` times as fast as the slowest nominal one."""
+    """Select eigenvalues that decay at most `SLOW_FACTOR` times as fast as the slowest nominal."""
     slowest = -float(nominal.real.max())
-    # Where one grows or stays there is no slowest decay to be compared with.
-    bound = SLOW * slowest if slowest > 0 else np.inf
+    # If a nominal eigenvalue does not decay, there is no slowest decay; all are selected.
+    bound = SLOW_FACTOR * slowest if slowest > 0 else np.inf
     return np.asarray(-values.real <= bound)
 
 
@@ -129,58 +137,58 @@ def _locus(roots: Roots) -> Figure:
     run, factors, _ = roots
     panels = tuple(
         Panel(REAL, IMAGINARY, (*_branches(roots, slow=slow), BORDER), title=title)
-        for slow, title in PANELS.items()
+        for slow, title in PANEL_TITLES.items()
     )
     return Figure(
         f"{run.name}-locus",
         f"Root locus along K_r: {run.label}",
         panels,
         columns=2,
-        caption=f"K_r is multiplied as a whole, by {len(factors)} factors; each point is taken at "
-        "its own rest state. A curve has a gap where a pair leaves the real axis or meets it.",
+        caption=f"K_r is multiplied by {len(factors)} factors, and the rest state is computed for "
+        "each. A curve has a gap where a pair of eigenvalues leaves or meets the real axis.",
     )
 
 
 def _branches(roots: Roots, *, slow: bool) -> list[Mark]:
     _, factors, values = roots
-    as_it_is = int(np.abs(np.log(factors)).argmin())
+    nominal = int(np.abs(np.log(factors)).argmin())
     if slow:
-        values = np.where(_slow(values, values[as_it_is]), values, complex(np.nan, np.nan))
+        values = np.where(_slow(values, values[nominal]), values, complex(np.nan, np.nan))
     lowest, highest = f"K_r times {factors[0]:g}", f"K_r times {factors[-1]:g}"
     marks: list[Mark] = [
-        Line(x, y, "in between") for x, y in (_with_gaps(branch) for branch in values.T)
+        Line(x, y, "factors in between") for x, y in (_with_gaps(branch) for branch in values.T)
     ]
     for index, label, colour, symbol in (
         (0, lowest, 2, 2),
-        (as_it_is, "K_r as it is", 1, 1),
+        (nominal, "K_r as configured", 1, 1),
         (-1, highest, 3, 3),
     ):
-        found = values[index]
-        marks.append(Points(found.real, found.imag, label, colour=colour, symbol=symbol))
+        marked = values[index]
+        marks.append(Points(marked.real, marked.imag, label, colour=colour, symbol=symbol))
     return marks
 
 
 def _with_gaps(branch: Array) -> tuple[Array, Array]:
-    """A branch as x and y, without straight lines between a real and a complex eigenvalue."""
+    """Return a branch as x and y, with gaps between real and complex eigenvalues."""
     real = branch.imag == 0
     leaves = np.flatnonzero(real[1:] != real[:-1]) + 1
     return np.insert(branch.real, leaves, np.nan), np.insert(branch.imag, leaves, np.nan)
 
 
-def _sentences(runs: Sequence[Run], readable: list[Run], found: list[Run]) -> list[Block]:
-    said: list[Block] = []
+def _sentences(runs: Sequence[Run], readable: list[Run], drawn: list[Run]) -> list[Block]:
+    sentences: list[Block] = []
     unreadable = [run.label for run in runs if run.config is None]
-    restless = [run.label for run in readable if run not in found]
+    without_rest = [run.label for run in readable if run not in drawn]
     if unreadable:
-        said.append(
-            "No eigenvalues are drawn of runs whose config this version cannot read: "
+        sentences.append(
+            "No eigenvalues are drawn for runs whose config this version cannot read: "
             f"{', '.join(unreadable)}."
         )
-    if restless:
-        said.append(
-            "No eigenvalues are drawn of runs without a rest state in the range of eq. 5: "
-            f"{', '.join(restless)}."
+    if without_rest:
+        sentences.append(
+            "No eigenvalues are drawn for runs without a rest state in the range of eq. 5: "
+            f"{', '.join(without_rest)}."
         )
     if len(readable) > MAX_LOCI:
-        said.append(f"Root loci are drawn of the first {MAX_LOCI} runs only.")
-    return said
+        sentences.append(f"Root loci are drawn for the first {MAX_LOCI} runs only.")
+    return sentences

@@ -1,20 +1,20 @@
-"""Where the energy of a run is, and what takes it away; its forces."""
+"""Figures of the energy, dissipation and forces of a run."""
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Figure, Line, Panel, Stack
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import TIME, axis_of, components, side_by_side
+from rbstab.report.runs.figures.curves import TIME, axis_of, column_count, components
 
-SUM = 6
-"""The colour of a sum, grey."""
+SUM_COLOUR = 6
+"""Number of the palette colour of sums: grey."""
 
 
 def energy_figure(run: Run) -> Figure:
-    """Energy and dissipation by part: stacked, and one by one on logarithmic axes."""
+    """Return energy and dissipation by part: stacked, and each part on logarithmic axes."""
     energy, dissipation = run.result["energy"], run.result["dissipation"]
-    # What is zero throughout (gravity where there is none) would only fill the legend.
+    # Parts that are zero throughout (such as absent gravity) would only fill the legend.
     kept = [
         part
         for part in range(energy.shape[1])
@@ -23,7 +23,7 @@ def energy_figure(run: Run) -> Figure:
     labels = tuple(str(run.result["part"][part]) for part in kept)
     panels = [
         panel(run, name, values[:, kept], labels)
-        for panel in (_stacked, _one_by_one)
+        for panel in (_stacked, _separate)
         for name, values in (("energy", energy), ("dissipation", dissipation))
     ]
     return Figure(
@@ -31,14 +31,14 @@ def energy_figure(run: Run) -> Figure:
         f"Energy and dissipation by part: {run.label}",
         tuple(panels),
         columns=2,
-        caption="The energies add up to v and the energy at rest, the dissipations to -v'. Below, "
-        "the size of each part.",
+        caption="The energies add up to v plus the energy at rest, and the dissipations add up "
+        "to -v'. The lower panels show the absolute value of each part.",
         shares_time=True,
     )
 
 
 def force_figure(run: Run) -> Figure:
-    """The contact force, and what the stabilizers exert, by axis."""
+    """Return the contact force, and the force and couple of the stabilizers, by axis."""
     names = ("contact_force", "stabilizing_force", "stabilizing_couple")
     # A free body has no contact force.
     acting = [name for name in names if name in run.result and run.result[name].any()]
@@ -47,7 +47,7 @@ def force_figure(run: Run) -> Figure:
         f"{run.name}-forces",
         f"Forces: {run.label}",
         panels,
-        columns=side_by_side(panels),
+        columns=column_count(panels),
         shares_time=True,
     )
 
@@ -56,14 +56,14 @@ def _stacked(run: Run, name: str, parts: Array, labels: tuple[str, ...]) -> Pane
     t = run.result["time"]
     with np.errstate(all="ignore"):
         total = parts.sum(axis=1)
-    marks = (Stack(t, parts, labels), Line(t, total, "sum", colour=SUM))
+    marks = (Stack(t, parts, labels), Line(t, total, "sum", colour=SUM_COLOUR))
     return Panel(TIME, axis_of(name), marks)
 
 
-def _one_by_one(run: Run, name: str, parts: Array, labels: tuple[str, ...]) -> Panel:
+def _separate(run: Run, name: str, parts: Array, labels: tuple[str, ...]) -> Panel:
     t = run.result["time"]
     marks = [
         Line(t, np.abs(parts[:, number]), label, colour=number)
         for number, label in enumerate(labels)
     ]
-    return Panel(TIME, axis_of(name, size=True), tuple(marks))
+    return Panel(TIME, axis_of(name, magnitude=True), tuple(marks))

@@ -1,4 +1,4 @@
-"""The Lyapunov function of runs, and how well it balances."""
+"""Figures of the Lyapunov function, and of integration errors."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,26 +11,26 @@ from rbstab.report.runs.figures.curves import (
     TIME,
     axis_of,
     curve_of,
-    having,
+    norms,
     overlay,
+    runs_with,
     scalar,
-    sizes,
 )
 
 
 def decay_figure(runs: Sequence[Run]) -> Figure:
-    """v, v' and |E| of all runs, and beside them their sizes on logarithmic axes."""
+    """Return v, v' and |E| of all runs, each also on a logarithmic axis."""
     value, rate = overlay(runs, "lyapunov"), overlay(runs, "lyapunov_rate")
     distances = [
-        curve_of(run, sizes(run.result["contact_displacement"]))
-        for run in having(runs, "contact_displacement")
+        curve_of(run, norms(run.result["contact_displacement"]))
+        for run in runs_with(runs, "contact_displacement")
     ]
     distance = Panel(TIME, Axis("contact displacement |E|", "m"), tuple(distances))
     panels = (
         value,
         replace(value, y=replace(value.y, log=True)),
         rate,
-        _falling(runs),
+        _dissipated_power(runs),
         distance,
         replace(distance, y=replace(distance.y, log=True)),
     )
@@ -39,44 +39,48 @@ def decay_figure(runs: Sequence[Run]) -> Figure:
         "Decay of the Lyapunov function",
         panels,
         columns=2,
-        caption=" ".join(["What is zero or below is not drawn on a logarithmic axis.", *_of(runs)]),
+        caption=" ".join(
+            ["Values at or below zero are not drawn on a logarithmic axis.", *_work_notes(runs)]
+        ),
         shares_time=True,
     )
 
 
-def _of(runs: Sequence[Run]) -> list[str]:
-    """What has to be said of runs whose v is none."""
-    names = [run.label for run in having(runs, "lyapunov") if run.counts_work]
-    return [f"Of {', '.join(names)} v - ε is drawn in place of v."] if names else []
+def _work_notes(runs: Sequence[Run]) -> list[str]:
+    """Return a sentence that names the runs that store v - ε."""
+    names = [run.label for run in runs_with(runs, "lyapunov") if run.stores_v_minus_work]
+    return [f"For {', '.join(names)}, v - ε is drawn in place of v."] if names else []
 
 
-def _falling(runs: Sequence[Run]) -> Panel:
-    """How fast v falls, -v', on a logarithmic axis."""
-    marks = [curve_of(run, -run.result["lyapunov_rate"]) for run in having(runs, "lyapunov_rate")]
+def _dissipated_power(runs: Sequence[Run]) -> Panel:
+    """Return -v' on a logarithmic axis."""
+    marks = [
+        curve_of(run, -run.result["lyapunov_rate"]) for run in runs_with(runs, "lyapunov_rate")
+    ]
     axis = axis_of("lyapunov_rate")
     return Panel(TIME, replace(axis, label="dissipated power -v'", log=True), tuple(marks))
 
 
 def residual_figure(runs: Sequence[Run]) -> Figure:
-    """|r| of all runs: how far v is from v(0) + ∫v' dt."""
+    """Return |r| of all runs: the difference between v and v(0) + ∫v' dt."""
     marks = [
         curve_of(run, np.abs(run.result["energy_residual"]))
-        for run in having(runs, "energy_residual")
+        for run in runs_with(runs, "energy_residual")
     ]
-    panel = Panel(TIME, axis_of("energy_residual", size=True), tuple(marks))
-    caption = "r = v(t) - v(0) - ∫v' dt is zero but for the errors of the integration."
+    panel = Panel(TIME, axis_of("energy_residual", magnitude=True), tuple(marks))
+    caption = "r = v(t) - v(0) - ∫v' dt is zero apart from integration errors."
     return Figure("runs-residual", "Energy residual", (panel,), caption=caption, shares_time=True)
 
 
 def audit_figure(run: Run) -> Figure:
-    """|r| of a run, and how far a point that is held on the sub manifold has drifted."""
+    """Return |r| of a run, and the constraint drift in coordinates `manifold`."""
     names = ("energy_residual", "constraint_position_residual", "constraint_velocity_residual")
-    panels = tuple(scalar(run, name, size=True) for name in names if name in run.result)
+    panels = tuple(scalar(run, name, magnitude=True) for name in names if name in run.result)
     return Figure(
         f"{run.name}-audit",
-        f"Errors of the integration: {run.label}",
+        f"Integration errors: {run.label}",
         panels,
         columns=len(panels),
-        caption="r = v(t) - v(0) - ∫v' dt; what is exactly zero is not drawn.",
+        caption="r = v(t) - v(0) - ∫v' dt. Values that are exactly zero are not drawn.",
         shares_time=True,
     )

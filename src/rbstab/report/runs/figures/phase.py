@@ -4,22 +4,22 @@ from collections.abc import Sequence
 
 from rbstab.report.model.figure import Figure, Line, Mark, Panel, Points
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import axis_of, curve_of, having
+from rbstab.report.runs.figures.curves import axis_of, curve_of, runs_with
 
 
 def phase_figure(run: Run) -> Figure:
-    """The portraits of a run, with its start and its end."""
+    """Return the phase portraits of a run, with its start and end."""
     return Figure(
-        f"{run.name}-phase", f"Phase portraits: {run.label}", _panels([run], alone=True), columns=3
+        f"{run.name}-phase", f"Phase portraits: {run.label}", _panels([run], single=True), columns=3
     )
 
 
 def overlaid_phases(runs: Sequence[Run]) -> Figure:
-    """The portraits of several runs together."""
-    return Figure("runs-phase", "Phase portraits", _panels(runs, alone=False), columns=3)
+    """Return the phase portraits of several runs, overlaid."""
+    return Figure("runs-phase", "Phase portraits", _panels(runs, single=False), columns=3)
 
 
-def _panels(runs: Sequence[Run], *, alone: bool) -> tuple[Panel, ...]:
+def _panels(runs: Sequence[Run], *, single: bool) -> tuple[Panel, ...]:
     x, y = "orientation", "angular_velocity"
     return tuple(
         Panel(
@@ -27,8 +27,8 @@ def _panels(runs: Sequence[Run], *, alone: bool) -> tuple[Panel, ...]:
             axis_of(y, component),
             tuple(
                 mark
-                for run in having(runs, x, y)
-                for mark in (_path(run, component) if alone else [_curve(run, component)])
+                for run in runs_with(runs, x, y)
+                for mark in (_marked(run, component) if single else [_curve(run, component)])
             ),
         )
         for component in range(3)
@@ -42,7 +42,7 @@ def _curve(run: Run, component: int) -> Line:
     )
 
 
-def _path(run: Run, component: int) -> list[Mark]:
+def _marked(run: Run, component: int) -> list[Mark]:
     curve = _curve(run, component)
     return [
         Line(curve.x, curve.y),

@@ -1,4 +1,4 @@
-"""What a sliding connector does: modes, switches, sticks and releases, chatter."""
+"""Figures of a sliding connector: modes, switches, sticks, releases and chatter."""
 
 from dataclasses import replace
 
@@ -6,17 +6,17 @@ import numpy as np
 
 from rbstab.report.model.figure import Axis, Figure, Level, Line, Mark, Panel, Points
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import COMPONENTS, TIME, axis_of
+from rbstab.report.runs.figures.curves import COMPONENT, TIME, axis_of
 
-KINDS = {"stick": (1, 0), "release": (2, 2)}
-"""What happens to an axis, and the colour and the symbol of it."""
+TRANSITION_STYLES = {"stick": (1, 0), "release": (2, 2)}
+"""Colour and symbol of each kind of transition."""
 
 
 def sliding_figures(run: Run) -> list[Figure]:
-    """The figures of a sliding run; none of another."""
+    """Return the figures of a run with a sliding connector; [] for other runs."""
     if "mode" not in run.result:
         return []
-    limit = Level(float(run.result["trusted_until"]), "trusted until", upright=True)
+    limit = Level(float(run.result["trusted_until"]), "trusted until", vertical=True)
     modes, totals = (
         tuple(replace(panel, marks=(*panel.marks, limit)) for panel in panels)
         for panels in ([_mode(run, axis) for axis in range(3)], [_switches(run), _chatter(run)])
@@ -26,8 +26,8 @@ def sliding_figures(run: Run) -> list[Figure]:
             f"{run.name}-modes",
             f"Modes, sticks and releases: {run.label}",
             modes,
-            caption="The modes are those at the samples. Up to the time that is marked the motion "
-            "is reproducible in double precision.",
+            caption="Modes are shown at the samples. Up to the marked time the trajectory is "
+            "reproducible in double precision.",
             shares_time=True,
         ),
         Figure(
@@ -35,22 +35,22 @@ def sliding_figures(run: Run) -> list[Figure]:
             f"Switches and chatter: {run.label}",
             totals,
             columns=2,
-            caption="e is what the bouncing holds; what is discarded is taken away by sticking, or "
-            "by implicit steps.",
+            caption="The chatter energy e is the energy of the bouncing contact point. The "
+            "discarded energy is the energy that sticking and implicit steps have removed.",
             shares_time=True,
         ),
     ]
 
 
 def _mode(run: Run, axis: int) -> Panel:
-    """The mode of an axis, and when it sticks and is released."""
+    """Return the mode of an axis, with the times of its sticks and releases."""
     result = run.result
     mode = result["mode"][:, axis].astype(float)
     marks: list[Mark] = [Line(result["time"], mode, "mode", step=True)]
     if "transition_time" in result:
-        here = result["transition_axis"] == axis + 1
-        for kind, (colour, symbol) in KINDS.items():
-            times = result["transition_time"][here & (result["transition_kind"] == kind)]
+        on_axis = result["transition_axis"] == axis + 1
+        for kind, (colour, symbol) in TRANSITION_STYLES.items():
+            times = result["transition_time"][on_axis & (result["transition_kind"] == kind)]
             marks.append(Points(times, np.zeros(len(times)), kind, colour=colour, symbol=symbol))
     return Panel(TIME, axis_of("mode", axis), tuple(marks))
 
@@ -59,7 +59,7 @@ def _switches(run: Run) -> Panel:
     t, counts = run.result["time"], run.result["switch_count"]
     marks = [
         Line(t, counts[:, axis].astype(float), label, colour=axis, dash=axis, step=True)
-        for axis, label in enumerate(COMPONENTS)
+        for axis, label in enumerate(map(COMPONENT.format, (1, 2, 3)))
     ]
     return Panel(TIME, Axis("switches so far"), tuple(marks))
 

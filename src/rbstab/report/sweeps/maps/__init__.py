@@ -1,1 +1,1 @@
-"""Maps of a sweep over two of its parameters, and curves along one."""
+"""Maps of a sweep over two parameters, and curves along one."""

@@ -1,4 +1,4 @@
-"""Numbers of members brought into the cells of a map."""
+"""Values of the cells of a map, computed from members."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -9,34 +9,34 @@ from scipy import ndimage
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Cells, Line
-from rbstab.report.sweeps.members import ENDS, SETTLED, Members
-from rbstab.report.sweeps.parameters import Cut
-from rbstab.report.sweeps.quantities import Quantity
+from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
+from rbstab.report.sweeps.parameters import BinnedAxis
+from rbstab.report.sweeps.quantities import MemberQuantity
 
 MIN_MEMBERS = 5
-"""Members in a cell of drawn values below which it stays empty: they would say little."""
+"""A cell of sampled values with fewer members stays empty: its value would be unreliable."""
 
 
-class Area(NamedTuple):
-    """Two axes in cells, and the members that are in them.
+class MapGrid(NamedTuple):
+    """Two axes divided into cells, and the members in the cells.
 
-    chosen are the numbers of these members, in ascending order; cells the cell of each, counted
-    row by row.
+    chosen are the numbers of the members, in ascending order. cells has the index of the cell of
+    each of them, counted row by row.
     """
 
-    x: Cut
-    y: Cut
+    x: BinnedAxis
+    y: BinnedAxis
     chosen: Array
     cells: Array
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns."""
+        """The numbers of rows and columns."""
         return len(self.y.middles), len(self.x.middles)
 
     @property
     def counts(self) -> Array:
-        """Members in each cell, counted row by row."""
+        """The number of members in each cell, row by row."""
         return np.bincount(self.cells, minlength=self.shape[0] * self.shape[1])
 
     @property
@@ -45,77 +45,88 @@ class Area(NamedTuple):
         return int(self.counts.max(initial=0)) <= 1
 
     @property
-    def fewest(self) -> int:
-        """How many members a cell needs to be filled."""
-        return MIN_MEMBERS if self.x.drawn or self.y.drawn else 1
+    def min_members(self) -> int:
+        """The number of members that a cell needs to have a value."""
+        return MIN_MEMBERS if self.x.sampled or self.y.sampled else 1
 
 
-def area_of(x: Cut, y: Cut, chosen: Array | None = None) -> Area:
-    """The area of two axes, with all members or with those that are chosen (their numbers)."""
-    chosen = np.arange(len(x.places)) if chosen is None else chosen
-    cells = y.places[chosen] * len(x.middles) + x.places[chosen]
-    return Area(x, y, chosen, cells)
+def map_grid(x: BinnedAxis, y: BinnedAxis, chosen: Array | None = None) -> MapGrid:
+    """Return the grid of two axes with the chosen members (their numbers; None: all)."""
+    chosen = np.arange(len(x.indices)) if chosen is None else chosen
+    cells = y.indices[chosen] * len(x.middles) + x.indices[chosen]
+    return MapGrid(x, y, chosen, cells)
 
 
-def medians(area: Area, values: Array) -> Array:
-    """The median of the finite numbers in each cell, shape (rows, columns); NaN: too few."""
-    own = values[area.chosen]
+def medians(grid: MapGrid, values: Array) -> Array:
+    """Return the median of the finite values in each cell, shape (rows, columns).
+
+    A cell with too few members is NaN.
+    """
+    own = values[grid.chosen]
     finite = np.isfinite(own)
-    cells, own = area.cells[finite], own[finite]
-    size = area.shape[0] * area.shape[1]
-    counts, found = np.bincount(cells, minlength=size), np.full(size, np.nan)
+    cells, own = grid.cells[finite], own[finite]
+    size = grid.shape[0] * grid.shape[1]
+    counts, result = np.bincount(cells, minlength=size), np.full(size, np.nan)
     if counts.max(initial=0) <= 1:
-        found[cells] = own
+        result[cells] = own
     else:
-        filled = np.flatnonzero(counts >= area.fewest)
-        found[filled] = ndimage.median(own, cells, filled)
-    return found.reshape(area.shape)
+        filled = np.flatnonzero(counts >= grid.min_members)
+        result[filled] = ndimage.median(own, cells, filled)
+    return result.reshape(grid.shape)
 
 
-def shares(area: Area, yes: Array) -> Array:
-    """The share of the members of each cell that fulfil something; NaN where there are too few."""
-    counts = area.counts
-    filled = np.bincount(area.cells, weights=yes[area.chosen], minlength=len(counts))
+def shares(grid: MapGrid, fulfilled: Array) -> Array:
+    """Return the share of members with some property in each cell, shape (rows, columns).
+
+    A cell with too few members is NaN.
+    """
+    counts = grid.counts
+    positive = np.bincount(grid.cells, weights=fulfilled[grid.chosen], minlength=len(counts))
     with np.errstate(all="ignore"):
-        found = np.where(counts >= area.fewest, filled / counts, np.nan)
-    return found.reshape(area.shape)
+        result = np.where(counts >= grid.min_members, positive / counts, np.nan)
+    return result.reshape(grid.shape)
 
 
-def quantity_cells(area: Area, quantity: Quantity) -> Cells:
-    """A map of the medians of a quantity; of single members, of the quantity itself."""
-    return _cells(area, medians(area, quantity.values), quantity.axis)
+def quantity_cells(grid: MapGrid, quantity: MemberQuantity) -> Cells:
+    """Return a map of the median of a quantity in each cell; one member is its own median."""
+    return _cells(grid, medians(grid, quantity.values), quantity.axis)
 
 
-def event(members: Members) -> tuple[str, Array]:
-    """What a share of members is counted of: that they settled, or else that they completed."""
-    settled = members.ends == ENDS.index(SETTLED)
+def counted_outcome(members: Members) -> tuple[str, Array]:
+    """Return the outcome whose share is mapped: settled, or completed if no member settled."""
+    settled = members.outcomes == OUTCOMES.index(SETTLED)
     return (SETTLED, settled) if settled.any() else ("completed", members.completed)
 
 
-def end_cells(members: Members, area: Area) -> Cells:
-    """A map of how members end; where cells have several, of a share of them (`event`)."""
-    if not area.is_single:
-        label, yes = event(members)
-        return replace(_cells(area, shares(area, yes), Axis(f"share {label}")), span=(0.0, 1.0))
-    occurring = np.flatnonzero(members.counts)
-    places = np.searchsorted(occurring, members.ends).astype(float)
-    words = tuple(ENDS[code] for code in occurring.tolist())
-    return _cells(area, medians(area, places), Axis("outcome", words=words))
+def outcome_cells(members: Members, grid: MapGrid) -> Cells:
+    """Return a map of outcomes.
+
+    If a cell has more than one member, the map shows the share of `counted_outcome` in each cell.
+    """
+    if not grid.is_single:
+        label, fulfilled = counted_outcome(members)
+        return replace(
+            _cells(grid, shares(grid, fulfilled), Axis(f"share {label}")), span=(0.0, 1.0)
+        )
+    occurring = np.flatnonzero(members.outcome_counts)
+    indices = np.searchsorted(occurring, members.outcomes).astype(float)
+    words = tuple(OUTCOMES[code] for code in occurring.tolist())
+    return _cells(grid, medians(grid, indices), Axis("outcome", categories=words))
 
 
-def outline(area: Area, values: Array, level: float, label: str) -> Line | None:
-    """The curve on which a quantity has some value; None where it has not.
+def contour_line(grid: MapGrid, values: Array, level: float, label: str) -> Line | None:
+    """Return the contour line of a quantity at one level; None if there is none.
 
     Args:
-        area: The map.
-        values: The quantity, shape (n,).
-        level: The value.
-        label: Of the curve.
+        grid: The grid of the map.
+        values: The values of the quantity, shape (n,).
+        level: The value of the quantity on the contour line.
+        label: The label of the line.
     """
-    z = medians(area, values)
+    z = medians(grid, values)
     if min(z.shape) < 2:
         return None
-    lines = contour_generator(area.x.middles, area.y.middles, np.ma.masked_invalid(z)).lines(level)
+    lines = contour_generator(grid.x.middles, grid.y.middles, np.ma.masked_invalid(z)).lines(level)
     if not lines:
         return None
     gap = np.full((1, 2), np.nan)
@@ -123,5 +134,5 @@ def outline(area: Area, values: Array, level: float, label: str) -> Line | None:
     return Line(points[:, 0], points[:, 1], label=label, colour=1)
 
 
-def _cells(area: Area, values: Array, scale: Axis) -> Cells:
-    return Cells(area.x.middles, area.y.middles, values, scale)
+def _cells(grid: MapGrid, values: Array, scale: Axis) -> Cells:
+    return Cells(grid.x.middles, grid.y.middles, values, scale)

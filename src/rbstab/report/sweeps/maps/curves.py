@@ -1,4 +1,4 @@
-"""Curves of what becomes of members along the one parameter that varies."""
+"""Curves of outcomes and quantities along one parameter."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Axis, Figure, Line, Mark, Panel, Points
-from rbstab.report.sweeps.members import ENDS, Members
+from rbstab.report.sweeps.members import OUTCOMES, Members
 from rbstab.report.sweeps.paired_conditions import Slice
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantities import mapped, varies
@@ -15,22 +15,22 @@ from rbstab.report.sweeps.quantities import mapped, varies
 AXES = ("first axis", "second axis", "third axis")
 
 MAX_POINTS = 500
-"""Members whose outcomes are drawn one by one."""
+"""Up to this many outcomes are drawn as points, more as a line."""
 
 
 def curves(name: str, members: Members, parameter: Parameter, slices: list[Slice]) -> list[Block]:
-    """Each quantity along one parameter; a curve for each slice.
+    """Return a figure of the quantities along one parameter, with a curve for each slice.
 
     Args:
-        name: Of the sweep.
+        name: The name of the sweep.
         members: The members.
-        parameter: What is along the horizontal axis.
-        slices: What the curves are; a single one is drawn by axis where E has three.
+        parameter: The parameter along the horizontal axis.
+        slices: The members of each curve; with a single slice, E has a curve for each axis.
     """
     orders = [_order(parameter, part.chosen) for part in slices]
     panels = []
-    if np.count_nonzero(members.counts) > 1:
-        panels.append(_ends(members, parameter, orders, slices))
+    if np.count_nonzero(members.outcome_counts) > 1:
+        panels.append(_outcomes(members, parameter, orders, slices))
     for quantity in mapped(members):
         if not varies(quantity.values):
             continue
@@ -43,15 +43,15 @@ def curves(name: str, members: Members, parameter: Parameter, slices: list[Slice
         )
         panels.append(Panel(parameter.axis, quantity.axis, lines))
     if not panels:
-        return [f"Nothing varies along {parameter.axis.label}: all members are alike."]
+        return [f"The outcome and all quantities are constant along {parameter.axis.label}."]
     title = f"Along {parameter.axis.label}"
     return [Figure(f"{name}-curves", title, tuple(panels), 2)]
 
 
 def _order(parameter: Parameter, chosen: Array | None) -> Array:
     numbers = np.arange(len(parameter.values)) if chosen is None else chosen
-    found: Array = numbers[np.argsort(parameter.values[numbers], kind="stable")]
-    return found
+    order: Array = numbers[np.argsort(parameter.values[numbers], kind="stable")]
+    return order
 
 
 def _line(parameter: Parameter, order: Array, values: Array, label: str, colour: int) -> Line:
@@ -69,15 +69,15 @@ def _peaks(members: Members, parameter: Parameter, order: Array) -> Panel:
     return Panel(parameter.axis, Axis("peak of E by axis", "m"), lines)
 
 
-def _ends(
+def _outcomes(
     members: Members, parameter: Parameter, orders: list[Array], slices: list[Slice]
 ) -> Panel:
-    occurring = np.flatnonzero(members.counts)
-    places = np.searchsorted(occurring, members.ends).astype(float)
-    words = tuple(ENDS[code] for code in occurring.tolist())
+    occurring = np.flatnonzero(members.outcome_counts)
+    indices = np.searchsorted(occurring, members.outcomes).astype(float)
+    words = tuple(OUTCOMES[code] for code in occurring.tolist())
     marks: list[Mark] = []
     for colour, (order, part) in enumerate(zip(orders, slices, strict=True)):
-        line = replace(_line(parameter, order, places, part.title, colour), step=True)
-        alone = Points(line.x, line.y, line.label, colour, colour)
-        marks.append(alone if len(order) <= MAX_POINTS else line)
-    return Panel(parameter.axis, Axis("outcome", words=words), tuple(marks))
+        line = replace(_line(parameter, order, indices, part.title, colour), step=True)
+        points = Points(line.x, line.y, line.label, colour, colour)
+        marks.append(points if len(order) <= MAX_POINTS else line)
+    return Panel(parameter.axis, Axis("outcome", categories=words), tuple(marks))

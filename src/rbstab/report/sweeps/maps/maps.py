@@ -1,4 +1,4 @@
-"""Maps of a sweep over two of its parameters, and curves along a single one."""
+"""Maps of a sweep over two parameters, or curves along one."""
 
 import numpy as np
 
@@ -7,33 +7,33 @@ from rbstab.report.sweeps.influence import Influence
 from rbstab.report.sweeps.maps.cell_values import MIN_MEMBERS
 from rbstab.report.sweeps.maps.curves import curves
 from rbstab.report.sweeps.maps.figures import map_figures, scatter_figure
-from rbstab.report.sweeps.members import ENDS, Members
+from rbstab.report.sweeps.members import OUTCOMES, Members
 from rbstab.report.sweeps.paired_conditions import Slice, paired_conditions_of
-from rbstab.report.sweeps.parameters import Parameter, cut
+from rbstab.report.sweeps.parameters import Parameter, binned
 
 MAX_SLICES = 6
-"""Maps of one quantity side by side."""
+"""Maximum number of slices along a third axis."""
 
-PER_CELL = 20
-"""Members that a cell of drawn values has on average."""
+MEMBERS_PER_CELL = 20
+"""Average number of members in a cell of sampled values."""
 
-MAX_DRAWN_CELLS = 100
-"""Along an axis of drawn values."""
+MAX_SAMPLED_CELLS = 100
+"""Maximum number of cells along an axis of sampled values."""
 
-MIN_DRAWN = 320
-"""Members below which drawn ones are shown one by one: there would be too few cells."""
+MIN_SAMPLED_FOR_MAPS = 320
+"""Fewer sampled members are drawn as points; a map would have too few cells."""
 
 
 def map_blocks(name: str, members: Members) -> list[Block]:
-    """Maps over two parameters, or curves along one.
+    """Return maps over two parameters, or curves along one.
 
     Args:
-        name: Of the sweep, with which the names of figures begin.
+        name: The name of the sweep; the names of the figures begin with it.
         members: The members.
     """
     groups = paired_conditions_of(members)
-    apart = groups.parameters if groups is not None else ()
-    free = [p for p in members.parameters if p not in apart]
+    compared = groups.parameters if groups is not None else ()
+    free = [p for p in members.parameters if p not in compared]
     slices = [Slice("", None)]
     if groups is not None and free:
         slices = [
@@ -46,60 +46,64 @@ def map_blocks(name: str, members: Members) -> list[Block]:
         return curves(name, members, free[0], slices)
     plan = members.plan
     if plan is not None and plan.design is None:
-        return _of_grid(name, members, free, slices)
-    return _of_drawn(name, members, free, slices)
+        return _grid_maps(name, members, free, slices)
+    return _sample_maps(name, members, free, slices)
 
 
-def _of_grid(
+def _grid_maps(
     name: str, members: Members, free: list[Parameter], slices: list[Slice]
 ) -> list[Block]:
-    """Maps over the two longest axes of a grid; a third one is cut into slices."""
+    """Return maps over the two longest axes of a grid, with slices along a third axis."""
     longest = sorted(free, key=lambda p: -len(p.entries))
     first, second = (p for p in free if p in longest[:2])
     others = longest[2:]
-    said = ""
+    caption = ""
     if others and len(slices) == 1:
         slices = _slices_along(others[0])
-        said = f"Slices at some of the values of {others[0].axis.label}."
+        caption = f"The maps are slices at selected values of {others[0].axis.label}."
         others = others[1:]
     if others:
         names = ", ".join(p.axis.label for p in others)
-        said += f" Along {names} cells hold the share or the median of their members."
-    figures = map_figures(name, members, (cut(first), cut(second)), slices, said.strip())
-    return [*_alike(members), *figures]
+        caption += (
+            f" Each cell shows the share or the median of its members over all values of {names}."
+        )
+    axes = (binned(first), binned(second))
+    figures = map_figures(name, members, axes, slices, caption.strip())
+    return [*_single_outcome(members), *figures]
 
 
-def _of_drawn(
+def _sample_maps(
     name: str, members: Members, free: list[Parameter], slices: list[Slice]
 ) -> list[Block]:
-    """Maps over the two parameters on which the outcome depends most."""
+    """Return the table of influence, and maps over the two most influential parameters."""
     influence = Influence(members)
     first, second = [p for k in influence.order if (p := influence.parameters[k]) in free][:2]
-    blocks: list[Block] = [influence.table(f"{name}-influence"), *_alike(members)]
-    said = "Over the two parameters with the largest sum of correlation ratios."
-    if len(members) // len(slices) < MIN_DRAWN:
-        if np.count_nonzero(members.counts) > 1:
-            blocks.append(scatter_figure(name, members, (first, second), slices, said))
+    blocks: list[Block] = [influence.table(f"{name}-influence"), *_single_outcome(members)]
+    caption = "The axes are the two parameters with the largest sums of correlation ratios."
+    if len(members) // len(slices) < MIN_SAMPLED_FOR_MAPS:
+        if np.count_nonzero(members.outcome_counts) > 1:
+            blocks.append(scatter_figure(name, members, (first, second), slices, caption))
         return blocks
-    most = drawn_cells(len(members) // len(slices))
-    said += (
-        f" Cells hold the share or the median of their members, about {PER_CELL} or "
-        f"more on average; a cell with fewer than {MIN_MEMBERS} is empty."
+    count = sampled_cell_count(len(members) // len(slices))
+    caption += (
+        " Each cell shows the share or the median of its members, on average about "
+        f"{MEMBERS_PER_CELL} or more. A cell with fewer than {MIN_MEMBERS} members is empty."
     )
-    return blocks + map_figures(name, members, (cut(first, most), cut(second, most)), slices, said)
+    axes = (binned(first, count), binned(second, count))
+    return blocks + map_figures(name, members, axes, slices, caption)
 
 
-def _alike(members: Members) -> list[Block]:
-    """What is said instead of a map of outcomes where there is only one."""
-    if np.count_nonzero(members.counts) > 1:
+def _single_outcome(members: Members) -> list[Block]:
+    """Return a sentence in place of the map of outcomes if there is only one outcome."""
+    if np.count_nonzero(members.outcome_counts) > 1:
         return []
-    end = ENDS[int(members.counts.argmax())]
-    return [f"All members ended alike ({end}), so that there is no map of how they ended."]
+    outcome = OUTCOMES[int(members.outcome_counts.argmax())]
+    return [f"All members have the same outcome ({outcome}), so there is no map of outcomes."]
 
 
-def drawn_cells(members: int) -> int:
-    """The cells along an axis of drawn values, for so many members."""
-    return int(np.clip(np.sqrt(members / PER_CELL), 2, MAX_DRAWN_CELLS))
+def sampled_cell_count(members: int) -> int:
+    """Return the number of cells along an axis of sampled values for a number of members."""
+    return int(np.clip(np.sqrt(members / MEMBERS_PER_CELL), 2, MAX_SAMPLED_CELLS))
 
 
 def _slices_along(parameter: Parameter) -> list[Slice]:

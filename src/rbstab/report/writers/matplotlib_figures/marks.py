@@ -1,4 +1,4 @@
-"""How matplotlib draws each kind of mark."""
+"""Draw marks with matplotlib."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -39,47 +39,47 @@ SYMBOLS: tuple[dict[str, Any], ...] = (
 """Disc, cross, open square, open diamond."""
 
 MAX_VALUE = 1e150
-"""What is larger is not drawn: the limits of an axis would overflow."""
+"""Larger values are not drawn; axis limits would overflow."""
 
 LEVEL: dict[str, Any] = {"color": "#555555", "linewidth": 0.9, "linestyle": (0, (4, 3))}
 
-FEW = 200.0
-"""Up to this ratio of its ends a logarithmic scale needs ticks between the powers of ten."""
+MIN_DECADE_RATIO = 200.0
+"""If its ends have a smaller ratio, a logarithmic scale needs ticks between powers of ten."""
 
 EMPTY = "#f4f4f4"
-"""Of cells without a value."""
+"""Colour of cells without a value."""
 
 
 def _line(line: Line, axes: Axes, panel: Panel) -> dict[str, Artist]:
-    x, y = shown(line.x, panel.x), shown(line.y, panel.y)
-    # A curve of one point would not be seen.
-    alone = np.isfinite(x * 0 + y * 0).sum() == 1
+    x, y = _drawable(line.x, panel.x), _drawable(line.y, panel.y)
+    # A curve of one point would be invisible without a marker.
+    is_single = np.isfinite(x * 0 + y * 0).sum() == 1
     (curve,) = axes.plot(
         x,
         y,
         color=colour(line.colour),
         linestyle=DASHES[line.dash % len(DASHES)],
         drawstyle="steps-post" if line.step else "default",
-        marker="o" if alone else "",
+        marker="o" if is_single else "",
         markersize=3.0,
     )
     return {line.label: curve}
 
 
 def _points(points: Points, axes: Axes, panel: Panel) -> dict[str, Artist]:
-    (found,) = axes.plot(
-        shown(points.x, panel.x),
-        shown(points.y, panel.y),
+    (points_line,) = axes.plot(
+        _drawable(points.x, panel.x),
+        _drawable(points.y, panel.y),
         color=colour(points.colour),
         linestyle="none",
         **SYMBOLS[points.symbol % len(SYMBOLS)],
     )
-    return {points.label: found}
+    return {points.label: points_line}
 
 
 def _stack(stack: Stack, axes: Axes, panel: Panel) -> dict[str, Artist]:
-    x = shown(stack.x, panel.x)
-    parts = shown(stack.parts, Axis(""))
+    x = _drawable(stack.x, panel.x)
+    parts = _drawable(stack.parts, Axis(""))
     handles: dict[str, Artist] = {}
     for half in (np.maximum, np.minimum):
         base = np.zeros(len(x))
@@ -107,10 +107,10 @@ def _bars(bars: Bars, axes: Axes, _panel: Panel) -> dict[str, Artist]:
 
 
 def _intervals(intervals: Intervals, axes: Axes, panel: Panel) -> dict[str, Artist]:
-    x, y = shown(intervals.x, panel.x), shown(intervals.y, panel.y)
-    low, high = shown(intervals.low, panel.y), shown(intervals.high, panel.y)
+    x, y = _drawable(intervals.x, panel.x), _drawable(intervals.y, panel.y)
+    low, high = _drawable(intervals.low, panel.y), _drawable(intervals.high, panel.y)
     tint = colour(intervals.colour)
-    # An end that cannot be drawn (0 on a logarithmic axis) leaves the other half.
+    # If one end cannot be drawn (0 on a logarithmic axis), only the other half is drawn.
     axes.vlines(x, np.where(np.isnan(low), y, low), np.where(np.isnan(high), y, high), color=tint)
     for end in (low, high):
         axes.plot(x, end, color=tint, linestyle="none", marker="_", markersize=6)
@@ -119,8 +119,8 @@ def _intervals(intervals: Intervals, axes: Axes, panel: Panel) -> dict[str, Arti
 
 
 def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:
-    values = np.ma.masked_invalid(shown(cells.values, cells.scale))
-    words = cells.scale.words
+    values = np.ma.masked_invalid(_drawable(cells.values, cells.scale))
+    words = cells.scale.categories
     tints = _tints(len(words))
     style: dict[str, Any] = (
         {
@@ -138,7 +138,7 @@ def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:
     if not words:
         bar = axes.figure.colorbar(mesh, ax=axes, pad=0.02)
         if cells.scale.log:
-            _few_ticks(bar)
+            _set_log_ticks(bar)
         bar.set_label(cells.scale.text.replace("$", r"\$"))
     present = {int(value) for value in np.unique(values.compressed())}
     return {
@@ -148,21 +148,21 @@ def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:
     }
 
 
-def _few_ticks(bar: Colorbar) -> None:
-    """Ticks of a logarithmic scale that do not stand upon each other, as matplotlib's would."""
+def _set_log_ticks(bar: Colorbar) -> None:
+    """Set ticks of a logarithmic scale that do not overlap; the default ticks would overlap."""
     bar.minorticks_off()
     low, high = bar.ax.get_ylim()
-    if high < FEW * low:
+    if high < MIN_DECADE_RATIO * low:
         bar.locator, bar.formatter = LogLocator(subs=(1.0, 2.0, 5.0)), FormatStrFormatter("%g")
         bar.update_ticks()
 
 
 def _norm(values: "np.ma.MaskedArray[Any, Any]", cells: Cells) -> Normalize:
-    seen, scale = values.compressed(), cells.scale
-    low, high = (float(seen.min()), float(seen.max())) if len(seen) else (1.0, 1.0)
+    present, scale = values.compressed(), cells.scale
+    low, high = (float(present.min()), float(present.max())) if len(present) else (1.0, 1.0)
     low, high = cells.span or (low, high)
     if low == high:
-        # One value only: it takes the middle of the colours.
+        # A single value gets the colour in the middle of the scale.
         low, high = (low / 2, high * 2) if scale.log else (low - 0.5, high + 0.5)
     return LogNorm(low, high) if scale.log else Normalize(low, high)
 
@@ -173,35 +173,38 @@ def _tints(count: int) -> Sequence[Any]:
     return [mpl.colormaps[SCALE](share) for share in np.linspace(0.0, 1.0, count)]
 
 
-def _edges(middles: Array, axis: Axis) -> Array:
-    """The borders of cells around their middles, shape (n + 1,)."""
-    seen = np.log10(middles) if axis.log else np.asarray(middles, dtype=float)
-    if len(seen) == 1:
-        edges = np.array([seen[0] - 0.5, seen[0] + 0.5])
+def _edges(centres: Array, axis: Axis) -> Array:
+    """Return the edges of cells, halfway between their centres on the axis, shape (n + 1,)."""
+    places = np.log10(centres) if axis.log else np.asarray(centres, dtype=float)
+    if len(places) == 1:
+        edges = np.array([places[0] - 0.5, places[0] + 0.5])
     else:
-        between = (seen[1:] + seen[:-1]) / 2
-        edges = np.concatenate([[2 * seen[0] - between[0]], between, [2 * seen[-1] - between[-1]]])
+        between = (places[1:] + places[:-1]) / 2
+        first, last = 2 * places[0] - between[0], 2 * places[-1] - between[-1]
+        edges = np.concatenate([[first], between, [last]])
     return 10.0**edges if axis.log else edges
 
 
 def _level(level: Level, axes: Axes, panel: Panel) -> dict[str, Artist]:
-    axis = panel.x if level.upright else panel.y
-    if np.isnan(shown(np.array([level.value]), axis)[0]):
+    axis = panel.x if level.vertical else panel.y
+    if np.isnan(_drawable(np.array([level.value]), axis)[0]):
         return {}
-    line = (axes.axvline if level.upright else axes.axhline)(level.value, **LEVEL)
+    line = (axes.axvline if level.vertical else axes.axhline)(level.value, **LEVEL)
     return {level.label: line}
 
 
-def shown(values: Array, axis: Axis) -> Array:
-    """Values as they are drawn on an axis: NaN where that is not possible."""
+def _drawable(values: Array, axis: Axis) -> Array:
+    """Replace values that an axis cannot show by NaN."""
     values = np.asarray(values, dtype=float)
-    possible = np.isfinite(values) & (np.abs(np.where(np.isnan(values), 0.0, values)) < MAX_VALUE)
+    is_drawable = np.isfinite(values) & (
+        np.abs(np.where(np.isnan(values), 0.0, values)) < MAX_VALUE
+    )
     if axis.log:
-        possible &= values > 1.0 / MAX_VALUE
-    return np.where(possible, values, np.nan)
+        is_drawable &= values > 1.0 / MAX_VALUE
+    return np.where(is_drawable, values, np.nan)
 
 
-_DRAWING: dict[type, Callable[[Any, Axes, Panel], dict[str, Artist]]] = {
+_DRAWERS: dict[type, Callable[[Any, Axes, Panel], dict[str, Artist]]] = {
     Line: _line,
     Points: _points,
     Stack: _stack,
@@ -213,5 +216,5 @@ _DRAWING: dict[type, Callable[[Any, Axes, Panel], dict[str, Artist]]] = {
 
 
 def draw(mark: Mark, axes: Axes, panel: Panel) -> dict[str, Artist]:
-    """Draws a mark, and says what stands for it in the legend, by label ("" where nothing does)."""
-    return _DRAWING[type(mark)](mark, axes, panel)
+    """Draw a mark; return its legend handles by label ("" for none)."""
+    return _DRAWERS[type(mark)](mark, axes, panel)

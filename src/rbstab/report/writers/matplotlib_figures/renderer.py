@@ -1,4 +1,4 @@
-"""Figures for paper, by matplotlib: as wide as the text of an A4 page, legends beside the data."""
+"""Render figures with matplotlib, as wide as the text of an A4 page, with the legend above."""
 
 import math
 import textwrap
@@ -15,14 +15,14 @@ from matplotlib.figure import Figure as Drawing
 from matplotlib.ticker import MaxNLocator
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Level, Panel
-from rbstab.report.writers.decimate import decimated
+from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.matplotlib_figures.marks import draw
 
 WIDTH = 6.7
-"""in: the text of an A4 page."""
+"""Width of the text of an A4 page, in."""
 
 MAX_HEIGHT = 9.0
-"""in: what a page can hold beside a caption."""
+"""Maximum height of a figure, in; leaves space for a caption on the page."""
 
 STYLE = {
     "font.family": "sans-serif",
@@ -50,41 +50,41 @@ STYLE = {
     "figure.constrained_layout.use": True,
 }
 
-LETTERS = 0.57
-"""The mean width of a letter, as a part of the size of its type."""
+CHARACTER_WIDTH = 0.57
+"""Mean width of a character, as a fraction of the font size."""
 
 
-def drawn(figure: Figure) -> Drawing:
-    """A figure, drawn.
+def draw_figure(figure: Figure) -> Drawing:
+    """Draw a figure.
 
     Args:
-        figure: What it shows. Its title and caption are left to the text around it.
+        figure: The figure. Its title and caption are not drawn; the writer sets them as text.
     """
     with _style():
-        return _drawn(figure)
+        return _draw(figure)
 
 
 def png(figure: Figure, *, dpi: float = 200.0) -> bytes:
-    """A figure as a PNG.
+    """Render a figure as PNG.
 
     Args:
-        figure: What it shows.
-        dpi: Dots to an inch; the figure is 170 mm wide.
+        figure: The figure.
+        dpi: Dots per inch; the figure is 170 mm wide.
     """
     buffer = BytesIO()
     with _style(), warnings.catch_warnings():
-        # A letter that the type lacks is shown as a box: no reason to fail, or to tell a terminal.
+        # A character that the font lacks is drawn as a box; no warning is needed.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        _drawn(decimated(figure)).savefig(buffer, format="png", dpi=dpi)
+        _draw(decimate(figure)).savefig(buffer, format="png", dpi=dpi)
     return buffer.getvalue()
 
 
 def _style() -> AbstractContextManager[None]:
-    """The look of all figures, whatever the settings of this machine or process are."""
+    """Return the style of all figures; it ignores the matplotlib settings of the user."""
     return mpl.style.context(["default", STYLE])
 
 
-def _drawn(figure: Figure) -> Drawing:
+def _draw(figure: Figure) -> Drawing:
     columns = max(1, min(figure.columns, len(figure.panels)))
     rows = max(1, math.ceil(len(figure.panels) / columns))
     height = _panel_height(figure, rows, columns)
@@ -95,7 +95,7 @@ def _drawn(figure: Figure) -> Drawing:
     for number, panel in enumerate(figure.panels):
         axes = drawing.add_subplot(rows, columns, number + 1, sharex=first)
         first = (first or axes) if figure.shares_time else None
-        handles = handles | _filled(axes, panel, (WIDTH / columns, height)) | handles
+        handles = handles | _draw_panel(axes, panel, (WIDTH / columns, height)) | handles
         if figure.shares_time and number + columns < len(figure.panels):
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
@@ -104,71 +104,72 @@ def _drawn(figure: Figure) -> Drawing:
         mark.label for panel in figure.panels for mark in panel.marks if isinstance(mark, Level)
     }
     entries = sorted(handles.items(), key=lambda entry: entry[0] in levels)
-    drawing.set_size_inches(WIDTH, rows * height + _legend(drawing, entries))
+    drawing.set_size_inches(WIDTH, rows * height + _add_legend(drawing, entries))
     return drawing
 
 
 def _panel_height(figure: Figure, rows: int, columns: int) -> float:
-    maps = any(isinstance(mark, Cells) for panel in figure.panels for mark in panel.marks)
-    words = any(panel.x.words for panel in figure.panels)
-    # Of figures with many rows two fit on a page; but maps are no bands, and words may slant.
-    natural = 2.0 if rows < 3 or maps or words else 1.3
+    has_maps = any(isinstance(mark, Cells) for panel in figure.panels for mark in panel.marks)
+    has_categories = any(panel.x.categories for panel in figure.panels)
+    # Low panels let two figures with many rows fit on a page. Maps and slanted labels need more.
+    natural = 2.0 if rows < 3 or has_maps or has_categories else 1.3
     if rows == columns == 1:
         natural = 2.8
     return min(natural, MAX_HEIGHT / rows)
 
 
-def _filled(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str, Artist]:
+def _draw_panel(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str, Artist]:
     width, height = size
-    _scale(axes, panel, 0.8 * width)
+    _set_scales(axes, panel, 0.8 * width)
     handles = {
         label: handle
         for mark in panel.marks
         for label, handle in draw(mark, axes, panel).items()
         if label
     }
-    axes.set_xlabel(_wrapped(panel.x.text, 2.6))
-    # Beside the data, not beside the gap between panels.
-    axes.set_ylabel(_wrapped(panel.y.text, 0.92 * height))
+    axes.set_xlabel(_wrap(panel.x.text, 2.6))
+    # The label must not be longer than the panel is high.
+    axes.set_ylabel(_wrap(panel.y.text, 0.92 * height))
     if panel.title:
-        axes.set_title(literal(panel.title))
+        axes.set_title(escape_math(panel.title))
     if panel.equal:
         axes.set_aspect("equal", adjustable="datalim")
     axes.margins(x=0.02)
     return handles
 
 
-def _scale(axes: Axes, panel: Panel, width: float) -> None:
+def _set_scales(axes: Axes, panel: Panel, width: float) -> None:
     for axis, name in ((panel.x, "x"), (panel.y, "y")):
-        ruler = getattr(axes, f"{name}axis")
+        matplotlib_axis = getattr(axes, f"{name}axis")
         if axis.log:
             getattr(axes, f"set_{name}scale")("log")
-        elif axis.words:
-            _write(axes, name, axis, width)
+        elif axis.categories:
+            _set_category_ticks(axes, name, axis, width)
         else:
-            ruler.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
+            matplotlib_axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
 
 
-def _write(axes: Axes, name: str, axis: Axis, width: float) -> None:
-    """Words as ticks; slanting where they would run into each other, given the width, in."""
-    ruler = getattr(axes, f"{name}axis")
-    ruler.set_ticks(range(len(axis.words)), [literal(word) for word in axis.words])
-    getattr(axes, f"set_{name}lim")(-0.5, len(axis.words) - 0.5)
+def _set_category_ticks(axes: Axes, name: str, axis: Axis, width: float) -> None:
+    """Set categories as tick labels; slant them if they would overlap (width in inches)."""
+    matplotlib_axis = getattr(axes, f"{name}axis")
+    labels = [escape_math(label) for label in axis.categories]
+    matplotlib_axis.set_ticks(range(len(labels)), labels)
+    getattr(axes, f"set_{name}lim")(-0.5, len(axis.categories) - 0.5)
     if name == "y":
         return
-    longest = max(map(len, axis.words)) + 1
-    if longest * len(axis.words) * LETTERS * mpl.rcParams["xtick.labelsize"] / 72 > width:
-        for label in ruler.get_ticklabels():
+    characters = (max(map(len, axis.categories)) + 1) * len(axis.categories)
+    if characters * CHARACTER_WIDTH * mpl.rcParams["xtick.labelsize"] / 72 > width:
+        for label in matplotlib_axis.get_ticklabels():
             label.set(rotation=25, ha="right", rotation_mode="anchor")
 
 
-def _legend(drawing: Drawing, entries: list[tuple[str, Artist]]) -> float:
-    """Writes the legend of a figure over its panels, and says how much height it takes, in."""
+def _add_legend(drawing: Drawing, entries: list[tuple[str, Artist]]) -> float:
+    """Add the legend of a figure above its panels; return its height, in."""
     if not entries:
         return 0.0
     size = float(mpl.rcParams["legend.fontsize"])
     longest = max(len(label) for label, _ in entries)
-    entry_width = (longest * LETTERS + 4.5) * size / 72
+    entry_width = (longest * CHARACTER_WIDTH + 4.5) * size / 72
     columns = max(1, min(len(entries), int(WIDTH / entry_width)))
     legend = drawing.legend(
         [handle for _, handle in entries],
@@ -178,19 +179,19 @@ def _legend(drawing: Drawing, entries: list[tuple[str, Artist]]) -> float:
         columnspacing=1.5,
         borderaxespad=0.2,
     )
-    # Afterwards: some versions of matplotlib hide a label that begins with _.
+    # Labels are set afterwards: some versions of matplotlib hide a label that starts with _.
     for text, (label, _) in zip(legend.get_texts(), entries, strict=True):
-        text.set_text(literal(label))
+        text.set_text(escape_math(label))
     return math.ceil(len(entries) / columns) * 1.5 * size / 72 + 0.1
 
 
-def _wrapped(text: str, length: float) -> str:
-    letters = int(length * 72 / (LETTERS * mpl.rcParams["axes.labelsize"]))
-    # A unit stays beside its symbol.
-    lines = textwrap.wrap(text.replace(" [", "\N{NO-BREAK SPACE}["), max(letters, 12))
-    return literal("\n".join(lines))
+def _wrap(text: str, length: float) -> str:
+    characters = int(length * 72 / (CHARACTER_WIDTH * mpl.rcParams["axes.labelsize"]))
+    # Avoid a line break between a symbol and its unit.
+    lines = textwrap.wrap(text.replace(" [", "\N{NO-BREAK SPACE}["), max(characters, 12))
+    return escape_math("\n".join(lines))
 
 
-def literal(text: str) -> str:
-    """A text in which matplotlib finds no mathematics."""
+def escape_math(text: str) -> str:
+    """Escape dollar signs, so that matplotlib does not interpret the text as mathematics."""
     return text.replace("$", r"\$")

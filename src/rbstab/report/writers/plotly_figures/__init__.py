@@ -1,1 +1,1 @@
-"""Figures drawn by plotly, for the page."""
+"""Figures drawn by plotly, for HTML pages."""

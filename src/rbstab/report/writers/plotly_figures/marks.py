@@ -1,4 +1,4 @@
-"""The marks of a panel as traces and shapes of plotly."""
+"""Convert the marks of a panel to traces and shapes of plotly."""
 
 from functools import singledispatch
 from typing import Any
@@ -19,7 +19,7 @@ from rbstab.report.model.figure import (
     Stack,
 )
 from rbstab.report.model.palette import SCALE, colour
-from rbstab.report.writers.plotly_figures.text import numbers, plain, tick
+from rbstab.report.writers.plotly_figures.text import escaped, packed_array, tick_label
 
 JSON = dict[str, Any]
 
@@ -29,18 +29,18 @@ LEVEL_COLOUR = "#7F7F7F"
 
 
 def traces(mark: Mark, panel: Panel) -> list[JSON]:
-    """The traces of a mark, without their axes.
+    """Return the traces of a mark, without their axes.
 
     Args:
-        mark: Any but a level.
-        panel: Where it is drawn.
+        mark: Any mark except a level.
+        panel: The panel of the mark.
     """
     return _traces(mark, panel)
 
 
 @singledispatch
 def _traces(mark: object, _panel: Panel) -> list[JSON]:
-    raise TypeError(f"no mark that plotly is told to draw: {type(mark).__name__}")
+    raise TypeError(f"plotly cannot draw a mark of type {type(mark).__name__}")
 
 
 @_traces.register
@@ -50,10 +50,12 @@ def _(mark: Line, panel: Panel) -> list[JSON]:
         "dash": DASHES[mark.dash % 4],
         "width": 1.6,
         "shape": "hv" if mark.step else "linear",
-        # Points that cannot be seen are gone already; plotly would leave out more.
+        # `decimate` has removed the invisible points; plotly must not remove more.
         "simplify": False,
     }
-    return [_scatter(mark.label, mark.x, _on(panel.y, mark.y), mode="lines", line=line)]
+    return [
+        _scatter(mark.label, mark.x, _positive_on_log(panel.y, mark.y), mode="lines", line=line)
+    ]
 
 
 @_traces.register
@@ -61,32 +63,32 @@ def _(mark: Points, panel: Panel) -> list[JSON]:
     trace = _scatter(
         mark.label,
         mark.x,
-        _on(panel.y, mark.y),
+        _positive_on_log(panel.y, mark.y),
         mode="markers",
         marker={"color": colour(mark.colour), "symbol": SYMBOLS[mark.symbol % 4], "size": 7},
     )
     if mark.texts:
-        trace |= {"text": [plain(text) for text in mark.texts], "hoverinfo": "text"}
+        trace |= {"text": [escaped(text) for text in mark.texts], "hoverinfo": "text"}
     return [trace]
 
 
 @_traces.register
 def _(mark: Stack, _panel: Panel) -> list[JSON]:
-    found = []
+    stacked = []
     for number, label in enumerate(mark.labels):
         values = np.nan_to_num(mark.parts[:, number])
         sides = {"up": values.clip(min=0), "down": values.clip(max=0)}
         for side, part in sides.items():
             if part.any() or (side == "up" and not values.any()):
-                look = {"width": 0.5, "color": colour(number)}
-                trace = _scatter(label, mark.x, part, mode="lines", line=look)
-                found.append(trace | {"stackgroup": side, "fillcolor": colour(number)})
-    return found
+                line = {"width": 0.5, "color": colour(number)}
+                trace = _scatter(label, mark.x, part, mode="lines", line=line)
+                stacked.append(trace | {"stackgroup": side, "fillcolor": colour(number)})
+    return stacked
 
 
 @_traces.register
 def _(mark: Bars, panel: Panel) -> list[JSON]:
-    # An outline rather than bars, whose widths plotly does not take as edges on logarithmic axes.
+    # An outline, not bars: on logarithmic axes plotly does not place bars by their edges.
     x = np.repeat(mark.edges, 2)
     y = np.concatenate([[0.0], np.repeat(mark.heights, 2), [0.0]])
     inner = [
@@ -94,30 +96,36 @@ def _(mark: Bars, panel: Panel) -> list[JSON]:
         for low, high, height in zip(mark.edges[:-1], mark.edges[1:], mark.heights, strict=True)
     ]
     texts = ["", *(text for text in inner for _ in range(2)), ""]
-    tone = colour(mark.colour)
-    trace = _scatter(mark.label, x, _on(panel.y, y), mode="lines", line={"color": tone, "width": 1})
+    tint = colour(mark.colour)
+    line = {"color": tint, "width": 1}
+    trace = _scatter(mark.label, x, _positive_on_log(panel.y, y), mode="lines", line=line)
     return [
         trace
-        | {"fill": "tozeroy", "fillcolor": _faint(tone), "text": texts, "hoverinfo": "text+name"}
+        | {
+            "fill": "tozeroy",
+            "fillcolor": _translucent(tint),
+            "text": texts,
+            "hoverinfo": "text+name",
+        }
     ]
 
 
 @_traces.register
 def _(mark: Intervals, panel: Panel) -> list[JSON]:
-    tone = colour(mark.colour)
+    tint = colour(mark.colour)
     trace = _scatter(
         mark.label,
         mark.x,
-        _on(panel.y, mark.y),
+        _positive_on_log(panel.y, mark.y),
         mode="markers",
-        marker={"color": tone, "size": 7},
+        marker={"color": tint, "size": 7},
     )
     trace["error_y"] = {
         "type": "data",
         "symmetric": False,
-        "array": numbers(mark.high - mark.y),
-        "arrayminus": numbers(mark.y - mark.low),
-        "color": tone,
+        "array": packed_array(mark.high - mark.y),
+        "arrayminus": packed_array(mark.y - mark.low),
+        "color": tint,
         "thickness": 1.4,
     }
     return [trace]
@@ -129,48 +137,48 @@ def _(mark: Cells, panel: Panel) -> list[JSON]:
     shown = _log10(values) if mark.scale.log else values
     trace: JSON = {
         "type": "heatmap",
-        "x": numbers(_edges(mark.x, panel.x)),
-        "y": numbers(_edges(mark.y, panel.y)),
-        "z": numbers(shown),
-        "text": _told(mark, values, panel),
+        "x": packed_array(_edges(mark.x, panel.x)),
+        "y": packed_array(_edges(mark.y, panel.y)),
+        "z": packed_array(shown),
+        "text": _hover_texts(mark, values, panel),
         "hoverinfo": "text",
     }
     return [trace]
 
 
-def coloured(mark: Mark) -> JSON:
-    """The colour axis of a map; {} for every other mark."""
+def colour_axis(mark: Mark) -> JSON:
+    """Return the colour axis of a map; {} for all other marks."""
     if not isinstance(mark, Cells):
         return {}
     scale = mark.scale
-    bar: JSON = {"title": {"text": plain(scale.text), "side": "right"}, "outlinewidth": 0}
-    if scale.words:
-        count = len(scale.words)
+    bar: JSON = {"title": {"text": escaped(scale.text), "side": "right"}, "outlinewidth": 0}
+    if scale.categories:
+        count = len(scale.categories)
         steps = [
             [end / count, colour(number)] for number in range(count) for end in (number, number + 1)
         ]
         ticks = {
             "tickvals": list(range(count)),
-            "ticktext": [tick(word) for word in scale.words],
+            "ticktext": [tick_label(label) for label in scale.categories],
         }
         return {"colorscale": steps, "cmin": -0.5, "cmax": count - 0.5, "colorbar": bar | ticks}
     found = {"colorscale": SCALE.capitalize(), "colorbar": bar}
-    ends = np.array(mark.span or _ends(mark), dtype=float)
+    ends = np.array(mark.span or _value_range(mark), dtype=float)
     if scale.log:
         ends = _log10(ends)
-        bar |= _decades(*ends)
+        bar |= _log_ticks(*ends)
     return found | dict(zip(("cmin", "cmax"), ends.tolist(), strict=True))
 
 
-def _ends(mark: Cells) -> tuple[float, float]:
-    """The least and the greatest value that are shown; 1 and 10 where none is."""
+def _value_range(mark: Cells) -> tuple[float, float]:
+    """Return the smallest and the largest drawn value; 1 and 10 if there are no values."""
     values = np.asarray(mark.values, dtype=float)
     shown = values[np.isfinite(values) & ((values > 0) | (not mark.scale.log))]
     return (float(shown.min()), float(shown.max())) if len(shown) else (1.0, 10.0)
 
 
-def _decades(low: float, high: float) -> JSON:
-    """The ticks of a logarithmic scale from 10^low to 10^high: at whole powers, 2 and 5 times."""
+def _log_ticks(low: float, high: float) -> JSON:
+    """Return ticks of a log scale from 10^low to 10^high: powers of ten, times 1, 2 and 5."""
     first, last = int(np.floor(low)), int(np.ceil(high))
     powers = range(first, last + 1, max((last - first) // 8, 1))
     factors = (1, 2, 5) if high - low < 2 else (1,)
@@ -181,9 +189,9 @@ def _decades(low: float, high: float) -> JSON:
     }
 
 
-def level(mark: Level) -> JSON:
-    """The line of a level, without its axes."""
-    along, across = ("y", "x") if mark.upright else ("x", "y")
+def level_shape(mark: Level) -> JSON:
+    """Return the line of a level, without its axes."""
+    along, across = ("y", "x") if mark.vertical else ("x", "y")
     shape: JSON = {
         "type": "line",
         f"{along}0": 0,
@@ -192,19 +200,25 @@ def level(mark: Level) -> JSON:
         f"{across}1": mark.value,
         "line": {"color": LEVEL_COLOUR, "width": 1.2, "dash": "dash"},
     }
-    return shape | _named(mark.label)
+    return shape | _legend_entry(mark.label)
 
 
-def _scatter(label: str, x: Array, y: Array, **look: Any) -> JSON:
-    return {"type": "scatter", "x": numbers(x), "y": numbers(y), **_named(label), **look}
+def _scatter(label: str, x: Array, y: Array, **options: Any) -> JSON:
+    return {
+        "type": "scatter",
+        "x": packed_array(x),
+        "y": packed_array(y),
+        **_legend_entry(label),
+        **options,
+    }
 
 
-def _named(label: str) -> JSON:
-    return {"name": plain(label), "legendgroup": label} if label else {"name": ""}
+def _legend_entry(label: str) -> JSON:
+    return {"name": escaped(label), "legendgroup": label} if label else {"name": ""}
 
 
-def _on(axis: Axis, values: Array) -> Array:
-    """Values on an axis: where it is logarithmic, what is not positive is left out."""
+def _positive_on_log(axis: Axis, values: Array) -> Array:
+    """Replace values at or below zero by NaN if the axis is logarithmic."""
     if not axis.log:
         return values
     return np.where(np.asarray(values) > 0, values, np.nan)
@@ -215,17 +229,17 @@ def _log10(values: Array) -> Array:
     return np.log10(positive)
 
 
-def _edges(middles: Array, axis: Axis) -> Array:
-    """The borders of cells from their middles, halfway as the axis shows it, shape (n + 1,)."""
-    places = _log10(middles) if axis.log else np.asarray(middles, dtype=float)
+def _edges(centres: Array, axis: Axis) -> Array:
+    """Return the edges of cells, halfway between their centres on the axis, shape (n + 1,)."""
+    places = _log10(centres) if axis.log else np.asarray(centres, dtype=float)
     steps = np.diff(places) if len(places) > 1 else np.ones(1)
     inner = places[:-1] + steps[: len(places) - 1] / 2
     edges = np.concatenate([[places[0] - steps[0] / 2], inner, [places[-1] + steps[-1] / 2]])
     return 10.0**edges if axis.log else edges
 
 
-def _told(mark: Cells, values: Array, panel: Panel) -> list[list[str]]:
-    """What is said of each cell, row by row."""
+def _hover_texts(mark: Cells, values: Array, panel: Panel) -> list[list[str]]:
+    """Return the hover text of each cell, row by row."""
     return [
         [
             f"{_value(panel.x, x)}, {_value(panel.y, y)}: {_value(mark.scale, value)}"
@@ -238,11 +252,11 @@ def _told(mark: Cells, values: Array, panel: Panel) -> list[list[str]]:
 
 
 def _value(axis: Axis, value: float) -> str:
-    if axis.words:
-        return plain(axis.words[round(value)])
+    if axis.categories:
+        return escaped(axis.categories[round(value)])
     return f"{value:.4g}"
 
 
-def _faint(tone: str) -> str:
-    red, green, blue = (int(tone[begin : begin + 2], 16) for begin in (1, 3, 5))
+def _translucent(tint: str) -> str:
+    red, green, blue = (int(tint[begin : begin + 2], 16) for begin in (1, 3, 5))
     return f"rgba({red}, {green}, {blue}, 0.35)"

@@ -1,43 +1,48 @@
-"""Figures as plotly draws them: plain dictionaries, to become JSON in a page."""
+"""Render figures for plotly: as plain dictionaries, which become JSON in a page."""
 
 from typing import Any
 
 from rbstab.report.model.figure import Figure, Level, Panel
-from rbstab.report.writers.decimate import decimated
-from rbstab.report.writers.plotly_figures.layout import Placing, axis_keys, axis_name, laid_out
-from rbstab.report.writers.plotly_figures.marks import coloured, level, traces
-from rbstab.report.writers.plotly_figures.text import plain
+from rbstab.report.writers.decimate import decimate
+from rbstab.report.writers.plotly_figures.layout import (
+    PanelGrid,
+    axis_keys,
+    axis_name,
+    panel_layout,
+)
+from rbstab.report.writers.plotly_figures.marks import colour_axis, level_shape, traces
+from rbstab.report.writers.plotly_figures.text import escaped
 
 WIDE, NARROW = 880, 340
-"""Widths, in pixels of CSS, for which a figure is laid out: a page, and a telephone."""
+"""Widths of the two layouts of a figure, in CSS pixels: for a desktop page, and for a phone."""
 
 MAX_UNIFIED = 8
-"""With more curves in a panel than these, the pointer names one of them, not all."""
+"""If a panel has more marks than this, the hover label shows only the nearest curve."""
 
 JSON = dict[str, Any]
 
 
-def drawn(figure: Figure) -> JSON:
-    """A figure as plotly draws it.
+def plotly_data(figure: Figure) -> JSON:
+    """Render a figure for plotly.
 
-    Texts are escaped: plotly takes some of HTML for markup. Curves of the same label have the same
-    `legendgroup`, which is the label as it is; the first of them stands in the legend.
+    Texts are escaped, since plotly interprets some HTML. Curves with the same label have the same
+    `legendgroup` (the label, not escaped). Only the first of them has a legend entry.
 
     Returns:
-        `data` and `layout` as plotly knows them; `narrow`, the layout in one column, for a
-        telephone. Layouts have no colours of their own but those of the marks.
+        `data` and `layout` in plotly's format; `narrow`, a layout in one column, for a phone. The
+        layouts set no colours except those of the marks.
     """
-    figure = decimated(figure)
-    named: set[str] = set()
+    figure = decimate(figure)
+    in_legend: set[str] = set()
     data: list[JSON] = []
     shapes: list[JSON] = []
     scales: dict[str, JSON] = {}
     for number, panel in enumerate(figure.panels):
         for mark in panel.marks:
             if isinstance(mark, Level):
-                shapes.append(_in_panel(level(mark), mark.upright, number))
+                shapes.append(_in_panel(level_shape(mark), mark.vertical, number))
                 continue
-            drawings, scale = traces(mark, panel), coloured(mark)
+            drawings, scale = traces(mark, panel), colour_axis(mark)
             for trace in drawings:
                 trace |= {"xaxis": axis_name("x", number), "yaxis": axis_name("y", number)}
                 if scale:
@@ -47,33 +52,33 @@ def drawn(figure: Figure) -> JSON:
             data += drawings
     for entry in (*data, *shapes):
         label = entry.get("legendgroup", "")
-        entry["showlegend"] = bool(label) and label not in named
-        named.add(label)
+        entry["showlegend"] = bool(label) and label not in in_legend
+        in_legend.add(label)
     layouts = {
-        name: _layout(figure, placing, shapes, scales)
-        for name, placing in (
-            ("layout", Placing(figure, min(figure.columns, len(figure.panels)), WIDE)),
-            ("narrow", Placing(figure, 1, NARROW)),
+        name: _layout(figure, grid, shapes, scales)
+        for name, grid in (
+            ("layout", PanelGrid(figure, min(figure.columns, len(figure.panels)), WIDE)),
+            ("narrow", PanelGrid(figure, 1, NARROW)),
         )
     }
     return {"data": data, **layouts}
 
 
-def _in_panel(shape: JSON, upright: bool, number: int) -> JSON:
-    """A line through a panel: along the one axis it goes from end to end."""
+def _in_panel(shape: JSON, vertical: bool, number: int) -> JSON:
+    """Return a line that spans its panel along the other axis."""
     x, y = axis_name("x", number), axis_name("y", number)
-    if upright:
+    if vertical:
         return shape | {"xref": x, "yref": f"{y} domain"}
     return shape | {"xref": f"{x} domain", "yref": y}
 
 
-def _layout(figure: Figure, placing: Placing, shapes: list[JSON], scales: dict[str, JSON]) -> JSON:
+def _layout(figure: Figure, grid: PanelGrid, shapes: list[JSON], scales: dict[str, JSON]) -> JSON:
     unified = figure.shares_time and all(len(panel.marks) <= MAX_UNIFIED for panel in figure.panels)
     layout: JSON = {
-        **laid_out(placing),
+        **panel_layout(grid),
         "shapes": shapes,
         "annotations": [
-            _heading(panel, number) for number, panel in enumerate(figure.panels) if panel.title
+            _title(panel, number) for number, panel in enumerate(figure.panels) if panel.title
         ],
         "hovermode": "x unified" if unified else "closest",
         "showlegend": False,
@@ -81,13 +86,13 @@ def _layout(figure: Figure, placing: Placing, shapes: list[JSON], scales: dict[s
         "meta": {"axes": axis_keys(len(figure.panels)), "time": figure.shares_time},
     }
     for name, scale in scales.items():
-        layout[name] = scale | {"colorbar": scale["colorbar"] | placing.bar(name)}
+        layout[name] = scale | {"colorbar": scale["colorbar"] | grid.colorbar(name)}
     return layout
 
 
-def _heading(panel: Panel, number: int) -> JSON:
+def _title(panel: Panel, number: int) -> JSON:
     return {
-        "text": plain(panel.title),
+        "text": escaped(panel.title),
         "xref": f"{axis_name('x', number)} domain",
         "yref": f"{axis_name('y', number)} domain",
         "x": 0,

@@ -1,4 +1,4 @@
-"""Texts and arrays as plotly takes them."""
+"""Encode texts and arrays for plotly."""
 
 import base64
 from typing import Any
@@ -8,29 +8,29 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 
 MAX_TICK_LENGTH = 28
-"""Letters of a word at an axis; plotly loses its way among longer ones."""
+"""Maximum number of characters of a tick label; plotly lays out longer labels badly."""
 
 SINGLE = np.finfo(np.float32)
 
 
-def plain(text: str) -> str:
-    """A text that plotly shows as it stands: of what it reads as markup, nothing is left."""
+def escaped(text: str) -> str:
+    """Escape a text, so that plotly does not interpret it as HTML."""
     return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
-def tick(text: str) -> str:
-    """A word at an axis, as `plain`, cut where it is too long."""
-    return plain(text if len(text) <= MAX_TICK_LENGTH else f"{text[: MAX_TICK_LENGTH - 1]}…")
+def tick_label(text: str) -> str:
+    """Escape a tick label, and cut it if it is too long."""
+    return escaped(text if len(text) <= MAX_TICK_LENGTH else f"{text[: MAX_TICK_LENGTH - 1]}…")
 
 
-def numbers(array: Array) -> dict[str, Any]:
-    """An array as plotly reads it from JSON: its bytes, in base64.
+def packed_array(array: Array) -> dict[str, Any]:
+    """Encode an array for plotly's JSON: its bytes in base64.
 
-    In single precision where that tells the numbers apart as well as any screen can; in double
-    precision where they leave its range, or lie so close to each other that it could not.
+    Single precision is used if its rounding errors are invisible on a screen. Double precision is
+    used if the numbers exceed the range of single precision, or are too close to each other.
 
     Args:
-        array: Shape (n,) or (m, n). What is not finite leaves a gap.
+        array: Shape (n,) or (m, n). Entries that are not finite leave a gap.
     """
     values = np.asarray(array, dtype=float)
     values = np.where(np.isfinite(values), values, np.nan)

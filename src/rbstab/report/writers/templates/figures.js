@@ -1,10 +1,10 @@
-// Figures: plotly is unpacked when the first one comes near, each is drawn when it does.
+// Figures: each is drawn when the reader scrolls near it; the first one also loads plotly.
 
 const drawings = JSON.parse(document.getElementById("page.drawings").textContent);
 const figures = new Map();
 let library = null;
 
-/** Unpacks plotly and runs it; once. */
+/** Decompress plotly and run it, once. */
 function loadLibrary() {
   library ??= (async () => {
     const packed = document.getElementById("page.library").textContent;
@@ -19,14 +19,14 @@ function loadLibrary() {
 
 const isNarrow = (box) => box.clientWidth < 620;
 
-/** A layout in the colours of the page, as wide as its place. */
+/** Return a layout in the colours of the page and in a width. */
 function themed(layout, width) {
   const [text, grid, line, page] = ["text", "grid", "line", "page"].map(tone);
   const look = { gridcolor: grid, zerolinecolor: line, linecolor: line, tickcolor: line };
   const whole = {
     ...layout,
     width,
-    // What the reader has zoomed stays so in other colours and widths.
+    // Keep the zoom when colours or widths change.
     uirevision: "kept",
     font: { ...layout.font, color: text, family: getComputedStyle(document.body).fontFamily },
     paper_bgcolor: "rgba(0,0,0,0)",
@@ -39,7 +39,7 @@ function themed(layout, width) {
   return whole;
 }
 
-/** The picture of a figure as a file, with its legend and title, on white. */
+/** Save a figure as a PNG file, with its legend and title, on white. */
 function download(name, title) {
   const { data, layout } = drawings[name];
   const escaped = title.replace(/&/g, "&amp;").replace(/</g, "&lt;");
@@ -65,9 +65,9 @@ const CAMERA = {
 function settings(name, title) {
   return {
     displaylogo: false,
-    // Fingers need no pointer's tools, which would stay over the curves.
+    // No toolbar on touch screens: it would stay over the curves.
     displayModeBar: matchMedia("(pointer: coarse)").matches ? false : "hover",
-    // Plotly's own default is a button that sends the data to a server.
+    // By default plotly has a button that sends the data to a server.
     showSendToCloud: false,
     plotlyServerURL: "",
     modeBarButtonsToRemove: ["toImage", "lasso2d", "select2d", "autoScale2d"],
@@ -102,20 +102,20 @@ function drawNow(name, figure) {
 const layoutOf = (name, figure, width = figure.box.clientWidth) =>
   themed(structuredClone(drawings[name][figure.narrow ? "narrow" : "layout"]), width);
 
-/** Draws a figure anew in the colours and width of the moment, with what is hidden left hidden. */
+/** Redraw a figure in the current colours and width; hidden curves stay hidden. */
 function redraw(name, figure, width) {
   if (!figure.drawn) return;
   figure.narrow = width ? false : isNarrow(figure.box);
   const layout = layoutOf(name, figure, width);
   layout.shapes.forEach((shape) => (shape.visible = !figure.hidden.has(shape.legendgroup)));
   figure.box.style.minHeight = `${layout.height}px`;
-  // Without the settings: given those, plotly 4 never comes to an end.
+  // Without the settings: with them, plotly 4 never returns.
   Plotly.react(figure.place, figure.place.data, layout);
 }
 
 const redrawAll = () => figures.forEach((figure, name) => redraw(name, figure));
 
-/** A line in each panel at the time of the motions. */
+/** Draw a cursor in each panel at the time of the animations. */
 function followTime(figure) {
   const { place, box } = figure;
   const show = () => {
@@ -139,7 +139,7 @@ function followTime(figure) {
   show();
 }
 
-/** Swatches and names, one button for all curves of a name. */
+/** Add a legend: swatches and names, with one button for all curves of a name. */
 function addLegend(box) {
   const name = box.dataset.name;
   const { data, layout } = drawings[name];
@@ -178,7 +178,7 @@ const svg = (name, attributes) => {
   return element;
 };
 
-/** A small picture of how a curve looks. */
+/** Return a small picture of the style of a curve. */
 function swatch(entry) {
   const picture = svg("svg", { width: 26, height: 12, "aria-hidden": "true" });
   const { line, marker, fillcolor } = entry;

@@ -1,4 +1,4 @@
-// Views of bodies in motion, at the time of the clock.
+// Animations of bodies, at the time of the clock.
 
 const moving = JSON.parse(document.getElementById("page.motions").textContent);
 const views = [];
@@ -7,7 +7,7 @@ const ANCHOR = "#009E73";
 const BODY = { light: [122, 143, 166], dark: [138, 160, 184] };
 const SUN = unit([0.35, -0.55, 0.9]);
 
-/** The numbers of an array in rows of a length. */
+/** Decode a base64 array into rows of a length. */
 function unpacked({ dtype, bdata }, length) {
   const bytes = Uint8Array.from(atob(bdata), (letter) => letter.charCodeAt(0));
   const values = dtype === "f4" ? new Float32Array(bytes.buffer) : new Float64Array(bytes.buffer);
@@ -34,14 +34,14 @@ class MotionView {
     this.listen();
   }
 
-  /** The corners of a box around the centre of gravity at all times, and the anchor. */
+  /** Return the corners of a box around all positions of the centre of gravity, and the anchor. */
   bounds() {
     const places = this.anchor ? [...this.positions, this.anchor] : this.positions;
     const along = (axis, pick) => places.reduce((found, place) => pick(found, place[axis]), places[0][axis]);
     return [Math.min, Math.max].map((pick) => [0, 1, 2].map((axis) => along(axis, pick)));
   }
 
-  /** Where the body is at a time; before and after the run, where it begins and ends. */
+  /** Return the pose of the body at a time, clamped to the times of the run. */
   at(time) {
     const last = this.times.length - 1;
     let next = this.times.findIndex((other) => other > time);
@@ -112,7 +112,7 @@ class MotionView {
     painter.line([...this.trace.slice(0, before + 1), here], CONTACT, 1.6);
   }
 
-  /** The contact point, its lever from the centre, the anchor and the connector: over the body. */
+  /** Add the contact point, the line to it from the centre of gravity, the anchor and the connector, in front of the body. */
   addTies(painter, { X, Q }) {
     const here = plus(X, turned(Q, this.contact));
     const over = 10 * this.camera.size;
@@ -147,7 +147,7 @@ class MotionView {
       else camera.turn((event.clientX - before.clientX) / 160, (event.clientY - before.clientY) / 160);
       this.paint();
     });
-    // A plain wheel scrolls the page.
+    // The wheel scrolls the page, except with Ctrl or when the view has the focus.
     canvas.addEventListener("wheel", (event) => {
       if (!event.ctrlKey && document.activeElement !== canvas) return;
       event.preventDefault();

@@ -1,4 +1,4 @@
-// A small painter of space on a plane: everything is cut into triangles and lines, and the
+// A small 3D renderer (painter's algorithm): a scene consists of triangles and lines, and the
 // farthest are painted first.
 
 const { hypot, sin, cos } = Math;
@@ -9,14 +9,14 @@ const times = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const unit = (a) => times(a, 1 / (hypot(...a) || 1));
 
-/** A vector turned by a unit quaternion (w, x, y, z). */
+/** Return a vector rotated by a unit quaternion (w, x, y, z). */
 function turned([w, x, y, z], v) {
   const u = [x, y, z];
   const t = times(cross(u, v), 2);
   return plus(plus(v, times(t, w)), cross(u, t));
 }
 
-/** The unit quaternion between two, at a part of the way. */
+/** Interpolate two unit quaternions; part is from 0 to 1. */
 function between(p, q, part) {
   const sign = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3] < 0 ? -1 : 1;
   const mixed = p.map((value, i) => (1 - part) * value + part * sign * q[i]);
@@ -24,10 +24,10 @@ function between(p, q, part) {
   return mixed.map((value) => value / size);
 }
 
-/** The focal length of an eye, in the shorter side of its view. */
+/** The focal length of the camera, in units of the shorter side of the view. */
 const FOCUS = 1.55;
 
-/** An eye that looks at a middle from a distance; the third axis points upwards. */
+/** A camera that looks at a centre from a distance; the third axis points upwards. */
 class Camera {
   constructor(middle, size) {
     this.middle = middle;
@@ -35,7 +35,7 @@ class Camera {
     this.reset();
   }
 
-  /** From where a ball of this size around the middle is seen whole, whichever way it is turned. */
+  /** Set the default view; a sphere of this size around the centre is fully visible in any rotation. */
   reset() {
     this.azimuth = -0.95;
     this.elevation = 0.32;
@@ -51,7 +51,7 @@ class Camera {
     this.distance = Math.min(Math.max(this.distance * factor, 1.2 * this.size), 20 * this.size);
   }
 
-  /** A function from a point of space to its place [x, y, depth] on a plane. */
+  /** Return a function that projects a point to [x, y, depth] in the view. */
   projection(width, height) {
     const outward = [cos(this.elevation) * cos(this.azimuth), cos(this.elevation) * sin(this.azimuth), sin(this.elevation)];
     const right = [-sin(this.azimuth), cos(this.azimuth), 0];
@@ -67,7 +67,7 @@ class Camera {
   }
 }
 
-/** What is to be painted, in any order. */
+/** A list of shapes, added in any order and painted by depth. */
 class Painter {
   constructor(context, project) {
     this.context = context;
@@ -132,7 +132,7 @@ class Painter {
     pen.closePath();
     pen.fillStyle = colour;
     pen.fill();
-    // Without a border of its own colour, the ground shows between triangles.
+    // Without a border in the same colour, the background shows between triangles.
     pen.setLineDash([]);
     pen.strokeStyle = colour;
     pen.lineWidth = 0.7;

@@ -1,13 +1,13 @@
-// What happens when the page opens, changes its size, or is printed.
+// Runs when the page opens, is resized, or is printed.
 
 const PAPER = 680;
 
-/** Calls back when an element comes near the window, and when it leaves. */
+/** Call back when an element comes near the window, and when it leaves. */
 function observe(element, callback) {
   new IntersectionObserver(([entry]) => callback(entry.isIntersecting), { rootMargin: "300px" }).observe(element);
 }
 
-// The style sheet hides these too, but in the newest browsers only.
+// The style sheet hides these too, but only in recent browsers.
 for (const note of document.querySelectorAll(".scriptless")) note.remove();
 followTheme();
 document.querySelectorAll(".table table").forEach(makeSortable);
@@ -37,7 +37,7 @@ addEventListener("resize", () => {
 
 if (matchMedia("(max-width: 40rem)").matches) document.querySelector(".contents details").open = false;
 
-// Plotly has to be there before the page is printed, for printing does not wait.
+// Load plotly before the page is printed: printing does not wait for it.
 if (Object.keys(drawings).length) (globalThis.requestIdleCallback ?? setTimeout)(() => loadLibrary());
 
 addEventListener("beforeprint", () => {

@@ -1,16 +1,16 @@
-// Tables are sorted by a button in each head: upwards, downwards, as they were.
+// A button in each column header sorts the table: ascending, descending, original order.
 
 const NEXT = { none: "ascending", ascending: "descending", descending: "none" };
 const collator = new Intl.Collator("en", { numeric: true });
 
-/** The number or text by which a row is sorted; NaN where there is nothing. */
+/** Return the number or text by which a row is sorted; NaN or "" where there is no value. */
 function sortKey(row, column) {
   const cell = row.cells[column];
   const text = cell.querySelector("a")?.textContent ?? cell.lastChild?.textContent ?? "";
   return cell.dataset.value === undefined ? text : readNumber(cell.dataset.value);
 }
 
-// As Python writes them.
+// Numbers as Python writes them.
 const readNumber = (text) => ({ inf: Infinity, "-inf": -Infinity, nan: NaN })[text] ?? Number(text);
 
 const isMissing = (key) => key === "" || Number.isNaN(key);

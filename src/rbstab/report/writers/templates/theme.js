@@ -1,4 +1,4 @@
-// Light or dark: what the system says, until the reader chooses. Paper is always light.
+// Light or dark theme: the system setting, until the reader chooses. Print is always light.
 
 const root = document.documentElement;
 const systemIsDark = matchMedia("(prefers-color-scheme: dark)");
@@ -8,7 +8,7 @@ const themeListeners = [];
 
 const isDark = () => !printing && (chosenDark ?? systemIsDark.matches);
 
-/** The value of a colour of the page. */
+/** Return the value of a colour of the page. */
 const tone = (name) => getComputedStyle(root).getPropertyValue(`--${name}`).trim();
 
 function applyTheme() {

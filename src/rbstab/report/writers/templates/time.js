@@ -1,4 +1,4 @@
-// One time for all motions and for the cursors of all figures over time.
+// One clock for all animations and for the cursors of all figures over time.
 
 const clock = { now: 0, end: 0, playing: false, listeners: [] };
 
@@ -7,7 +7,7 @@ function setTime(time) {
   for (const listener of clock.listeners) listener(clock.now);
 }
 
-/** The seconds that a moment of playing takes: slow enough for the eye, never a minute. */
+/** Return how many seconds the whole animation plays: twice its duration, from 6 to 30. */
 const playingTime = () => Math.min(Math.max(2 * clock.end, 6), 30);
 
 function startClock(end) {

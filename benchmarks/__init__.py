@@ -1,1 +1,1 @@
-"""Benchmarks: ratios of things measured side by side in one run, never times against a wish."""
+"""Benchmarks: ratios of times measured side by side in one run, not absolute times."""

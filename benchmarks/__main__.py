@@ -1,4 +1,4 @@
-"""`make bench`: all benchmarks, one after the other."""
+"""All benchmarks, one after the other; `make bench` runs them."""
 
 from benchmarks import engines, sliding, startup, sweep_sizes, sweeps, traces
 

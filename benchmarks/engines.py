@@ -1,4 +1,4 @@
-"""How many runs a second each engine makes."""
+"""Speed of each engine, in runs per second."""
 
 import time
 
@@ -12,7 +12,7 @@ RUNS = 300
 
 
 def main() -> None:
-    """Measures both engines on the visco-elastic case with 201 samples and default tolerances."""
+    """Measure both engines on the visco-elastic case with 201 samples and default tolerances."""
     problem = problem_of(load_config(CASE, ["integration.samples=201"]))
     scipy, heyoka = engine("scipy"), engine("heyoka")
 

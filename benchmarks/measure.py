@@ -1,4 +1,4 @@
-"""Timing by turns, so that a machine whose speed drifts favours nobody."""
+"""Timing of actions in turns, so that a drifting machine speed affects all alike."""
 
 import subprocess
 import sys
@@ -8,11 +8,11 @@ from statistics import median
 
 
 def by_turns(rounds: int, *actions: Callable[[], float]) -> list[float]:
-    """The median of what each action returns, after one round that is not counted.
+    """Return the median of each action's results, after one warm-up round.
 
     Args:
         rounds: How often each action is called.
-        actions: Each returns the seconds that it wants to be judged by.
+        actions: Each returns its time, s.
     """
     for action in actions:
         action()
@@ -21,17 +21,17 @@ def by_turns(rounds: int, *actions: Callable[[], float]) -> list[float]:
 
 
 def seconds_of(command: Sequence[str]) -> float:
-    """The wall time of a whole process."""
+    """Return the wall time of a whole process, s."""
     begin = time.perf_counter()
     subprocess.run(command, check=True, capture_output=True)
     return time.perf_counter() - begin
 
 
 def python(code: str) -> list[str]:
-    """The command that runs Python code in the present environment."""
+    """Return the command that runs Python code in this environment."""
     return [sys.executable, "-c", code]
 
 
-def line(what: str, value: float, unit: str, limit: str) -> None:
-    """One result: what was measured, its value, and what it should be."""
-    print(f"{what:<64} {value:9.3g} {unit:<6} {limit}", flush=True)
+def line(name: str, value: float, unit: str, limit: str) -> None:
+    """Print one result: its name, its value, and its limit."""
+    print(f"{name:<64} {value:9.3g} {unit:<6} {limit}", flush=True)

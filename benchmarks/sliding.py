@@ -1,4 +1,4 @@
-"""How many switches of a sliding connector the compiled engine makes in a second."""
+"""Switches of a sliding connector that the compiled engine computes per second."""
 
 import time
 from dataclasses import replace
@@ -16,9 +16,9 @@ SWITCHES = 100_000
 
 
 def main() -> None:
-    """Measures the chatter of the paper's body on s = E with K_s = 20,000 N.
+    """Measure the chatter of the paper's body on s = E with K_s = 20,000 N.
 
-    It is one run of the driver: not the second one that tells how far the motion can be trusted.
+    It is one run of the driver, without the second run that gives `trusted_until`.
     """
     problem = problem_of(load_config(CASE, SETTINGS))
     assert problem.switching is not None
@@ -27,29 +27,29 @@ def main() -> None:
     flow = HeyokaFlow(problem, switching)
     clock: list[tuple[int, float]] = []
 
-    def whole() -> float:
-        clock[:] = _clock(problem, flow)
-        return _seconds_a_switch(clock, 0.0, 1.0)
+    def whole_run() -> float:
+        clock[:] = _switch_times(problem, flow)
+        return _seconds_per_switch(clock, 0.0, 1.0)
 
     each, early, late = by_turns(
         5,
-        whole,
-        lambda: _seconds_a_switch(clock, 0.0, 0.25),
-        lambda: _seconds_a_switch(clock, 0.75, 1.0),
+        whole_run,
+        lambda: _seconds_per_switch(clock, 0.0, 0.25),
+        lambda: _seconds_per_switch(clock, 0.75, 1.0),
     )
     line("heyoka: s = E, 20,000 N, 100,000 switches", 1 / each, "1/s", "at least 50,000")
     line("  rate of the last quarter to that of the first", early / late, "", "about 1")
 
 
-def _clock(problem: Problem, flow: HeyokaFlow) -> list[tuple[int, float]]:
-    """Switches and wall time, s, at each sample of one run."""
+def _switch_times(problem: Problem, flow: HeyokaFlow) -> list[tuple[int, float]]:
+    """Return the switches so far and the wall time, s, at each sample of one run."""
     assert problem.switching is not None
     driver = FilippovDriver(problem, problem.switching, flow)
     return [(sum(sample.counts), time.perf_counter()) for sample in driver.samples()]
 
 
-def _seconds_a_switch(clock: list[tuple[int, float]], begin: float, end: float) -> float:
-    """Between two parts of all switches, at the samples nearest to them."""
+def _seconds_per_switch(clock: list[tuple[int, float]], begin: float, end: float) -> float:
+    """Return the seconds per switch between two fractions of all switches (nearest samples)."""
     total = clock[-1][0]
     (first, start), (last, stop) = (
         min(clock, key=lambda row, part=part: abs(row[0] - part * total)) for part in (begin, end)

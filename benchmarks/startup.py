@@ -1,4 +1,4 @@
-"""How long commands take as whole processes."""
+"""Wall time of commands as whole processes."""
 
 import json
 import subprocess
@@ -14,12 +14,12 @@ CASE = "configs/paper/case1_permanent.yaml"
 
 
 def main() -> None:
-    """Measures `rbstab --help` and `rbstab run` on Case 1."""
+    """Measure `rbstab --help` and `rbstab run` on Case 1."""
     interpreter, plain_help = by_turns(
         11, lambda: seconds_of(python("pass")), lambda: seconds_of([*RBSTAB, "--help"])
     )
     line("rbstab --help, whole process", plain_help, "s", "at most 0.15")
-    line("  of which the interpreter's own start", interpreter, "s", "")
+    line("  the interpreter's own start", interpreter, "s", "")
     with tempfile.TemporaryDirectory() as folder:
         _run_of_case(Path(folder))
 

@@ -1,4 +1,4 @@
-"""What a sweep takes as it grows, in time and memory, and what it takes to begin."""
+"""Time and memory of sweeps of growing size, and the time to start one."""
 
 import json
 import os
@@ -12,18 +12,18 @@ from benchmarks.measure import line, python, seconds_of
 from benchmarks.swept import Sweeping, plan_of
 
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
-BEGIN = """
+START_CODE = """
 import rbstab.sweep.sweep
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
 factory_for("heyoka")(load_plan({plan!r}, ["integration.engine=heyoka"])).compute(0, 8)
 """
-FEW = "base: {base}\nvary:\n  initial.angular_velocity[0]: {{linspace: [-40, 40, 64]}}\n"
+SMALL_PLAN = "base: {base}\nvary:\n  initial.angular_velocity[0]: {{linspace: [-40, 40, 64]}}\n"
 
 
 def main() -> None:
-    """Measures sweeps from a thousand members to a million, and the beginning of a small one."""
-    _beginning()
+    """Measure sweeps from a thousand members to a million, and the start of a small one."""
+    _start()
     _sizes()
     for keep, samples in (("summary", 201), ("traces", 51)):
         code = f"from benchmarks.sweep_sizes import peak; peak({samples}, {keep!r})"
@@ -33,13 +33,13 @@ def main() -> None:
 
 
 def _sizes() -> None:
-    """Time per member by turns, and over that of the bare loop: no machine is always as fast."""
+    """Measure the time per member, and its ratio to the bare loop, since machine speed varies."""
     sweepings = {members: Sweeping(plan_of(members), 1) for members in SIZES}
     bare = sweepings[SIZES[-1]].bare_loop()
     taken: dict[int, list[tuple[float, float, float]]] = {members: [] for members in SIZES}
 
     def measure(members: int) -> None:
-        # The smaller ones several times: they are soon over.
+        # Small sweeps are short, so measure them several times.
         for _ in range(max(1, min(9, 30_000 // members))):
             before = bare()
             stored, gathered = sweepings[members].seconds()
@@ -61,25 +61,25 @@ def _sizes() -> None:
 
 
 def peak(samples: int, keep: str) -> None:
-    """Prints the peak memory of this process and of the one beside it, after a large sweep, MB."""
+    """Print the peak memory of this process and its worker together, after a large sweep, MB."""
     sweeping = Sweeping(plan_of(SIZES[-1], samples, keep), 2)
     sweeping.seconds()
-    # Linux's own word: what `resource` says counts the process that started this one.
+    # From /proc: the peak in `resource` starts with that of the parent process.
     pids = [os.getpid(), *(other.pid for other in sweeping.others)]
     statuses = [Path(f"/proc/{pid}/status").read_text() for pid in pids]
     peaks = [int(status.partition("VmHWM:")[2].split()[0]) for status in statuses]
     print(sum(peaks) * 1024 / 1e6)
 
 
-def _beginning() -> None:
-    """A process that imports and compiles what a sweep needs; the same from heyoka's cache."""
+def _start() -> None:
+    """Time a process that imports and compiles all code of a sweep, then with heyoka's cache."""
     with tempfile.TemporaryDirectory() as home:
         case = Path("configs/paper/case2_visco_elastic.yaml").resolve()
         plan = Path(home) / "few.yaml"
-        plan.write_text(FEW.format(base=case))
-        code = BEGIN.format(plan=str(plan))
+        plan.write_text(SMALL_PLAN.format(base=case))
+        code = START_CODE.format(plan=str(plan))
         for what, limit in (("first", "at most 3"), ("from the cache", "at most 1")):
             begin = time.perf_counter()
             subprocess.run(python(code), check=True, env={**os.environ, "HOME": home})
             line(f"sweep: import and compile, {what}", time.perf_counter() - begin, "s", limit)
-        line("  of which the interpreter's own start", seconds_of(python("pass")), "s", "")
+        line("  the interpreter's own start", seconds_of(python("pass")), "s", "")

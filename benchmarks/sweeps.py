@@ -1,4 +1,4 @@
-"""How many members of a sweep one core makes, against the bare batch loop and the SciPy engine."""
+"""Members of a sweep per second and core, against the bare batch loop and the SciPy engine."""
 
 import time
 
@@ -11,7 +11,7 @@ MEMBERS = 200_000
 
 
 def main() -> None:
-    """Measures visco-elastic members with 201 samples at a tolerance of 1e-8, to the disk."""
+    """Measure visco-elastic members with 201 samples at a tolerance of 1e-8, to the disk."""
     plan = plan_of(MEMBERS)
     one, two = Sweeping(plan, 1), Sweeping(plan, 2)
     problem = problem_of(plan.config_of(0))

@@ -1,4 +1,4 @@
-"""A sweep of visco-elastic members into a folder, by engines that are compiled beforehand."""
+"""Sweeps of visco-elastic members into a folder, with engines that are already compiled."""
 
 import tempfile
 import time
@@ -19,14 +19,14 @@ from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan
 
 CASE = "configs/paper/case2_visco_elastic.yaml"
-LOOPED = 8192
-"""Members of the bare loop, a multiple of the size of a batch."""
+MAX_LOOP_MEMBERS = 8192
+"""Members of the bare loop, a multiple of the batch size."""
 
 INTEGRATION = ["integration.engine=heyoka", "integration.rtol=1e-8"]
 
 
 def plan_of(members: int, samples: int = 201, keep: str = "summary") -> Plan:
-    """Members with random initial spins."""
+    """Return a plan of members with random initial spins."""
     spin = {"uniform": [-40, 40]}
     base = resolved(load_config(CASE, [*INTEGRATION, f"integration.samples={samples}"]))
     keys = [f"initial.angular_velocity[{axis}]" for axis in (0, 1)]
@@ -36,31 +36,31 @@ def plan_of(members: int, samples: int = 201, keep: str = "summary") -> Plan:
 
 
 class _LastingWorker(ShardWorker):
-    """A process that stays for the next sweep."""
+    """A worker process that stays alive for the next sweep."""
 
     @property
     def pid(self) -> int:
-        """The number of its process."""
+        """The id of its process."""
         assert self._worker._process.pid is not None
         return self._worker._process.pid
 
     def close(self) -> None:
-        """Leaves the process as it is; it ends with this one."""
+        """Leave the process running; it ends with this one."""
 
 
 def warm_engine(plan: Plan) -> MemberEngine:
-    """An engine that has compiled what it needs."""
+    """Return an engine that has compiled its code."""
     engine = factory_for("heyoka")(plan)
     engine.compute(0, 64)
     return engine
 
 
 class Sweeping:
-    """A plan, and who follows its members.
+    """A plan, and the compiled engines and worker processes that run it.
 
     Args:
         plan: The plan.
-        threads: How many; each but the first has a process beside this one.
+        threads: How many; each but the first has its own worker process.
     """
 
     def __init__(self, plan: Plan, threads: int) -> None:
@@ -72,34 +72,41 @@ class Sweeping:
                 pass
 
     def bare_loop(self) -> Callable[[], float]:
-        """Tells the seconds a member of the integrator alone: no diagnostics, nothing copied."""
+        """Return a timer of the integrator alone, without diagnostics or copies.
+
+        The timer returns the seconds per member.
+        """
         assert isinstance(self.engine, EnsembleEngine)
-        structure = self.engine.structures["visco-elastic"]
-        looped = min(LOOPED, self.plan.members)
-        parameters, starts = structure.binding.of(self.plan.values(0, looped))
-        ensemble = structure.ensemble
-        integrator, batch, given = ensemble.integrator, ensemble.batch, parameters[ensemble.open]
+        batches = self.engine.variant_engines["visco-elastic"]
+        count = min(MAX_LOOP_MEMBERS, self.plan.members)
+        parameters, starts = batches.binding.parameters_and_starts(self.plan.values(0, count))
+        ensemble = batches.ensemble
+        integrator, batch, given = (
+            ensemble.integrator,
+            ensemble.batch,
+            parameters[ensemble.open_indices],
+        )
 
         def seconds() -> float:
             begin = time.perf_counter()
-            for first in range(0, looped, batch):
+            for first in range(0, count, batch):
                 integrator.set_time(0.0)
                 integrator.pars[: len(given)] = given[:, first : first + batch]
                 integrator.pars[len(given) :] = 1e3
                 integrator.state[:] = 0.0
                 integrator.state[: len(starts)] = starts[:, first : first + batch]
                 integrator.propagate_grid(ensemble.grid)
-            return (time.perf_counter() - begin) / looped
+            return (time.perf_counter() - begin) / count
 
         return seconds
 
     def seconds(self, *, gathered: bool = True) -> tuple[float, float]:
-        """How long all shards take to the disk, and how long they take to be gathered.
+        """Return the seconds to compute and store all shards, and the seconds to gather them.
 
         The comparison with scipy is left out.
 
         Args:
-            gathered: Whether they are gathered at all.
+            gathered: Whether to gather the shards at all.
         """
         free = list(self.others)
         with (

@@ -1,4 +1,4 @@
-"""What keeping the traces of all members costs, and how much of that is their writing."""
+"""Cost of storing the traces of all members, and the share of writing them."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,14 +7,14 @@ from unittest.mock import patch
 from benchmarks.measure import by_turns, line
 from benchmarks.swept import Sweeping, plan_of
 from rbstab.store.motions import Motions
-from rbstab.store.motions_file import Stamp
+from rbstab.store.motions_file import FileChecksum
 from rbstab.sweep.folder import sweep_folder as folder
 
 MEMBERS = 16_384
 
 
 def main() -> None:
-    """Measures members of 201 samples, to the disk."""
+    """Measure members of 201 samples, stored on disk."""
     kept, alone = Sweeping(plan_of(MEMBERS, keep="traces"), 1), Sweeping(plan_of(MEMBERS), 1)
     both = Sweeping(plan_of(MEMBERS, keep="traces"), 2)
 
@@ -36,10 +36,10 @@ def main() -> None:
 
 @contextmanager
 def _without_writing() -> Iterator[None]:
-    """Motions are computed, and not written (by this process)."""
+    """Make this process compute motions without writing them."""
 
-    def nothing(_path: object, _motions: Motions) -> Stamp:
-        return Stamp("", 0)
+    def nothing(_path: object, _motions: Motions) -> FileChecksum:
+        return FileChecksum("", 0)
 
     with patch.object(folder, "write_motions", nothing):
         yield

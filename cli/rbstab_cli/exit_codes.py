@@ -11,4 +11,4 @@ STORAGE = 4
 """At least one result could not be written or read."""
 
 INTERRUPTED = 130
-"""Ctrl-C; what was finished is stored."""
+"""Ctrl-C; finished runs and shards are stored."""

@@ -1,4 +1,4 @@
-"""Ctrl-C, once to end in good order and twice to end at once."""
+"""Handler of Ctrl-C: the first one finishes the running work, the second one stops at once."""
 
 import signal
 from collections.abc import Iterator
@@ -8,24 +8,23 @@ from typing import Any
 
 
 @contextmanager
-def ending_in_order(stop: Event, interrupted: Event) -> Iterator[None]:
-    """Lets the first interrupt set both events, and the second one raise `KeyboardInterrupt`.
+def graceful_interrupts(stop: Event, interrupted: Event) -> Iterator[None]:
+    """Set both events on the first interrupt; raise `KeyboardInterrupt` on the second.
 
-    It must be the last thing that a command does before it ends: once interrupted, further
-    interrupts have no effect behind it. It must be used in the main thread, for interrupts reach
-    no other.
+    Use it last in a command: after an interrupt, further interrupts are ignored once the block has
+    ended. Use it in the main thread: only that thread receives interrupts.
     """
 
-    def stop_if_failed(_signal: int, _frame: Any) -> None:
-        # Nothing is printed here, where any other line may be half printed.
+    def on_interrupt(_signal: int, _frame: Any) -> None:
+        # Nothing is printed here: another line may be half printed.
         if interrupted.is_set():
             raise KeyboardInterrupt
         interrupted.set()
         stop.set()
 
-    before = signal.signal(signal.SIGINT, stop_if_failed)
+    before = signal.signal(signal.SIGINT, on_interrupt)
     try:
         yield
     finally:
-        # Once interrupted, the process is about to end, and no interrupt should spoil that.
+        # After an interrupt the process is about to end; another interrupt must not disturb that.
         signal.signal(signal.SIGINT, signal.SIG_IGN if interrupted.is_set() else before)

@@ -1,4 +1,4 @@
-"""The command `rbstab`: its subcommands, each imported only when it is called."""
+"""The command `rbstab`. Each subcommand is imported only when it is called."""
 
 import os
 import sys
@@ -12,36 +12,36 @@ from rbstab_cli import exit_codes
 
 COMMANDS = {
     "run": "Integrate configs and store their results.",
-    "sweep": "Run all members of a plan and store what becomes of them.",
-    "gather": "Join the shards of a sweep that were computed in parts.",
-    "check": "Say whether configs are right, and what is wrong with them.",
-    "show": "Show what a result holds.",
+    "sweep": "Run all members of a plan and store their outcomes.",
+    "gather": "Gather the shards of a sweep into one file.",
+    "check": "Check configs and list their errors.",
+    "show": "Show the content of a result.",
     "report": "Make a report of runs and sweeps.",
-    "stability": "Say what is proved, what is only seen and what is false of configs.",
-    "sensitivities": "Say how a run depends on its gains, its body and its start.",
-    "tune": "Scale gains so that an objective of the run becomes small.",
+    "stability": "Find the rest states of configs, and prove where motions converge.",
+    "sensitivities": "Compute how a run depends on its gains, its body and its initial state.",
+    "tune": "Scale gains to minimize an objective of the run.",
     "schema": "Print the JSON Schema of a config, for editors.",
     "completion": "Print the completion script of a shell.",
 }
-"""The subcommands and their one-line help: `rbstab --help` must not import them."""
+"""The subcommands and their one-line help, which `rbstab --help` prints without importing them."""
 
 
 class LazyGroup(click.Group):
-    """A group whose command NAME is the object `command` of `rbstab_cli.commands.NAME`."""
+    """A group whose command NAME is the object `command` in `rbstab_cli.commands.NAME`."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """The names, in the order of a first session."""
+        """Return the names, in the order in which a new user needs them."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Imports one command."""
+        """Import and return a command; return None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None
         command: click.Command = import_module(f"rbstab_cli.commands.{cmd_name}").command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The list of commands in the help."""
+        """Write the list of commands into the help."""
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
@@ -73,14 +73,14 @@ def cli() -> None:
 
 
 def _replace_closed_streams() -> None:
-    """Where a process was started without stdout or stderr, Python has None there."""
+    """Open the null device for stdout or stderr if the process was started without it."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 (it stays open)
 
 
 def main() -> None:
-    """Runs the command line and ends the process with its exit code."""
+    """Run the command line and end the process with its exit code."""
     _replace_closed_streams()
     try:
         code = cli.main(prog_name="rbstab", standalone_mode=False)
@@ -91,11 +91,11 @@ def main() -> None:
         click.echo("Interrupted.", err=True)
         code = exit_codes.INTERRUPTED
     except BrokenPipeError:
-        # The reader of our output is gone, as after `| head`; nothing is left to be said to it.
+        # The reader of stdout has closed the pipe, as `| head` does: discard the rest.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = exit_codes.OK
     except OSError as error:
-        # A full disk behind stdout, say; results have their own errors.
+        # For example a full disk behind stdout; results have their own errors.
         with suppress(OSError):
             click.echo(f"error: {error}", err=True)
         code = exit_codes.STORAGE

@@ -1,4 +1,4 @@
-"""What keeps a command from following the motion of one config, as messages and exit codes."""
+"""Errors of a command that integrates one config, as messages and exit codes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,9 +10,9 @@ from rbstab_cli import exit_codes
 
 
 @contextmanager
-def said_of(path: Path) -> Iterator[None]:
-    """Says why a config is not suited (exit code 2) or its run did not complete (3)."""
-    from rbstab.experiment.tuning.design import DesignError
+def motion_errors(path: Path) -> Iterator[None]:
+    """Print an error of the block; exit with code 2 (unsuited config) or 3 (unfinished run)."""
+    from rbstab.experiment.tuning.gain_scaling import TuningError
     from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
     from rbstab.integrate.engines import EngineMissingError
     from rbstab.integrate.status import UnfinishedRunError
@@ -21,7 +21,7 @@ def said_of(path: Path) -> Iterator[None]:
         yield
     except EngineMissingError as error:
         raise click.UsageError(str(error)) from error
-    except DesignError as error:
+    except TuningError as error:
         raise click.UsageError(f"--over {error}") from error
     except UnsuitedConfigError as error:
         click.echo(f"{path}: {error}", err=True)

@@ -1,4 +1,4 @@
-"""The course of a sweep on the command line: progress, interrupts, and the words at its end."""
+"""Common code of the commands that run or gather a sweep: progress, interrupts, exit codes."""
 
 import os
 import sys
@@ -14,121 +14,121 @@ if TYPE_CHECKING:
     from rbstab.sweep.sweep import Sweep
     from rbstab_cli.output.sweep_progress import ProgressPrinter
 
-Doing = Callable[["ProgressPrinter", Event], "Sweep"]
-"""Does a sweep: tells what happens, and ends early where the event is set."""
+SweepTask = Callable[["ProgressPrinter", Event], "Sweep"]
+"""Runs or gathers a sweep. It calls the printer with each event, and stops once `Event` is set."""
 
 
-def carry_out(do: Doing, *, fail_fast: bool, as_json: bool, quiet: bool) -> None:
-    """Does a sweep and ends the command with its exit code.
+def run_task(task: SweepTask, *, fail_fast: bool, as_json: bool, quiet: bool) -> None:
+    """Run or gather a sweep, print the results, and end the command with its exit code.
 
     Args:
-        do: Does it.
-        fail_fast: Whether it stops at the first member that failed.
+        task: Runs or gathers the sweep.
+        fail_fast: Whether the task stops at the first member that failed.
         as_json: Whether to print JSON.
-        quiet: Whether to say only what is wrong.
+        quiet: Whether to leave out progress and hints.
     """
     from rbstab.sweep.execution.work_queue import ExecutorError
-    from rbstab_cli.interrupts import ending_in_order
+    from rbstab_cli.interrupts import graceful_interrupts
     from rbstab_cli.output.sweep_progress import progress_printer
     from rbstab_cli.output.sweep_report import report_sweep
 
     stop, interrupted = Event(), Event()
     try:
-        with ending_in_order(stop, interrupted):
+        with graceful_interrupts(stop, interrupted):
             with progress_printer(interrupted, quiet=quiet) as on_event:
-                done = do(on_event, stop)
-            report_sweep(done, as_json=as_json)
-            _say_end(done, fail_fast=fail_fast, interrupted=interrupted.is_set(), quiet=quiet)
+                sweep = task(on_event, stop)
+            report_sweep(sweep, as_json=as_json)
+            _print_end(sweep, fail_fast=fail_fast, interrupted=interrupted.is_set(), quiet=quiet)
     except KeyboardInterrupt:
-        _end_at_once()
+        _exit_at_once()
     except ExecutorError as error:
         click.echo(f"error: {error}", err=True)
-        click.echo("Finished shards are stored. The same command goes on from there.", err=True)
+        click.echo("Finished shards are stored. Run the same command again to resume.", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
-    code = _exit_code(done, fail_fast=fail_fast, interrupted=interrupted.is_set())
+    code = _exit_code(sweep, fail_fast=fail_fast, interrupted=interrupted.is_set())
     raise click.exceptions.Exit(code)
 
 
-def _end_at_once() -> None:
-    click.echo("Interrupted; finished shards are stored. The same command goes on.", err=True)
+def _exit_at_once() -> None:
+    click.echo(
+        "Interrupted: finished shards are stored. Run the same command again to resume.", err=True
+    )
     sys.stdout.flush()
     sys.stderr.flush()
-    # Threads are still computing, and are not waited for.
+    # Do not wait for the threads that are still computing.
     os._exit(exit_codes.INTERRUPTED)
 
 
-def _is_done_part(done: "Sweep", *, fail_fast: bool) -> bool:
-    """Whether it is a part of which nothing is left, and nothing was to stop it."""
-    stopped = fail_fast and done.inventory.first_failed is not None
-    return done.part is not None and not done.inventory.missing and not stopped
+def _is_done_part(sweep: "Sweep", *, fail_fast: bool) -> bool:
+    """Whether the sweep is a part, has all its shards, and was not stopped by a failed member."""
+    stopped = fail_fast and sweep.inventory.first_failed is not None
+    return sweep.part is not None and not sweep.inventory.missing and not stopped
 
 
-def _exit_code(done: "Sweep", *, fail_fast: bool, interrupted: bool) -> int:
-    if done.finished or _is_done_part(done, fail_fast=fail_fast):
-        # The first status is that of a member that completed; a part may have no members.
-        found = done.inventory.counts[0] or not done.inventory.members
-        return exit_codes.OK if found else exit_codes.NOT_COMPLETED
+def _exit_code(sweep: "Sweep", *, fail_fast: bool, interrupted: bool) -> int:
+    if sweep.finished or _is_done_part(sweep, fail_fast=fail_fast):
+        # Status 0 counts the members that completed; a part may have no members.
+        success = sweep.inventory.counts[0] or not sweep.inventory.members
+        return exit_codes.OK if success else exit_codes.NOT_COMPLETED
     return exit_codes.INTERRUPTED if interrupted else exit_codes.NOT_COMPLETED
 
 
-def _say_end(done: "Sweep", *, fail_fast: bool, interrupted: bool, quiet: bool) -> None:
-    """How it ended, and what comes next."""
-    stored = f"{done.inventory.members} of {done.folder.manifest.members} members are stored."
-    if done.finished:
+def _print_end(sweep: "Sweep", *, fail_fast: bool, interrupted: bool, quiet: bool) -> None:
+    """Print how the sweep ended, and the next command."""
+    stored = f"{sweep.inventory.members} of {sweep.folder.manifest.members} members are stored."
+    if sweep.finished:
         if not quiet:
-            click.echo(f"-> {done.folder.sweep_file}", err=True)
-    elif _is_done_part(done, fail_fast=fail_fast):
+            click.echo(f"-> {sweep.folder.sweep_file}", err=True)
+    elif _is_done_part(sweep, fail_fast=fail_fast):
         if not quiet:
-            click.echo(_part_done(done), err=True)
+            click.echo(_part_done(sweep), err=True)
     elif interrupted:
-        click.echo(f"Interrupted: {_of_part(done) or stored}", err=True)
-        click.echo("The same command goes on from there.", err=True)
+        click.echo(f"Interrupted: {_stored_of_part(sweep) or stored}", err=True)
+        click.echo("Run the same command again to resume.", err=True)
     elif fail_fast:
-        first = done.inventory.first_failed
-        click.echo(f"Stopped: member {first} failed; {_of_part(done) or stored}", err=True)
-        click.echo("Without --fail-fast the same command goes on from there.", err=True)
-    elif done.inventory.missing:
-        _say_missing(done)
+        first = sweep.inventory.first_failed
+        click.echo(f"Stopped: member {first} failed; {_stored_of_part(sweep) or stored}", err=True)
+        click.echo("Run the same command without --fail-fast to resume.", err=True)
+    elif sweep.inventory.missing:
+        _print_missing(sweep)
 
 
-def _of_part(done: "Sweep") -> str:
-    """How many shards of its part are done; nothing where it is no part."""
-    if done.part is None:
+def _stored_of_part(sweep: "Sweep") -> str:
+    """Return a sentence on the stored shards of a part; the empty string for a whole sweep."""
+    if sweep.part is None:
         return ""
-    shards = len(done.inventory.done)
-    return (
-        f"{shards} of {shards + len(done.inventory.missing)} shards of part {done.part} are stored."
-    )
+    stored = len(sweep.inventory.done)
+    shards = stored + len(sweep.inventory.missing)
+    return f"{stored} of {shards} shards of part {sweep.part} are stored."
 
 
-def _part_done(done: "Sweep") -> str:
-    path = done.folder.path
-    return f"{_of_part(done)} When all parts are there: rbstab gather {path}"
+def _part_done(sweep: "Sweep") -> str:
+    path = sweep.folder.path
+    return f"{_stored_of_part(sweep)} When all parts are done, run: rbstab gather {path}"
 
 
 MAX_NAMED = 6
-"""Ranges of members, or parts, that are named in one line."""
+"""The largest number of ranges of members, or of parts, that a message lists."""
 
 
-def _say_missing(done: "Sweep") -> None:
-    """What keeps shards from being gathered, and what to do."""
-    from rbstab.sweep.folder.parts import parts_missing
+def _print_missing(sweep: "Sweep") -> None:
+    """Print which shards are missing, and the command that computes them."""
+    from rbstab.sweep.folder.parts import parts_with_missing
 
-    missing = done.inventory.missing
-    ranges = [f"{first} to {stop - 1}" for first, stop in done.folder.ranges(missing)]
-    parts = list(map(str, parts_missing(done.folder.path, missing)))
-    of_parts = f", of part {_some(parts)}" if parts else ""
+    missing = sweep.inventory.missing
+    ranges = [f"{first} to {stop - 1}" for first, stop in sweep.folder.ranges(missing)]
+    parts = list(map(str, parts_with_missing(sweep.folder.path, missing)))
+    of_parts = f", of part {_listed(parts)}" if parts else ""
     click.echo(
-        f"{len(missing)} of {done.folder.shards} shards are missing{of_parts}: "
-        f"members {_some(ranges)}",
+        f"{len(missing)} of {sweep.folder.shards} shards are missing{of_parts}: "
+        f"members {_listed(ranges)}",
         err=True,
     )
-    option = f" --shard {parts[0]}, and so on" if parts else ""
-    click.echo(
-        f"The command that began the sweep computes them: rbstab sweep PLAN{option}", err=True
-    )
+    option = f" --part {parts[0]}, and so on" if parts else ""
+    click.echo(f"Run the command that started the sweep again: rbstab sweep PLAN{option}", err=True)
 
 
-def _some(names: list[str]) -> str:
+def _listed(names: list[str]) -> str:
+    """Join names with commas; give only the number of those after `MAX_NAMED`."""
     more = f" and {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else ""
     return ", ".join(names[:MAX_NAMED]) + more

@@ -1,6 +1,6 @@
-"""Takes the picture of the README: the top of the report of the paper's cases, in a browser.
+"""Picture of the README: the top of the report of the paper's cases, in a browser.
 
-`make figures` runs it. It needs Chromium, like the tests of the page.
+`make figures` runs this script. It needs Chromium, like the tests of the page.
 """
 
 import shutil
@@ -17,12 +17,12 @@ from rbstab_cli.main import cli
 
 ROOT = Path(__file__).parents[2]
 PICTURE = Path(__file__).with_name("report.png")
-WIDTH, MOMENT = 1240, 0.12
-"""Pixels, and the part of the run at which the body is seen."""
+WIDTH, TIME_FRACTION = 1240, 0.12
+"""Width of the page in pixels, and the time of the pictures as a fraction of the run."""
 
 
-def made(folder: Path) -> Path:
-    """The report of the paper's cases."""
+def make_report(folder: Path) -> Path:
+    """Make the report of the paper's cases and return its path."""
     cases = sorted(str(path) for path in (ROOT / "configs/paper").glob("*.yaml"))
     run(["run", *cases, "-o", str(folder)])
     results = sorted(str(path) for path in folder.glob("*.h5"))
@@ -33,16 +33,16 @@ def made(folder: Path) -> Path:
 
 
 def run(arguments: list[str]) -> None:
-    """Runs the command."""
+    """Run a command line of rbstab; end the script if it fails."""
     done = CliRunner().invoke(cli, arguments)
     if done.exit_code:
         sys.exit(done.output)
 
 
-def shown(page: Page) -> list[bytes]:
-    """What is to be seen of the page: summary, motions, curves."""
+def screenshots(page: Page) -> list[bytes]:
+    """Take pictures of the page: summary, two motions, curves."""
     page.get_by_label("Time", exact=True).evaluate(
-        f"e => {{ e.value = {MOMENT} * e.max; e.dispatchEvent(new Event('input')); }}"
+        f"e => {{ e.value = {TIME_FRACTION} * e.max; e.dispatchEvent(new Event('input')); }}"
     )
     pictures = []
     for part in (
@@ -59,25 +59,28 @@ def shown(page: Page) -> list[bytes]:
 
 
 def main() -> None:
-    """Makes the report, opens it, and puts together what is seen of it."""
+    """Make the report, open it, and save one picture of its parts."""
     chromium = next(filter(None, map(shutil.which, ("chromium", "google-chrome"))), None)
     if chromium is None:
-        sys.exit("the picture of the report needs Chromium")
+        sys.exit("the picture of the report needs Chromium. Install it.")
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        report = made(Path(folder))
+        report = make_report(Path(folder))
         browser = playwright.chromium.launch(
             executable_path=chromium, args=["--no-sandbox", "--disable-gpu"]
         )
         page = browser.new_page(viewport={"width": WIDTH, "height": 1500})
         page.goto(report.as_uri())
         page.wait_for_timeout(1500)
-        summary, *others = (Image.open(BytesIO(shot)) for shot in shown(page))
+        summary, *others = (Image.open(BytesIO(shot)) for shot in screenshots(page))
         browser.close()
     save(summary, *others)
 
 
 def save(summary: Image.Image, left: Image.Image, right: Image.Image, curves: Image.Image) -> None:
-    """Summary above, two motions side by side, curves below; of 128 colours, for its size."""
+    """Save a picture: summary above, two motions side by side, curves below.
+
+    It has 128 colours, which keeps the file small.
+    """
     width = max(summary.width, left.width + right.width + 12, curves.width)
     heights = [summary.height, max(left.height, right.height), curves.height]
     whole = Image.new("RGB", (width + 32, sum(heights) + 64), "white")

@@ -1,6 +1,6 @@
-"""Draws the figures of docs/sliding.md and prints its tables, from runs of the examples.
+"""Figures and tables of docs/sliding.md, from runs of the examples.
 
-`make figures` runs it; the numbers on the page are copied from what it prints.
+`make figures` runs this script. The numbers on the page are copied from its output.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from PIL import Image
 from sliding_runs import (
     BALL_STEPS,
     BOUNDS,
-    LATE,
+    CHATTER_END,
     STARTS,
     STEPS,
     at,
@@ -37,7 +37,7 @@ import rbstab
 HERE = Path(__file__).parent
 
 BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#AA4499", "#666666"
-"""Distinct for every kind of colour vision (Okabe and Ito; Tol)."""
+"""Colours that every kind of colour vision can distinguish (Okabe and Ito; Tol)."""
 
 STYLE = {
     "figure.facecolor": "white",
@@ -54,7 +54,7 @@ STYLE = {
 
 
 def bounce() -> Figure:
-    """E and F of one axis on both surfaces, under the same force."""
+    """Draw E and F of one axis on both surfaces, under the same force."""
     figure, panels = new_figure(2, 2, (7.2, 4.2), sharex=True, sharey="row")
     names = {"position_exact_20000": "s = E (eq. 39)", "slope_exact_20000": "s = F + 20 E"}
     for column, (name, title) in enumerate(names.items()):
@@ -73,18 +73,20 @@ def bounce() -> Figure:
 
 
 def decay() -> Figure:
-    """Chatter energy and switches of eq. 39 over time, of several starts, with predicted slopes."""
+    """Draw chatter energy and switches of eq. 39 for several starts, with predicted slopes."""
     figure, (left, right) = new_figure(1, 2, (7.2, 3.3))
     for number, start in enumerate(STARTS):
         result = chattering(2000, start)
         t, count = result["time"], result["switch_count"]
-        named = number == 0
-        left.semilogy(t, result["chatter_energy"], color=BLUE, label="e" if named else None)
+        labelled = number == 0
+        left.semilogy(t, result["chatter_energy"], color=BLUE, label="e" if labelled else None)
         pairs = (("axes 1 and 2", count[:, :2].sum(axis=1), BLUE), ("axis 3", count[:, 2], ORANGE))
         for label, values, colour in pairs:
-            some = values > 0
-            label_once = label if named else None
-            right.semilogy(t[some], values[some], color=colour, label=label_once, linewidth=0.9)
+            positive = values > 0
+            label_once = label if labelled else None
+            right.semilogy(
+                t[positive], values[positive], color=colour, label=label_once, linewidth=0.9
+            )
     first, rate = chattering(2000), predicted_rates()
     t, e, slow = first["time"], first["chatter_energy"], first["switch_count"][:, 2]
     guide(left, rate["e"][0], 0.9, 1.5 * at(t, e, 0.9), "exp(-2d₃t/3)")
@@ -98,13 +100,13 @@ def decay() -> Figure:
 
 
 def guide(panel: Axes, rate: float, begin: float, start: float, text: str) -> None:
-    """A dashed line that grows or decays at a given rate, to the end of the runs."""
-    t = np.array([begin, LATE])
+    """Draw a dashed line that grows or decays at a given rate, to the end of the runs."""
+    t = np.array([begin, CHATTER_END])
     panel.semilogy(t, start * np.exp(rate * (t - begin)), "--", color=GREY, label=text, zorder=3)
 
 
 def mark_trust(panel: Axes, result: rbstab.Result) -> None:
-    """Where a run stops being reproducible: grey from there on."""
+    """Shade the time after `trusted_until`, when a run is not reproducible."""
     end = float(result["trusted_until"])
     panel.axvspan(end, result["time"][-1], color="#f1efe9", zorder=0)
     panel.axvline(end, color="black", linewidth=0.9, linestyle=":")
@@ -114,7 +116,7 @@ def mark_trust(panel: Axes, result: rbstab.Result) -> None:
 
 
 def trust() -> Figure:
-    """Two starts that differ in one last digit: what comes apart, and what does not."""
+    """Draw two runs whose starts differ in one last digit, and their difference."""
     one, other = neighbours()
     figure, panels = new_figure(1, 3, (9.2, 3.1), width_ratios=(1.15, 1, 1))
     left, middle, right = panels
@@ -144,7 +146,7 @@ def trust() -> Figure:
 
 
 def sticking() -> Figure:
-    """The time of sticking against the implicit step, which decides it on s = E alone."""
+    """Draw the time of sticking against the implicit step; the step decides it only on s = E."""
     figure, panel = new_figure(1, 1, (6.4, 3.9))
     steps = np.array([float(step) for step in STEPS])
     panel.loglog(steps, ball_time(steps), "--", color=GREY, label="x/(hk), predicted")
@@ -179,7 +181,7 @@ LAWS = {
 
 
 def laws() -> Figure:
-    """The distance of the contact point under every law, on both surfaces."""
+    """Draw the distance of the contact point under every law, on both surfaces."""
     figure, panels = new_figure(1, 2, (7.8, 3.5), sharey=True)
     for panel, surface in zip(panels, ("position", "slope"), strict=True):
         for law, (label, colour, line) in LAWS.items():
@@ -207,20 +209,20 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 
 
 def new_figure(rows: int, columns: int, size: tuple[float, float], **options: object) -> tuple:
-    """A figure of the page's style and its panels."""
+    """Return a new figure in the style of the page, and its panels."""
     figure = Figure(figsize=size)
     return figure, figure.subplots(rows, columns, **options)
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Writes a PNG of 64 colours, which is a third of the size."""
+    """Write a PNG of 64 colours, a third of the size of the full one."""
     drawn = BytesIO()
     figure.savefig(drawn)
     Image.open(drawn).convert("RGB").quantize(64).save(path, optimize=True)
 
 
 def main() -> None:
-    """Draws every figure beside this file and prints the tables."""
+    """Draw every figure into the folder of this file, and print the tables."""
     with mpl.rc_context(STYLE):
         for name, draw in FIGURES.items():
             save(draw(), HERE / f"sliding_{name}.png")

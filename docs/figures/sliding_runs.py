@@ -1,4 +1,4 @@
-"""The runs behind the figures and tables of docs/sliding.md."""
+"""Runs for the figures and tables of docs/sliding.md."""
 
 from functools import cache
 from pathlib import Path
@@ -16,13 +16,13 @@ PERMANENT_OPTIONS = (
     "integration.samples=401",
     "integration.engine=heyoka",
 )
-"""The body of the examples with its point held from the start."""
+"""Options for the body of the examples with its contact point held from the start."""
 
 STEPS = ("1.0e-3", "5.0e-4", "2.0e-4", "1.0e-4", "5.0e-5", "2.0e-5", "1.0e-5")
-"""Steps of the implicit law, s, as they stand on the page."""
+"""Steps of the implicit law, s, as printed on the page."""
 
 BALL_STEPS = STEPS[:4]
-"""Those that the ball, which takes longest, is followed with."""
+"""Steps for the ball, which takes longest."""
 
 BOUNDS = (100, 10, 1)
 """Values of `stick_energy`, J."""
@@ -31,48 +31,48 @@ STARTS = tuple(
     f"initial.angular_velocity=[{16 + k * float(np.spacing(16.0))!r}, 32, -16]"
     for k in (0, 1, 2, -1, -2)
 )
-"""The paper's start, and others that differ from it in the last digit of one number."""
+"""The paper's start, and starts that differ from it in the last digit of one number."""
 
-LATE = 1.6
-"""s: how long the chatter is followed; a second more has a million times as many switches."""
+CHATTER_END = 1.6
+"""End of the runs with chatter, s; one more second has a million times as many switches."""
 
 BALL = {"mass": 41, "K_s": 20000, "height": 0.2}
-"""kg, N, m: a body held at its centre of gravity, where it is a ball in a V on each axis."""
+"""kg, N, m: a body held at its centre of gravity, which is a ball in a V on each axis."""
 
 
 @cache
 def run(name: str, *overrides: str) -> rbstab.Result:
-    """The result of an example with some of its values replaced."""
+    """Return the result of an example with some of its values replaced."""
     return rbstab.simulate(rbstab.load_config(EXAMPLES / f"{name}.yaml", list(overrides)))
 
 
 def span(duration: float, samples: int) -> tuple[str, str]:
-    """Overrides for the time that is simulated."""
+    """Return overrides for the simulated time."""
     return f"integration.duration={duration}", f"integration.samples={samples}"
 
 
 def chattering(K_s: int, start: str = STARTS[0]) -> rbstab.Result:
-    """Eq. 39, followed exactly and never made to stick."""
-    how_long = span(LATE, 321) if K_s == 2000 else span(1.4, 281)
-    return run(f"position_exact_{K_s}", "controller.stick_energy=0", start, *how_long)
+    """Return a run of eq. 39 with exact switching and without sticking."""
+    duration = span(CHATTER_END, 321) if K_s == 2000 else span(1.4, 281)
+    return run(f"position_exact_{K_s}", "controller.stick_energy=0", start, *duration)
 
 
 def sticking_at(bound: int, start: str = STARTS[0]) -> rbstab.Result:
-    """Eq. 39, exact, made to stick below a chatter energy."""
+    """Return a run of eq. 39 with exact switching and sticking below a chatter energy."""
     return run("position_exact_20000", f"controller.stick_energy={bound}", start)
 
 
 def stepped(surface: str, step: str) -> rbstab.Result:
-    """Implicit steps, K_s = 20000 N."""
-    lasts = span(1.0, 201) if surface == "position" else span(0.1, 21)
-    return run(f"{surface}_implicit_20000", f"controller.law.implicit={step}", *lasts)
+    """Return a run with implicit steps, K_s = 20000 N."""
+    duration = span(1.0, 201) if surface == "position" else span(0.1, 21)
+    return run(f"{surface}_implicit_20000", f"controller.law.implicit={step}", *duration)
 
 
 @cache
 def stepped_ball(step: str) -> rbstab.Result:
-    """Implicit steps of a ball in a V that starts at rest; nothing but the steps damps it."""
-    nothing, x = [1e-9] * 3, BALL["height"]
-    # Samples 10 ms apart, a whole number of steps: between others the steps would be shorter.
+    """Return a run of a ball in a V from rest, with implicit steps; only the steps damp it."""
+    negligible, x = [1e-9] * 3, BALL["height"]
+    # Samples are 10 ms apart, a whole number of steps; otherwise the steps would be shorter.
     intervals = round(150 * ball_time(float(step)))
     controller = {"variant": "sliding", "K_s": [BALL["K_s"]] * 3, "surface": "position"}
     controller["law"] = {"implicit": float(step)}
@@ -80,7 +80,7 @@ def stepped_ball(step: str) -> rbstab.Result:
     return rbstab.simulate(
         {
             "body": {"mass": BALL["mass"], "inertia": [1, 1, 1], "contact_point": [0, 0, 0]},
-            "controller": controller | dict.fromkeys(("K_t", "L_t", "K_r", "L_r"), nothing),
+            "controller": controller | dict.fromkeys(("K_t", "L_t", "K_r", "L_r"), negligible),
             "initial": {"position": [x, x, x]},
             "integration": {**end, "engine": "heyoka"},
         }
@@ -88,22 +88,22 @@ def stepped_ball(step: str) -> rbstab.Result:
 
 
 def ball_time(step: float) -> float:
-    """x/(hk), s: when implicit steps make a ball stick that falls from x."""
+    """Return x/(hk), s, the time at which implicit steps make a ball that falls from x stick."""
     return BALL["height"] * BALL["mass"] / (step * BALL["K_s"])
 
 
 def stuck_from(result: rbstab.Result) -> float:
-    """The time of the last stick, s, after which every axis is held to the end of the run."""
+    """Return the time of the last stick, s; after it every axis is held to the end of the run."""
     assert not result["mode"][-1].any() or result["transition_kind"][-1] == "stick"
     return float(result["transition_time"][-1])
 
 
 def reflected_damping() -> np.ndarray:
-    """What the stabilizers' damping is at C of the unturned body, shape (3, 3), 1/s.
+    """Return the stabilizers' damping at C of the body at Θ = 0, shape (3, 3), 1/s.
 
-    An impulse p at C gives the body p/m and J⁻¹Řp, and C the velocity F = Wp; L_t and L_r take
-    p'Sp from it each second, so that Ḟ = -SW⁻¹F. Written down here once more so that the slopes
-    in the figure are predictions.
+    An impulse p at C gives the body the velocities p/m and J⁻¹Řp, and C the velocity F = Wp. L_t
+    and L_r take p'Sp from it each second, so Ḟ = -SW⁻¹F. The formula is repeated here, independent
+    of the program, so that the slopes in the figure are predictions.
     """
     m, J, R = 41.0, np.array([10.0, 8.0, 0.4]), np.array([0.15, 0.10, -0.42])
     L_t, L_r = np.diag([200.0, 200.0, 140.0]), np.diag([60.0, 60.0, 42.0])
@@ -114,13 +114,13 @@ def reflected_damping() -> np.ndarray:
 
 
 def growth(times: np.ndarray, values: np.ndarray, begin: float, end: float) -> float:
-    """The rate of growth of a positive quantity between two times, 1/s, by least squares."""
+    """Return the rate of growth of a positive quantity between two times, 1/s (least squares)."""
     used = (times >= begin) & (times <= end) & (values > 0)
     return float(np.polyfit(times[used], np.log(values[used]), 1)[0])
 
 
 def predicted_rates() -> dict[str, tuple[float, float]]:
-    """Bounds of the rates of the late chatter, 1/s, from the damping alone."""
+    """Return bounds for the rates of the late chatter, 1/s, from the damping alone."""
     d = reflected_damping()
     third, others = d[2, 2], np.sort(np.linalg.eigvals(d[:2, :2]).real)
     return {
@@ -131,26 +131,26 @@ def predicted_rates() -> dict[str, tuple[float, float]]:
 
 
 def measured_rates(result: rbstab.Result) -> tuple[float, float, float]:
-    """The rates of `predicted_rates`, of one run."""
+    """Return the rates of `predicted_rates`, measured in one run."""
     t, count = result["time"], np.diff(result["switch_count"], axis=0)
-    # Crossings in a tenth of a second: in a single sample axis 3 has one or none.
-    wide, begins = np.add.reduceat(count, np.arange(0, len(count), 20)), t[:-1:20]
+    # Count crossings in a tenth of a second: in a single sample axis 3 has one or none.
+    counts, begins = np.add.reduceat(count, np.arange(0, len(count), 20)), t[:-1:20]
     return (
-        growth(t, result["chatter_energy"], 1.0, LATE),
-        growth(begins, wide[:, 2], 0.8, LATE),
-        growth(begins, wide[:, :2].sum(axis=1), 1.0, LATE),
+        growth(t, result["chatter_energy"], 1.0, CHATTER_END),
+        growth(begins, counts[:, 2], 0.8, CHATTER_END),
+        growth(begins, counts[:, :2].sum(axis=1), 1.0, CHATTER_END),
     )
 
 
 def neighbours() -> tuple[rbstab.Result, rbstab.Result]:
-    """Two runs on s = E whose starts differ in one last digit, K_s = 20000 N."""
+    """Return two runs on s = E whose starts differ in one last digit, K_s = 20000 N."""
     options = ("controller.stick_energy=0", *span(0.6, 1201))
     one, other = (run("position_exact_20000", *options, start) for start in STARTS[:2])
     return one, other
 
 
 def error_growth() -> float:
-    """By which power of e the two come apart at each switch, up to `trusted_until`."""
+    """Return the growth of the logarithm of their difference per switch, up to `trusted_until`."""
     one, other = neighbours()
     apart = np.abs(one["contact_velocity"] - other["contact_velocity"]).max(axis=1)
     used = np.flatnonzero((one["time"] <= one["trusted_until"]) & (apart > 0))
@@ -159,5 +159,5 @@ def error_growth() -> float:
 
 
 def at(times: np.ndarray, values: np.ndarray, time: float) -> float:
-    """The value at a sample."""
+    """Return the value at the sample nearest to a time."""
     return float(values[np.abs(times - time).argmin()])

@@ -1,4 +1,4 @@
-"""The tables of docs/sliding.md, as `make figures` prints them."""
+"""Tables of docs/sliding.md, as `make figures` prints them."""
 
 from collections.abc import Callable, Iterator
 
@@ -28,8 +28,7 @@ from sliding_runs import (
 import rbstab
 
 Table = list[tuple[str, ...]]
-"""Rows of cells, the first of them the heading."""
-
+"""Rows of cells; the first row is the heading."""
 
 WORDS = {
     "E": "contact_displacement",
@@ -37,11 +36,11 @@ WORDS = {
     "Θ": "orientation",
     "e": "chatter_energy",
 }
-"""Arrays of a result by their symbols."""
+"""Names of the arrays of a result by their symbols."""
 
 
 def switch_table() -> Table:
-    """Switches so far on s = E; those beyond `trusted_until` as a range over the starts."""
+    """Return the switches so far on s = E; after `trusted_until` as a range over the starts."""
     table = [("t (s)", "K_s = 2000 N", "K_s = 20000 N")]
     for time in (0.2, 0.6, 1.0, 1.4):
         cells = []
@@ -55,7 +54,7 @@ def switch_table() -> Table:
 
 
 def rate_table() -> Table:
-    """The rates of the chatter, over the starts."""
+    """Return the rates of the chatter, as ranges over the starts."""
     table = [("growth of", "predicted", "measured")]
     measured = zip(*(measured_rates(chattering(2000, start)) for start in STARTS), strict=True)
     for (name, (low, high)), found in zip(predicted_rates().items(), measured, strict=True):
@@ -66,7 +65,7 @@ def rate_table() -> Table:
 
 
 def event_table() -> Table:
-    """Every crossing, stick and release on s = F + 20 E."""
+    """Return every crossing, stick and release on s = F + 20 E."""
     table = [("K_s (N)", "t (s)", "axis", "what")]
     for K_s in (20000, 2000):
         result = run(f"slope_exact_{K_s}", "integration.engine=heyoka", *span(0.2, 41))
@@ -83,7 +82,7 @@ def _columns(result: rbstab.Result, *names: str) -> Iterator[tuple]:
 
 
 def trust_table() -> Table:
-    """How far two starts come apart that differ in one last digit, K_s = 20000 N."""
+    """Return the differences of two runs whose starts differ in one last digit, K_s = 20000 N."""
     one, other = neighbours()
     trusted = one["time"] <= one["trusted_until"]
     table = [("largest difference", "up to trusted_until", "up to 0.6 s", "largest value")]
@@ -96,7 +95,7 @@ def trust_table() -> Table:
 
 
 def holding_table() -> Table:
-    """What a sliding connector has to be able to exert: the force that holds the point."""
+    """Return the force that holds the point, which a sliding connector must be able to exert."""
     held = rbstab.simulate(rbstab.load_config(PERMANENT, [*PERMANENT_OPTIONS]))
     force = np.abs(held["contact_force"]).max(axis=1)
     later = held["time"][np.flatnonzero(force > 2000)[-1] + 1]
@@ -108,7 +107,7 @@ def holding_table() -> Table:
 
 
 def work_table() -> Table:
-    """v - ε on s = F + 20 E, where the work ε of Λ goes up and down."""
+    """Return v - ε and the work ε of Λ on s = F + 20 E; ε rises and falls."""
     result = run("slope_exact_20000")
     power = (result["contact_velocity"] * result["contact_force"]).sum(axis=1)
     work, v, r = (result[name] for name in ("contact_work", "lyapunov", "energy_residual"))
@@ -124,7 +123,7 @@ def work_table() -> Table:
 
 
 def sticking_table() -> Table:
-    """What sticking on s = E costs and changes."""
+    """Return the times, energy losses and final states of sticking on s = E."""
     table = [("stick_energy (J)", "stuck from (s)", "discarded_energy (J)", "Θ(2) (10⁻³ rad)")]
     ends = []
     for bound in BOUNDS:
@@ -141,12 +140,12 @@ def sticking_table() -> Table:
 
 
 def in_thousandths(vector: np.ndarray) -> str:
-    """Three numbers times 1000."""
+    """Return three numbers times 1000, as text."""
     return "(" + ", ".join(f"{1e3 * x:.3f}" for x in vector) + ")"
 
 
 def implicit_table(steps: tuple[str, ...] = STEPS) -> Table:
-    """When implicit steps make everything stick, s, against the step."""
+    """Return the time, s, at which implicit steps make all axes stick, for each step."""
     table = [
         (
             *("h (s)", "s = E", "discarded_energy (J)", "trusted_until (s)"),
@@ -166,7 +165,7 @@ def implicit_table(steps: tuple[str, ...] = STEPS) -> Table:
 
 
 def law_table() -> Table:
-    """The example of every law side by side, K_s = 20000 N."""
+    """Return the results of every law side by side, K_s = 20000 N."""
     table = [
         (
             "surface",
@@ -205,6 +204,6 @@ TABLES: tuple[Callable[[], Table], ...] = (
 
 
 def markdown(table: Table) -> str:
-    """A table as it stands on the page."""
+    """Return a table in the Markdown of the page."""
     heading, *rows = ["| " + " | ".join(cells) + " |" for cells in table]
     return "\n".join([heading, "|" + "---|" * len(table[0]), *rows, ""])

@@ -1,4 +1,4 @@
-"""Dynamics and Lyapunov stability of one rigid body that is free, held at a point, or tied to it.
+"""Dynamics and Lyapunov stability of one rigid body: free, held at a point, or with a connector.
 
 For notebooks::
 
@@ -52,7 +52,7 @@ __all__ = [
     "write_result",
 ]
 
-_HOMES = {
+_MODULES = {
     "ConfigError": "rbstab.config.errors",
     "Motions": "rbstab.store.motions",
     "Proof": "rbstab.experiment.proof",
@@ -77,10 +77,10 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    # Imported on first use: `rbstab --help` must not wait for numpy.
-    if name not in _HOMES:
+    # Imported on first use, so that `rbstab --help` does not wait for numpy.
+    if name not in _MODULES:
         raise AttributeError(f"module 'rbstab' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+    return getattr(import_module(_MODULES[name]), name)
 
 
 def __dir__() -> list[str]:

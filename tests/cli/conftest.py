@@ -1,11 +1,16 @@
+"""A working folder, plans, a fake engine, and the command line in this process or in its own."""
+
+import functools
 import signal
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
+from support.sweeps import FakeEngine
 
 from rbstab_cli.main import cli
 
@@ -27,7 +32,7 @@ Invoke = Callable[..., Result]
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty working folder with one good config, `good.yaml`."""
+    """An empty working folder with one valid config, `good.yaml`."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "good.yaml").write_text(GOOD)
     return tmp_path
@@ -35,7 +40,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def rbstab() -> Invoke:
-    """Calls the command line in this process."""
+    """A function that calls the command line in this process."""
 
     def invoke(*arguments: str) -> Result:
         return CliRunner().invoke(cli, list(arguments), prog_name="rbstab")
@@ -43,11 +48,31 @@ def rbstab() -> Invoke:
     return invoke
 
 
-def start(*arguments: str) -> "subprocess.Popen[str]":
-    """Starts the command line as a process of its own, which an interrupt reaches."""
+@pytest.fixture
+def plan(folder: Path, request: pytest.FixtureRequest) -> Path:
+    """The plan `plan.yaml` in the working folder, with the text PLAN of the test module."""
+    path = folder / "plan.yaml"
+    path.write_text(request.module.PLAN)
+    return path
 
-    def heed_interrupts() -> None:
-        # A shell starts what runs in its background with interrupts ignored, children included.
+
+@pytest.fixture
+def use_fake_engine(monkeypatch: pytest.MonkeyPatch, plan: Path) -> Callable[..., None]:
+    """A function that replaces the engine of sweeps by a fake one; called once without failures."""
+
+    def use(**arguments: Any) -> None:
+        factory = functools.partial(FakeEngine, **arguments)
+        monkeypatch.setattr("rbstab.sweep.sweep.factory_for", lambda _: factory)
+
+    use()
+    return use
+
+
+def start(*arguments: str) -> "subprocess.Popen[str]":
+    """Start the command line in its own process, which reacts to interrupts."""
+
+    def restore_interrupts() -> None:
+        # A shell makes its background processes and their children ignore interrupts.
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
     return subprocess.Popen(
@@ -55,5 +80,5 @@ def start(*arguments: str) -> "subprocess.Popen[str]":
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=heed_interrupts if sys.platform != "win32" else None,  # noqa: PLW1509 no threads here
+        preexec_fn=restore_interrupts if sys.platform != "win32" else None,  # noqa: PLW1509 no threads here
     )

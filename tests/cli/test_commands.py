@@ -1,8 +1,13 @@
+"""Protects the command line as a whole: help, start-up imports, `check`, `show`, `schema`,
+`completion`, exit codes, and output to closed or full streams.
+"""
+
 import json
 import subprocess
 import sys
 from pathlib import Path
 
+import click
 import jsonschema
 import pytest
 import yaml
@@ -13,7 +18,7 @@ from rbstab_cli.main import COMMANDS, cli
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_the_listed_help_is_the_commands_own(name: str) -> None:
-    command = cli.get_command(None, name)
+    command = cli.get_command(click.Context(cli), name)
     assert command is not None
     assert command.name == name
     assert command.get_short_help_str(limit=200) == COMMANDS[name]
@@ -189,10 +194,10 @@ def test_output_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="no shell closes them like that there")
+@pytest.mark.skipif(sys.platform == "win32", reason="its shell cannot close streams like this")
 @pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
 def test_a_sweep_needs_no_streams(folder: Path, closed: str) -> None:
-    # Two shards, so that a second process is begun.
+    # Two shards, so that a second process starts.
     (folder / "plan.yaml").write_text(
         "base: good.yaml\nvary: {body.mass: {linspace: [40, 42, 4]}}\n"
     )

@@ -1,3 +1,7 @@
+"""Protects the configs of this repository: every one runs, balances its energy, and is what its
+name says.
+"""
+
 from pathlib import Path
 
 import pytest
@@ -5,12 +9,13 @@ import pytest
 import rbstab
 from rbstab.analysis.lyapunov import relative_residual
 from rbstab.config.build import config_warnings
+from rbstab.config.controllers import SlidingController
 
 ROOT = Path(__file__).parents[2] / "configs"
 CONFIGS = sorted(path for path in ROOT.rglob("*.yaml") if path.parent.name != "sweeps")
 
 
-# Switches, thin layers and small steps take seconds.
+# The sliding examples take seconds: they have many switches, thin layers or small steps.
 @pytest.mark.parametrize(
     "path",
     [
@@ -23,7 +28,7 @@ def test_every_config_runs_and_closes_its_audit(path: Path) -> None:
     result = rbstab.simulate(path)
     assert result.status == "completed", result.attributes["status_detail"]
     residual = relative_residual(result["energy_residual"], result["lyapunov"], result["energy"])
-    # Implicit steps are of first order, in what is smooth too.
+    # Implicit steps are of first order, also where the motion is smooth.
     assert residual < (1e-3 if "implicit" in path.stem else 1e-9)
     kinetic = result["energy"][:, 0]
     assert kinetic[-1] < 1e-2 * kinetic[0]
@@ -59,6 +64,7 @@ def test_each_sliding_example_is_what_its_name_says(path: Path) -> None:
     surface, law, bound, *load = path.stem.split("_")
     config = rbstab.load_config(path)
     controller = config.controller
+    assert isinstance(controller, SlidingController)
     assert controller.K_s == (float(bound),) * 3
     assert (controller.surface == "position") == (surface == "position")
     found = "exact" if controller.law == "exact" else next(iter(type(controller.law).model_fields))

@@ -1,4 +1,4 @@
-"""`rbstab run PLAN --member N`: a member of a sweep as a single run."""
+"""Protects `rbstab run PLAN --member N`: it runs a member of a sweep as a single run."""
 
 import json
 from pathlib import Path
@@ -32,7 +32,7 @@ def test_it_is_the_member_of_the_sweep(rbstab, engine):
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)[0]["file"] == "results/spins-member3.h5"
     result, table = api.open_result("results/spins-member3.h5"), api.open_sweep("results/spins")
-    # Entry 1 of five spins, entry 1 of two factors.
+    # Member 3 has entry 1 of the five spins and entry 1 of the two factors.
     assert table["initial_angular_velocity_0"][3] == -2.0
     assert result["angular_velocity"][0].tolist() == [-2.0, 2.0, -1.0]
     assert result.attributes["title"] == "A short run, member 3"
@@ -76,7 +76,7 @@ def test_changes_are_those_of_the_base(rbstab):
 def test_it_is_not_repeated_and_not_overwritten(rbstab):
     rbstab("run", "spins.yaml", "--member", "3")
     before = Path("results/spins-member3.h5").read_bytes()
-    assert "done already" in rbstab("run", "spins.yaml", "--member", "3").stderr
+    assert "already done" in rbstab("run", "spins.yaml", "--member", "3").stderr
     other = rbstab("run", "spins.yaml", "--member", "3", "--set", "body.mass=50")
     assert other.exit_code == 4
     assert Path("results/spins-member3.h5").read_bytes() == before
@@ -84,7 +84,7 @@ def test_it_is_not_repeated_and_not_overwritten(rbstab):
 
 @pytest.mark.usefixtures("plan")
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (
             ["spins.yaml"],
@@ -93,11 +93,11 @@ def test_it_is_not_repeated_and_not_overwritten(rbstab):
         ),
         (
             ["good.yaml", "--member", "0"],
-            "good.yaml:1:1: is no plan of a sweep (expected one, or no --member)",
+            "good.yaml:1:1: is not the plan of a sweep (expected a plan, or no --member)",
         ),
         (
             ["spins.yaml", "--member", "10"],
-            "spins.yaml: member 10 is not there (expected 0 to 9)",
+            "spins.yaml: has no member 10 (expected 0 to 9)",
         ),
         (["none.yaml", "--member", "0"], "none.yaml:1:1: cannot be read"),
         (["wrong.yaml", "--member", "0"], "wrong.yaml:2:8: vary.body.mass"),
@@ -105,11 +105,11 @@ def test_it_is_not_repeated_and_not_overwritten(rbstab):
         (["spins.yaml", "--member", "two"], "'two' is not a valid integer"),
     ],
 )
-def test_what_is_wrong(rbstab, arguments, said):
+def test_what_is_wrong(rbstab, arguments, message):
     Path("wrong.yaml").write_text("base: good.yaml\nvary: {body.mass: {values: [-1]}}\n")
     done = rbstab("run", *arguments)
     assert done.exit_code == 2
-    assert said in done.stderr
+    assert message in done.stderr
     assert "Traceback" not in done.output
     assert not Path("results").exists()
 

@@ -1,10 +1,13 @@
-"""`rbstab report` from the command line."""
+"""Protects `rbstab report`: formats, unreadable files, hostile texts, files it may not replace."""
 
 import json
 import shlex
 import shutil
+import subprocess
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -32,8 +35,8 @@ def sweep(folder: Path) -> str:
     return "plan"
 
 
-def tables(data: dict[str, object]) -> dict[str, dict[str, object]]:
-    """The tables of a report as JSON, by their names."""
+def tables(data: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the tables of a JSON report by name."""
     return {
         block["name"]: block
         for section in data["sections"]
@@ -124,10 +127,10 @@ def test_the_command_makes_the_same_report_again(folder: Path, rbstab: Invoke) -
 
 
 def test_the_command_names_a_whole_folder_by_a_pattern(folder: Path, rbstab: Invoke) -> None:
-    """Where it is a whole folder; and no name of a few, nor of one that is not among them."""
-    place = Path("my runs")
-    place.mkdir()
-    names = [str(made_file(place / f"{number}.h5")) for number in range(9)]
+    """The pattern appears only for all files of the folder in their order."""
+    parent = Path("my runs")
+    parent.mkdir()
+    names = [str(made_file(parent / f"{number}.h5")) for number in range(9)]
     pattern = "rbstab report 'my runs'/*.h5 --format text"
     for given, expected in ((names, True), (names[:8], False), ([*names[1:], names[0]], False)):
         text = " ".join(rbstab("report", *given, "--format", "text").stdout.split())
@@ -179,7 +182,7 @@ def test_what_cannot_be_read_is_said_and_the_rest_reported(runs: list[str], rbst
 def test_nothing_can_be_read(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("report", "no.h5", "-o", "r.html")
     assert done.exit_code == 4
-    assert "Nothing could be read; there is no report." in done.stderr
+    assert "No result could be read; no report is written." in done.stderr
     assert not Path("r.html").exists()
 
 
@@ -189,7 +192,7 @@ def test_a_report_is_replaced_and_nothing_else(runs: list[str], rbstab: Invoke) 
     shutil.copy("good.yaml", "good.txt")
     done = rbstab("report", *runs, "-o", "good.txt")
     assert done.exit_code == 4
-    assert "good.txt exists already and is no report; --force replaces it" in done.stderr
+    assert "good.txt already exists and is not a report. Use --force to replace it." in done.stderr
     assert Path("good.txt").read_text() == Path("good.yaml").read_text()
     assert rbstab("report", *runs, "-o", "good.txt", "--force").exit_code == 0
 
@@ -220,7 +223,7 @@ class Tags(HTMLParser):
 
 @pytest.fixture
 def hostile(folder: Path) -> str:
-    """A result with foreign words wherever there can be any."""
+    """A result with hostile markup in every text."""
     words = HOSTILE.replace("\x1b", "").replace("\u202e", "")
     reference = {"source": words, "note": words, "final": {"orientation": [0, 0, 0]}}
     names = ("title", "variant", "status_detail", "verdict", "warnings", "commit", "created")
@@ -273,3 +276,41 @@ def test_the_stored_config_repeats_a_run(folder: Path, rbstab: Invoke) -> None:
 
 def test_show_prints_one_thing_at_a_time(runs: list[str], rbstab: Invoke) -> None:
     assert rbstab("show", runs[0], "--json", "--config").exit_code == 2
+
+
+PLAIN_INSTALL = """
+import sys
+for name in ("fpdf", "jinja2", "matplotlib", "plotly"):
+    sys.modules[name] = None  # as if it were not installed
+from rbstab_cli.main import main
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("form", "package"), [("html", "plotly"), ("md", "matplotlib"), ("pdf", "fpdf2")]
+)
+def test_a_plain_install_names_the_package_that_a_format_needs(
+    runs: list[str], form: str, package: str
+) -> None:
+    done = plain_install(runs, "--format", form)
+    assert done.returncode == 2
+    assert package in done.stderr
+    assert "pip install 'rbstab[report]'" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_plain_install_reports_as_text(runs: list[str]) -> None:
+    done = plain_install(runs, "--format", "text")
+    assert done.returncode == 0, done.stderr
+    assert "completed" in done.stdout
+
+
+def plain_install(runs: list[str], *arguments: str) -> "subprocess.CompletedProcess[str]":
+    """Calls `rbstab report` where the packages of the extra `report` cannot be imported."""
+    return subprocess.run(
+        [sys.executable, "-c", PLAIN_INSTALL, "report", *runs, *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+    )

@@ -1,3 +1,5 @@
+"""Protects `rbstab run`: stored files, repeated and forced runs, failures, errors, interrupts."""
+
 import json
 import signal
 import sys
@@ -35,7 +37,8 @@ def test_json_holds_the_facts(folder: Path, rbstab: Invoke) -> None:
     assert facts["lyapunov_start"] == result["lyapunov"][0]
     assert facts["end_time"] == 0.1
     assert facts["warnings"] == []
-    assert facts["repeated"] is True
+    assert facts["computed"] is True
+    assert "repeated" not in facts
 
 
 def test_a_finished_run_is_not_repeated(folder: Path, rbstab: Invoke) -> None:
@@ -43,15 +46,15 @@ def test_a_finished_run_is_not_repeated(folder: Path, rbstab: Invoke) -> None:
     before = Path("results/good.h5").read_bytes()
     again = rbstab("run", "good.yaml", "--json")
     assert again.exit_code == 0
-    assert "done already" in again.stderr
-    assert json.loads(again.stdout)[0]["repeated"] is False
+    assert "already done" in again.stderr
+    assert json.loads(again.stdout)[0]["computed"] is False
     assert Path("results/good.h5").read_bytes() == before
 
 
 def test_force_repeats_it(folder: Path, rbstab: Invoke) -> None:
     rbstab("run", "good.yaml")
     before = Path("results/good.h5").stat().st_ino
-    assert json.loads(rbstab("run", "good.yaml", "--json", "--force").stdout)[0]["repeated"] is True
+    assert json.loads(rbstab("run", "good.yaml", "--json", "--force").stdout)[0]["computed"] is True
     assert Path("results/good.h5").stat().st_ino != before
     assert [path.name for path in Path("results").iterdir()] == ["good.h5"]
 
@@ -91,7 +94,7 @@ def test_a_run_that_hit_its_time_limit_is_tried_again(folder: Path, rbstab: Invo
     first, second = rbstab(*late), rbstab(*late)
     assert first.exit_code == second.exit_code == 3
     assert json.loads(second.stdout)[0]["status"] == "time limit"
-    assert json.loads(second.stdout)[0]["repeated"] is True
+    assert json.loads(second.stdout)[0]["computed"] is True
 
 
 def test_a_failed_run_is_stored_and_its_neighbours_go_on(folder: Path, rbstab: Invoke) -> None:

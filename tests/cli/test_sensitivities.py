@@ -1,3 +1,5 @@
+"""Protects `rbstab sensitivities`: its tables, its JSON, and its refusals."""
+
 import json
 import sys
 from pathlib import Path
@@ -9,13 +11,14 @@ SLIDING = GOOD.replace("variant: free", "variant: sliding\n  K_s: [9, 9, 9]\n  s
 
 
 @pytest.fixture
-def settled(folder: Path) -> Path:
+def settling_config(folder: Path) -> Path:
+    """The working folder, where `good.yaml` runs until it has settled."""
     text = GOOD.replace("duration: 0.1", "duration: 2")
     Path("good.yaml").write_text(text)
     return folder
 
 
-def test_the_tables_name_every_parameter(settled: Path, rbstab: Invoke) -> None:
+def test_the_tables_name_every_parameter(settling_config: Path, rbstab: Invoke) -> None:
     done = rbstab("sensitivities", "good.yaml")
     assert done.exit_code == 0
     quantities, relative, per_unit = done.stdout.strip().split("\n\n")
@@ -29,7 +32,7 @@ def test_the_tables_name_every_parameter(settled: Path, rbstab: Invoke) -> None:
     assert not Path("results").exists()
 
 
-def test_the_json_holds_all(settled: Path, rbstab: Invoke) -> None:
+def test_the_json_holds_all(settling_config: Path, rbstab: Invoke) -> None:
     facts = json.loads(rbstab("sensitivities", "good.yaml", "--json").stdout)
     names = [quantity["name"] for quantity in facts["quantities"]]
     assert names[0] == "settling_time"
@@ -42,13 +45,15 @@ def test_the_json_holds_all(settled: Path, rbstab: Invoke) -> None:
     assert mass["relative"]["settling_time"] == pytest.approx(expected)
 
 
-def test_the_json_goes_to_a_file_that_is_not_overwritten(settled: Path, rbstab: Invoke) -> None:
+def test_the_json_goes_to_a_file_that_is_not_overwritten(
+    settling_config: Path, rbstab: Invoke
+) -> None:
     assert rbstab("sensitivities", "good.yaml", "-o", "s.json").exit_code == 0
     text = Path("s.json").read_text()
     assert json.loads(text)["title"] == "A short run"
     done = rbstab("sensitivities", "good.yaml", "-o", "s.json")
     assert done.exit_code == 4
-    assert done.stderr == "s.json: exists already; --force replaces it\n"
+    assert done.stderr == "s.json: already exists. Replace it with --force.\n"
     Path("s.json").write_text("old")
     assert rbstab("sensitivities", "good.yaml", "-o", "s.json", "--force").exit_code == 0
     assert Path("s.json").read_text() == text

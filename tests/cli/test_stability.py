@@ -1,3 +1,5 @@
+"""Protects `rbstab stability` and `rbstab run --prove`: proofs, verdicts, and stored proofs."""
+
 import json
 from pathlib import Path
 
@@ -10,14 +12,14 @@ WEAK = "controller.K_r=[40,40,32]"
 def test_what_is_said_of_a_good_config(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("stability", "good.yaml")
     assert done.exit_code == 0
-    said = done.stdout
-    assert said.startswith("good.yaml: A short run\n")
-    assert "1 rest state in the range of eq. 5, proved to be all" in said
-    assert "Globally stable: proved for every motion that stays in the range." in said
-    assert "proved to converge" in said
-    assert "Verdict of the run: certified." in said
+    text = done.stdout
+    assert text.startswith("good.yaml: A short run\n")
+    assert "1 rest state in the range of eq. 5, proved to be all" in text
+    assert "Globally stable: proved for every motion that stays in the range." in text
+    assert "is inside; convergence is proved" in text
+    assert "Verdict of the run: certified." in text
     for word in ("stable", "ζ", "derivative", "certified region"):
-        assert word in said
+        assert word in text
     assert len(list((folder / "results" / "proofs").iterdir())) == 1
 
 
@@ -30,7 +32,7 @@ def test_json_has_all_of_it(folder: Path, rbstab: Invoke) -> None:
     (state,) = facts["states"]
     assert state["index"] == 0
     assert state["orientation"] == pytest.approx([0, 0, 0], abs=1e-9)
-    # The lightest damped mode of the free body: m ẍ + L ẋ + K x = 0 along the third axis.
+    # The least damped mode of the free body: m ẍ + L ẋ + K x = 0 along the third axis.
     frequencies = [mode["natural_frequency"] for mode in state["modes"]]
     assert any(f == pytest.approx((3280 / 41) ** 0.5) for f in frequencies)
     assert facts["certificate"]["verdict"] == "certified"
@@ -46,7 +48,7 @@ def test_a_counterexample_is_named(folder: Path, rbstab: Invoke) -> None:
     Path("held.yaml").write_text(text.replace("inertia: [10.0, 9.0, 2.0]", "inertia: [10, 8, 3]"))
     done = rbstab("stability", "held.yaml", "--set", WEAK, "--no-run")
     assert done.exit_code == 0
-    assert "Globally stable: false, for it also rests at Θ = (-1.33, 1.514, -2.447)" in done.stdout
+    assert "false; the body can also rest at Θ = (-1.33, 1.514, -2.447)" in done.stdout
     assert "saddle, index 2" in done.stdout
     assert "Verdict" not in done.stdout
 
@@ -54,7 +56,7 @@ def test_a_counterexample_is_named(folder: Path, rbstab: Invoke) -> None:
 def test_search_only_proves_and_keeps_nothing(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("stability", "good.yaml", "--search-only", "--no-run")
     assert "not proved to be all" in done.stdout
-    assert "searched and not proved" in done.stdout
+    assert "from a search, not proved" in done.stdout
     assert not (folder / "results").exists()
 
 
@@ -74,20 +76,20 @@ def test_run_prove_makes_the_proof(folder: Path, rbstab: Invoke) -> None:
     assert json.loads(first.stdout)[0]["verdict"] == "consistent"
     second = rbstab("run", "good.yaml", "--json", "--prove")
     facts = json.loads(second.stdout)[0]
-    assert (facts["verdict"], facts["repeated"]) == ("certified", True)
+    assert (facts["verdict"], facts["computed"]) == ("certified", True)
     third = rbstab("run", "good.yaml", "--json", "--prove")
-    assert json.loads(third.stdout)[0]["repeated"] is False
+    assert json.loads(third.stdout)[0]["computed"] is False
 
 
 def test_a_file_instead_of_the_terminal(folder: Path, rbstab: Invoke) -> None:
     printed = rbstab("stability", "good.yaml", "--no-run").stdout
-    done = rbstab("stability", "good.yaml", "--no-run", "-o", "said.txt")
+    done = rbstab("stability", "good.yaml", "--no-run", "-o", "stability.txt")
     assert (done.exit_code, done.stdout) == (0, "")
-    assert Path("said.txt").read_text() == printed
-    again = rbstab("stability", "good.yaml", "--no-run", "-o", "said.txt")
+    assert Path("stability.txt").read_text() == printed
+    again = rbstab("stability", "good.yaml", "--no-run", "-o", "stability.txt")
     assert again.exit_code == 4
-    assert "said.txt: exists already" in again.stderr
-    assert Path("said.txt").read_text() == printed
+    assert "stability.txt: already exists" in again.stderr
+    assert Path("stability.txt").read_text() == printed
     nowhere = rbstab("stability", "good.yaml", "--no-run", "-o", "no/folder.txt")
     assert nowhere.exit_code == 4
     assert "no/folder.txt" in nowhere.stderr
@@ -132,12 +134,12 @@ def test_a_folder_that_takes_no_proof_is_no_error(folder: Path, rbstab: Invoke) 
     Path("results/proofs").write_text("a file")
     done = rbstab("stability", "good.yaml", "--no-run")
     assert done.exit_code == 0
-    assert "the proof is not kept" in done.stderr
+    assert "the proof is not stored" in done.stderr
     assert "proved to be all" in done.stdout
 
 
 def test_the_run_of_a_violated_argument_is_told(folder: Path, rbstab: Invoke) -> None:
-    """Implicit steps so long that v no longer balances."""
+    """Implicit steps this long violate the energy balance of v."""
     text = Path("good.yaml").read_text().replace("variant: free", "variant: sliding")
     law = "K_s: [20000, 20000, 20000]\n  surface: position\n  law: {implicit: 0.01}\n  K_t"
     text = text.replace("K_t", law).replace("[1, 2, -1]", "[16, 32, -16]")

@@ -1,6 +1,5 @@
-"""`rbstab sweep`: a plan into a folder, how far it is, and what goes wrong on the way."""
+"""Protects `rbstab sweep`: the folder it writes, `--status`, `--dry-run`, and its errors."""
 
-import functools
 import json
 import shutil
 import signal
@@ -11,16 +10,16 @@ from pathlib import Path
 import pytest
 import xarray
 from cli.conftest import start
-from support.sweeps import FakeEngine, shard_files
+from support.sweeps import shard_files
 
 from rbstab import load_plan, open_sweep, open_traces, simulate
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.store.lock import locked
 from rbstab.store.shard_file import read_shard
 from rbstab.sweep.execution.estimate import Estimate
-from rbstab.sweep.folder.layout import OUTCOME
+from rbstab.sweep.members.outcome import COLUMNS
 from rbstab_cli.output import sweep_progress
-from rbstab_cli.output.sweep_progress import OF_LATE, Rate, duration
+from rbstab_cli.output.sweep_progress import RATE_WINDOW, Rate, duration
 from rbstab_cli.output.sweep_report import size
 
 PLAN = """\
@@ -32,24 +31,6 @@ vary:
 """
 
 SWEEP = ("sweep", "plan.yaml")
-
-
-@pytest.fixture
-def plan(folder):
-    (folder / "plan.yaml").write_text(PLAN)
-    return folder / "plan.yaml"
-
-
-@pytest.fixture
-def fake(monkeypatch, plan):
-    """Lets a made up engine follow the members, with failures as its arguments say."""
-
-    def fake(**arguments):
-        made = functools.partial(FakeEngine, **arguments)
-        monkeypatch.setattr("rbstab.sweep.sweep.factory_for", lambda _: made)
-
-    fake()
-    return fake
 
 
 @pytest.mark.usefixtures("plan")
@@ -68,16 +49,16 @@ def test_a_sweep(rbstab, name):
         assert data["controller_K_r"].attrs["long_name"] == "factor on controller.K_r"
     again = rbstab(*SWEEP)
     assert (again.exit_code, again.stdout) == (0, done.stdout)
-    assert "20 of 20 members are done already" in again.stderr
+    assert "20 of 20 members are already done" in again.stderr
 
 
 @pytest.mark.usefixtures("plan")
 def test_traces(rbstab):
     Path("plan.yaml").write_text(f"{PLAN}keep: {{traces: {{every: 3}}}}\n")
-    on_event = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--engine", "heyoka").stdout)
+    with_traces = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--engine", "heyoka").stdout)
     Path("plan.yaml").write_text(PLAN)
     without = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--engine", "heyoka").stdout)
-    assert on_event["bytes"] > without["bytes"]
+    assert with_traces["bytes"] > without["bytes"]
     Path("plan.yaml").write_text(f"{PLAN}keep: {{traces: {{every: 3}}}}\n")
     done = rbstab(*SWEEP, "--engine", "heyoka")
     assert done.exit_code == 0, done.output
@@ -102,10 +83,10 @@ def test_a_disk_without_room(rbstab, monkeypatch):
     monkeypatch.setattr("rbstab.sweep.folder.disk_space.shutil.disk_usage", lambda _: usage)
     refused = rbstab(*SWEEP, "--engine", "scipy")
     assert refused.exit_code == 4
-    assert "GB are free: nothing was begun" in refused.stderr
+    assert "GB are free. Nothing was started" in refused.stderr
 
 
-@pytest.mark.usefixtures("fake")
+@pytest.mark.usefixtures("use_fake_engine")
 def test_for_machines(rbstab):
     done = rbstab(*SWEEP, "--json", "-q", "--engine", "scipy")
     assert (done.exit_code, done.stderr) == (0, "")
@@ -117,35 +98,35 @@ def test_for_machines(rbstab):
     assert status["plan_id"] == found["plan_id"]
 
 
-def test_failures(rbstab, fake):
-    fake(failing=(3, 4, 9))
+def test_failures(rbstab, use_fake_engine):
+    use_fake_engine(failing=(3, 4, 9))
     done = rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "5", "--fail-fast", "--threads", "1")
     assert done.exit_code == 3
     assert "member 3 failed; 5 of 20 members are stored" in done.stderr
     done = rbstab(*SWEEP, "--engine", "scipy")
     assert done.exit_code == 0
     assert "diverged         3  15.00%" in done.stdout
-    fake()
+    use_fake_engine()
     done = rbstab(*SWEEP, "--retry-failed")
     assert (done.exit_code, "diverged" in done.stdout) == (0, False)
-    fake(failing=range(20))
+    use_fake_engine(failing=range(20))
     assert rbstab(*SWEEP, "-o", "other", "--engine", "scipy").exit_code == 3
 
 
-def test_status(rbstab, fake):
-    fake(failing=(11,))
+def test_status(rbstab, use_fake_engine):
+    use_fake_engine(failing=(11,))
     options = ("--engine", "scipy", "--shard-size", "8", "--threads", "1")
     rbstab(*SWEEP, *options, "--fail-fast")
-    said = rbstab("sweep", "--status", "results/plan")
-    assert said.exit_code == 0
-    words = [line.split() for line in said.stdout.splitlines()]
+    shown = rbstab("sweep", "--status", "results/plan")
+    assert shown.exit_code == 0
+    words = [line.split() for line in shown.stdout.splitlines()]
     assert ["done", "16", "(80.0%)"] in words
     assert ["not", "done", "4", "20.00%"] in words
     assert ["running", "no"] in words
     Path("results/plan/shards/00000001.npy").write_bytes(b"")
     with locked(Path("results/plan")):
-        said = rbstab("sweep", "--status", "results/plan")
-    words = [line.split() for line in said.stdout.splitlines()]
+        shown = rbstab("sweep", "--status", "results/plan")
+    words = [line.split() for line in shown.stdout.splitlines()]
     assert ["shards", "1", "of", "3,", "1", "damaged"] in words
     assert ["running", "yes"] in words
     nothing = rbstab("sweep", "--status", "nowhere")
@@ -156,33 +137,33 @@ def test_status(rbstab, fake):
 @pytest.mark.usefixtures("plan")
 @pytest.mark.parametrize("as_json", [False, True])
 def test_a_dry_run(rbstab, monkeypatch, as_json):
-    monkeypatch.setattr("rbstab.sweep.execution.estimate.CALIBRATION", 0.01)
+    monkeypatch.setattr("rbstab.sweep.execution.estimate.CALIBRATION_TIME", 0.01)
     options = ("--dry-run", "--engine", "heyoka", "--threads", "2")
-    said = rbstab(*SWEEP, *options, *(["--json"] if as_json else []))
-    assert said.exit_code == 0
+    shown = rbstab(*SWEEP, *options, *(["--json"] if as_json else []))
+    assert shown.exit_code == 0
     assert not Path("results").exists()
     if as_json:
-        found = json.loads(said.stdout)
+        found = json.loads(shown.stdout)
         assert (found["members"], found["done"], found["threads"]) == (20, 0, 2)
         assert found["seconds"] > 0
         assert found["check_seconds"] > 0
     else:
-        assert "10 x 2 = 20" in said.stdout
+        assert "10 x 2 = 20" in shown.stdout
 
 
 @pytest.mark.usefixtures("plan")
-@pytest.mark.parametrize(("members", "said"), [(3, True), (16, False)])
-def test_an_estimate_from_few_members_says_so(rbstab, monkeypatch, members, said):
+@pytest.mark.parametrize(("members", "stated"), [(3, True), (16, False)])
+def test_an_estimate_from_few_members_says_so(rbstab, monkeypatch, members, stated):
     found = Estimate(7200.0, 1.0, members, 1000)
     monkeypatch.setattr("rbstab.sweep.execution.estimate.estimate", lambda *_: found)
     printed = rbstab(*SWEEP, "--dry-run").stdout
     assert "about 2 h" in printed
-    assert (f"from {members} members of a variant" in printed) == said
+    assert (f"from {members} members of a variant" in printed) == stated
     machine = json.loads(rbstab(*SWEEP, "--dry-run", "--json").stdout)
     assert machine["calibrated"] == members
 
 
-@pytest.mark.usefixtures("fake")
+@pytest.mark.usefixtures("use_fake_engine")
 def test_a_dry_run_of_what_is_done(rbstab):
     rbstab(*SWEEP, "--engine", "scipy")
     found = json.loads(rbstab(*SWEEP, "--dry-run", "--json").stdout)
@@ -192,7 +173,7 @@ def test_a_dry_run_of_what_is_done(rbstab):
     assert "holds a different sweep" in other.stderr
 
 
-@pytest.mark.usefixtures("fake")
+@pytest.mark.usefixtures("use_fake_engine")
 def test_a_different_plan_in_the_same_folder(rbstab):
     rbstab(*SWEEP, "--engine", "scipy")
     before = shard_files(Path("results/plan"))
@@ -204,11 +185,11 @@ def test_a_different_plan_in_the_same_folder(rbstab):
     forced = rbstab(*SWEEP, "--set", "body.mass=42", "--force")
     assert forced.exit_code == 0
     (aside,) = Path("results").glob("plan.*")
-    assert f"the sweep that was there is now {aside}" in forced.stderr
+    assert f"the previous sweep was moved to {aside}" in forced.stderr
     assert shard_files(aside) == before
 
 
-@pytest.mark.usefixtures("fake")
+@pytest.mark.usefixtures("use_fake_engine")
 @pytest.mark.parametrize("name", ["heyoka", "scipy"])
 def test_the_plan_in_a_folder_makes_the_same_sweep_again(rbstab, plan, name):
     plan.rename("spins.yaml")
@@ -222,7 +203,7 @@ def test_the_plan_in_a_folder_makes_the_same_sweep_again(rbstab, plan, name):
     assert not Path("results/plan").exists()
 
 
-@pytest.mark.usefixtures("fake")
+@pytest.mark.usefixtures("use_fake_engine")
 def test_a_folder_in_use(rbstab):
     Path("results/plan").mkdir(parents=True)
     with locked(Path("results/plan")):
@@ -252,23 +233,23 @@ def test_without_heyoka(rbstab, monkeypatch):
     monkeypatch.setattr("rbstab.sweep.members.engines.engine", missing)
     done = rbstab(*SWEEP)
     assert done.exit_code == 0
-    assert "heyoka is not installed: scipy is used" in done.stderr
+    assert "heyoka is not installed: using scipy" in done.stderr
     refused = rbstab(*SWEEP, "--engine", "heyoka")
     assert refused.exit_code == 2
     assert "cannot be used here" in refused.stderr
 
 
-def test_lines_where_there_is_no_terminal(rbstab, fake, monkeypatch):
-    fake(failing=(0,), delay=1e-3)
-    monkeypatch.setattr(sweep_progress, "EVERY", 0.0)
+def test_lines_where_there_is_no_terminal(rbstab, use_fake_engine, monkeypatch):
+    use_fake_engine(failing=(0,), delay=1e-3)
+    monkeypatch.setattr(sweep_progress, "LINE_INTERVAL", 0.0)
     done = rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "10", "--threads", "1")
     lines = [line for line in done.stderr.splitlines() if " of 20 members, " in line]
     assert len(lines) == 2
     assert "/s, 1 diverged, " in lines[0]
     assert lines[0].endswith(" left")
-    fake()
+    use_fake_engine()
     again = rbstab(*SWEEP, "--retry-failed")
-    assert "10 of 20 members are done already" in again.stderr
+    assert "10 of 20 members are already done" in again.stderr
     assert "20 of 20 members, " in again.stderr
     assert "diverged" not in again.stderr
 
@@ -298,11 +279,11 @@ def test_interrupts(folder):
             for _ in range(presses):
                 process.send_signal(signal.SIGINT)
                 time.sleep(0.02)
-            _, said = process.communicate(timeout=20)
+            _, stderr = process.communicate(timeout=20)
         assert process.returncode == 130
-        assert "The same command goes on" in said
+        assert "Run the same command again to resume." in stderr
         for path in shards.glob("0*.npy"):
-            assert len(read_shard(path, OUTCOME)["run"]) == 4
+            assert len(read_shard(path, COLUMNS)["run"]) == 4
 
 
 def test_the_rate_is_that_of_late():
@@ -310,7 +291,7 @@ def test_the_rate_is_that_of_late():
     assert rate(100.0, 50) == 0.0
     assert rate(101.0, 1050) == 1000.0
     assert rate(105.0, 4050) == 800.0
-    # Half a window later the fast ones still count, a whole one later they do not.
-    assert rate(105.0 + OF_LATE / 2, 4065) == pytest.approx(4015 / (5 + OF_LATE / 2))
-    assert rate(105.0 + OF_LATE, 4080) == pytest.approx(1.0)
-    assert rate(105.0 + 9 * OF_LATE, 4080) == 0.0
+    # Half a window later the fast members still count; a whole window later they do not.
+    assert rate(105.0 + RATE_WINDOW / 2, 4065) == pytest.approx(4015 / (5 + RATE_WINDOW / 2))
+    assert rate(105.0 + RATE_WINDOW, 4080) == pytest.approx(1.0)
+    assert rate(105.0 + 9 * RATE_WINDOW, 4080) == 0.0

@@ -1,3 +1,5 @@
+"""Protects `rbstab tune`: the config it writes, its JSON, and its refusals."""
+
 import json
 import sys
 from pathlib import Path
@@ -16,12 +18,12 @@ def test_a_better_config_is_written_and_not_overwritten(folder: Path, rbstab: In
     assert done.exit_code == 0
     assert "controller.L_t[2]" in done.stdout
     assert "energy ∫v dt [J s]" in done.stdout
-    assert done.stderr.endswith("good.yaml: better -> good_tuned.yaml\n")
+    assert done.stderr.endswith("good.yaml: found a better config -> good_tuned.yaml\n")
     assert load_config("good_tuned.yaml").title == "A short run, tuned for energy"
     text = Path("good_tuned.yaml").read_text()
     again = rbstab(*arguments)
     assert again.exit_code == 4
-    assert again.stderr == "good_tuned.yaml: exists already; --force replaces it\n"
+    assert again.stderr == "good_tuned.yaml: already exists. Replace it with --force.\n"
     Path("good_tuned.yaml").write_text("old")
     assert rbstab(*arguments, "--force").exit_code == 0
     assert Path("good_tuned.yaml").read_text() == text
@@ -42,14 +44,14 @@ def test_nothing_better_writes_nothing(folder: Path, rbstab: Invoke) -> None:
     arguments = ("--objective", "energy", "--over", "controller.L_r", "--bounds", "1:1")
     done = rbstab("tune", "good.yaml", *arguments)
     assert done.exit_code == 0
-    assert done.stderr.endswith("good.yaml: nothing better was found; no config is written\n")
+    assert done.stderr.endswith("good.yaml: no better config was found; nothing is written\n")
     assert not Path("good_tuned.yaml").exists()
 
 
 def test_no_run_that_settles_is_exit_code_3(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("tune", "good.yaml", "--objective", "settling_time", *OVER)
     assert done.exit_code == 3
-    assert done.stderr.endswith("no run completed and settled; no config is written\n")
+    assert done.stderr.endswith("no run completed and settled; nothing is written\n")
     assert not Path("good_tuned.yaml").exists()
 
 
@@ -58,9 +60,9 @@ def test_no_run_that_settles_is_exit_code_3(folder: Path, rbstab: Invoke) -> Non
     [
         (
             ("--objective", "energy", "--over", "controller.K_c"),
-            "--over controller.K_c: is no gain",
+            "--over controller.K_c: is not a gain",
         ),
-        (("--objective", "energy", "--over", ""), "--over : is no gain"),
+        (("--objective", "energy", "--over", ""), "--over : is not a gain"),
         (("--objective", "speed", *OVER), "'speed' is not one of"),
         (("--objective", "energy", *OVER, "--bounds", "2:3"), "expected LOW:HIGH"),
         (("--objective", "energy", *OVER, "--bounds", "much"), "expected LOW:HIGH"),

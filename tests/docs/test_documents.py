@@ -1,4 +1,9 @@
+"""Protects the documentation: every array, status, key, command and option is described, links
+work, and the README shows what the program prints.
+"""
+
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
@@ -6,8 +11,10 @@ import pytest
 from click.testing import CliRunner
 
 from rbstab.config.schema import VARIANTS
+from rbstab.elements.declarations import Gain, OwnState
+from rbstab.elements.registry import GAINS, OWN_STATES
 from rbstab.integrate.status import RunStatus
-from rbstab.sweep.members.outcome import COLUMNS, OutcomeColumn
+from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.systems.quantities import QUANTITIES, Quantity
 from rbstab_cli.main import COMMANDS, cli
 
@@ -24,6 +31,16 @@ def test_each_array_is_described_with_its_dimensions_and_unit(quantity: Quantity
     row = f"| `{quantity.name}` | {dimensions} | {quantity.unit} |"
     assert row in read("results/README.md")
     assert f"`{quantity.name}`" in read("docs/notation.md")
+
+
+@pytest.mark.parametrize("gain", GAINS.values(), ids=lambda gain: gain.name)
+def test_each_gain_is_in_the_notation_with_its_unit(gain: Gain) -> None:
+    assert f"| `{gain.name}` | {gain.unit} |" in read("docs/notation.md")
+
+
+@pytest.mark.parametrize("state", OWN_STATES.values(), ids=lambda state: state.name)
+def test_each_own_state_is_in_the_notation_with_its_unit(state: OwnState) -> None:
+    assert f"| `{state.name}` | {state.unit} |" in read("docs/notation.md")
 
 
 @pytest.mark.parametrize("status", RunStatus)
@@ -48,26 +65,11 @@ def test_each_command_is_in_the_readme() -> None:
 
 
 def test_each_option_of_a_report_is_described() -> None:
-    command = cli.get_command(None, "report")
+    command = cli.get_command(click.Context(cli), "report")
     assert command is not None
     for parameter in command.params:
         if isinstance(parameter, click.Option):
             assert f"`{parameter.opts[0]}" in read("docs/reports.md")
-
-
-def test_each_file_of_reports_is_in_the_architecture() -> None:
-    page = read("docs/architecture.md")
-    patterns = re.findall(r"`([a-z_*]+\.py)`", page)
-    for path in (ROOT / "src/rbstab/report").rglob("*.py"):
-        known = any(path.match(pattern) for pattern in patterns)
-        # Figures of runs have a row for their folder.
-        assert known or path.name == "__init__.py" or path.parent.name == "run_figures", path.name
-
-
-def test_each_floor_is_in_the_architecture() -> None:
-    folders = {path.name for path in (ROOT / "src/rbstab").iterdir() if path.is_dir()}
-    for name in folders - {"__pycache__"}:
-        assert f"| `src/rbstab/{name}` |" in read("docs/architecture.md")
 
 
 def test_relative_links_lead_somewhere() -> None:
@@ -81,7 +83,7 @@ def blocks(page: str) -> list[str]:
 
 
 def without_time(text: str) -> list[list[str]]:
-    """The words of each line but for the last of a table of runs, which is wall time."""
+    """Return the words of each line, without the wall time at the end of a line of a run."""
     lines = [line.split() for line in text.strip().splitlines()]
     return [words[:-1] if words[0].endswith(".h5") else words for words in lines]
 
@@ -95,21 +97,21 @@ def test_the_readme_shows_what_the_program_prints(
     cases = sorted(str(path) for path in (ROOT / "configs/paper").glob("*.yaml"))
     ran = CliRunner().invoke(cli, ["run", *cases])
     show = CliRunner().invoke(cli, ["show", "results/case2_visco_elastic.h5"])
-    assert round_off(without_time(ran.stdout)) == round_off(without_time(table))
+    assert without_round_off(without_time(ran.stdout)) == without_round_off(without_time(table))
     expected = shown.strip().splitlines()
     found = show.stdout.strip().splitlines()[: len(expected)]
-    assert round_off(map(str.split, found)) == round_off(map(str.split, expected))
+    assert without_round_off(map(str.split, found)) == without_round_off(map(str.split, expected))
     case, weak = "configs/paper/case1_permanent.yaml", "controller.K_r=[40,40,32]"
     monkeypatch.chdir(ROOT)
     options = ["--set", weak, "--results", str(tmp_path / "results"), "--no-run"]
-    said = CliRunner().invoke(cli, ["stability", case, *options]).stdout.strip()
-    # The verdict belongs to the run, which is left out here.
-    told = [line for line in stability.strip().splitlines() if "Verdict" not in line]
-    assert [line.rstrip() for line in said.splitlines()] == told
+    printed = CliRunner().invoke(cli, ["stability", case, *options]).stdout.strip()
+    # The verdict belongs to the run, and `--no-run` skips the run.
+    expected = [line for line in stability.strip().splitlines() if "Verdict" not in line]
+    assert [line.rstrip() for line in printed.splitlines()] == expected
 
 
-def round_off(lines: object) -> list[list[str]]:
-    """The words without what is round-off, and when it is largest: both differ by processor."""
+def without_round_off(lines: Iterable[list[str]]) -> list[list[str]]:
+    """Return the words without round-off errors and their times, which differ by processor."""
     kept = []
     for words in lines:
         kept.append([word for word in words if not re.fullmatch(r"\d(\.\d+)?e-1\d", word)])
@@ -146,8 +148,9 @@ integration:
     assert done.stderr.splitlines() == expected
 
 
-@pytest.mark.parametrize("column", COLUMNS, ids=lambda c: c.name)
-def test_each_column_of_a_sweep_is_described(column: OutcomeColumn) -> None:
-    dimensions = ", ".join(["run", *["axis"] * len(column.shape)])
-    rows = [row for row in read("results/README.md").splitlines() if f"`{column.name}`" in row]
+@pytest.mark.parametrize("name", COLUMNS)
+def test_each_column_of_a_sweep_is_described(name: str) -> None:
+    column = COLUMNS[name]
+    dimensions = ", ".join(["run", *column.dimensions])
+    rows = [row for row in read("results/README.md").splitlines() if f"`{name}`" in row]
     assert any(f"| {dimensions} | {column.unit} |" in row for row in rows)

@@ -1,4 +1,4 @@
-"""The page on sliding: its tables against fresh runs, its figures, its claims."""
+"""Protects `docs/sliding.md`: its tables agree with new runs, its figures exist, configs load."""
 
 import importlib
 import re
@@ -12,6 +12,7 @@ import yaml
 from support.sliding import paper_problem
 
 import rbstab
+from rbstab.config.controllers import SlidingController
 
 pytestmark = pytest.mark.slow
 
@@ -28,15 +29,17 @@ def tables():
 
 @pytest.fixture(scope="module")
 def figures(tables):
-    # `sliding` by its path: a folder of these tests has the same name.
+    # Imported by path, because a folder of these tests is named `sliding` too.
     spec = spec_from_file_location("sliding_figures", FIGURES / "sliding.py")
+    assert spec is not None
+    assert spec.loader is not None
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
 def printed(heading):
-    """The rows under a heading on the page."""
+    """Return the rows under a heading on the page."""
     lines = PAGE.splitlines()
     (at,) = [i for i, line in enumerate(lines) if cells(line) == list(heading)]
     rows = []
@@ -55,8 +58,8 @@ def numbers(text):
     return [float(n) for n in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", text)]
 
 
-def both(table):
-    """The rows of a table as they are on the page, and fresh."""
+def rows_of_page_and_program(table):
+    """Return pairs of rows: of the page, and newly computed."""
     heading, *fresh = table
     rows = printed(heading)
     assert len(rows) == len(fresh)
@@ -64,19 +67,20 @@ def both(table):
 
 
 def test_no_table_of_numbers_is_typed(tables):
-    """All but two tables of words are printed by the program, and compared below."""
+    """The program prints all tables but two, which hold only words; tests compare all others."""
     headings = re.findall(r"^(\|.*)\n\|---", PAGE, flags=re.MULTILINE)
     assert len(headings) == len(tables.TABLES) + 2
 
 
 @pytest.mark.slow
 def test_switches(tables):
-    """Exact up to `trusted_until`, where the page has no "~"; beyond it the motion is chaotic.
+    """Counts are exact up to `trusted_until`, where the page has no "~".
 
-    There the counts of other starts and programs spread over a factor of twelve at 1.4 s.
+    Beyond it the motion is chaotic: other initial states and programs count up to twelve times as
+    many or as few at 1.4 s.
     """
     exact = 0
-    for row, fresh in both(tables.switch_table()):
+    for row, fresh in rows_of_page_and_program(tables.switch_table()):
         for old, new in zip(row[1:], fresh[1:], strict=True):
             if old.startswith("~"):
                 (low, high), (least, most) = numbers(old), numbers(new)
@@ -98,8 +102,8 @@ def test_switches_that_can_be_predicted(tables):
 
 @pytest.mark.slow
 def test_rates_of_the_chatter(tables):
-    """Of the ball's laws: nearly those of e and axis 3, axes 1 and 2 within their bounds."""
-    e, third, others, error = both(tables.rate_table())
+    """The rates of e and axis 3 nearly follow the ball's laws; axes 1 and 2 stay within bounds."""
+    e, third, others, error = rows_of_page_and_program(tables.rate_table())
     for column in (0, 1):
         assert numbers(e[column][2]) == pytest.approx(2 * numbers(e[column][1]), rel=0.15)
         assert numbers(third[column][2]) == pytest.approx(2 * numbers(third[column][1]), rel=0.35)
@@ -111,7 +115,7 @@ def test_rates_of_the_chatter(tables):
 
 
 def test_what_the_stabilizers_reflect_into_the_chatter(tables):
-    """The predicted d, against the rate of F after an impulse at C."""
+    """The predicted d agrees with the rate of F after an impulse at C."""
     runs = sys.modules["sliding_runs"]
     system = paper_problem(2000).system
     d = runs.reflected_damping()
@@ -126,8 +130,11 @@ def test_what_the_stabilizers_reflect_into_the_chatter(tables):
 
 
 def test_two_starts_come_apart(tables):
-    """Up to `trusted_until` by at most its 1e-4; beyond it by what the page says, to its size."""
-    for row, fresh in both(tables.trust_table()):
+    """Two close initial states differ by at most 1e-4 up to `trusted_until`.
+
+    Beyond it the difference is that of the page, up to a factor of five.
+    """
+    for row, fresh in rows_of_page_and_program(tables.trust_table()):
         assert numbers(row[3]) == pytest.approx(numbers(fresh[3]), rel=1e-3)
         largest = numbers(fresh[3])[0]
         assert numbers(fresh[1])[0] < 2e-4 * largest
@@ -135,29 +142,29 @@ def test_two_starts_come_apart(tables):
 
 
 def test_events_on_the_slope(tables):
-    for row, fresh in both(tables.event_table()):
+    for row, fresh in rows_of_page_and_program(tables.event_table()):
         assert (row[0], *row[2:]) == (fresh[0], *fresh[2:])
         assert float(row[1]) == pytest.approx(float(fresh[1]), abs=2e-10)
 
 
 def test_the_force_that_holds(tables):
-    for row, fresh in both(tables.holding_table()):
+    for row, fresh in rows_of_page_and_program(tables.holding_table()):
         assert numbers(row[1]) == pytest.approx(numbers(fresh[1]), rel=1e-3)
 
 
 def test_work_on_the_slope(tables):
-    *rows, (residual, fresh) = both(tables.work_table())
+    *rows, (residual, fresh) = rows_of_page_and_program(tables.work_table())
     for row, new in rows:
         assert numbers(row[1]) == pytest.approx(numbers(new[1]), rel=1e-3)
-    # Round-off, which differs between processors.
+    # Both residuals are round-off, which differs between processors.
     assert numbers(residual[1])[0] < 1e-9
     assert numbers(fresh[1])[0] < 1e-9
 
 
 @pytest.mark.slow
 def test_sticking(tables):
-    """Later than `trusted_until`: only what the page concludes from it is asked for."""
-    *rows, bounds, starts = both(tables.sticking_table())
+    """Beyond `trusted_until`: the test demands only the conclusions of the page."""
+    *rows, bounds, starts = rows_of_page_and_program(tables.sticking_table())
     for row, fresh in rows:
         bound = float(row[0])
         for values in (row, fresh):
@@ -166,14 +173,15 @@ def test_sticking(tables):
         assert low / 2 < least
         assert most < high * 2
         assert np.abs(np.subtract(numbers(fresh[3]), numbers(row[3]))).max() < 1
-    # The page: less than 1e-4 rad, and less than between starts. Others agree on 1e-3 rad.
+    # The page claims less than 1e-4 rad, and less than between initial states. Others agree on
+    # 1e-3 rad.
     assert numbers(bounds[0][3])[0] < 0.1
     assert numbers(bounds[0][3])[0] < numbers(starts[0][3])[0]
     assert max(numbers(bounds[1][3])[0], numbers(starts[1][3])[0]) < 1
 
 
 def test_sticking_by_implicit_steps(tables):
-    """Up to where the steps are so short that the motion is chaotic again."""
+    """Down to steps so short that the motion is chaotic again."""
     heading, *fresh = tables.implicit_table(("1.0e-3", "1.0e-4"))
     rows = {row[0]: row for row in printed(heading)}
     for new in fresh:
@@ -182,21 +190,21 @@ def test_sticking_by_implicit_steps(tables):
             assert float(row[column]) == pytest.approx(float(new[column]), abs=2.1 * h)
         assert float(row[2]) == pytest.approx(float(new[2]), rel=0.01)
         assert (row[3], row[6]) == (new[3], new[6])
-    # The ball sticks when the page derives it, the better the shorter the step.
+    # The ball sticks at the time derived on the page, closer for shorter steps.
     ratios = [float(new[5]) / float(new[6]) for new in fresh]
     assert 1 < ratios[1] < 1.03 < ratios[0] < 1.33
 
 
 @pytest.mark.slow
 def test_shorter_implicit_steps(tables):
-    for row, new in both(tables.implicit_table()):
+    for row, new in rows_of_page_and_program(tables.implicit_table()):
         chaotic = float(row[3]) < 1
         assert float(row[1]) == pytest.approx(float(new[1]), rel=0.5 if chaotic else 0.02)
         assert float(row[4]) == pytest.approx(float(new[4]), abs=2.1 * float(row[0]))
 
 
 def test_laws_side_by_side(tables):
-    for row, new in both(tables.law_table()):
+    for row, new in rows_of_page_and_program(tables.law_table()):
         assert row[:2] == list(new[:2])
         exact_digits = row[4] == "2"
         assert (row[2] == "never") == (new[2] == "never")
@@ -229,7 +237,7 @@ def test_the_bounce_as_it_is_drawn(figures, tmp_path):
         (line,) = panel.lines
         y = line.get_ydata()
         crossings.append(int((y[1:-1] * y[2:] < 0).sum()))
-    # E and F zigzag through zero on s = E; on the slope E never does and F once, with s.
+    # On s = E, E and F cross zero often. On s = F + κE, E never does and F once, together with s.
     assert crossings[0] > 50
     assert crossings[2] > 50
     assert crossings[1] == 0
@@ -244,7 +252,7 @@ def test_the_bounce_as_it_is_drawn(figures, tmp_path):
 
 
 def test_the_blocks_of_yaml_are_valid(tables):
-    """Each of them, put over an example."""
+    """Each block loads when it replaces keys of an example."""
     example = sys.modules["sliding_runs"].EXAMPLES / "slope_exact_20000.yaml"
     blocks = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.DOTALL)
     assert len(blocks) == 5
@@ -253,4 +261,5 @@ def test_the_blocks_of_yaml_are_valid(tables):
         for section, values in yaml.safe_load(block).items():
             whole[section] |= values
         controller = rbstab.load_config(whole).controller
+        assert isinstance(controller, SlidingController)
         assert controller.variant == "sliding"

@@ -9,10 +9,11 @@ if TYPE_CHECKING:
     from rbstab.experiment.locus import LocusPoint
 
 MAX_POINTS = 10_000
+"""The largest number of factors."""
 
 
 class Along(NamedTuple):
-    """A gain's key, and the factors on it: from one to another, so many, geometric."""
+    """The key of a gain, and `points` factors on it, geometrically spaced from `start` to `end`."""
 
     key: str
     start: float
@@ -20,11 +21,11 @@ class Along(NamedTuple):
     points: int
 
 
-def parsed(text: str) -> Along:
-    """KEY=FROM:TO:COUNT.
+def parse_along(text: str) -> Along:
+    """Parse KEY=FROM:TO:COUNT.
 
     Raises:
-        UsageError: It is not of that form.
+        UsageError: The text does not have that form.
     """
     key, equals, numbers = text.partition("=")
     try:
@@ -32,8 +33,8 @@ def parsed(text: str) -> Along:
         along = Along(key, float(start), float(end), int(count))
     except ValueError:
         along = Along(key, 0.0, 0.0, 0)
-    sound = 0 < along.start < float("inf") and 0 < along.end < float("inf")
-    if not (key and equals and sound and 1 <= along.points <= MAX_POINTS):
+    in_range = 0 < along.start < float("inf") and 0 < along.end < float("inf")
+    if not (key and equals and in_range and 1 <= along.points <= MAX_POINTS):
         raise click.UsageError(
             f"--along {text}: expected KEY=FROM:TO:COUNT with factors above 0 and a count from 1 "
             f"to {MAX_POINTS}, such as controller.K_r=0.01:1:41"
@@ -41,8 +42,8 @@ def parsed(text: str) -> Along:
     return along
 
 
-def points_of(config: "Config", along: Along) -> "list[LocusPoint]":
-    """The root locus of a config along a gain.
+def locus_points(config: "Config", along: Along) -> "list[LocusPoint]":
+    """Compute the root locus of a config along a gain.
 
     Raises:
         UsageError: The config has no such gain.

@@ -1,4 +1,4 @@
-"""The connection of `rbstab sweep --dask` to a cluster."""
+"""The connection of `rbstab sweep --dask` to a Dask cluster."""
 
 import logging
 from collections.abc import Iterator
@@ -13,28 +13,39 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def connected(address: str, plan: "Plan") -> "Iterator[Executor]":
-    """The cluster at an address, for members of a plan; ends the command where there is none."""
+def connected_cluster(address: str, plan: "Plan") -> "Iterator[Executor]":
+    """Connect to a Dask cluster for the members of a plan.
+
+    Args:
+        address: The address of the scheduler, or the path of its JSON file.
+        plan: The plan.
+
+    Yields:
+        The executor that computes shards on the cluster.
+
+    Raises:
+        UsageError: Dask is not installed, or the cluster cannot be used.
+    """
     from rbstab.sweep.execution.work_queue import ExecutorError
 
     try:
         from rbstab.sweep.execution.dask_executor import cluster
     except ModuleNotFoundError as error:
         raise click.UsageError(
-            f"--dask needs another package ({error.name} is missing): pip install 'rbstab[cluster]'"
+            f"--dask needs the package {error.name}. Run: pip install 'rbstab[cluster]'"
         ) from error
     with ExitStack() as stack:
-        stack.enter_context(_without_logs())
+        stack.enter_context(_logging_off())
         try:
-            found = stack.enter_context(cluster(address, plan.engine))
+            executor = stack.enter_context(cluster(address, plan.engine))
         except ExecutorError as error:
             raise click.UsageError(f"--dask {address}: {error}") from error
-        yield found
+        yield executor
 
 
 @contextmanager
-def _without_logs() -> Iterator[None]:
-    """Keeps Dask from printing tracebacks of what is said here in plain words."""
+def _logging_off() -> Iterator[None]:
+    """Keep Dask from printing tracebacks: this program prints its own messages instead."""
     logging.disable(logging.CRITICAL)
     try:
         yield

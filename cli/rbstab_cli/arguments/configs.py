@@ -1,4 +1,4 @@
-"""Loading the configs of a command line, and saying all that is wrong with them."""
+"""Load the configs on a command line, and print their errors and warnings."""
 
 from collections.abc import Iterable
 from contextlib import suppress
@@ -15,66 +15,67 @@ if TYPE_CHECKING:
 
 
 def load_all(paths: Iterable[Path], changes: Iterable[str]) -> dict[Path, "Config"]:
-    """The configs by their paths.
+    """Load configs, and print their errors or warnings.
 
-    Prints every error of every config and ends the command with exit code 2 if there is one; prints
-    warnings, each once for all the configs that it is about.
+    If any config has an error, print all errors of all configs and end the command with exit code
+    2. Otherwise print the warnings, each once for all configs.
+
+    Args:
+        paths: The files of the configs.
+        changes: Texts `key=value` that replace single values.
+
+    Returns:
+        The configs by their paths.
     """
     from rbstab.config.errors import ConfigError
     from rbstab.config.load import load_config
 
     configs: dict[Path, Config] = {}
-    # One list for all files: an error of the command line is said once, not once for each file.
+    # One list for all files prints an error of the command line once, not once for each file.
     problems: dict[str, None] = {}
     for path in paths:
         try:
             configs[path] = load_config(path, changes)
         except ConfigError as error:
-            problems.update(dict.fromkeys(_said(path, error)))
-    end_with(problems)
-    say_warnings({str(path): config for path, config in configs.items()})
+            problems.update(dict.fromkeys(_problem_lines(path, error)))
+    exit_on_problems(problems)
+    print_warnings({str(path): config for path, config in configs.items()})
     return configs
 
 
-def end_with(problems: Iterable[str]) -> None:
-    """Prints problems and ends the command with exit code 2, if there are any."""
-    said = list(problems)
-    for problem in said:
-        click.echo(problem, err=True)
-    if said:
+def exit_on_problems(problems: Iterable[str]) -> None:
+    """Print problems, and end the command with exit code 2 if there are any."""
+    lines = list(problems)
+    for line in lines:
+        click.echo(line, err=True)
+    if lines:
         raise click.exceptions.Exit(exit_codes.USAGE)
 
 
-def say_warnings(configs: dict[str, "Config"]) -> None:
-    """Prints what is odd about configs, by what they are called; each warning once for all."""
+def print_warnings(configs: dict[str, "Config"]) -> None:
+    """Print the warnings about configs, each once for all configs.
+
+    Args:
+        configs: The configs by their names in messages.
+    """
     from rbstab.config.build import config_warnings
 
     warnings: dict[str, list[str]] = {}
     for label, config in configs.items():
         for warning in config_warnings(config):
             warnings.setdefault(warning, []).append(label)
-    for warning, where in warnings.items():
-        more = f" and {len(where) - 1} more" if len(where) > 1 else ""
-        click.echo(f"warning: {where[0]}{more}: {warning}", err=True)
+    for warning, labels in warnings.items():
+        more = f" and {len(labels) - 1} more" if len(labels) > 1 else ""
+        click.echo(f"warning: {labels[0]}{more}: {warning}", err=True)
 
 
-def _said(path: Path, error: "ConfigError") -> list[str]:
-    """What is wrong with a config, in lines; one line where it is a plan."""
-    from rbstab.config.errors import ConfigError, Location, Problem
+def _problem_lines(path: Path, error: "ConfigError") -> list[str]:
+    """Return one line for each problem of a config; a single line if the file is a plan."""
+    from rbstab.config.errors import ConfigError, ConfigProblem, Location
     from rbstab.sweep.plan.load import is_plan
 
     with suppress(ConfigError):
         if is_plan(path):
             expected = "expected a config; `rbstab run PLAN --member N` runs one of its members"
-            return [str(Problem(Location(str(path)), "", "is the plan of a sweep", expected))]
+            return [str(ConfigProblem(Location(str(path)), "", "is the plan of a sweep", expected))]
     return [str(problem) for problem in error.problems]
-
-
-CHANGES = click.option(
-    "--set",
-    "changes",
-    multiple=True,
-    metavar="KEY=VALUE",
-    help="Replace a value of every config: body.mass=50, controller.K_t[0]=5000. Repeatable.",
-)
-"""The option --set, the same for every command that reads configs."""

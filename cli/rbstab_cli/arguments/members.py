@@ -1,4 +1,4 @@
-"""Members of plans as runs of a command line."""
+"""Load members of plans as configs of single runs."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rbstab_cli.arguments.configs import end_with, say_warnings
-from rbstab_cli.arguments.plans import is_of_a_sweep, sweep_name
+from rbstab_cli.arguments.configs import exit_on_problems, print_warnings
+from rbstab_cli.arguments.plans import is_in_sweep_folder, sweep_name
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -19,7 +19,7 @@ MEMBERS = click.option(
     multiple=True,
     metavar="N",
     type=click.IntRange(0),
-    help="Run member N of a plan, from 0: the files are plans of sweeps. Repeatable.",
+    help="Run member N of a plan, counted from 0; each CONFIG is then a plan. Repeatable.",
 )
 """The option --member."""
 
@@ -27,34 +27,37 @@ MEMBERS = click.option(
 def load_members(
     paths: Iterable[Path], members: Sequence[int], changes: Sequence[str], output: Path
 ) -> dict[tuple[str, str], "Config"]:
-    """The configs of members of plans, by what messages call each, and the stem of its file.
+    """Load the configs of members of plans.
 
-    Prints everything that is wrong and ends the command with exit code 2 if there is anything.
+    If there is any problem, print all problems and end the command with exit code 2.
 
     Args:
         paths: The plans.
         members: Numbers of their members.
         changes: Texts `key=value` that replace single values of the base.
-        output: The folder of results, where a sweep may stand whose engine is taken.
+        output: The folder of results. If it has the sweep of a plan, its engine is used.
+
+    Returns:
+        The configs by two names: the label for messages, and the stem of the result file.
     """
-    plans = _plans(paths, changes, output)
-    end_with(
-        f"{path}: member {number} is not there (expected 0 to {plan.members - 1})"
+    plans = _load_plans(paths, changes, output)
+    exit_on_problems(
+        f"{path}: has no member {number} (expected 0 to {plan.members - 1})"
         for path, plan in plans.items()
         for number in members
         if number >= plan.members
     )
-    found = {
+    configs = {
         (f"{path}, member {number}", f"{sweep_name(path)}-member{number}"): plan.config_of(number)
         for path, plan in plans.items()
         for number in dict.fromkeys(members)
     }
-    say_warnings({label: config for (label, _), config in found.items()})
-    return found
+    print_warnings({label: config for (label, _), config in configs.items()})
+    return configs
 
 
-def _plans(paths: Iterable[Path], changes: Sequence[str], output: Path) -> dict[Path, "Plan"]:
-    from rbstab.config.errors import ConfigError, Location, Problem
+def _load_plans(paths: Iterable[Path], changes: Sequence[str], output: Path) -> dict[Path, "Plan"]:
+    from rbstab.config.errors import ConfigError, ConfigProblem, Location
     from rbstab.sweep.plan.load import is_plan, load_plan
 
     plans: dict[Path, Plan] = {}
@@ -62,21 +65,24 @@ def _plans(paths: Iterable[Path], changes: Sequence[str], output: Path) -> dict[
     for path in paths:
         try:
             if is_plan(path):
-                plans[path] = load_plan(path, (*_engine(path, output), *changes))
+                plans[path] = load_plan(path, (*_engine_change(path, output), *changes))
             else:
-                what, expected = "is no plan of a sweep", "expected one, or no --member"
-                problems[str(Problem(Location(str(path)), "", what, expected))] = None
+                what, expected = "is not the plan of a sweep", "expected a plan, or no --member"
+                problems[str(ConfigProblem(Location(str(path)), "", what, expected))] = None
         except ConfigError as error:
             problems.update(dict.fromkeys(map(str, error.problems)))
-    end_with(problems)
+    exit_on_problems(problems)
     return plans
 
 
-def _engine(path: Path, output: Path) -> tuple[str, ...]:
-    """The engine with which `rbstab sweep` runs, or ran, a plan, as a change of its base."""
-    from rbstab.sweep.folder.sweep_folder import engine_of
-    from rbstab.sweep.members.engines import fastest
+def _engine_change(path: Path, output: Path) -> tuple[str, ...]:
+    """Return the change of a plan's base that sets its engine: that of its sweep, or the fastest.
 
-    if is_of_a_sweep(path):
+    A plan in the folder of a sweep already names its engine, so it needs no change.
+    """
+    from rbstab.sweep.folder.sweep_folder import engine_of
+    from rbstab.sweep.members.engines import fastest_engine
+
+    if is_in_sweep_folder(path):
         return ()
-    return (f"integration.engine={engine_of(output / path.stem) or fastest()}",)
+    return (f"integration.engine={engine_of(output / path.stem) or fastest_engine()}",)

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import click
 
-from rbstab_cli.arguments.configs import CHANGES, load_all
+from rbstab_cli.arguments.configs import load_all
+from rbstab_cli.arguments.options import CHANGES
 
 
 @click.command("check")
@@ -13,11 +14,10 @@ from rbstab_cli.arguments.configs import CHANGES, load_all
 )
 @CHANGES
 def command(configs: tuple[Path, ...], changes: tuple[str, ...]) -> None:
-    """Say whether configs are right, and what is wrong with them.
+    """Check configs and list their errors.
 
-    Prints one line for each right CONFIG: its variant, its coordinates, its engine and its run id.
-    If one is wrong, prints all errors as FILE:LINE:COLUMN: KEY: PROBLEM (EXPECTED) and ends with
-    exit code 2.
+    If every CONFIG is valid, prints one line for each: variant, coordinates, engine and run id.
+    Otherwise prints all errors as FILE:LINE:COLUMN: KEY: PROBLEM (EXPECTED); the exit code is 2.
     """
     from rbstab.config.load import run_id
 

@@ -10,9 +10,9 @@ from click.shell_completion import get_completion_class
 def command(ctx: click.Context, shell: str) -> None:
     """Print the completion script of a shell.
 
-    Put `eval "$(rbstab completion bash)"` (or zsh) into the shell's start-up file; for fish,
-    `rbstab completion fish | source`.
+    Add the line `eval "$(rbstab completion bash)"` (or zsh) to the shell's start-up file. For fish,
+    add `rbstab completion fish | source`.
     """
     completion = get_completion_class(shell)
-    assert completion is not None  # click knows all three choices
+    assert completion is not None  # click supports all three shells
     click.echo(completion(ctx.find_root().command, {}, "rbstab", "_RBSTAB_COMPLETE").source())

@@ -7,31 +7,31 @@ from typing import TYPE_CHECKING
 import click
 
 from rbstab_cli import exit_codes
+from rbstab_cli.arguments.options import AS_JSON, QUIET
 
 if TYPE_CHECKING:
     from rbstab.sweep.sweep import Sweep
     from rbstab_cli.output.sweep_progress import ProgressPrinter
-    from rbstab_cli.sweep_run import Doing
+    from rbstab_cli.sweep_run import SweepTask
 
 
 @click.command("gather")
 @click.argument("folder", metavar="DIR", type=click.Path(file_okay=False, path_type=Path))
-@click.option("--json", "as_json", is_flag=True, help="Print what was found as JSON.")
-@click.option(
-    "-q", "--quiet", is_flag=True, help="No progress and no advice; errors are still said."
-)
+@AS_JSON
+@QUIET
 def command(folder: Path, as_json: bool, quiet: bool) -> None:
-    """Join the shards of a sweep that were computed in parts.
+    """Gather the shards of a sweep into one file.
 
-    DIR is the folder of any sweep (see docs/cluster.md). Nothing is computed but the comparison
-    with scipy. If shards are missing, it is said which, and the exit code is 3.
+    DIR is the folder of a sweep, for example of one computed in parts (see docs/cluster.md). The
+    command computes members only for the comparison with scipy. If shards are missing, it lists
+    them and ends with exit code 3.
     """
     from rbstab.integrate.engines import EngineMissingError
     from rbstab.store.errors import StoreError
-    from rbstab_cli.sweep_run import carry_out
+    from rbstab_cli.sweep_run import run_task
 
     try:
-        carry_out(_gathering(folder, quiet=quiet), fail_fast=False, as_json=as_json, quiet=quiet)
+        run_task(_gather_task(folder, quiet=quiet), fail_fast=False, as_json=as_json, quiet=quiet)
     except StoreError as error:
         click.echo(f"{folder}: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
@@ -39,21 +39,21 @@ def command(folder: Path, as_json: bool, quiet: bool) -> None:
         raise click.UsageError(str(error)) from error
 
 
-def _gathering(folder: Path, *, quiet: bool) -> "Doing":
+def _gather_task(folder: Path, *, quiet: bool) -> "SweepTask":
     from rbstab.sweep.execution.events import Gathering, SweepEvent
     from rbstab.sweep.sweep import gather_folder
 
-    def gathering(on_event: "ProgressPrinter", stop: Event) -> "Sweep":
-        anew = False
+    def task(on_event: "ProgressPrinter", stop: Event) -> "Sweep":
+        gathered_now = False
 
-        def noticed(event: SweepEvent | None) -> None:
-            nonlocal anew
-            anew = anew or isinstance(event, Gathering)
+        def on_gather_event(event: SweepEvent | None) -> None:
+            nonlocal gathered_now
+            gathered_now = gathered_now or isinstance(event, Gathering)
             on_event(event)
 
-        done = gather_folder(folder, noticed, stop)
-        if done.finished and not anew and not quiet:
-            click.echo(f"{folder} is gathered already", err=True)
-        return done
+        sweep = gather_folder(folder, on_gather_event, stop)
+        if sweep.finished and not gathered_now and not quiet:
+            click.echo(f"{folder} is already gathered", err=True)
+        return sweep
 
-    return gathering
+    return task

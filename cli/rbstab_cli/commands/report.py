@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 FORMATS = ("html", "md", "pdf", "text")
 
-MANY = 8
-"""Results whose names are written out in a command."""
+MAX_LISTED = 8
+"""The most results that the stored command lists by name; a pattern replaces more, if one fits."""
 
 ENDINGS = {"html": ".html", "md": ".md", "pdf": ".pdf", "text": ".txt"}
 
@@ -29,20 +29,29 @@ ENDINGS = {"html": ".html", "md": ".md", "pdf": ".pdf", "text": ".txt"}
     "--output",
     metavar="FILE",
     type=click.Path(path_type=Path),
-    help="The report; default results/report.html, or by the format. Text goes to stdout.",
+    help="File of the report; default results/report.html (.md, .pdf by format). Without -o, "
+    "text is printed.",
 )
 @click.option(
     "--format",
     "form",
     type=click.Choice(FORMATS),
-    help="Default: by the name of FILE; html without one.",
+    help="Format of the report; default: from the ending of FILE, or html without -o.",
 )
-@click.option("--title", help="Heading of the report.")
-@click.option("--force", is_flag=True, help="Replace FILE even if it is no report.")
+@click.option("--title", help="Heading of the report; default: from the results.")
+@click.option("--force", is_flag=True, help="Replace FILE even if it is not a report.")
 @click.option(
-    "--json", "as_json", is_flag=True, help="Print what it says as JSON; no report without -o."
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="Print the content as JSON; a report only with -o.",
 )
-@click.option("-q", "--quiet", is_flag=True, help="No word on where it is; errors are still said.")
+@click.option(
+    "-q",
+    "--quiet",
+    is_flag=True,
+    help="Do not print the path of the report; problems are still printed.",
+)
 def command(
     results: tuple[Path, ...],
     output: Path | None,
@@ -54,9 +63,10 @@ def command(
 ) -> None:
     """Make a report of runs and sweeps.
 
-    Each RESULT is the file of a run, the folder of a sweep, or its sweep.h5. A result that cannot
-    be read is named in the report with the reason, and the others are reported; the exit code is
-    then 4.
+    Each RESULT is the file of a run, the folder of a sweep, or its sweep.h5. If a result cannot be
+    read, the report gives the reason and shows the others; the exit code is then 4.
+
+    The formats html, md and pdf need the packages of `pip install 'rbstab[report]'`.
     """
     from rbstab.report.build import report_of
     from rbstab.report.reading.sources import read_sources
@@ -66,19 +76,17 @@ def command(
     _refuse_inputs(path, results)
     try:
         if path is not None:
-            from rbstab.report.writers.write import check_replaceable
-
-            # Before the work, not after it.
-            check_replaceable(path, force=force)
+            # Fail before the work, not after it.
+            _check_writable(path, form, force=force)
         sources = read_sources(results)
         for unread in sources.unread:
             click.echo(f"{unread.path}: {unread.reason}", err=True)
         if not sources.runs and not sources.sweeps:
-            click.echo("Nothing could be read; there is no report.", err=True)
+            click.echo("No result could be read; no report is written.", err=True)
             raise click.exceptions.Exit(exit_codes.STORAGE)
         made_by = _command(results, output, form, title, force=force, as_json=as_json)
         report = report_of(sources, made_by, title)
-        _put(report, path, form, force=force, as_json=as_json)
+        _write_or_print(report, path, form, force=force, as_json=as_json)
     except StoreError as error:
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
@@ -87,8 +95,28 @@ def command(
     raise click.exceptions.Exit(exit_codes.STORAGE if sources.unread else exit_codes.OK)
 
 
+def _check_writable(path: Path, form: str, *, force: bool) -> None:
+    """Check that a report of this format can be written to a path.
+
+    Raises:
+        UsageError: A package that the format needs is not installed.
+        StoreError: As `check_replaceable`.
+    """
+    from rbstab.report.writers.write import (
+        FormatUnavailableError,
+        check_available,
+        check_replaceable,
+    )
+
+    try:
+        check_available(form)
+    except FormatUnavailableError as error:
+        raise click.UsageError(str(error)) from error
+    check_replaceable(path, force=force)
+
+
 def _target(output: Path | None, form: str | None, *, as_json: bool) -> tuple[Path | None, str]:
-    """Where the report goes, None for nowhere or stdout, and its format."""
+    """Return the file of the report, None for no file, and its format."""
     from rbstab.report.writers.write import SUFFIXES
 
     if output is None:
@@ -99,15 +127,19 @@ def _target(output: Path | None, form: str | None, *, as_json: bool) -> tuple[Pa
     if found is None:
         endings = ", ".join(SUFFIXES)
         raise click.UsageError(
-            f"the name of {output} does not say the format: expected one of {endings}, or --format"
+            f"the name of {output} does not give the format: expected one of {endings}, or --format"
         )
     return output, found
 
 
 def _refuse_inputs(path: Path | None, results: tuple[Path, ...]) -> None:
-    """A report never takes the place of what it is made from."""
+    """Refuse to overwrite a result that the report is made from.
+
+    Raises:
+        UsageError: The file of the report is one of the results.
+    """
     if path is not None and any(_same(path, result) for result in results):
-        raise click.UsageError(f"{path} is one of the results: choose another name with -o")
+        raise click.UsageError(f"{path} is one of the results. Choose another name with -o.")
 
 
 def _same(path: Path, other: Path) -> bool:
@@ -117,7 +149,9 @@ def _same(path: Path, other: Path) -> bool:
         return False
 
 
-def _put(report: "Report", path: Path | None, form: str, *, force: bool, as_json: bool) -> None:
+def _write_or_print(
+    report: "Report", path: Path | None, form: str, *, force: bool, as_json: bool
+) -> None:
     if path is not None:
         from rbstab.report.writers.write import write_report
 
@@ -132,7 +166,7 @@ def _put(report: "Report", path: Path | None, form: str, *, force: bool, as_json
 
         from rbstab.report.writers.text import print_report
 
-        # As wide as the terminal; 80 columns where there is none.
+        # The terminal sets the width; without a terminal it is 80 columns.
         print_report(report, Console(highlight=False))
 
 
@@ -145,7 +179,7 @@ def _command(
     force: bool,
     as_json: bool,
 ) -> str:
-    """The command line that makes the report again."""
+    """Return the command line that makes the report again."""
     from rbstab.report.model.words import shell_word
 
     words = ["rbstab", "report", *_names(results)]
@@ -158,15 +192,15 @@ def _command(
 
 
 def _names(results: tuple[Path, ...]) -> list[str]:
-    """The results as a command names them; all of a folder by the pattern that finds them."""
+    """Return the results as words of a command; a pattern may replace all results of a folder."""
     from rbstab.report.model.words import shell_word
 
-    found: list[str] = []
+    names: list[str] = []
     for folder, group in groupby(results, key=lambda result: result.parent):
         files = list(group)
-        there = sorted(path for path in folder.glob("*.h5") if not path.name.startswith("."))
-        if len(files) > MANY and files == there:
-            found.append("*.h5" if folder == Path() else f"{shell_word(folder)}/*.h5")
+        present = sorted(path for path in folder.glob("*.h5") if not path.name.startswith("."))
+        if len(files) > MAX_LISTED and files == present:
+            names.append("*.h5" if folder == Path() else f"{shell_word(folder)}/*.h5")
         else:
-            found += map(shell_word, files)
-    return found
+            names += map(shell_word, files)
+    return names

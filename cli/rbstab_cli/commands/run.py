@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rbstab_cli import exit_codes
-from rbstab_cli.arguments.configs import CHANGES, load_all
+from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.members import MEMBERS, load_members
+from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, results_folder
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -19,36 +20,26 @@ if TYPE_CHECKING:
 @click.argument(
     "configs", nargs=-1, required=True, metavar="CONFIG...", type=click.Path(path_type=Path)
 )
-@click.option(
-    "-o",
-    "--output",
-    default="results",
-    show_default=True,
-    metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Folder of the results; CONFIG.yaml gives DIR/CONFIG.h5.",
-)
+@results_folder("CONFIG.yaml gives DIR/CONFIG.h5")
 @MEMBERS
 @CHANGES
 @click.option(
     "--engine",
     type=click.Choice(["scipy", "heyoka"]),
-    help="The integrator, whatever the configs say: scipy, or heyoka (compiled).",
+    help="Integrator: scipy, or heyoka (compiled); default: from each config.",
 )
 @click.option(
     "--force",
     is_flag=True,
-    help="Repeat finished runs; move a different result of the same name aside.",
+    help="Rerun finished runs; move a different result of the same name aside.",
 )
 @click.option(
     "--prove",
     is_flag=True,
-    help="Prove the rest states and the certified region where DIR/proofs has no proof yet.",
+    help="Prove the rest states and the certified region, unless DIR/proofs has this proof.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
-@click.option(
-    "-q", "--quiet", is_flag=True, help="No progress and no advice; errors are still said."
-)
+@AS_JSON
+@QUIET
 def command(
     configs: tuple[Path, ...],
     output: Path,
@@ -62,19 +53,21 @@ def command(
 ) -> None:
     """Integrate configs and store their results.
 
-    Each CONFIG is a YAML file (see `rbstab schema`). Nothing is run unless all of them are right. A
-    run that is finished already is not repeated, and a different result of the same name is never
-    overwritten. A run that does not complete is stored with its status, and the others go on.
+    Each CONFIG is a YAML file (see `rbstab schema`). If one of them has an error, nothing is run. A
+    finished run is not run again; its stored result is used. A different result of the same name is
+    never overwritten. A run that does not complete is stored with its status, and the next one
+    starts.
 
-    With --member N each CONFIG is the plan of a sweep, and member N of it is run as any single run
-    is, into DIR/PLAN-memberN.h5. The plan in the folder of a sweep will do: DIR/PLAN/plan.yaml.
+    With --member N each CONFIG is the plan of a sweep. Its member N is integrated as a single run
+    and stored as DIR/PLAN-memberN.h5. The plan may be the copy in the sweep's folder:
+    DIR/PLAN/plan.yaml.
     """
     if engine is not None:
         changes = (*changes, f"integration.engine={engine}")
     loaded = (
         load_members(configs, members, changes, output)
         if members
-        else {(str(path), path.stem): found for path, found in load_all(configs, changes).items()}
+        else {(str(path), path.stem): config for path, config in load_all(configs, changes).items()}
     )
     targets = _targets(loaded, output)
     batch = _Batch(output, force=force, prove=prove, quiet=quiet)
@@ -84,7 +77,7 @@ def command(
     except KeyboardInterrupt:
         done = len(batch.finished)
         click.echo(f"Interrupted: {done} of {len(loaded)} runs are stored.", err=True)
-        click.echo("The same command goes on from there.", err=True)
+        click.echo("Run the same command again to resume.", err=True)
         batch.exit_code = exit_codes.INTERRUPTED
     _report(batch.finished, as_json=as_json)
     if batch.finished and not quiet and batch.exit_code != exit_codes.INTERRUPTED:
@@ -93,23 +86,27 @@ def command(
 
 
 def _targets(names: Iterable[tuple[str, str]], output: Path) -> dict[tuple[str, str], Path]:
-    """The result file of each label and stem; two configs with one result are an error."""
+    """Return the result file of each label and stem.
+
+    Raises:
+        UsageError: Two configs would write the same file.
+    """
     owners: dict[Path, str] = {}
-    found = {}
+    targets = {}
     for label, stem in names:
         target = output / f"{stem}.h5"
         if target in owners:
             raise click.UsageError(
-                f"{owners[target]} and {label} would both write {target}: "
-                "run them into different folders with -o"
+                f"{owners[target]} and {label} would both write {target}. "
+                "Run them one by one into different folders with -o."
             )
         owners[target] = label
-        found[label, stem] = target
-    return found
+        targets[label, stem] = target
+    return targets
 
 
 class _Batch:
-    """The runs of one command, one after the other."""
+    """The runs of one command, executed one after the other."""
 
     def __init__(self, output: Path, *, force: bool, prove: bool, quiet: bool) -> None:
         self.output = output
@@ -124,12 +121,12 @@ class _Batch:
         from rbstab.experiment.run_to_file import run_to_file
         from rbstab.integrate.engines import EngineMissingError
         from rbstab.store.errors import StoreError
-        from rbstab_cli.output.progress import bar
+        from rbstab_cli.output.progress import progress_bar
 
         find = proof_for if self.prove else cached_proof
         try:
             proof = find(self.output, config)
-            with bar(
+            with progress_bar(
                 Path(label).name, config.integration.duration, wanted=not self.quiet
             ) as progress:
                 run = run_to_file(config, target, force=self.force, proof=proof, progress=progress)
@@ -140,32 +137,34 @@ class _Batch:
             self.exit_code = exit_codes.STORAGE
             return
         self.finished.append(run)
-        self._say(label, run)
+        self._print(label, run)
         if run.result.status != "completed" and self.exit_code == exit_codes.OK:
             self.exit_code = exit_codes.NOT_COMPLETED
 
-    def _say(self, label: str, run: "FiledRun") -> None:
+    def _print(self, label: str, run: "FiledRun") -> None:
         result = run.result
         if run.moved_aside is not None:
-            click.echo(f"{label}: the result that was there is now {run.moved_aside}", err=True)
+            click.echo(f"{label}: the previous result was moved to {run.moved_aside}", err=True)
         if result.status != "completed":
             click.echo(f"{label}: {result.status}: {result.attributes['status_detail']}", err=True)
-        elif not self.quiet and not run.repeated:
-            click.echo(f"{label}: done already ({run.path}); --force repeats it", err=True)
+        elif not self.quiet and not run.computed:
+            click.echo(f"{label}: already done ({run.path}). Rerun it with --force.", err=True)
         elif not self.quiet:
             seconds = float(result.attributes["wall_time"])
             click.echo(f"{label}: {result.status} in {seconds:.2f} s -> {run.path}", err=True)
-        self._say_violations(label, run)
+        self._print_violations(label, run)
 
     @staticmethod
-    def _say_violations(label: str, run: "FiledRun") -> None:
-        from rbstab_cli.output.certificate import VIOLATED, lines_of
+    def _print_violations(label: str, run: "FiledRun") -> None:
+        from rbstab_cli.output.certificate import VIOLATED, certificate_checks
 
-        for line in lines_of(run.result):
-            if line["verdict"] == VIOLATED:
-                found = f"{line['quantity']} is {line['value']:.3g}, against {line['bound']:.3g}"
+        for check in certificate_checks(run.result):
+            if check["verdict"] == VIOLATED:
+                values = f"is {check['value']:.3g} (bound {check['bound']:.3g})"
                 click.echo(
-                    f"{label}: the Lyapunov argument fails: {line['check']}: {found}", err=True
+                    f"{label}: the Lyapunov argument fails: "
+                    f"{check['check']}: {check['quantity']} {values}",
+                    err=True,
                 )
 
 
@@ -173,29 +172,30 @@ def _report(runs: list["FiledRun"], *, as_json: bool) -> None:
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
-        print_json([_facts(run) for run in runs])
+        print_json([_run_data(run) for run in runs])
     elif runs:
         _print_table(runs)
 
 
-def _facts(run: "FiledRun") -> dict[str, Any]:
-    from rbstab_cli.output.facts import facts_of
+def _run_data(run: "FiledRun") -> dict[str, Any]:
+    from rbstab_cli.output.facts import run_data
 
-    return {"file": str(run.path), "repeated": run.repeated, **facts_of(run.result)}
+    return {"file": str(run.path), "computed": run.computed, **run_data(run.result)}
 
 
 def _print_table(runs: list["FiledRun"]) -> None:
     from rbstab.experiment.summary import summary_of
-    from rbstab_cli.output.tables import number, row, show, table
+    from rbstab.integrate.status import RunStatus
+    from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
     numbers = ("v(0) [J]", "v(end) [J]", "|r|/v(0)", "max|E| [m]", "max|θ2| [rad]", "time [s]")
     words = ("status", "verdict")
-    made = table("file", *words, *numbers, words=words, numbers=numbers)
+    table = new_table("file", *words, *numbers, words=words, numbers=numbers)
     for run in runs:
         s, result = summary_of(run.result), run.result
-        completed = result.status == "completed"
-        row(
-            made,
+        completed = result.status == RunStatus.COMPLETED
+        add_row(
+            table,
             str(run.path),
             result.status if completed else f"{result.status} at {s.end_time:.4g} s",
             str(result.attributes.get("verdict", "-")),
@@ -207,4 +207,4 @@ def _print_table(runs: list["FiledRun"]) -> None:
             number(float(result.attributes["wall_time"]), 3),
             style=None if completed else "yellow",
         )
-    show(made)
+    print_table(table)

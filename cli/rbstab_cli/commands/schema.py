@@ -7,9 +7,9 @@ import click
 def command() -> None:
     """Print the JSON Schema of a config, for editors.
 
-    With the YAML extension of most editors, a first line
-    `# yaml-language-server: $schema=rbstab.schema.json` completes and checks a config after
-    `rbstab schema > rbstab.schema.json`.
+    Write it to a file: `rbstab schema > rbstab.schema.json`. If a config then starts with the line
+    `# yaml-language-server: $schema=rbstab.schema.json`, the YAML extension of most editors
+    completes and checks it.
     """
     from rbstab.config.schema import json_schema
     from rbstab_cli.output.json_output import print_json

@@ -8,27 +8,35 @@ import click
 from rbstab_cli import exit_codes
 
 if TYPE_CHECKING:
-    from rbstab.experiment.summary import Comparison
+    from rbstab.experiment.summary import ReferenceValue
     from rbstab.store.result import Result
 
 
 @click.command("show")
 @click.argument("result", metavar="RESULT", type=click.Path(path_type=Path))
-@click.option("--json", "as_json", is_flag=True, help="Print everything but the arrays as JSON.")
 @click.option(
-    "--config", "as_config", is_flag=True, help="Print the stored config alone; it runs as it is."
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="Print everything as JSON, except the values of the arrays.",
+)
+@click.option(
+    "--config",
+    "as_config",
+    is_flag=True,
+    help="Print only the stored config, which can be run as it is.",
 )
 def command(result: Path, as_json: bool, as_config: bool) -> None:
-    """Show what a result holds.
+    """Show the content of a result.
 
-    Prints how the run ended, its Lyapunov function and audit, its final state, the printed values
-    of its reference beside the computed ones, the arrays in the file, and where it comes from.
+    Prints the status of the run, its Lyapunov function and audit, its final state, the values that
+    its reference prints beside the computed ones, the arrays in the file, and its provenance.
     """
     from rbstab.store.errors import StoreError
     from rbstab.store.run_file import open_result
 
     if as_json and as_config:
-        raise click.UsageError("expected either --json or --config")
+        raise click.UsageError("--json cannot be combined with --config")
     try:
         opened = open_result(result)
     except StoreError as error:
@@ -42,23 +50,23 @@ def command(result: Path, as_json: bool, as_config: bool) -> None:
         _print_tables(opened)
 
 
-def _comparisons(result: "Result") -> tuple[str, list["Comparison"]]:
-    """Where the reference of the stored config comes from, and its values beside the computed."""
+def _comparisons(result: "Result") -> tuple[str, list["ReferenceValue"]]:
+    """Return the source of the stored config's reference, and printed and computed values."""
     from rbstab.experiment.stored_config import stored_config
-    from rbstab.experiment.summary import comparisons_of
+    from rbstab.experiment.summary import reference_values_of
 
-    # A file that another version of the program wrote is still worth showing.
+    # The config is None if this version cannot read it; the rest is still shown.
     config = stored_config(result).config
     reference = config.reference if config is not None else None
     if reference is None:
         return "", []
     note = f" ({reference.note})" if reference.note else ""
-    return reference.source + note, comparisons_of(result, reference)
+    return reference.source + note, reference_values_of(result, reference)
 
 
 def _print_json(result: "Result") -> None:
-    from rbstab_cli.output.certificate import lines_of
-    from rbstab_cli.output.facts import facts_of
+    from rbstab_cli.output.certificate import certificate_checks
+    from rbstab_cli.output.facts import run_data
     from rbstab_cli.output.json_output import print_json
 
     source, comparisons = _comparisons(result)
@@ -67,46 +75,54 @@ def _print_json(result: "Result") -> None:
         for name, v in result.variables.items()
     }
     reference = {"source": source, "values": [c._asdict() for c in comparisons]}
-    facts = {"certificate": lines_of(result), "final": _final(result), "reference": reference}
-    print_json({**facts_of(result), **facts, "arrays": arrays, "config": result.config})
+    more = {
+        "certificate": certificate_checks(result),
+        "final": _final_state(result),
+        "reference": reference,
+    }
+    print_json({**run_data(result), **more, "arrays": arrays, "config": result.config})
 
 
-def _final(result: "Result") -> dict[str, list[float]]:
-    names = ("orientation", "angular_velocity", "position", "velocity", "connector_state")
+def _final_state(result: "Result") -> dict[str, list[float]]:
+    from rbstab.elements.registry import OWN_STATES
+
+    names = ("orientation", "angular_velocity", "position", "velocity", *OWN_STATES)
     return {name: result[name][-1].tolist() for name in names if name in result}
 
 
 def _print_tables(result: "Result") -> None:
     from rbstab.experiment.summary import summary_of
-    from rbstab_cli.output.certificate import show_certificate
-    from rbstab_cli.output.tables import number, row, show, table
+    from rbstab_cli.output.certificate import print_certificate
+    from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
     s, attributes = summary_of(result), result.attributes
-    made = table("quantity", "value")
-    row(made, "title", str(attributes["title"]))
+    table = new_table("quantity", "value")
+    add_row(table, "title", str(attributes["title"]))
     detail = f": {attributes['status_detail']}" if attributes.get("status_detail") else ""
-    row(made, "status", result.status + detail)
-    row(made, "verdict", str(attributes.get("verdict", "-")))
-    row(made, "v(0), v(end)", f"{number(s.lyapunov_start, 7)} J, {number(s.lyapunov_end, 7)} J")
-    row(made, "max |r| / v(0)", number(s.relative_residual, 2))
-    row(made, "peak E by axis", _vector(s.peak_contact_displacement) + " m")
-    row(made, "max |θ2|", f"{number(s.largest_pitch)} rad")
-    for name, value in _final(result).items():
-        row(made, f"final {name}", f"{_vector(value)} {result.variables[name].unit}")
+    add_row(table, "status", result.status + detail)
+    add_row(table, "verdict", str(attributes.get("verdict", "-")))
+    add_row(
+        table, "v(0), v(end)", f"{number(s.lyapunov_start, 7)} J, {number(s.lyapunov_end, 7)} J"
+    )
+    add_row(table, "max |r| / v(0)", number(s.relative_residual, 2))
+    add_row(table, "peak E by axis", _vector(s.peak_contact_displacement) + " m")
+    add_row(table, "max |θ2|", f"{number(s.largest_pitch)} rad")
+    for name, value in _final_state(result).items():
+        add_row(table, f"final {name}", f"{_vector(value)} {result.variables[name].unit}")
     for warning in str(attributes.get("warnings", "")).splitlines():
-        row(made, "warning", warning, style="yellow")
-    show(made)
-    show_certificate(result)
+        add_row(table, "warning", warning, style="yellow")
+    print_table(table)
+    print_certificate(result)
     _print_reference(result)
-    made = table("array", "dimensions", "unit", "what it is")
+    table = new_table("array", "dimensions", "unit", "meaning")
     for name, variable in result.variables.items():
         dimensions = ", ".join(variable.dimensions) or "-"
-        row(made, name, dimensions, variable.unit, variable.long_name)
-    show(made)
-    made = table("provenance", "value")
+        add_row(table, name, dimensions, variable.unit, variable.long_name)
+    print_table(table)
+    table = new_table("provenance", "value")
     for name in [name for name in attributes if name not in _SHOWN_ABOVE]:
-        row(made, name, str(attributes[name]))
-    show(made)
+        add_row(table, name, str(attributes[name]))
+    print_table(table)
 
 
 _SHOWN_ABOVE = ("title", "status", "status_detail", "verdict", "warnings")
@@ -114,16 +130,16 @@ _SHOWN_ABOVE = ("title", "status", "status_detail", "verdict", "warnings")
 
 def _print_reference(result: "Result") -> None:
     from rbstab.config.errors import printable
-    from rbstab_cli.output.tables import row, show, table
+    from rbstab_cli.output.tables import add_row, new_table, print_table
 
     source, comparisons = _comparisons(result)
     if not comparisons:
         return
     click.echo(f"Reference: {printable(source)}")
-    made = table("quantity", "printed", "computed")
+    table = new_table("quantity", "printed", "computed")
     for c in comparisons:
-        row(made, f"{c.name} [{c.unit}]", _vector(c.printed), _vector(c.computed))
-    show(made)
+        add_row(table, f"{c.name} [{c.unit}]", _vector(c.printed), _vector(c.computed))
+    print_table(table)
 
 
 def _vector(values: Any) -> str:

@@ -5,11 +5,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rbstab_cli.arguments.configs import CHANGES, load_all
+from rbstab_cli.arguments.configs import load_all
+from rbstab_cli.arguments.options import CHANGES
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
+    from rbstab.experiment.proof import Proof
     from rbstab.experiment.stability import Stability
+    from rbstab.integrate.problem import Problem
     from rbstab.store.result import Result
 
 
@@ -17,14 +20,14 @@ if TYPE_CHECKING:
 @click.argument(
     "configs", nargs=-1, required=True, metavar="CONFIG...", type=click.Path(path_type=Path)
 )
-@click.option("--search-only", is_flag=True, help="Search for rest states, and prove nothing.")
+@click.option("--search-only", is_flag=True, help="Search for rest states without a proof.")
 @click.option(
     "--along",
     "alongs",
     multiple=True,
     metavar="KEY=FROM:TO:COUNT",
-    help="Follow the eigenvalues while a gain is multiplied by factors FROM to TO, equally spaced "
-    "in their logarithm: controller.K_r=0.01:1:41. Repeatable.",
+    help="Compute the eigenvalues for COUNT factors on a gain, geometrically spaced from FROM to "
+    "TO: controller.K_r=0.01:1:41. Repeatable.",
 )
 @CHANGES
 @click.option(
@@ -33,16 +36,16 @@ if TYPE_CHECKING:
     show_default=True,
     metavar="DIR",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Folder of results, where proofs are kept (DIR/proofs) and read.",
+    help="Folder of results; proofs are stored in DIR/proofs and read from there.",
 )
-@click.option("--no-run", is_flag=True, help="Leave out the certificate of the run itself.")
-@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
+@click.option("--no-run", is_flag=True, help="Leave out the run and its certificate.")
+@click.option("--json", "as_json", is_flag=True, help="Print all results as JSON.")
 @click.option(
     "-o",
     "--output",
     metavar="FILE",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Write it to a file instead of printing it.",
+    help="Write the output to FILE instead of printing it.",
 )
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 def command(
@@ -56,72 +59,73 @@ def command(
     output: Path | None,
     force: bool,
 ) -> None:
-    """Say what is proved, what is only seen and what is false of configs.
+    """Find the rest states of configs, and prove where motions converge.
 
-    For each CONFIG: its rest states, proved to be all or not; whether "globally stable" can hold;
-    the region in which convergence is proved, and whether this start is inside; the linearised
-    system at each rest state; and the certificate of its run, which is read from DIR if it is
-    finished there.
+    For each CONFIG, prints: its rest states, and whether the list is proved to be complete; whether
+    "globally stable" can hold; the region in which convergence is proved, and whether the initial
+    state is inside; the linearised system at each rest state; the certificate of its run. A
+    finished run is read from DIR; a new run is not stored.
     """
-    from rbstab_cli.arguments.along import parsed, points_of
-    from rbstab_cli.output.printed import printed_to
-    from rbstab_cli.output.stability_report import StabilityReport, data_of
+    from rbstab.config.build import problem_of
+    from rbstab_cli.arguments.along import locus_points, parse_along
+    from rbstab_cli.output.printed import stdout_to_file
+    from rbstab_cli.output.stability_report import StabilityReport, stability_data
     from rbstab_cli.output.stability_tables import print_stability_report
-    from rbstab_cli.output.text_file import refuse_taken
+    from rbstab_cli.output.text_file import refuse_existing
 
     if output is not None:
-        refuse_taken(output, force=force)
+        refuse_existing(output, force=force)
     loaded = load_all(configs, changes)
-    wanted = [parsed(text) for text in alongs]
-    answers = [
-        StabilityReport(
-            path,
-            config,
-            stability := _stability(config, results, search_only=search_only),
-            None if no_run else _run(path, config, results, stability),
-            [(along, points_of(config, along)) for along in wanted],
-        )
-        for path, config in loaded.items()
-    ]
-    with printed_to(output, force=force):
+    loci = [parse_along(text) for text in alongs]
+    reports = []
+    for path, config in loaded.items():
+        problem = problem_of(config)
+        stability = _stability(config, problem, results, search_only=search_only)
+        run = None if no_run else _run(path, config, problem, results, stability.proof)
+        points = [(along, locus_points(config, along)) for along in loci]
+        reports.append(StabilityReport(path, config, stability, run, points))
+    with stdout_to_file(output, force=force):
         if as_json:
             from rbstab_cli.output.json_output import print_json
 
-            print_json([data_of(answer) for answer in answers])
+            print_json([stability_data(report) for report in reports])
         else:
-            for answer in answers:
-                print_stability_report(answer)
+            for report in reports:
+                print_stability_report(report)
 
 
-def _stability(config: "Config", results: Path, *, search_only: bool) -> "Stability":
+def _stability(
+    config: "Config", problem: "Problem", results: Path, *, search_only: bool
+) -> "Stability":
     from rbstab.experiment.proof import prove
     from rbstab.experiment.proof_cache import cached_proof, proof_for
     from rbstab.experiment.stability import stability_of
     from rbstab.store.errors import StoreError
 
     if search_only:
-        proof = cached_proof(results, config) or prove(config, search_only=True)
-        return stability_of(config, proof)
+        proof = cached_proof(results, config) or prove(config, problem, search_only=True)
+        return stability_of(problem, proof)
     try:
-        proof = proof_for(results, config)
+        proof = proof_for(results, config, problem)
     except StoreError as error:
-        # What was proved is worth saying, though it cannot be kept.
-        click.echo(f"warning: {error}; the proof is not kept", err=True)
-        proof = prove(config)
-    return stability_of(config, proof)
+        # Print the proof although it cannot be stored.
+        click.echo(f"warning: {error}; the proof is not stored", err=True)
+        proof = prove(config, problem)
+    return stability_of(problem, proof)
 
 
-def _run(path: Path, config: "Config", results: Path, stability: "Stability") -> "Result":
-    """The run of a config: that in the folder of results if it is finished there, or a new one."""
+def _run(
+    path: Path, config: "Config", problem: "Problem", results: Path, proof: "Proof"
+) -> "Result":
+    """Return the stored run of a config if it has finished, or else integrate it."""
     from rbstab.experiment.run_to_file import finished_run
-    from rbstab.experiment.simulate import simulate
+    from rbstab.experiment.simulate import simulate_problem
     from rbstab.integrate.engines import EngineMissingError
 
-    proof = stability.proof
-    found = finished_run(config, results / f"{path.stem}.h5", proof=proof)
+    found = finished_run(config, problem, results / f"{path.stem}.h5", proof=proof)
     if found is not None:
         return found
     try:
-        return simulate(config, proof=proof)
+        return simulate_problem(config, problem, proof=proof)
     except EngineMissingError as error:
         raise click.UsageError(str(error)) from error

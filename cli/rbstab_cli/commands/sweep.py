@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from rbstab_cli import exit_codes
-from rbstab_cli.arguments.configs import CHANGES
-from rbstab_cli.arguments.plans import is_of_a_sweep, sweep_name
+from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, results_folder
+from rbstab_cli.arguments.plans import is_in_sweep_folder, sweep_name
 
 if TYPE_CHECKING:
     from rbstab.sweep.folder.parts import Part
@@ -18,15 +18,25 @@ if TYPE_CHECKING:
 
 
 def _part(_context: click.Context, _parameter: click.Parameter, text: str | None) -> "Part | None":
-    """The part that --shard names."""
+    """Parse the value I/N of --part."""
     if text is None:
         return None
-    from rbstab.sweep.folder.parts import part_of
+    from rbstab.sweep.folder.parts import parse_part
 
     try:
-        return part_of(text)
+        return parse_part(text)
     except ValueError as error:
         raise click.BadParameter(str(error)) from error
+
+
+def _part_by_old_name(
+    context: click.Context, parameter: click.Parameter, text: str | None
+) -> "Part | None":
+    """Parse the value I/N of --shard, and warn that the option is called --part now."""
+    # Shell completion parses the line too, but must print nothing.
+    if text is not None and not context.resilient_parsing:
+        click.echo("warning: --shard is called --part now. Use --part I/N.", err=True)
+    return _part(context, parameter, text)
 
 
 @click.command("sweep")
@@ -36,55 +46,47 @@ def _part(_context: click.Context, _parameter: click.Parameter, text: str | None
     "status_of",
     metavar="DIR",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Say how far the sweep in the folder DIR is, and do nothing.",
+    help="Show the status of the sweep in the folder DIR, and run nothing.",
 )
-@click.option(
-    "-o",
-    "--output",
-    default="results",
-    show_default=True,
-    metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Folder of the results; PLAN.yaml gives the folder DIR/PLAN.",
-)
+@results_folder("PLAN.yaml gives the folder DIR/PLAN")
 @CHANGES
 @click.option(
     "--engine",
     type=click.Choice(["heyoka", "scipy"]),
-    help="The integrator, whatever the base says; default heyoka where it is installed.",
+    help="Integrator; default: that of the stored sweep, or else heyoka if it is installed. "
+    "The engine of the base is not used.",
 )
 @click.option(
     "--threads",
     type=click.IntRange(1),
-    help="Members followed side by side; default: as many as processors.",
+    help="Threads that integrate members; default: one for each processor.",
 )
-@click.option("--shard-size", type=click.IntRange(1), help="Members that are stored together.")
+@click.option("--shard-size", type=click.IntRange(1), help="Members in each shard (file).")
 @click.option(
-    "--shard",
+    "--part",
     "part",
     metavar="I/N",
     callback=_part,
-    help="Compute part I of N only, beside others; `rbstab gather` joins them.",
+    help="Compute only part I of N. When all parts are done, run `rbstab gather`.",
 )
+@click.option("--shard", "old_part", metavar="I/N", callback=_part_by_old_name, hidden=True)
 @click.option(
     "--dask",
     metavar="ADDRESS",
-    help="Compute on the Dask cluster whose scheduler is at ADDRESS (or described in a JSON file).",
+    help="Compute on a Dask cluster. ADDRESS is its scheduler's address, or its JSON file.",
 )
 @click.option(
-    "--dry-run", is_flag=True, help="Say how much there is to do, and how long it will take."
+    "--dry-run", is_flag=True, help="Estimate time and disk space of the sweep, and run nothing."
 )
 @click.option(
     "--retry-failed",
     is_flag=True,
-    help="Repeat members that diverged, hit a limit or could not be integrated.",
+    help="Rerun shards with failed members (diverged, hit a limit, not integrated).",
 )
-@click.option("--fail-fast", is_flag=True, help="Stop at the first such member.")
+@click.option("--fail-fast", is_flag=True, help="Stop at the first failed member.")
 @click.option("--force", is_flag=True, help="Move a different sweep of the same name aside.")
-@click.option("--json", "as_json", is_flag=True, help="Print what was found as JSON.")
-@click.option(
-    "-q", "--quiet", is_flag=True, help="No progress and no advice; errors are still said."
-)
+@AS_JSON
+@QUIET
 def command(
     plan: Path | None,
     status_of: Path | None,
@@ -94,6 +96,7 @@ def command(
     threads: int | None,
     shard_size: int | None,
     part: "Part | None",
+    old_part: "Part | None",
     dask: str | None,
     dry_run: bool,
     retry_failed: bool,
@@ -102,25 +105,28 @@ def command(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Run all members of a plan and store what becomes of them.
+    """Run all members of a plan and store their outcomes.
 
-    PLAN is a YAML file (see docs/sweeps.md). The same command goes on where the last one stopped,
-    however that came; nothing that is done is repeated. A member that does not complete is stored
-    with its status. If none completes, the exit code is 3.
+    PLAN is a YAML file (see docs/sweeps.md). Run the same command again to resume a stopped sweep;
+    finished shards are not computed again. A member that does not complete is stored with its
+    status. If no member completes, the exit code is 3.
     """
     from rbstab.store.errors import StoreError
 
     if (plan is None) == (status_of is None):
         raise click.UsageError("expected either PLAN or --status DIR")
     given: dict[str, object] = {
-        "--shard": part,
+        "--part": part,
+        "--shard": old_part,
         "--force": force,
         "--dask": dask,
         "--threads": threads,
     }
     given["--dry-run"] = dry_run
+    _refuse_together(given, "--part", "--shard", "--force")
     _refuse_together(given, "--shard", "--force")
     _refuse_together(given, "--dask", "--threads", "--dry-run")
+    part = part or old_part
     try:
         if status_of is not None:
             from rbstab_cli.output.sweep_report import report_status
@@ -131,7 +137,7 @@ def command(
 
             folder = output / sweep_name(plan)
             name = _engine(engine, folder, plan)
-            loaded = _loaded(plan, (*changes, f"integration.engine={name}"))
+            loaded = _load(plan, (*changes, f"integration.engine={name}"))
             options = SweepOptions(None, threads, shard_size, retry_failed, fail_fast, force, part)
             if dry_run:
                 from rbstab_cli.output.sweep_report import report_estimate
@@ -145,18 +151,22 @@ def command(
 
 
 def _engine(wanted: str | None, folder: Path, plan: Path) -> str:
-    """The engine: the wanted one, or that with which the sweep was begun, or the fastest."""
+    """Return the engine: the wanted one, or the one of the stored sweep, or the fastest.
+
+    Raises:
+        UsageError: The engine is not installed.
+    """
     from rbstab.integrate.engines import EngineMissingError
     from rbstab.sweep.folder.sweep_folder import engine_of
-    from rbstab.sweep.members.engines import factory_for, fastest
+    from rbstab.sweep.members.engines import factory_for, fastest_engine
 
     name = wanted or engine_of(folder)
-    if name is None and is_of_a_sweep(plan):
+    if name is None and is_in_sweep_folder(plan):
         name = engine_of(plan.parent)
     if name is None:
-        name = fastest()
+        name = fastest_engine()
         if name == "scipy":
-            click.echo("heyoka is not installed: scipy is used, which takes much longer", err=True)
+            click.echo("heyoka is not installed: using scipy, which is much slower", err=True)
     try:
         factory_for(name)
     except EngineMissingError as error:
@@ -164,8 +174,8 @@ def _engine(wanted: str | None, folder: Path, plan: Path) -> str:
     return name
 
 
-def _loaded(path: Path, changes: tuple[str, ...]) -> "Plan":
-    """The plan; ends the command with exit code 2 and everything that is wrong."""
+def _load(path: Path, changes: tuple[str, ...]) -> "Plan":
+    """Load a plan; if it has errors, print all of them and end the command with exit code 2."""
     from rbstab.config.build import config_warnings
     from rbstab.config.errors import ConfigError
     from rbstab.sweep.plan.load import load_plan
@@ -192,14 +202,16 @@ def _sweep(
     quiet: bool,
 ) -> None:
     from rbstab.sweep.sweep import sweep_to_folder
-    from rbstab_cli.sweep_run import carry_out
+    from rbstab_cli.sweep_run import run_task
 
     with ExitStack() as stack:
         if cluster is not None:
-            from rbstab_cli.arguments.cluster import connected
+            from rbstab_cli.arguments.cluster import connected_cluster
 
-            options = replace(options, executor=stack.enter_context(connected(cluster, plan)))
-        carry_out(
+            options = replace(
+                options, executor=stack.enter_context(connected_cluster(cluster, plan))
+            )
+        run_task(
             lambda on_event, stop: sweep_to_folder(plan, folder, options, on_event, stop),
             fail_fast=options.fail_fast,
             as_json=as_json,
@@ -208,7 +220,7 @@ def _sweep(
 
 
 def _refuse_together(given: dict[str, object], first: str, *others: str) -> None:
-    """Ends the command with exit code 2 where options were given of which one rules out others."""
+    """End the command with exit code 2 if the first option is given with one of the others."""
     for other in others:
         if given[first] and given[other]:
             raise click.UsageError(f"{first} cannot be combined with {other}")

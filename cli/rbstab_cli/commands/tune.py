@@ -8,7 +8,8 @@ import click
 
 from rbstab.experiment.tuning.objective import OBJECTIVES
 from rbstab_cli import exit_codes
-from rbstab_cli.arguments.configs import CHANGES, load_all
+from rbstab_cli.arguments.configs import load_all
+from rbstab_cli.arguments.options import AS_JSON, CHANGES
 
 if TYPE_CHECKING:
     from rbstab.experiment.tuning.tune import Tuned
@@ -31,7 +32,7 @@ def _bounds(_context: click.Context, _parameter: click.Parameter, text: str) -> 
     "--objective",
     required=True,
     type=click.Choice(list(OBJECTIVES)),
-    help="What is to be small: "
+    help="The quantity to minimize: "
     + "; ".join(f"{o.name}, {o.meaning} [{o.unit}]" for o in OBJECTIVES.values())
     + ".",
 )
@@ -39,7 +40,7 @@ def _bounds(_context: click.Context, _parameter: click.Parameter, text: str) -> 
     "--over",
     required=True,
     metavar="KEY,...",
-    help="What is scaled: controller.L_c as a whole, or controller.L_c[0] of a diagonal.",
+    help="Gains to scale: all of controller.L_c, or the diagonal entry controller.L_c[0].",
 )
 @click.option(
     "--bounds",
@@ -47,18 +48,18 @@ def _bounds(_context: click.Context, _parameter: click.Parameter, text: str) -> 
     show_default=True,
     metavar="LOW:HIGH",
     callback=_bounds,
-    help="The least and the largest factor on the given values.",
+    help="The smallest and the largest factor on the given gains.",
 )
 @click.option(
     "-o",
     "--output",
     metavar="FILE",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="The new config; CONFIG.yaml gives CONFIG_tuned.yaml in the working folder.",
+    help="File of the new config; CONFIG.yaml gives CONFIG_tuned.yaml in the working folder.",
 )
 @CHANGES
-@click.option("--force", is_flag=True, help="Replace the new config's file if it is there.")
-@click.option("--json", "as_json", is_flag=True, help="Print what was found as JSON.")
+@click.option("--force", is_flag=True, help="Replace FILE if it exists.")
+@AS_JSON
 def command(
     config: Path,
     objective: str,
@@ -69,22 +70,22 @@ def command(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Scale gains so that an objective of the run becomes small.
+    """Scale gains to minimize an objective of the run.
 
-    Tries configs all over the bounds, then follows exact gradients from the given one and from the
-    best, and writes the best that it met as a new config, which is never worse than the given one.
-    Nothing is written where nothing better is found. A run that does not complete, or does not
-    settle, counts as worst; if there is no other, the exit code is 3.
+    Samples configs within the bounds, then descends along exact gradients from the given config and
+    from the best sample. Writes the best config found; if none is better than the given one, writes
+    nothing. A run that does not complete or does not settle counts as worst; if no run completes
+    and settles, the exit code is 3.
     """
-    from rbstab_cli.motion_errors import said_of
-    from rbstab_cli.output.text_file import refuse_taken, write_text
+    from rbstab_cli.motion_errors import motion_errors
+    from rbstab_cli.output.text_file import refuse_existing, write_text
 
     target = output or Path(f"{config.stem}_tuned.yaml")
     if target.resolve() == config.resolve():
-        raise click.UsageError(f"{target} is the given config; choose another file with -o")
-    refuse_taken(target, force=force)
+        raise click.UsageError(f"{target} is the given config. Choose another file with -o.")
+    refuse_existing(target, force=force)
     ((path, loaded),) = load_all([config], changes).items()
-    with said_of(path):
+    with motion_errors(path):
         from rbstab.experiment.tuning.tune import tune
 
         found = tune(loaded, objective, over.split(","), bounds)
@@ -94,11 +95,11 @@ def command(
         write_text(target, resolved_yaml(found.config), force=force)
     _report(found, target, as_json=as_json)
     if found.better:
-        click.echo(f"{path}: better -> {target}", err=True)
+        click.echo(f"{path}: found a better config -> {target}", err=True)
     elif math.isfinite(found.value):
-        click.echo(f"{path}: nothing better was found; no config is written", err=True)
+        click.echo(f"{path}: no better config was found; nothing is written", err=True)
     else:
-        click.echo(f"{path}: no run completed and settled; no config is written", err=True)
+        click.echo(f"{path}: no run completed and settled; nothing is written", err=True)
         raise click.exceptions.Exit(exit_codes.NOT_COMPLETED)
 
 
@@ -106,24 +107,24 @@ def _report(found: "Tuned", target: Path, *, as_json: bool) -> None:
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
-        print_json(_facts(found, target))
+        print_json(_tuning_data(found, target))
         return
-    from rbstab_cli.output.tables import number, row, show, table
+    from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
-    made = table("quantity", "given", "tuned", "factor", numbers=("given", "tuned", "factor"))
+    table = new_table("quantity", "given", "tuned", "factor", numbers=("given", "tuned", "factor"))
     objective = found.objective
     ratio = found.value / found.given if math.isfinite(found.given) else math.nan
     name = f"{objective.name} {objective.symbol} [{objective.unit}]"
-    row(made, name, *(number(value) for value in (found.given, found.value, ratio)))
-    for design, factor in zip(found.designs, found.factors, strict=True):
-        for entry in design.entries:
+    add_row(table, name, *(number(value) for value in (found.given, found.value, ratio)))
+    for scaling, factor in zip(found.scalings, found.factors, strict=True):
+        for entry in scaling.entries:
             values = (entry.value, entry.value * factor)
-            row(made, entry.key, *(number(value, 6) for value in values), number(factor))
-    show(made)
+            add_row(table, entry.key, *(number(value, 6) for value in values), number(factor))
+    print_table(table)
     click.echo(f"{found.runs} runs, {found.failures} of them failed", err=True)
 
 
-def _facts(found: "Tuned", target: Path) -> dict[str, Any]:
+def _tuning_data(found: "Tuned", target: Path) -> dict[str, Any]:
     return {
         "file": str(target) if found.better else None,
         "objective": found.objective.name,
@@ -131,7 +132,7 @@ def _facts(found: "Tuned", target: Path) -> dict[str, Any]:
         "given": found.given,
         "tuned": found.value,
         "better": found.better,
-        "factors": dict(zip((d.key for d in found.designs), found.factors, strict=True)),
+        "factors": dict(zip((s.key for s in found.scalings), found.factors, strict=True)),
         "runs": found.runs,
         "failures": found.failures,
     }

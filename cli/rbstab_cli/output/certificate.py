@@ -1,4 +1,4 @@
-"""The certificate of a run, for people and machines."""
+"""The certificate of a run, as data and as a table."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -8,24 +8,24 @@ if TYPE_CHECKING:
 VIOLATED = "violated"
 
 
-def lines_of(result: "Result") -> list[dict[str, Any]]:
-    """The lines of the certificate; none where the result has none."""
+def certificate_checks(result: "Result") -> list[dict[str, Any]]:
+    """Return the checks of the certificate; none if the result has no certificate."""
     from rbstab.experiment.stored_certificate import certificate_lines
 
     return [line._asdict() for line in certificate_lines(result)]
 
 
-def show_certificate(result: "Result") -> None:
-    """Prints the lines as a table."""
-    from rbstab_cli.output.tables import number, row, show, table
+def print_certificate(result: "Result") -> None:
+    """Print the checks as a table."""
+    from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
-    lines = lines_of(result)
-    if not lines:
+    checks = certificate_checks(result)
+    if not checks:
         return
-    made = table("check", "verdict", "what was found", "value", "bound", "at [s]")
-    for line in lines:
-        when = number(line["when"]) if line["when"] == line["when"] else "-"
-        values = (number(line["value"]), number(line["bound"]), when)
-        style = "red" if line["verdict"] == VIOLATED else None
-        row(made, line["check"], line["verdict"], line["quantity"], *values, style=style)
-    show(made)
+    table = new_table("check", "verdict", "what was found", "value", "bound", "at [s]")
+    for check in checks:
+        when = number(check["when"]) if check["when"] == check["when"] else "-"
+        values = (number(check["value"]), number(check["bound"]), when)
+        style = "red" if check["verdict"] == VIOLATED else None
+        add_row(table, check["check"], check["verdict"], check["quantity"], *values, style=style)
+    print_table(table)

@@ -1,4 +1,4 @@
-"""What is known of a run, as plain data for machines."""
+"""A run as plain data for JSON."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -6,10 +6,10 @@ if TYPE_CHECKING:
     from rbstab.store.result import Result
 
 
-def facts_of(result: "Result") -> dict[str, Any]:
-    """The attributes and the summary of a result."""
+def run_data(result: "Result") -> dict[str, Any]:
+    """Return the attributes and the summary of a result."""
     from rbstab.experiment.summary import summary_of
 
-    facts: dict[str, Any] = dict(result.attributes)
-    facts["warnings"] = str(facts.get("warnings", "")).splitlines()
-    return {**facts, **summary_of(result)._asdict()}
+    data: dict[str, Any] = dict(result.attributes)
+    data["warnings"] = str(data.get("warnings", "")).splitlines()
+    return {**data, **summary_of(result)._asdict()}

@@ -1,4 +1,4 @@
-"""JSON for machines."""
+"""JSON on stdout."""
 
 import json
 import math
@@ -8,12 +8,12 @@ import click
 
 
 def print_json(data: Any) -> None:
-    """Prints data as JSON."""
+    """Print data as JSON."""
     click.echo(as_json_text(data))
 
 
 def as_json_text(data: Any) -> str:
-    """Data as JSON; a number that JSON has no word for (not finite) becomes null."""
+    """Return data as JSON; NaN and infinite numbers, which JSON does not have, become null."""
     return json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False)
 
 

@@ -1,4 +1,4 @@
-"""What a command prints, in a file instead."""
+"""Redirection of a command's standard output to a file."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
@@ -9,8 +9,8 @@ from rbstab_cli.output.text_file import write_text
 
 
 @contextmanager
-def printed_to(path: Path | None, *, force: bool) -> Iterator[None]:
-    """Lets what is printed inside appear in a file (`write_text`); on stdout if path is None."""
+def stdout_to_file(path: Path | None, *, force: bool) -> Iterator[None]:
+    """Write the output of the block to a file with `write_text`; to stdout if path is None."""
     if path is None:
         yield
         return

@@ -1,4 +1,4 @@
-"""How far a run is: a bar on a terminal, nothing elsewhere (finished runs have their own lines)."""
+"""Progress of a run: a bar on a terminal, nothing elsewhere."""
 
 import sys
 from collections.abc import Iterator
@@ -10,16 +10,16 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def bar(name: str, duration: float, *, wanted: bool) -> "Iterator[Progress | None]":
-    """A bar on stderr that follows the time of one run.
+def progress_bar(name: str, duration: float, *, wanted: bool) -> "Iterator[Progress | None]":
+    """Show a bar on stderr with the simulated time of one run.
 
     Args:
-        name: What is run.
-        duration: The time at its end, s.
-        wanted: Whether to show one at all.
+        name: The label of the bar.
+        duration: The time at the end of the run, s.
+        wanted: Whether to show the bar if stderr is a terminal.
 
     Yields:
-        What the run calls after every step, or None where no bar is shown.
+        The callback that the run calls after every step, or None if there is no bar.
     """
     if not (wanted and sys.stderr.isatty()):
         yield None

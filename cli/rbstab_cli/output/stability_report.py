@@ -1,4 +1,4 @@
-"""What `rbstab stability` found out about one config, and the same as plain data."""
+"""Results of `rbstab stability` for one config, and their conversion to plain data."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class StabilityReport(NamedTuple):
-    """A config, what is proved of it, its run if that was wanted, and its root loci."""
+    """A config, its stability, its run (None with --no-run), and its root loci."""
 
     path: Path
     config: "Config"
@@ -22,38 +22,40 @@ class StabilityReport(NamedTuple):
     loci: "list[tuple[Along, list[LocusPoint]]]"
 
 
-def data_of(answer: StabilityReport) -> dict[str, Any]:
-    """Everything that is known of one config."""
-    from rbstab_cli.output.certificate import lines_of
+def stability_data(report: StabilityReport) -> dict[str, Any]:
+    """Return all results for one config as plain data."""
+    from rbstab_cli.output.certificate import certificate_checks
 
-    stability, run = answer.stability, answer.run
+    stability, run = report.stability, report.run
     proof = stability.proof.model_dump(mode="json")
     states = zip(proof.pop("states"), stability.linearisations, strict=True)
     certificate = None
     if run is not None:
         verdict, status = run.attributes["verdict"], run.status
-        certificate = {"verdict": verdict, "status": status, "lines": lines_of(run)}
+        certificate = {"verdict": verdict, "status": status, "lines": certificate_checks(run)}
     return {
-        "config": str(answer.path),
-        "title": answer.config.title,
+        "config": str(report.path),
+        "title": report.config.title,
         "statements": stability.statements,
         "start": stability.start,
         "inside": stability.inside,
         **proof,
-        "states": [{**state, "modes": modes_of(linear)} for state, linear in states],
+        "states": [{**state, "modes": mode_data(linear)} for state, linear in states],
         "certificate": certificate,
-        "along": [{"key": along.key, "points": _points(points)} for along, points in answer.loci],
+        "along": [
+            {"key": along.key, "points": _point_data(points)} for along, points in report.loci
+        ],
     }
 
 
-def modes_of(linear: "Linearisation") -> list[dict[str, Any]]:
-    """The modes, slowest first; of a conjugate pair the one with the positive imaginary part."""
-    found = []
+def mode_data(linear: "Linearisation") -> list[dict[str, Any]]:
+    """Return the modes, slowest first; a conjugate pair is given by the mode with Im λ > 0."""
+    modes = []
     for k, value in enumerate(linear.eigenvalues):
         if value.imag < 0:
             continue
         shape = linear.modes[:, k]
-        found.append(
+        modes.append(
             {
                 "eigenvalue": [float(value.real), float(value.imag)],
                 "natural_frequency": float(linear.natural_frequencies[k]),
@@ -66,10 +68,10 @@ def modes_of(linear: "Linearisation") -> list[dict[str, Any]]:
                 },
             }
         )
-    return found
+    return modes
 
 
-def _points(points: "list[LocusPoint]") -> list[dict[str, Any]]:
+def _point_data(points: "list[LocusPoint]") -> list[dict[str, Any]]:
     return [
         {
             "factor": factor,

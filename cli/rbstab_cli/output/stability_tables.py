@@ -1,4 +1,4 @@
-"""What `rbstab stability` says to people."""
+"""Printed results of `rbstab stability`."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -11,17 +11,18 @@ if TYPE_CHECKING:
     from rbstab_cli.output.stability_report import StabilityReport
 
 
-def print_stability_report(answer: "StabilityReport") -> None:
-    """Prints the statements about one config, and the tables that they come from."""
+def print_stability_report(report: "StabilityReport") -> None:
+    """Print the statements about one config, then the tables behind them."""
     from rbstab.config.errors import printable
-    from rbstab_cli.output.certificate import show_certificate
+    from rbstab.integrate.status import RunStatus
+    from rbstab_cli.output.certificate import print_certificate
 
-    stability, run = answer.stability, answer.run
-    click.echo(f"{answer.path}: {printable(answer.config.title)}\n")
+    stability, run = report.stability, report.run
+    click.echo(f"{report.path}: {printable(report.config.title)}\n")
     for statement in stability.statements:
         click.echo(f"  {statement}")
     if run is not None:
-        ended = "" if run.status == "completed" else f" It ended early: {run.status}."
+        ended = "" if run.status == RunStatus.COMPLETED else f" It ended early: {run.status}."
         click.echo(f"  Verdict of the run: {run.attributes['verdict']}.{ended}")
     click.echo()
     if stability.proof.states:
@@ -29,21 +30,21 @@ def print_stability_report(answer: "StabilityReport") -> None:
         _print_modes(stability)
     _print_undecided(stability)
     if run is not None:
-        show_certificate(run)
-    for along, points in answer.loci:
+        print_certificate(run)
+    for along, points in report.loci:
         _print_locus(along, points)
 
 
 def _print_rest_states(stability: "Stability") -> None:
     from rbstab.experiment.stability import kind_of
-    from rbstab_cli.output.tables import number, row, show, table
+    from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
     numbers = ("energy [J]", "slowest τ [s]")
-    made = table("#", "kind", "Θ [rad]", "X [m]", *numbers, "proved", numbers=numbers)
+    table = new_table("#", "kind", "Θ [rad]", "X [m]", *numbers, "proved", numbers=numbers)
     pairs = zip(stability.proof.states, stability.linearisations, strict=True)
     for index, (state, linear) in enumerate(pairs, start=1):
-        row(
-            made,
+        add_row(
+            table,
             str(index),
             kind_of(state),
             _vector(state.orientation),
@@ -52,24 +53,24 @@ def _print_rest_states(stability: "Stability") -> None:
             number(float(linear.time_constants[0])),
             "yes" if state.proved else "no",
         )
-    show(made)
+    print_table(table)
 
 
 def _print_modes(stability: "Stability") -> None:
-    """The modes of the lowest rest state; of a conjugate pair one line."""
-    from rbstab_cli.output.stability_report import modes_of
-    from rbstab_cli.output.tables import number, row, show, table
+    """Print the modes of the lowest rest state, one row for each conjugate pair."""
+    from rbstab_cli.output.stability_report import mode_data
+    from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
     numbers = ("λ [1/s]", "|λ| [rad/s]", "ζ", "τ [s]")
-    made = table("mode", *numbers, "moves most", numbers=numbers)
-    for index, mode in enumerate(modes_of(stability.linearisations[0]), start=1):
+    table = new_table("mode", *numbers, "moves most", numbers=numbers)
+    for index, mode in enumerate(mode_data(stability.linearisations[0]), start=1):
         real, imaginary = mode["eigenvalue"]
-        both = f" ± {imaginary:.4g}i" if imaginary else ""
+        conjugates = f" ± {imaginary:.4g}i" if imaginary else ""
         cells = (
             number(mode[key]) for key in ("natural_frequency", "damping_ratio", "time_constant")
         )
-        row(made, str(index), f"{real:.4g}{both}", *cells, mode["largest"])
-    show(made)
+        add_row(table, str(index), f"{real:.4g}{conjugates}", *cells, mode["largest"])
+    print_table(table)
 
 
 def _print_undecided(stability: "Stability") -> None:
@@ -77,33 +78,33 @@ def _print_undecided(stability: "Stability") -> None:
     for low, high in undecided[:10]:
         click.echo(f"  undecided: Θ between {_vector(low)} and {_vector(high)} rad")
     if len(undecided) > 10:
-        click.echo(f"  undecided: and {len(undecided) - 10} boxes more")
+        click.echo(f"  undecided: and {len(undecided) - 10} more boxes")
 
 
 def _print_locus(along: "Along", points: "list[LocusPoint]") -> None:
-    from rbstab_cli.output.tables import number, row, show, table
+    from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
     numbers = ("factor", "largest Re λ [1/s]", "smallest ζ", "growing")
-    made = table(*numbers, "eigenvalues [1/s]", numbers=numbers)
+    table = new_table(*numbers, "eigenvalues [1/s]", numbers=numbers)
     click.echo(f"Along {along.key}:")
     for factor, _, linear in points:
         if linear is None:
-            row(made, number(factor), "-", "-", "-", "no rest state in the range")
+            add_row(table, number(factor), "-", "-", "-", "no rest state in the range")
             continue
         values = linear.eigenvalues
         upper = [f"{v.real:.4g}{v.imag:+.4g}i" if v.imag else f"{v.real:.4g}" for v in values]
         shown = [text for text, v in zip(upper, values, strict=True) if v.imag >= 0]
-        row(
-            made,
+        add_row(
+            table,
             number(factor),
             number(float(values.real.max())),
             number(float(linear.damping_ratios.min())),
             str(linear.growing),
             ", ".join(shown),
         )
-    show(made)
+    print_table(table)
 
 
 def _vector(values: Any) -> str:
-    # Below a nanoradian or a nanometre is only round-off.
+    # Digits below a nanoradian or a nanometre are only round-off.
     return "(" + ", ".join(f"{round(value, 9) + 0.0:.5g}" for value in values) + ")"

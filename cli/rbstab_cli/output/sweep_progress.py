@@ -1,4 +1,4 @@
-"""How far a sweep is: a bar on a terminal, a line now and then elsewhere."""
+"""Progress of a sweep: a bar on a terminal, a line every ten seconds elsewhere."""
 
 import sys
 import time
@@ -15,24 +15,23 @@ if TYPE_CHECKING:
 
     from rbstab.sweep.execution.events import SweepEvent
 
-EVERY = 10.0
-"""s between two lines where there is no terminal."""
+LINE_INTERVAL = 10.0
+"""Time between two lines if stderr is not a terminal, s."""
 
+RATE_WINDOW = 30.0
+"""Time over which the rate is averaged, s."""
 
-OF_LATE = 30.0
-"""s over which the rate is taken."""
-
-SMOOTH = 0.1
-"""s between two changes of a bar."""
+BAR_INTERVAL = 0.1
+"""Time between two updates of the bar, s."""
 
 
 class ProgressPrinter:
-    """Says what happens in a sweep.
+    """Callback that prints the events of a sweep.
 
     Args:
-        interrupted: Set when somebody interrupts.
-        quiet: Say only what is wrong.
-        bar: Where to draw a bar, or None.
+        interrupted: Set when the user interrupts the sweep.
+        bar: The progress bar, or None to print lines.
+        quiet: Print only problems.
     """
 
     def __init__(self, interrupted: Event, bar: "Progress | None", *, quiet: bool) -> None:
@@ -40,15 +39,15 @@ class ProgressPrinter:
         self.quiet = quiet
         self._bar = bar
         self._task: Any = None
-        self._said_stopping = False
-        self._said_trouble = False
+        self._printed_stopping = False
+        self._printed_failure = False
         self._begin = self._last = time.monotonic()
         self._total = 0
         self._rate = Rate()
-        self._survey: Any = None
+        self._inventory: Any = None
 
     def __call__(self, event: "SweepEvent | None") -> None:
-        """Takes what happened; None where nothing has for a while."""
+        """Print an event; with None (no event for a while) only report an interrupt."""
         from rbstab.sweep.execution.events import (
             Comparing,
             EngineFailed,
@@ -63,48 +62,59 @@ class ProgressPrinter:
         if isinstance(event, Started):
             self._start(event)
         elif isinstance(event, ShardDone):
-            self._show()
+            self._update()
         elif isinstance(event, EngineFailed):
-            self._tell_trouble(event)
+            self._print_failure(event)
         elif isinstance(event, Rescheduled):
-            self._tell_resent(event)
+            self._print_rescheduled(event)
         elif isinstance(event, ProcessorDiffers):
-            self._say(f"warning: some shards come from another kind of processor: {event.name}")
+            self._print(
+                f"warning: some shards were computed on another kind of processor: {event.name}"
+            )
         elif isinstance(event, NoWorkers):
-            self._say("warning: the cluster has no workers; they are waited for")
+            self._print("warning: the cluster has no workers; waiting for workers")
         elif isinstance(event, Comparing):
             text = f"comparing with scipy, {event.done} of {event.members} members"
             self._phase(text, first=event.done == 0)
         elif isinstance(event, Gathering):
             self._phase("gathering", first=True)
-        if self.interrupted.is_set() and not self._said_stopping:
-            self._said_stopping = True
-            self._say("Interrupted: the running shards are finished; once more stops at once.")
+        if self.interrupted.is_set() and not self._printed_stopping:
+            self._printed_stopping = True
+            self._print(
+                "Interrupted: finishing the running shards. Press Ctrl-C again to stop at once."
+            )
 
     def _start(self, event: Any) -> None:
         self._begin = self._last = time.monotonic()
         self._total = event.members
-        self._survey = event.inventory  # which keeps being filled
+        self._inventory = event.inventory  # the sweep keeps adding shards to it
         self._rate(self._begin, self._done)
         if event.moved_aside is not None:
-            self._say(f"the sweep that was there is now {event.moved_aside}")
+            self._print(f"the previous sweep was moved to {event.moved_aside}")
         if event.changed_versions:
-            self._say(
-                f"warning: this sweep was begun with others: {', '.join(event.changed_versions)}"
+            self._print(
+                "warning: this sweep was started with other versions: "
+                f"{', '.join(event.changed_versions)}"
+            )
+        if event.folder.missing_columns:
+            self._print(
+                f"warning: this sweep was started without the columns "
+                f"{', '.join(event.folder.missing_columns)}, and continues without them. To get "
+                "them, run it into another folder (-o DIR)."
             )
         if self._done and not self.quiet:
-            self._say(f"{self._done} of {self._total} members are done already")
+            self._print(f"{self._done} of {self._total} members are already done")
         if self._bar is not None:
             self._task = self._bar.add_task("", total=self._total, completed=self._done)
 
     @property
     def _done(self) -> int:
-        return int(self._survey.members)
+        return int(self._inventory.members)
 
-    def _show(self) -> None:
+    def _update(self) -> None:
         now = time.monotonic()
         rate = self._rate(now, self._done)
-        if self.quiet or now - self._last < (EVERY if self._bar is None else SMOOTH):
+        if self.quiet or now - self._last < (LINE_INTERVAL if self._bar is None else BAR_INTERVAL):
             return
         self._last = now
         if self._bar is not None:
@@ -114,11 +124,13 @@ class ProgressPrinter:
             click.echo(f"{now - self._begin:.0f} s: {counted}, {self._facts(rate)}", err=True)
 
     def _facts(self, rate: float) -> str:
-        """The rate, what did not complete, and the time left."""
+        """Return a text: the rate, counts of statuses except `completed`, and the time left."""
         from rbstab.sweep.folder.gather import counts_by_status
 
-        ends = counts_by_status(self._survey.counts)
-        others = [f"{count} {status}" for status, count in ends.items() if status != "completed"]
+        by_status = counts_by_status(self._inventory.counts)
+        others = [
+            f"{count} {status}" for status, count in by_status.items() if status != "completed"
+        ]
         left = (self._total - self._done) / rate if rate else 0.0
         return ", ".join([f"{rate:.3g}/s", *others, f"{duration(left)} left"])
 
@@ -126,27 +138,27 @@ class ProgressPrinter:
         now = time.monotonic()
         if self._bar is not None:
             self._bar.update(self._task, completed=self._done, description=text)
-        elif not self.quiet and (first or now - self._last >= EVERY):
+        elif not self.quiet and (first or now - self._last >= LINE_INTERVAL):
             self._last = now
             click.echo(f"{now - self._begin:.0f} s: {text}", err=True)
 
-    def _tell_trouble(self, trouble: Any) -> None:
-        if not self._said_trouble:
-            self._said_trouble = True
-            what = f"{type(trouble.error).__name__}: {trouble.error}"
-            members = f"members {trouble.start} to {trouble.stop - 1}"
-            self._say(
-                f"warning: the engine failed at {members} ({what}); "
-                "such members are followed one by one"
+    def _print_failure(self, failure: Any) -> None:
+        if not self._printed_failure:
+            self._printed_failure = True
+            error = f"{type(failure.error).__name__}: {failure.error}"
+            members = f"members {failure.start} to {failure.stop - 1}"
+            self._print(
+                f"warning: the engine failed at {members} ({error}); "
+                "the members of such batches are integrated one by one"
             )
 
-    def _tell_resent(self, resent: Any) -> None:
-        what = str(resent.error) or type(resent.error).__name__
-        again = "here" if resent.here else "once more"
-        members = f"members {resent.start} to {resent.stop - 1}"
-        self._say(f"warning: {members} were lost ({what}); they are computed {again}")
+    def _print_rescheduled(self, event: Any) -> None:
+        error = str(event.error) or type(event.error).__name__
+        where = "in this process" if event.here else "again"
+        members = f"members {event.start} to {event.stop - 1}"
+        self._print(f"warning: {members} were not computed ({error}); computing them {where}")
 
-    def _say(self, text: str) -> None:
+    def _print(self, text: str) -> None:
         if self._bar is not None:
             self._bar.console.print(text, markup=False, highlight=False, soft_wrap=True)
         else:
@@ -154,23 +166,28 @@ class ProgressPrinter:
 
 
 class Rate:
-    """How many members a second there have been of late: slow ones may follow fast ones."""
+    """Members per second over the last `RATE_WINDOW`: slow members may follow fast ones."""
 
     def __init__(self) -> None:
-        self._seen: deque[tuple[float, int]] = deque()
+        self._counts: deque[tuple[float, int]] = deque()
 
     def __call__(self, now: float, done: int) -> float:
-        """The rate at an instant (s) at which so many are done; 0 at the first one."""
-        self._seen.append((now, done))
-        while len(self._seen) > 2 and self._seen[1][0] <= now - OF_LATE:
-            self._seen.popleft()
-        before, done_before = self._seen[0]
+        """Add a count and return the rate; 0 on the first call.
+
+        Args:
+            now: The time, s.
+            done: How many members are done.
+        """
+        self._counts.append((now, done))
+        while len(self._counts) > 2 and self._counts[1][0] <= now - RATE_WINDOW:
+            self._counts.popleft()
+        before, done_before = self._counts[0]
         return (done - done_before) / (now - before) if now > before else 0.0
 
 
 @contextmanager
 def progress_printer(interrupted: Event, *, quiet: bool) -> Iterator[ProgressPrinter]:
-    """A teller, with a bar on stderr where that is a terminal."""
+    """Make a printer, with a bar if stderr is a terminal."""
     if quiet or not sys.stderr.isatty():
         yield ProgressPrinter(interrupted, None, quiet=quiet)
         return
@@ -188,7 +205,7 @@ def progress_printer(interrupted: Event, *, quiet: bool) -> Iterator[ProgressPri
 
 
 def duration(seconds: float) -> str:
-    """A time in words: 40 s, 12 min, 3.5 h."""
+    """Return a time with its unit: 40 s, 12 min, 3.5 h."""
     if seconds < 100:
         return f"{seconds:.2g} s"
     return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.3g} h"

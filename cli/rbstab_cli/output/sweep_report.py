@@ -1,4 +1,4 @@
-"""What `rbstab sweep` found out, for people and machines."""
+"""Results, status and estimate of a sweep, printed as tables or as JSON."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -11,28 +11,27 @@ if TYPE_CHECKING:
     from rbstab.sweep.plan.plan import Plan
     from rbstab.sweep.sweep import Sweep
 
-ENOUGH = 16
-"""Members of a variant on which an estimate may rest without a word."""
+ENOUGH_MEMBERS = 16
+"""Members of each variant that a good estimate needs; with fewer, it prints how many it had."""
 
 
-def report_sweep(done: "Sweep", *, as_json: bool) -> None:
-    """Prints what has become of the members."""
+def report_sweep(sweep: "Sweep", *, as_json: bool) -> None:
+    """Print the outcomes of the members."""
     from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
 
-    by_status = counts_by_status(done.inventory.counts)
-    summary = sweep_summary(done.folder.sweep_file) if done.finished else None
+    by_status = counts_by_status(sweep.inventory.counts)
+    summary = sweep_summary(sweep.folder.sweep_file) if sweep.finished else None
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
-        check = asdict(done.comparison) if done.comparison is not None else None
-        facts = _facts(done.folder.path, done.folder.manifest, by_status)
-        found = summary._asdict() if summary is not None else {}
-        facts |= _facts_of_part(done) | {"finished": done.finished, "check": check}
-        if done.inventory.missing:
-            facts["missing"] = done.folder.ranges(done.inventory.missing)
-        print_json(found | facts)
+        check = asdict(sweep.comparison) if sweep.comparison is not None else None
+        data = _sweep_data(sweep.folder.path, sweep.folder.manifest, by_status)
+        data |= _part_data(sweep) | {"finished": sweep.finished, "check": check}
+        if sweep.inventory.missing:
+            data["missing"] = sweep.folder.ranges(sweep.inventory.missing)
+        print_json((summary._asdict() if summary is not None else {}) | data)
         return
-    _print_statuses(by_status, members_in(done))
+    _print_statuses(by_status, member_count(sweep))
     if summary is None:
         return
     from rbstab_cli.output.tables import number
@@ -43,30 +42,28 @@ def report_sweep(done: "Sweep", *, as_json: bool) -> None:
         "settling time, median": f"{number(summary.settling_median)} s" if summary.settled else "-",
         "worst |r| / v(0)": number(summary.worst_residual, 2),
     }
-    if done.comparison is not None and done.comparison.members:
-        rows["repeated with scipy"] = (
-            f"{len(done.comparison.members)} members, {_differences(done)}"
-        )
-    _print_facts(rows)
+    if sweep.comparison is not None and sweep.comparison.members:
+        rows["rerun with scipy"] = f"{len(sweep.comparison.members)} members, {_differences(sweep)}"
+    _print_rows(rows)
 
 
-def members_in(done: "Sweep") -> int:
-    """How many members a sweep has, or a part of one."""
-    if done.part is None:
-        return done.folder.manifest.members
-    return done.folder.members_of(done.part.of(done.folder.shards))
+def member_count(sweep: "Sweep") -> int:
+    """Return the number of members of a sweep, or of the part that was run."""
+    if sweep.part is None:
+        return sweep.folder.manifest.members
+    return sweep.folder.members_of(sweep.part.shard_numbers(sweep.folder.shards))
 
 
-def _facts_of_part(done: "Sweep") -> dict[str, Any]:
-    if done.part is None:
+def _part_data(sweep: "Sweep") -> dict[str, Any]:
+    if sweep.part is None:
         return {}
-    shards = len(done.part.of(done.folder.shards))
-    numbers = {"shards": shards, "done_shards": shards - len(done.inventory.missing)}
-    return {"part": done.part._asdict() | numbers | {"members": members_in(done)}}
+    shards = len(sweep.part.shard_numbers(sweep.folder.shards))
+    numbers = {"shards": shards, "done_shards": shards - len(sweep.inventory.missing)}
+    return {"part": sweep.part._asdict() | numbers | {"members": member_count(sweep)}}
 
 
 def report_status(path: Path, *, as_json: bool) -> None:
-    """Prints how far the sweep in a folder is.
+    """Print how many members of the sweep in a folder are done, and whether it is running.
 
     Raises:
         StoreError: It is not the folder of a sweep, or cannot be read.
@@ -91,7 +88,7 @@ def report_status(path: Path, *, as_json: bool) -> None:
 
         more = {"finished": gathered, "running": running, "damaged_shards": damaged}
         more |= {"running_parts": [part._asdict() for part in parts], "traces": kept}
-        print_json(_facts(path, manifest, by_status) | more)
+        print_json(_sweep_data(path, manifest, by_status) | more)
         return
     rows = {
         "title": manifest.title,
@@ -100,16 +97,16 @@ def report_status(path: Path, *, as_json: bool) -> None:
         "members": str(manifest.members),
         "done": f"{inventory.members} ({inventory.members / manifest.members:.1%})",
         "shards": f"{len(inventory.done)} of {folder.shards}, {len(damaged)} damaged",
-        "traces": f"of {kept} members, when all are done" if kept else "none",
+        "traces": f"of {kept} members when all are done" if kept else "none",
         "running": ", ".join(f"part {part}" for part in parts) or ("yes" if running else "no"),
         "gathered": f"{folder.sweep_file}" if gathered else "no",
     }
-    _print_facts(rows)
+    _print_rows(rows)
     _print_statuses(by_status, manifest.members)
 
 
 def report_estimate(plan: "Plan", path: Path, options: "SweepOptions", *, as_json: bool) -> None:
-    """Prints how much of a plan is to be done, and what it will take."""
+    """Print how many members of a plan remain, and an estimate of time and disk space."""
     import shutil
 
     from rbstab.processes.processors import processor_count
@@ -117,19 +114,19 @@ def report_estimate(plan: "Plan", path: Path, options: "SweepOptions", *, as_jso
     from rbstab.sweep.members.engines import factory_for
     from rbstab_cli.output.sweep_progress import duration
 
-    members, done = _extent(plan, path, options)
+    members, done = _member_counts(plan, path, options)
     threads = options.threads or processor_count()
     factory = options.factory or factory_for(plan.engine)
     found = estimate(plan, members - done, factory, threads)
     if options.part is not None:
-        # A part compares and gathers nothing.
+        # A part is neither compared nor gathered.
         share = members / plan.members
         found = found._replace(check_seconds=0.0, bytes=round(found.bytes * share))
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
-        facts = {"folder": str(path), "engine": plan.engine, "threads": threads}
-        print_json(facts | {"members": members, "done": done} | found._asdict())
+        data = {"folder": str(path), "engine": plan.engine, "threads": threads}
+        print_json(data | {"members": members, "done": done} | found._asdict())
         return
     parent = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
     free = shutil.disk_usage(parent).free
@@ -139,38 +136,39 @@ def report_estimate(plan: "Plan", path: Path, options: "SweepOptions", *, as_jso
         "members": " x ".join(map(str, plan.dimensions.values())) + f" = {plan.members}",
         **({f"of part {options.part}": str(members)} if options.part is not None else {}),
         "done": str(done),
-        "time": f"about {duration(found.seconds)}{_few(found.calibrated)}",
+        "time": f"about {duration(found.seconds)}{_few_members_note(found.calibrated)}",
         "comparison with scipy": f"about {duration(found.check_seconds)}",
-        "disk": f"{size(found.bytes)} of {size(free)} that are free",
+        "disk": f"{size(found.bytes)} of {size(free)} free",
     }
-    _print_facts(rows)
+    _print_rows(rows)
 
 
-def _few(calibrated: int) -> str:
-    """A word on an estimate that rests on few members."""
-    return f", from {calibrated} members of a variant" if 0 < calibrated < ENOUGH else ""
+def _few_members_note(calibrated: int) -> str:
+    """Return a note for an estimate from few members; else the empty string."""
+    return f", from {calibrated} members of a variant" if 0 < calibrated < ENOUGH_MEMBERS else ""
 
 
-def _extent(plan: "Plan", path: Path, options: "SweepOptions") -> tuple[int, int]:
-    """How many members there are, of the part if it is one, and how many of them are done."""
+def _member_counts(plan: "Plan", path: Path, options: "SweepOptions") -> tuple[int, int]:
+    """Return how many members the plan (or the part) has, and how many of them are done."""
     from rbstab.sweep.folder.open_folder import planned_folder
     from rbstab.sweep.folder.shard_inventory import shard_inventory
 
-    folder, begun = planned_folder(path, plan, options.shard_size)
-    numbers = range(folder.shards) if options.part is None else options.part.of(folder.shards)
-    if begun is False:
-        click.echo(f"{path} holds a different sweep; --force moves it aside", err=True)
-    return folder.members_of(numbers), shard_inventory(folder, numbers).members if begun else 0
+    folder, matches = planned_folder(path, plan, options.shard_size)
+    part, shards = options.part, folder.shards
+    numbers = range(shards) if part is None else part.shard_numbers(shards)
+    if matches is False:
+        click.echo(f"{path} holds a different sweep. Move it aside with --force.", err=True)
+    return folder.members_of(numbers), shard_inventory(folder, numbers).members if matches else 0
 
 
 def size(count: int) -> str:
-    """A number of bytes in words."""
+    """Return a number of bytes with its unit."""
     units = ("kB", "MB", "GB")
     index = min(max((len(str(count)) - 1) // 3, 1), len(units)) - 1
     return f"{count / 1000 ** (index + 1):.3g} {units[index]}"
 
 
-def _facts(path: Path, manifest: Any, by_status: dict[str, int]) -> dict[str, Any]:
+def _sweep_data(path: Path, manifest: Any, by_status: dict[str, int]) -> dict[str, Any]:
     return {
         "folder": str(path),
         "title": manifest.title,
@@ -182,34 +180,35 @@ def _facts(path: Path, manifest: Any, by_status: dict[str, int]) -> dict[str, An
     }
 
 
-def _differences(done: "Sweep") -> str:
-    """The largest difference of all columns, and whether there are members that are unlike."""
+def _differences(sweep: "Sweep") -> str:
+    """Return the largest difference of all columns, and the number of unlike members, as a text."""
     from rbstab_cli.output.tables import number
 
-    assert done.comparison is not None
-    differences = done.comparison.differences
+    assert sweep.comparison is not None
+    differences = sweep.comparison.differences
     worst = max(differences, key=lambda name: differences[name])
-    unlike = f"{done.comparison.unlike} unlike, " if done.comparison.unlike else ""
+    unlike = f"{sweep.comparison.unlike} unlike, " if sweep.comparison.unlike else ""
     return f"{unlike}largest relative difference {number(differences[worst], 2)} ({worst})"
 
 
 def _print_statuses(by_status: dict[str, int], members: int) -> None:
-    from rbstab_cli.output.tables import row, show, table
+    from rbstab.integrate.status import RunStatus
+    from rbstab_cli.output.tables import add_row, new_table, print_table
 
     numbers = ("members", "share")
-    made = table("status", *numbers, words=("status",), numbers=numbers)
+    table = new_table("status", *numbers, words=("status",), numbers=numbers)
     remaining = members - sum(by_status.values())
     rows = by_status | ({"not done": remaining} if remaining else {})
     for status, count in rows.items():
-        style = None if status == "completed" else "yellow"
-        row(made, status, str(count), f"{count / members:.2%}", style=style)
-    show(made)
+        style = None if status == RunStatus.COMPLETED else "yellow"
+        add_row(table, status, str(count), f"{count / members:.2%}", style=style)
+    print_table(table)
 
 
-def _print_facts(rows: dict[str, str]) -> None:
-    from rbstab_cli.output.tables import row, show, table
+def _print_rows(rows: dict[str, str]) -> None:
+    from rbstab_cli.output.tables import add_row, new_table, print_table
 
-    made = table("quantity", "value")
+    table = new_table("quantity", "value")
     for name, value in rows.items():
-        row(made, name, value)
-    show(made)
+        add_row(table, name, value)
+    print_table(table)

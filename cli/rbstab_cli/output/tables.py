@@ -1,4 +1,4 @@
-"""Tables and numbers for people."""
+"""Tables and numbers on stdout."""
 
 import sys
 from io import StringIO
@@ -12,50 +12,56 @@ if TYPE_CHECKING:
     from rich.console import JustifyMethod
     from rich.table import Table
 
-WIDE = 1000
-"""Columns, where output goes to a file: nothing is to be cut there."""
+FILE_WIDTH = 1000
+"""Width in characters if stdout is not a terminal; wide enough that no cell is cut."""
 
 
-def table(*columns: str, words: tuple[str, ...] = (), numbers: tuple[str, ...] = ()) -> "Table":
-    """An empty table; the columns `words` and `numbers` never fold; numbers stand at the right."""
+def new_table(*columns: str, words: tuple[str, ...] = (), numbers: tuple[str, ...] = ()) -> "Table":
+    """Make an empty table.
+
+    Args:
+        columns: The headers.
+        words: Columns that never fold.
+        numbers: Columns that never fold and are right-aligned.
+    """
     from rich import box
     from rich.table import Table
     from rich.text import Text
 
     on_terminal = sys.stdout.isatty()
-    made = Table(box=box.SIMPLE_HEAD if on_terminal else None, header_style="bold")
+    table = Table(box=box.SIMPLE_HEAD if on_terminal else None, header_style="bold")
     for column in columns:
         # A terminal is narrow: the unit goes below the name, and long texts fold.
         header = Text(column.replace(" [", "\n[") if on_terminal else column)
         right = column in numbers
         whole = right or column in words
         justify: JustifyMethod = "right" if right else "left"
-        made.add_column(header, justify=justify, no_wrap=whole, overflow="fold")
-    return made
+        table.add_column(header, justify=justify, no_wrap=whole, overflow="fold")
+    return table
 
 
-def row(made: "Table", *cells: str, style: str | None = None) -> None:
-    """Adds a row; what a cell holds is text, never markup."""
+def add_row(table: "Table", *cells: str, style: str | None = None) -> None:
+    """Add a row; cells are plain text, never markup."""
     from rich.text import Text
 
-    made.add_row(*(Text(printable(cell)) for cell in cells), style=style)
+    table.add_row(*(Text(printable(cell)) for cell in cells), style=style)
 
 
-def show(made: "Table") -> None:
-    """Prints a table to stdout, in colour on a terminal unless NO_COLOR is set."""
+def print_table(table: "Table") -> None:
+    """Print a table to stdout, in colour on a terminal unless NO_COLOR is set."""
     from rich.console import Console
 
     if sys.stdout.isatty():
-        Console(highlight=False).print(made)
+        Console(highlight=False).print(table)
         return
     text = StringIO()
-    console = Console(file=text, width=WIDE, highlight=False)
-    console.print(made)
+    console = Console(file=text, width=FILE_WIDTH, highlight=False)
+    console.print(table)
     for line in text.getvalue().splitlines():
         click.echo(line.rstrip())
     click.echo()
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number with so many significant digits."""
+    """Return a number with the given count of significant digits."""
     return f"{value:.{digits}g}"

@@ -1,4 +1,4 @@
-"""Text files that a command writes for people and other programs."""
+"""Write text files of commands."""
 
 from pathlib import Path
 
@@ -7,19 +7,19 @@ import click
 from rbstab_cli import exit_codes
 
 
-def refuse_taken(path: Path, *, force: bool) -> None:
-    """Ends the command with exit code 4 where a file is there that may not be replaced."""
+def refuse_existing(path: Path, *, force: bool) -> None:
+    """End the command with exit code 4 if the file exists and must not be replaced."""
     if path.exists() and not force:
-        click.echo(f"{path}: exists already; --force replaces it", err=True)
+        click.echo(f"{path}: already exists. Replace it with --force.", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE)
 
 
 def write_text(path: Path, text: str, *, force: bool) -> None:
-    """Writes a file as a whole; ends the command with exit code 4 where that fails."""
+    """Write a whole file; on an error leave the old file and end the command with exit code 4."""
     from rbstab.store.atomic import write_atomically
     from rbstab.store.errors import StoreError
 
-    refuse_taken(path, force=force)
+    refuse_existing(path, force=force)
     try:
         write_atomically(path, text.encode(), replace=force)
     except (OSError, StoreError) as error:

@@ -60,6 +60,11 @@ def test_no_room_is_crowded(room: str) -> None:
     assert len(modules) <= LARGEST_ROOM
 
 
+def test_each_test_file_says_what_it_protects(tables: ModuleType) -> None:
+    silent = [path for path in (ROOT / "tests").rglob("*.py") if len(tables.described(path)) < 20]
+    assert silent == []
+
+
 @pytest.mark.parametrize("room", ROOMS)
 def test_each_module_says_what_it_is(room: str, tables: ModuleType) -> None:
     for module in (ROOT / room).glob("*.py"):

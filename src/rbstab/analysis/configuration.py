@@ -12,6 +12,12 @@ from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.coordinates import CentreCoordinates, ReducedCoordinates
 from rbstab.systems.system import System
 
+ORIENTATION = slice(0, 3)
+"""Θ in a configuration q."""
+
+POSITION = slice(3, 6)
+"""X in a configuration q of a body that is not held."""
+
 
 @dataclass(frozen=True, eq=False)
 class Configurations:
@@ -49,7 +55,9 @@ class Configurations:
 
     def state(self, q: Array) -> Array:
         """Return the state vector of `system` at rest in the configuration q."""
-        positions = [q[0:3], ZERO] if self.held else [q[0:3], ZERO, q[3:6], ZERO]
+        positions = [q[ORIENTATION], ZERO]
+        if not self.held:
+            positions += [q[POSITION], ZERO]
         return np.concatenate([*positions, q[self.pose_size :]])
 
     def motion(self, q: Array) -> Motion:

@@ -48,6 +48,13 @@ class Outcome(NamedTuple):
     lyapunov_integral: float
 
 
+PEAKS = slice(0, 3)
+"""The peaks of E by axis, in `Baseline.evaluation_times`."""
+
+LARGEST_DISTANCE, SETTLING, END = 3, 4, 5
+"""The largest |E|, the settling time and the end of the run, in `Baseline.evaluation_times`."""
+
+
 @dataclass(frozen=True, eq=False)
 class Baseline:
     """A run, its rest state, and the times of its extremes.
@@ -84,12 +91,12 @@ def baseline(problem: Problem) -> Baseline:
     settling = _settling_time(problem, rest, coarse, value)
     end = span[-1]
     evaluation_times = np.array([*times[peaks], end if np.isnan(settling) else settling, end])
-    interior_peaks = (times[peaks[:3]] > span[0]) & (times[peaks[:3]] < end)
+    interior_peaks = (times[peaks[PEAKS]] > span[0]) & (times[peaks[PEAKS]] < end)
     outcome = Outcome(
         _final(problem.system.observe(trajectory.states[-1])),
-        E[peaks[:3], range(3)],
-        times[peaks[:3]],
-        float(sizes[peaks[3], 3]),
+        E[peaks[PEAKS], range(3)],
+        times[peaks[PEAKS]],
+        float(sizes[peaks[LARGEST_DISTANCE], LARGEST_DISTANCE]),
         settling,
         float(trajectory.lyapunov_integral[-1]) if rest.found else np.nan,
     )
@@ -138,11 +145,11 @@ def derivative_along(base: Baseline, shifted: Problem) -> Outcome:
     observations = [shifted.system.observe(y) for y in states]
     observed = [observations[index] for index in order]
     return Outcome(
-        _derivative(_final(observed[5])),
+        _derivative(_final(observed[END])),
         np.array([_derivative(observed[axis].motion.E[axis]) for axis in range(3)]),
         _peak_time_derivatives(base, trajectory.states[order], observed),
-        _distance_derivative(base, observed[3].motion.E),
-        _settling_derivative(base, shifted, observed[4], tangent.rest_energy),
+        _distance_derivative(base, observed[LARGEST_DISTANCE].motion.E),
+        _settling_derivative(base, shifted, observed[SETTLING], tangent.rest_energy),
         float(trajectory.lyapunov_integral_tangent[-1]),
     )
 

@@ -24,7 +24,7 @@ from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.states import BODY, OMEGA, THETA
+from rbstab.mechanics.states import BODY, OMEGA, PITCH, THETA
 
 NEEDS_JACOBIAN = ("Radau", "LSODA")
 INTERPOLATED = ("LSODA",)
@@ -181,7 +181,7 @@ class _Run:
     def _check_range(self, solver: Any) -> None:
         """Stop the run if cos θ2 fell to its bound within the last step, even if it rose again."""
         y_old, y_new = self.y, solver.y
-        largest_end_angle = max(abs(y_old[1]), abs(y_new[1]))
+        largest_end_angle = max(abs(y_old[PITCH]), abs(y_new[PITCH]))
         speed = max(np.linalg.norm(y_old[OMEGA]), np.linalg.norm(y_new[OMEGA]))
         # |θ̇2| <= |Ω|, because the second row of B has unit length. A step with both ends this far
         # inside the range cannot have reached the bound.

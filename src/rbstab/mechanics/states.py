@@ -6,6 +6,9 @@ The body's states are Z = [Θ, Ω, X, V] or W = [Θ, Ω, E, F] (eq. 1, 4).
 THETA = slice(0, 3)
 """Θ, rad, in Z and W."""
 
+PITCH = 1
+"""The index of θ2 in Θ, and so in every state vector."""
+
 OMEGA = slice(3, 6)
 """Ω, rad/s, body, in Z and W."""
 

@@ -100,7 +100,7 @@ def test_where_nothing_can_be_computed_there_is_a_sentence(monkeypatch):
     figures, text = blocks_of(run_of("free"))
     assert not figures
     assert text == (
-        "No eigenvalues are drawn for runs without a rest state in the range of eq. 5: free."
+        "No eigenvalues are drawn where no rest state was found in the range of eq. 5: free."
     )
 
 

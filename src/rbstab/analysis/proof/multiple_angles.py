@@ -24,17 +24,18 @@ def form_of(polynomial: Polynomial) -> TrigonometricForm:
     Raises:
         NotTrigonometric: The polynomial has a term that a form cannot contain.
     """
-    terms = list(polynomial.terms())
+    terms = [(polynomial.ring.split(powers), value) for powers, value in polynomial.terms()]
     highest_multiple = max(
-        (powers[3 + k] + powers[6 + k] for powers, _ in terms for k in range(3)), default=0
+        (sum(pair) for term, _ in terms for pair in zip(term.sines, term.cosines, strict=True)),
+        default=0,
     )
     quadratic, linear = np.zeros((3, 3)), np.zeros(3)
     exact: dict[Exponents, Fraction] = {}
-    for powers, value in terms:
-        angles, coefficient = powers[0:3], fraction(value)
-        if sum(angles) == sum(powers[9:]) == 0:
-            _add_product(exact, coefficient, powers[3:6], powers[6:9])
-        elif sum(angles) > 2 or any(powers[3:]):
+    for (angles, sines, cosines, lengths), value in terms:
+        coefficient = fraction(value)
+        if sum(angles) == sum(lengths) == 0:
+            _add_product(exact, coefficient, sines, cosines)
+        elif sum(angles) > 2 or any(sines + cosines + lengths):
             raise NotTrigonometric
         elif sum(angles) == 1:
             linear[angles.index(1)] = float(coefficient)

@@ -9,7 +9,7 @@ import operator
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,15 @@ def rational(number: Any) -> "fmpq":
 def fraction(number: "fmpq") -> Fraction:
     """Convert a rational number to a `Fraction`; `float()` of it is correctly rounded."""
     return Fraction(int(number.p), int(number.q))
+
+
+class Powers(NamedTuple):
+    """The powers of a term: of each θ, sin θ, cos θ and x."""
+
+    angles: tuple[int, ...]
+    sines: tuple[int, ...]
+    cosines: tuple[int, ...]
+    lengths: tuple[int, ...]
 
 
 class Ring:
@@ -66,6 +75,11 @@ class Ring:
         generators = self.context.gens()
         chosen = [*generators[: self.angles], *generators[3 * self.angles :]]
         return np.array([Polynomial(self, generator) for generator in chosen], dtype=object)
+
+    def split(self, powers: tuple[int, ...]) -> Powers:
+        """Return the powers of a term by kind of variable."""
+        n = self.angles
+        return Powers(powers[:n], powers[n : 2 * n], powers[2 * n : 3 * n], powers[3 * n :])
 
     def angle_of(self, value: "fmpq_mpoly") -> int | None:
         """Return the index of the angle that a polynomial equals, or None if it equals no angle."""

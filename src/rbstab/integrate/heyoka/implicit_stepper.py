@@ -10,8 +10,14 @@ from rbstab.integrate.heyoka.symbols import parameter_values, state_symbols, sym
 from rbstab.integrate.switching.implicit import Stepper, StepResult, step, system_for_step
 from rbstab.integrate.switching.modes import Modes
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import BODY
 from rbstab.systems.parameters import structure
 from rbstab.systems.system import AUDIT_SIZE, System
+
+_STATE = slice(0, BODY.stop + AUDIT_SIZE)
+_SURFACE = slice(_STATE.stop, _STATE.stop + 3)
+_FORCE = slice(_SURFACE.stop, _SURFACE.stop + 3)
+"""The outputs of the compiled step, in the order of `StepResult`."""
 
 
 def compiled_stepper(system: System) -> Stepper:
@@ -30,7 +36,7 @@ def compiled_stepper(system: System) -> Stepper:
                 parameter_values(system_for_step(system, modes, h)), h
             )
         outputs = compiled(y, pars=parameters_by_modes[modes])
-        return StepResult(outputs[:14], outputs[14:17], outputs[17:20])
+        return StepResult(outputs[_STATE], outputs[_SURFACE], outputs[_FORCE])
 
     return stepper
 
@@ -38,6 +44,6 @@ def compiled_stepper(system: System) -> Stepper:
 def _compiled_step(system: System) -> Any:
     """Compile the step of all systems of a structure, in all modes."""
     symbolic, _, count = symbols_of(system_for_step(system, Modes((0.0, 0.0, 0.0)), 1.0))
-    y = state_symbols(12 + AUDIT_SIZE)
+    y = state_symbols(_STATE.stop)
     state, surface, force = step(symbolic, y, hy.par[count])
     return hy.cfunc([*state, *surface, *force], vars=list(y))

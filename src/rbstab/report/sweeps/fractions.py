@@ -18,6 +18,10 @@ GRID_NOTE = (
     "These are fractions of the grid points. Grid points are chosen, not sampled. So the fractions "
     "do not estimate probabilities, and they have no confidence intervals."
 )
+NO_PLAN_NOTE = (
+    "The plan cannot be read. It is not known whether the members are sampled, so there are no "
+    "confidence intervals."
+)
 POOLED_NOTE = (
     "These fractions pool all conditions. The conditions are chosen, not sampled. See the "
     "comparison for each condition with its confidence interval."
@@ -94,7 +98,9 @@ def is_sampled(members: Members) -> bool:
 def interval_note(members: Members, has_intervals: bool) -> str:
     """Return a note on the meaning of the intervals, or on why there are none."""
     plan = members.plan
-    if plan is None or plan.design is None:
+    if plan is None:
+        return NO_PLAN_NOTE
+    if plan.design is None:
         return GRID_NOTE
     if not has_intervals:
         return POOLED_NOTE

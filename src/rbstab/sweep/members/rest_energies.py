@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.configuration import POSITION, Configurations, configurations
 from rbstab.analysis.rest_state import GRADIENT_TOLERANCE
 from rbstab.integrate.heyoka.compiled_scalar import CompiledScalar
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 from rbstab.systems.system import System
 
 MAX_STEPS = 30
@@ -58,14 +59,14 @@ class RestEnergies:
                 valid &= ~moving | (following.value <= current.value + slack)
                 current = following
             converged = np.abs(current.gradient).max(axis=1) <= GRADIENT_TOLERANCE
-        return current.value, valid & converged & (np.abs(q[1]) < np.pi / 2)
+        return current.value, valid & converged & (np.abs(q[PITCH]) < np.pi / 2)
 
     def _unloaded(self, parameters: Array) -> Array:
         """Return `Configurations.unloaded` of each member, shape (n, m)."""
         q = np.zeros((self.configurations.size, parameters.shape[1]))
         if not self.configurations.held:
             anchor = self.energy.offsets["anchor"]
-            q[3:6] = parameters[anchor : anchor + 3]
+            q[POSITION] = parameters[anchor : anchor + 3]
         return q
 
 

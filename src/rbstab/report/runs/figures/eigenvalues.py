@@ -186,7 +186,7 @@ def _sentences(runs: Sequence[Run], readable: list[Run], drawn: list[Run]) -> li
         )
     if without_rest:
         sentences.append(
-            "No eigenvalues are drawn for runs without a rest state in the range of eq. 5: "
+            "No eigenvalues are drawn where no rest state was found in the range of eq. 5: "
             f"{', '.join(without_rest)}."
         )
     if len(readable) > MAX_LOCI:

@@ -31,8 +31,9 @@ def energy_figure(run: Run) -> Figure:
         f"Energy and dissipation by part: {run.label}",
         tuple(panels),
         columns=2,
-        caption="The energies add up to v plus the energy at rest, and the dissipations add up "
-        "to -v'. The lower panels show the absolute value of each part.",
+        caption=f"The energies add up to {'v - ε' if run.stores_v_minus_work else 'v'} plus the "
+        "energy at rest, and the dissipations add up to -v'. The lower panels show the absolute "
+        "value of each part.",
         shares_time=True,
     )
 

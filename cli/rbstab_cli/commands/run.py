@@ -117,19 +117,27 @@ class _Batch:
         self.exit_code = exit_codes.OK
 
     def run(self, label: str, config: "Config", target: Path) -> None:
+        from rbstab.config.build import problem_of
         from rbstab.experiment.proof_cache import cached_proof, proof_for
         from rbstab.experiment.run_to_file import run_to_file
         from rbstab.integrate.engines import EngineMissingError
+        from rbstab.integrate.status import RunStatus
         from rbstab.store.errors import StoreError
         from rbstab_cli.output.progress import progress_bar
 
-        find = proof_for if self.prove else cached_proof
+        problem = problem_of(config)
         try:
-            proof = find(self.output, config)
+            proof = (
+                proof_for(self.output, config, problem)
+                if self.prove
+                else cached_proof(self.output, config)
+            )
             with progress_bar(
                 Path(label).name, config.integration.duration, wanted=not self.quiet
             ) as progress:
-                run = run_to_file(config, target, force=self.force, proof=proof, progress=progress)
+                run = run_to_file(
+                    config, target, problem, force=self.force, proof=proof, progress=progress
+                )
         except EngineMissingError as error:
             raise click.UsageError(str(error)) from error
         except StoreError as error:
@@ -138,14 +146,16 @@ class _Batch:
             return
         self.finished.append(run)
         self._print(label, run)
-        if run.result.status != "completed" and self.exit_code == exit_codes.OK:
+        if run.result.status != RunStatus.COMPLETED and self.exit_code == exit_codes.OK:
             self.exit_code = exit_codes.NOT_COMPLETED
 
     def _print(self, label: str, run: "FiledRun") -> None:
+        from rbstab.integrate.status import RunStatus
+
         result = run.result
         if run.moved_aside is not None:
             click.echo(f"{label}: the previous result was moved to {run.moved_aside}", err=True)
-        if result.status != "completed":
+        if result.status != RunStatus.COMPLETED:
             click.echo(f"{label}: {result.status}: {result.attributes['status_detail']}", err=True)
         elif not self.quiet and not run.computed:
             click.echo(f"{label}: already done ({run.path}). Rerun it with --force.", err=True)

@@ -125,12 +125,12 @@ class ProgressPrinter:
 
     def _facts(self, rate: float) -> str:
         """Return a text: the rate, counts of statuses except `completed`, and the time left."""
+        from rbstab.integrate.status import RunStatus
         from rbstab.sweep.folder.gather import counts_by_status
 
         by_status = counts_by_status(self._inventory.counts)
-        others = [
-            f"{count} {status}" for status, count in by_status.items() if status != "completed"
-        ]
+        by_status.pop(RunStatus.COMPLETED, None)
+        others = [f"{count} {status}" for status, count in by_status.items()]
         left = (self._total - self._done) / rate if rate else 0.0
         return ", ".join([f"{rate:.3g}/s", *others, f"{duration(left)} left"])
 

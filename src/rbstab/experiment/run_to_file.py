@@ -33,9 +33,10 @@ class FiledRun(NamedTuple):
     moved_aside: Path | None
 
 
-def run_to_file(
+def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
     config: Config,
     path: Path,
+    problem: Problem | None = None,
     *,
     force: bool = False,
     proof: Proof | None = None,
@@ -46,6 +47,7 @@ def run_to_file(
     Args:
         config: The config.
         path: The result file.
+        problem: The problem of the config, if it is built already.
         force: Repeat a finished identical run; move a different result of that name aside.
         proof: As in `simulate`; a finished run is repeated if its certificate lacks its checks.
         progress: As in `simulate`.
@@ -55,7 +57,7 @@ def run_to_file(
         StoreError: The result cannot be written.
         EngineMissingError: As in `simulate`.
     """
-    problem = problem_of(config)
+    problem = problem or problem_of(config)
     old = _existing(path, force=force)
     identical = old is not None and old.run_id == run_id(config)
     if old is not None and identical and not force and _is_final(old, problem, proof):

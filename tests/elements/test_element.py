@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from support.systems import random_body, random_Z
 
+from rbstab.elements.declarations import Gain
 from rbstab.elements.element import (
     NO_STATE,
     Element,
@@ -13,6 +14,7 @@ from rbstab.elements.element import (
 )
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.registry import ELEMENTS
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
@@ -76,3 +78,18 @@ def test_number_of_own_states():
         SlidingConnector: 0,
     }
     assert {kind: kind.state_size for kind in sizes} == sizes
+
+
+def test_gains_of_one_name_are_declared_alike():
+    """Several connectors have K_c and L_c; configs and columns have one unit for each name."""
+    declared: dict[str, Gain] = {}
+    for element in ELEMENTS:
+        for gain in element.gains:
+            assert declared.setdefault(gain.name, gain) == gain, (element, gain.name)
+
+
+def test_the_dampings_of_the_paper_are_declared_to_dissipate():
+    """The paper's notation has L for every damping."""
+    dampings = [g for element in ELEMENTS for g in element.gains if g.name.startswith("L_")]
+    assert {gain.name for gain in dampings} >= {"L_t", "L_r", "L_c", "L_d"}
+    assert all(gain.dissipates for gain in dampings)

@@ -43,7 +43,10 @@ class EngineFailed(NamedTuple):
 
 
 class Rescheduled(NamedTuple):
-    """The worker computing members start to stop died; they run again (here: in this process)."""
+    """Members start to stop were not computed, because a worker died or raised an error.
+
+    They run again; here says whether in this process.
+    """
 
     start: int
     stop: int

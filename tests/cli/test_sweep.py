@@ -83,7 +83,7 @@ def test_a_disk_without_room(rbstab, monkeypatch):
     monkeypatch.setattr("rbstab.sweep.folder.disk_space.shutil.disk_usage", lambda _: usage)
     refused = rbstab(*SWEEP, "--engine", "scipy")
     assert refused.exit_code == 4
-    assert "GB are free. Nothing was started" in refused.stderr
+    assert "GB are free. No member was computed" in refused.stderr
 
 
 @pytest.mark.usefixtures("use_fake_engine")

@@ -51,7 +51,7 @@ def check_disk_space(plan: Plan, folder: SweepFolder, missing: Iterable[int]) ->
     if free < needed:
         raise StoreError(
             f"{folder.path} needs {needed / 1e9:.3g} GB more, and {free / 1e9:.3g} GB are free. "
-            "Nothing was started; free some space, or choose another folder with -o"
+            "No member was computed; free some space, or choose another folder with -o"
         )
 
 

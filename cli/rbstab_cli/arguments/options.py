@@ -44,3 +44,18 @@ def results_folder(example: str) -> Decorator:
         type=click.Path(file_okay=False, path_type=Path),
         help=f"Folder of the results; {example}.",
     )
+
+
+def output_file(help_text: str) -> Decorator:
+    """Return the option -o of commands that write one text file; use it with `REPLACE_FILE`."""
+    return click.option(
+        "-o",
+        "--output",
+        metavar="FILE",
+        type=click.Path(dir_okay=False, path_type=Path),
+        help=help_text,
+    )
+
+
+REPLACE_FILE = click.option("--force", is_flag=True, help="Replace FILE if it exists.")
+"""The option --force of commands that write one text file."""

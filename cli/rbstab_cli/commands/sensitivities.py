@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import CHANGES
+from rbstab_cli.arguments.options import CHANGES, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
     from rbstab.experiment.tuning.sensitivities import Sensitivities
@@ -19,14 +19,8 @@ IN_TABLES = ("settling_time", *(f"peak_contact_displacement[{axis}]" for axis in
 @click.argument("config", metavar="CONFIG", type=click.Path(path_type=Path))
 @CHANGES
 @click.option("--json", "as_json", is_flag=True, help="Print all results as JSON.")
-@click.option(
-    "-o",
-    "--output",
-    metavar="FILE",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Also write the JSON to FILE.",
-)
-@click.option("--force", is_flag=True, help="Replace FILE if it exists.")
+@output_file("Also write the JSON to FILE.")
+@REPLACE_FILE
 def command(
     config: Path, changes: tuple[str, ...], as_json: bool, output: Path | None, force: bool
 ) -> None:

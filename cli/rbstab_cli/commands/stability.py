@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import CHANGES
+from rbstab_cli.arguments.options import CHANGES, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -40,14 +40,8 @@ if TYPE_CHECKING:
 )
 @click.option("--no-run", is_flag=True, help="Leave out the run and its certificate.")
 @click.option("--json", "as_json", is_flag=True, help="Print all results as JSON.")
-@click.option(
-    "-o",
-    "--output",
-    metavar="FILE",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Write the output to FILE instead of printing it.",
-)
-@click.option("--force", is_flag=True, help="Replace FILE if it exists.")
+@output_file("Write the output to FILE instead of printing it.")
+@REPLACE_FILE
 def command(
     configs: tuple[Path, ...],
     search_only: bool,

@@ -2,8 +2,7 @@
 
 import errno
 import hashlib
-import io
-import shutil
+import itertools
 
 import h5py
 import netCDF4
@@ -192,26 +191,31 @@ class FullDisk:
 @pytest.mark.parametrize("free", [0, 100, 900])
 def test_a_disk_that_gets_full(file, monkeypatch, free):
     path, checksum = file
-    monkeypatch.setattr(motions_file, "_write", FullDisk(free))
+    monkeypatch.setattr(motions_file, "write_all", FullDisk(free))
     with pytest.raises(StoreError, match="No space left"):
         write_motions(path, motions((0, 1, 2, 3)))
     check_motions(path, checksum)
     assert [entry.name for entry in path.parent.iterdir()] == [path.name]
 
 
-def test_a_disk_that_is_full(tmp_path, monkeypatch):
-    usage = shutil.disk_usage(tmp_path)
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=500))
-    with pytest.raises(StoreError, match="No space left"):
-        write_motions(tmp_path / "a.h5", motions())
-    assert not list(tmp_path.iterdir())
+def test_the_seal_is_that_of_the_motions_in_memory(tmp_path, monkeypatch):
+    """A disk that spoils a block without an error cannot make a file that passes for whole."""
+    path = tmp_path / "a.h5"
+    monkeypatch.setattr(motions_file, "_BLOCK", 200)
+    for spoiled in itertools.count():
+        calls = []
 
+        def spoil_one(file, block, calls=calls, spoiled=spoiled):
+            calls.append(len(block))
+            if len(calls) == spoiled + 1:
+                block = bytes(byte ^ 1 for byte in bytes(block))
+            file.write(block)
 
-def test_a_write_that_takes_a_part_is_repeated(tmp_path, monkeypatch):
-    class FiveBytesAtATime(io.BytesIO):
-        def write(self, block, /):
-            return super().write(block[:5])
-
-    file = FiveBytesAtATime()
-    motions_file._write(file, memoryview(b"twelve bytes"))
-    assert file.getvalue() == b"twelve bytes"
+        monkeypatch.setattr(motions_file, "write_all", spoil_one)
+        checksum = write_motions(path, motions())
+        if spoiled == len(calls):
+            break
+        with pytest.raises(NotAResultError):
+            check_motions(path, checksum)
+    assert spoiled > 20
+    check_motions(path, checksum)

@@ -23,13 +23,13 @@ while True:
 RACER = """
 import sys
 from pathlib import Path
-from rbstab.store.atomic import atomic_path
+from rbstab.store.atomic import atomic_file, write_all
 from rbstab.store.errors import ResultExistsError
 folder, me = Path(sys.argv[1]), sys.argv[2]
 for index in range({rounds}):
     try:
-        with atomic_path(folder / f"{{index}}.h5") as partial:
-            partial.write_bytes(me.encode() * {size})
+        with atomic_file(folder / f"{{index}}.h5") as file:
+            write_all(file, me.encode() * {size})
             print("ready", flush=True)
             sys.stdin.readline()
     except ResultExistsError:

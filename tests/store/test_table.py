@@ -1,8 +1,9 @@
 """Protects sweep files and the folder lock: a file is read as it was written, or refused."""
 
 import errno
+import io
+import itertools
 import os
-import shutil
 import subprocess
 import sys
 import threading
@@ -13,13 +14,16 @@ import numpy as np
 import pytest
 import xarray
 
+from rbstab.store import table_writer
+from rbstab.store.atomic import write_at
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.lock import FolderInUseError, is_locked, locked
 from rbstab.store.result import Variable
 from rbstab.store.run_file import open_result
-from rbstab.store.seal import SEAL_SIZE, add_seal
+from rbstab.store.seal import SEAL_SIZE, add_seal, check_seal
 from rbstab.store.table import Column, TableHeader
-from rbstab.store.table_file import read_table, write_table
+from rbstab.store.table_file import read_table
+from rbstab.store.table_writer import write_table
 
 LAYOUT = {
     "run_id": Column((), "S32", "1", "identity"),
@@ -160,12 +164,71 @@ def test_a_full_disk(tmp_path, monkeypatch, sweep):
         patch.setattr(os, "fsync", full)
         with pytest.raises(StoreError, match="No space left"):
             write_table(sweep, TableHeader(LAYOUT, 0, 2, {}), [arrays_of(0, 2)])
-    usage = shutil.disk_usage(tmp_path)._replace(free=1000)
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
-    with pytest.raises(StoreError, match="No space left"):
-        write_table(sweep, TableHeader(LAYOUT, 0, 2, {}), [arrays_of(0, 2)])
     assert sweep.read_bytes() == before
     assert [path.name for path in tmp_path.iterdir()] == ["s.h5"]
+
+
+def test_a_disk_that_spoils_a_write_makes_no_table(tmp_path, monkeypatch, sweep):
+    """Each write of each column, of `run`, of the metadata and of the seal is compared."""
+    before = sweep.read_bytes()
+    header = TableHeader(LAYOUT, 0, 12, {"plan_id": "y"}, EXTRAS)
+    for spoiled in itertools.count():
+        calls = []
+
+        def spoil_one(file, offset, content, calls=calls, spoiled=spoiled):
+            calls.append(offset)
+            if len(calls) == spoiled + 1:
+                content = bytes(byte ^ 1 for byte in bytes(content))
+            write_at(file, offset, content)
+
+        monkeypatch.setattr(table_writer, "write_at", spoil_one)
+        try:
+            write_table(sweep, header, [arrays_of(0, 5), arrays_of(5, 12)])
+        except StoreError as error:
+            assert "the disk returned other bytes than were written" in str(error)
+            assert sweep.read_bytes() == before
+            assert [path.name for path in tmp_path.iterdir()] == ["s.h5"]
+        else:
+            break
+    assert spoiled == len(calls) > 2 * len(LAYOUT) + 4
+    assert read_table(sweep).attributes["plan_id"] == "y"
+
+
+@pytest.mark.parametrize("name", ["run", "run_id", "final_position", "steps", "plan"])
+def test_a_file_that_was_sealed_with_a_wrong_array_is_refused(sweep, name):
+    """Earlier versions sealed what they found on the disk."""
+    content = bytearray(sweep.read_bytes()[:-SEAL_SIZE])
+    with h5py.File(io.BytesIO(content), "r") as file:
+        at = file[name].id.get_offset()
+    if name == "plan":
+        at = content.index("title: ö".encode())
+    content[at] ^= 1
+    sweep.write_bytes(add_seal(bytes(content)))
+    check_seal(sweep)
+    for columns in (None, [], ["status"]):
+        with pytest.raises(NotAResultError):
+            read_table(sweep, columns)
+
+
+def test_no_status_without_a_meaning_is_read(tmp_path):
+    arrays = arrays_of(0, 4) | {"status": np.array([0, 1, 2, 0], "i1")}
+    write_table(tmp_path / "t.h5", TableHeader(LAYOUT, 0, 4, {}), [arrays])
+    with pytest.raises(NotAResultError, match="status has a flag without a meaning"):
+        read_table(tmp_path / "t.h5")
+    assert read_table(tmp_path / "t.h5", ["steps"])["steps"].tolist() == [0, 1, 2, 3]
+
+
+def test_a_changed_file_is_compared_again(sweep):
+    """A process remembers the files that it has compared with their digests."""
+    os.utime(sweep, (1, 1))
+    for _ in range(2):
+        read_table(sweep)
+    content = bytearray(sweep.read_bytes())
+    content[len(content) // 2] ^= 1
+    sweep.write_bytes(content)
+    os.utime(sweep, (1, 1))
+    with pytest.raises(NotAResultError):
+        read_table(sweep)
 
 
 def test_threads_may_write_at_once(tmp_path):

@@ -10,7 +10,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.report.reading.sources import SweepFile
 from rbstab.store.result import Variable
 from rbstab.store.table import TableHeader
-from rbstab.store.table_file import write_table
+from rbstab.store.table_writer import write_table
 from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.members.convergence import COLUMN
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES

@@ -1,18 +1,21 @@
 """Worker processes, started by loky: a pool, and a single worker that answers through a pipe.
 
-A terminal sends an interrupt to all processes. Workers ignore it, and only the parent reacts to it.
-A worker exits at once when its parent dies for any reason.
+A terminal sends an interrupt to all processes, and a job system may send SIGTERM to all. Workers
+ignore both; only the parent reacts. A worker exits at once when its parent dies for any reason.
 """
 
+import os
 import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from multiprocessing.connection import Connection
 from typing import Any
 
 from rbstab.processes.parent_watch import exit_with_parent, parent_watch
+
+_INTERRUPTS = {signal.SIGINT, signal.SIGTERM}
 
 
 class WorkerDiedError(Exception):
@@ -109,18 +112,28 @@ class Worker:
 
     def close(self) -> None:
         """End the worker at once; its unfinished work is lost."""
-        # Close the pipe first: a worker that ignores the signal exits when its pipe is closed.
         self._connection.close()
-        self._process.terminate()
+        if self._process.exitcode is None:
+            self._kill()
         self._process.join()
 
+    def _kill(self) -> None:
+        if hasattr(signal, "SIGKILL"):
+            # The worker ignores SIGTERM, and processes of loky have no method `kill`.
+            with suppress(ProcessLookupError):
+                os.kill(self._process.pid, signal.SIGKILL)
+        else:
+            self._process.terminate()
+
     def _died(self) -> WorkerDiedError:
+        # Wait for the end, so that the exit code is the worker's own and not that of `close`.
+        self._process.join(1.0)
         self.close()
         return WorkerDiedError(f"its process has ended (exit code {self._process.exitcode})")
 
 
 def _set_up(pipe: Connection, setup: Callable[..., None] | None, *arguments: Any) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _ignore_interrupts()
     exit_with_parent(pipe)
     if setup is not None:
         setup(*arguments)
@@ -128,10 +141,13 @@ def _set_up(pipe: Connection, setup: Callable[..., None] | None, *arguments: Any
 
 def _serve(serve: Callable[..., None], connection: Connection, *arguments: Any) -> None:
     # Not every system can block interrupts while a process starts; so ignore them here too.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # A worker inherits the signals that a job script ignores, but `close` must be able to end it.
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    _ignore_interrupts()
     serve(connection, *arguments)
+
+
+def _ignore_interrupts() -> None:
+    for number in _INTERRUPTS:
+        signal.signal(number, signal.SIG_IGN)
 
 
 @contextmanager
@@ -143,7 +159,7 @@ def _interrupts_blocked() -> Iterator[None]:
     # Start the resource trackers first: they would start with the process, and unblock interrupts.
     for module in ("multiprocessing", "loky.backend"):
         import_module(f"{module}.resource_tracker").ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _INTERRUPTS)
     try:
         yield
     finally:

@@ -1,16 +1,31 @@
 """Atomic writing: a file appears complete or not at all."""
 
+import errno
 import os
 import secrets
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from rbstab.store.errors import ResultExistsError
+from rbstab.store.lock import try_lock
 
 PARTIAL_SUFFIX = ".part"
 """The suffix of a file that is still being written."""
+
+_MAX_NAME_BYTES = 200
+"""The part of a file's name that a partial file repeats. File systems allow 255 bytes in all."""
+
+_LOCK_ATTEMPTS = 1000
+"""Attempts to lock a new partial file."""
+
+_LOCK_RETRY_INTERVAL = 1e-3
+"""Time between two attempts, s."""
+
+_NO_SYNC_ERRORS = (errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS, errno.EBADF)
+"""Errors of file systems that cannot sync a folder."""
 
 
 def write_atomically(path: Path, content: bytes, *, replace: bool = False) -> None:
@@ -27,31 +42,30 @@ def write_atomically(path: Path, content: bytes, *, replace: bool = False) -> No
         ResultExistsError: The file exists and `replace` is not set.
         OSError: The file cannot be written, for example because the disk is full.
     """
-    with atomic_path(path, replace=replace) as partial, partial.open("xb") as file:
-        file.write(content)
+    with atomic_file(path, replace=replace) as file:
+        write_all(file, content)
 
 
 @contextmanager
-def atomic_path(path: Path, *, replace: bool = False) -> Iterator[Path]:
-    """Return a context that yields a hidden path for writing, and renames the file at its end.
+def atomic_file(path: Path, *, replace: bool = False) -> Iterator[BinaryIO]:
+    """Return a context that yields a hidden file for writing, and renames it at its end.
 
     Args:
         path: The file; its folder must exist.
         replace: Whether an existing file is replaced.
 
     Yields:
-        An unused path in the same folder. If the block raises an error, the file there is removed.
+        A new file in the same folder, open for writing and reading, without a buffer. Write with
+        `write_all` or `write_at`. If the block raises an error, the file is removed.
 
     Raises:
         ResultExistsError: The file exists and `replace` is not set.
         OSError: As `write_atomically`.
     """
-    # The random name is unique. Another thread must not write to the same file. A killed process
-    # may have left a partial file that is a hard link to the result itself.
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(8)}{PARTIAL_SUFFIX}")
+    partial, file = _new_partial_file(path)
     try:
-        yield partial
-        with partial.open("r+b") as file:
+        with file:
+            yield file
             os.fsync(file.fileno())
         if replace:
             partial.replace(path)
@@ -59,7 +73,28 @@ def atomic_path(path: Path, *, replace: bool = False) -> Iterator[Path]:
             _add_new_name(partial, path)
         _sync_folder(path.parent)
     finally:
-        partial.unlink(missing_ok=True)
+        # The result itself may be complete. So a file that cannot be removed is no error; the next
+        # writer of this result removes it.
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
+
+
+def write_all(file: BinaryIO, content: bytes | memoryview) -> None:
+    """Write all bytes to a file without a buffer.
+
+    Raises:
+        OSError: A byte cannot be written, for example because the disk is full.
+    """
+    view = memoryview(content).cast("B")
+    while view:
+        # On a nearly full disk one call writes only a part, and the next call fails.
+        view = view[file.write(view) :]
+
+
+def write_at(file: BinaryIO, offset: int, content: bytes | memoryview) -> None:
+    """Write all bytes at an offset; as `write_all`."""
+    file.seek(offset)
+    write_all(file, content)
 
 
 def remove_partial_files(folder: Path, older_than: float = 0.0) -> None:
@@ -76,6 +111,18 @@ def remove_partial_files(folder: Path, older_than: float = 0.0) -> None:
                 partial.unlink()
 
 
+def remove_abandoned(path: Path) -> None:
+    """Remove the partial file of a writer of a result that was killed, if there is one.
+
+    A living writer holds its lock. The file must not be reused: it may be a second name of the
+    result itself.
+    """
+    partial = _partial_path(path)
+    with suppress(OSError), partial.open("r+b", buffering=0) as file:
+        if try_lock(file):
+            partial.unlink()
+
+
 def move_aside(path: Path, new: Path) -> None:
     """Rename a file; the new name must be unused.
 
@@ -86,6 +133,55 @@ def move_aside(path: Path, new: Path) -> None:
     _add_new_name(path, new)
     path.unlink(missing_ok=True)
     _sync_folder(path.parent)
+
+
+def _new_partial_file(path: Path) -> tuple[Path, BinaryIO]:
+    """Create and lock the partial file of a result; one that a killed writer left is removed."""
+    remove_abandoned(path)
+    partial = _partial_path(path)
+    while True:
+        try:
+            file = partial.open("x+b", buffering=0)
+        except FileExistsError:
+            # Another thread or process is writing the same result.
+            partial = _partial_path(path, f".{secrets.token_hex(8)}")
+            continue
+        # The lock shows other writers that this one lives. One of them may have tested the file
+        # before it was locked, and removed it: then create another.
+        try:
+            _lock(file)
+            if _is_same_file(partial, file):
+                return partial, file
+        except BaseException:
+            partial.unlink(missing_ok=True)
+            file.close()
+            raise
+        file.close()
+
+
+def _lock(file: BinaryIO) -> None:
+    """Lock a new partial file, to show that its writer lives. Without locks nothing is lost."""
+    for _ in range(_LOCK_ATTEMPTS):
+        try:
+            try_lock(file)
+        except BlockingIOError:
+            # Another writer tests the file, and holds the lock for an instant.
+            time.sleep(_LOCK_RETRY_INTERVAL)
+        except OSError:
+            return
+        else:
+            return
+
+
+def _partial_path(path: Path, middle: str = "") -> Path:
+    name = os.fsdecode(os.fsencode(path.name)[:_MAX_NAME_BYTES])
+    return path.with_name(f".{name}{middle}{PARTIAL_SUFFIX}")
+
+
+def _is_same_file(path: Path, file: BinaryIO) -> bool:
+    with suppress(FileNotFoundError):
+        return os.path.samestat(path.stat(), os.fstat(file.fileno()))
+    return False
 
 
 def _add_new_name(old: Path, new: Path) -> None:
@@ -103,10 +199,20 @@ def _add_new_name(old: Path, new: Path) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    # A folder can only be opened on POSIX. Other systems have no way to sync the rename.
-    with suppress(OSError, AttributeError):
+    """Sync the names in a folder to disk, where the system can do so.
+
+    Raises:
+        OSError: The disk reports an error.
+    """
+    try:
+        # A folder can only be opened on POSIX, and only by those who may read it.
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+    except (PermissionError, AttributeError):
+        return
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in _NO_SYNC_ERRORS:
+            raise
+    finally:
+        os.close(descriptor)

@@ -2,11 +2,25 @@
 
 import hashlib
 import json
+import math
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn, TypeVar
+
+from pydantic import BaseModel, ValidationError
 
 from rbstab.store.atomic import write_atomically
 from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.store.regular_file import read_regular
+
+MAX_BYTES = 16 << 20
+"""The largest size of a file."""
+
+MAX_VALUES = 2_000_000
+"""The most values in a file. Each one takes some 100 bytes of memory, even if it is empty."""
+
+_MAX_KEY_LENGTH = 100
+
+Model = TypeVar("Model", bound=BaseModel)
 
 
 def write_document(path: Path, data: dict[str, Any], *, replace: bool = True) -> None:
@@ -19,30 +33,31 @@ def write_document(path: Path, data: dict[str, Any], *, replace: bool = True) ->
 
     Raises:
         ResultExistsError: The file exists and `replace` is not set.
-        StoreError: The file cannot be written.
+        StoreError: The file cannot be written, or the data are too large.
     """
     with_digest = {**data, "digest": _digest(data)}
-    text = json.dumps(with_digest, indent=1, ensure_ascii=False, allow_nan=False)
+    content = json.dumps(with_digest, indent=1, ensure_ascii=False, allow_nan=False).encode()
+    if _is_too_large(content):
+        raise StoreError(f"{path} cannot be written: it would be too large to be read again")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, text.encode(), replace=replace)
+        write_atomically(path, content, replace=replace)
     except OSError as error:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def read_document(path: Path) -> dict[str, Any]:
-    """Read data from a JSON file.
+    """Read data from a JSON file. Their types and values are not checked; see `read_model`.
 
     Raises:
         NotAResultError: The file is damaged.
         StoreError: The file cannot be read.
     """
+    content = read_regular(path, MAX_BYTES)
+    if _is_too_large(content):
+        raise NotAResultError(f"{path} is damaged: it has too many values")
     try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
-    try:
-        data = json.loads(content)
+        data = json.loads(content.decode(), parse_constant=_refuse, parse_float=_finite)
         written = data.pop("digest")
         intact = bool(written == _digest(data))
     except (ValueError, KeyError, AttributeError, TypeError, RecursionError) as error:
@@ -51,6 +66,54 @@ def read_document(path: Path) -> dict[str, Any]:
         raise NotAResultError(f"{path} is damaged: its content does not match its digest")
     verified: dict[str, Any] = data
     return verified
+
+
+def checked(path: Path, data: dict[str, Any], model: type[Model]) -> Model:
+    """Return data of a JSON file as a model, whose types and limits they must fit exactly.
+
+    Args:
+        path: The file, for messages.
+        data: The data, from `read_document`.
+        model: The model.
+
+    Raises:
+        NotAResultError: The data do not fit.
+    """
+    try:
+        # As JSON: pydantic's strict mode takes JSON's lists for tuples, but not Python's.
+        return model.model_validate_json(json.dumps(data), strict=True)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+        # The file may have any text as a key.
+        key = ".".join(map(str, first["loc"])).encode("unicode_escape").decode()[:_MAX_KEY_LENGTH]
+        reason = f"{key}: {first['msg']}" if key else str(first["msg"])
+        raise NotAResultError(f"{path} is damaged: {reason}") from error
+
+
+def read_model(path: Path, model: type[Model]) -> Model:
+    """Read a JSON file as a model; as `read_document`, then `checked`.
+
+    Raises:
+        NotAResultError: The file is damaged, or its data do not fit.
+        StoreError: The file cannot be read.
+    """
+    return checked(path, read_document(path), model)
+
+
+def _is_too_large(content: bytes) -> bool:
+    values = content.count(b",") + content.count(b"[") + content.count(b"{")
+    return len(content) > MAX_BYTES or values > MAX_VALUES
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise ValueError(f"{constant} is not a number of JSON")
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(f"{text[:20]} is too large")
+    return number
 
 
 def _digest(data: dict[str, Any]) -> str:

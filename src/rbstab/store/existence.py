@@ -1,5 +1,8 @@
-"""Testing whether a path exists, when the file system may return an error."""
+"""Testing paths before they are used, when the file system may return an error."""
 
+import os
+import stat
+from contextlib import suppress
 from pathlib import Path
 
 from rbstab.store.errors import StoreError
@@ -16,3 +19,47 @@ def path_exists(path: Path) -> bool:
         return path.exists()
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+
+
+def check_writable(path: Path) -> None:
+    """Check that a file can be written, so that an error comes before the work and not after it.
+
+    Nothing is written or created. Some errors show only while writing, such as a full disk.
+
+    Args:
+        path: The file. It may exist, and its folders may be missing.
+
+    Raises:
+        StoreError: The name is too long, a folder is not writable, or the path is not a file.
+    """
+    try:
+        reason = _reason_not_writable(path)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+    if reason is not None:
+        raise StoreError(f"{path} cannot be written: {reason}")
+
+
+def _reason_not_writable(path: Path) -> str | None:
+    """Return the reason, or None.
+
+    Raises:
+        OSError: The operating system gives the reason.
+    """
+    if path.exists():
+        mode = path.stat().st_mode
+        if not stat.S_ISREG(mode):
+            kind = "folder" if stat.S_ISDIR(mode) else "pipe, a device or a socket"
+            return f"it is a {kind}, not a file"
+        folder, missing = path.parent, []
+    else:
+        folder, missing = path.parent, [path.name]
+    while not folder.exists():
+        missing.append(folder.name)
+        folder = folder.parent
+    for name in missing:
+        # Only a folder that exists tells whether a name is too long.
+        with suppress(FileNotFoundError):
+            (folder / name).lstat()
+            return f"{name} is a link to a missing file or folder"
+    return None if os.access(folder, os.W_OK | os.X_OK) else f"{folder} is not writable"

@@ -4,7 +4,7 @@ import errno
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -18,6 +18,9 @@ MAX_ATTEMPTS = 6
 
 RETRY_INTERVAL = 0.02
 """Time between two attempts, s."""
+
+READ_ONLY_ERRORS = (errno.EROFS, errno.EACCES, errno.EPERM)
+"""Errors of opening a file for writing in a folder that this process may only read."""
 
 UNSUPPORTED_ERRORS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EINVAL)
 """Errors of file systems without locks."""
@@ -40,34 +43,58 @@ def locked(folder: Path, name: str = LOCK_FILE, *, shared: bool = False) -> Iter
 
     Yields:
         True if the lock is held. False if the file system has no locks (some network file systems),
-        and for a shared lock on Windows.
+        for a shared lock on Windows, and if this process cannot write to the folder.
 
     Raises:
         FolderInUseError: Another process holds the lock.
-        StoreError: The folder cannot be written.
+        StoreError: The lock file cannot be opened.
     """
     try:
-        # NFS needs a readable file for a shared lock.
-        file = (folder / name).open("a+b")
+        file = _open_lock_file(folder / name)
     except OSError as error:
         raise StoreError(f"{folder} cannot be written: {error.strerror or error}") from error
+    if file is None:
+        yield False
+        return
     with file:
         for attempts_left in reversed(range(MAX_ATTEMPTS)):
             try:
-                held = _lock(file, shared=shared)
+                held = try_lock(file, shared=shared)
                 break
             except BlockingIOError as error:
                 if not attempts_left:
                     raise FolderInUseError(f"{folder} is in use by another process") from error
                 time.sleep(RETRY_INTERVAL)
-        yield held
+        yield held and file.writable()
+
+
+def _open_lock_file(path: Path) -> BinaryIO | None:
+    """Open a lock file for reading and writing; in a folder that cannot be written, for reading.
+
+    So a finished sweep can be read in such a folder.
+
+    Returns:
+        The file; None if it cannot be created, so that there is nothing to lock.
+
+    Raises:
+        OSError: The folder cannot be used.
+    """
+    try:
+        # NFS needs a readable file for a shared lock, and a writable one for an exclusive lock.
+        return path.open("a+b")
+    except OSError as error:
+        if error.errno not in READ_ONLY_ERRORS:
+            raise
+    with suppress(FileNotFoundError, PermissionError):
+        return path.open("rb")
+    return None
 
 
 def is_locked(folder: Path, name: str = LOCK_FILE) -> bool:
     """Whether a process holds an exclusive lock of a folder."""
     try:
         with (folder / name).open("r+b") as file:
-            _lock(file, shared=sys.platform != "win32")
+            try_lock(file, shared=sys.platform != "win32")
     except BlockingIOError:
         return True
     except OSError:
@@ -77,7 +104,8 @@ def is_locked(folder: Path, name: str = LOCK_FILE) -> bool:
 
 if sys.platform == "win32":
 
-    def _lock(file: BinaryIO, *, shared: bool) -> bool:
+    def try_lock(file: BinaryIO, *, shared: bool = False) -> bool:
+        """Lock a file until it is closed; see the version for other systems."""
         import msvcrt
 
         if shared:
@@ -91,7 +119,20 @@ if sys.platform == "win32":
 
 else:
 
-    def _lock(file: BinaryIO, *, shared: bool) -> bool:
+    def try_lock(file: BinaryIO, *, shared: bool = False) -> bool:
+        """Lock a file until it is closed.
+
+        Args:
+            file: The file.
+            shared: Whether other processes may share the lock. Windows has no shared locks.
+
+        Returns:
+            True if the lock is held, False if the file system has no locks.
+
+        Raises:
+            BlockingIOError: Another process holds the lock.
+            OSError: The file cannot be locked.
+        """
         import fcntl
 
         try:

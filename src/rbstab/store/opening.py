@@ -1,70 +1,232 @@
-"""Reading HDF5 files that may be damaged or written by other programs."""
+"""Reading HDF5 files that may be damaged, hostile, or written by other programs.
+
+The program writes simple files: arrays of numbers or texts in one piece, without filters. Anything
+else is refused before it is read. So reading never needs much more memory than the file has bytes.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
+from rbstab.store.regular_file import open_regular
+from rbstab.store.result import Variable
+
+MAX_OBJECTS = 2000
+"""The most arrays and groups of a file."""
+
+MAX_ATTRIBUTES = 200
+"""The most attributes of a file or an array."""
+
+MAX_TEXT_BYTES = 16 << 20
+"""The most bytes of all texts of an array, or of an attribute."""
+
+_TEXT_REFERENCE = np.dtype([("length", "<u4"), ("address", "<u8"), ("index", "<u4")])
+"""HDF5 stores a text of any length as its length and its place in the file."""
+
+
+@dataclass(frozen=True)
+class Hdf5Reader:
+    """An open file.
+
+    Args:
+        path: The file.
+        hdf5: The file, opened by h5py.
+        raw: The same file as bytes.
+    """
+
+    path: Path
+    hdf5: h5py.File
+    raw: BinaryIO
+
+    def check_version(self, newest: int) -> None:
+        """Refuse a file that is not a result of rbstab, or has a newer format.
+
+        Raises:
+            NotAResultError: The file has no schema version.
+            NewerSchemaError: Its schema version is above `newest`.
+        """
+        version = self._attribute(self.hdf5, "schema_version")
+        if not isinstance(version, int) or version < 1:
+            raise NotAResultError(f"{self.path} is HDF5, but not a result of rbstab")
+        if version > newest:
+            raise NewerSchemaError(
+                f"{self.path} was written by a newer rbstab (schema version {version}, this one "
+                f"reads up to {newest}); update rbstab"
+            )
+
+    def attributes(self) -> dict[str, str | int | float]:
+        """Return the attributes of the file, except the schema version.
+
+        Raises:
+            NotAResultError: An attribute is neither a number nor a text, or is too long.
+        """
+        if len(self.hdf5.attrs) > MAX_ATTRIBUTES:
+            raise NotAResultError(f"{self.path} has more attributes than a result of rbstab")
+        found = {}
+        for name in self.hdf5.attrs:
+            value = self._attribute(self.hdf5, name)
+            if value is None:
+                raise self._damaged(f"its attribute {name} is neither a number nor a text")
+            found[name] = value
+        del found["schema_version"]
+        return found
+
+    def names(self) -> list[str]:
+        """Return the names of all arrays; in a group they start with its name.
+
+        Names of other objects are returned, too; reading them raises an error.
+
+        Raises:
+            NotAResultError: The file has too many objects.
+        """
+        self._check_count(len(self.hdf5))
+        # Low-level calls, because creating h5py objects takes most of the time of reading a file.
+        groups = {
+            name: len(self.hdf5[name])
+            for name in self.hdf5
+            if isinstance(self.hdf5.get(name, getlink=True), h5py.HardLink)
+            and h5py.h5o.get_info(self.hdf5.id, name.encode()).type == h5py.h5o.TYPE_GROUP
+        }
+        self._check_count(len(self.hdf5) + sum(groups.values()))
+        in_groups = [f"{group}/{name}" for group in groups for name in self.hdf5[group]]
+        return [name for name in self.hdf5 if not groups.get(name)] + in_groups
+
+    def variable(self, name: str, row: int | None = None) -> Variable:
+        """Read an array, with its dimensions, unit and meaning.
+
+        Args:
+            name: The name of the array.
+            row: The only row to read; default all rows.
+
+        Raises:
+            NotAResultError: There is no such array, or it is not what rbstab writes.
+        """
+        dataset = self.array(name)
+        data = (
+            self._texts(name, dataset) if _is_text(dataset) else dataset[() if row is None else row]
+        )
+        return Variable(self.dimensions(name), np.asarray(data), *self.description(dataset))
+
+    def array(self, name: str) -> h5py.Dataset:
+        """Return an array without reading it; reading it is safe.
+
+        Raises:
+            NotAResultError: There is no such array, or it is not what rbstab writes.
+        """
+        group, _, short_name = name.rpartition("/")
+        parent = self.hdf5[group] if group else self.hdf5
+        link = parent.get(short_name, getlink=True)
+        dataset = parent[short_name] if isinstance(link, h5py.HardLink) else None
+        if not isinstance(dataset, h5py.Dataset) or dataset.is_virtual or dataset.external:
+            # rbstab never writes links to other files, and does not follow them.
+            raise NotAResultError(f"{self.path}: {name} is not an array of this file")
+        if not _is_text(dataset) and dataset.dtype.kind not in "fiuS":
+            raise NotAResultError(f"{self.path}: {name} holds neither numbers nor texts")
+        plan = dataset.id.get_create_plist()
+        if plan.get_layout() != h5py.h5d.CONTIGUOUS or plan.get_nfilters():
+            raise NotAResultError(
+                f"{self.path}: {name} is stored in chunks or with a filter, which rbstab never does"
+            )
+        size = dataset.size * (_TEXT_REFERENCE if _is_text(dataset) else dataset.dtype).itemsize
+        offset = dataset.id.get_offset()
+        if size and (offset is None or offset + size > self.hdf5.id.get_filesize()):
+            raise self._damaged(f"its array {name} is larger than the file")
+        return dataset
+
+    def dimensions(self, name: str) -> tuple[str, ...]:
+        """Return the names of the dimensions of an array: the first scale of each axis."""
+        dataset = self.hdf5[name]
+        if dataset.is_scale:
+            return (name.rpartition("/")[2],)
+        return tuple(_scale_name(dataset, axis) for axis in range(dataset.ndim))
+
+    def description(self, dataset: h5py.Dataset) -> tuple[str, str]:
+        """Return the unit and the meaning of an array; "" if they are missing."""
+        unit, long_name = (self._attribute(dataset, key) for key in ("units", "long_name"))
+        return str(unit or ""), str(long_name or "")
+
+    def flags(self, dataset: h5py.Dataset) -> tuple[str, ...]:
+        """Return the words for the values 0, 1, ... of an array of flags."""
+        meanings = self._attribute(dataset, "flag_meanings")
+        words = meanings.split(" ") if isinstance(meanings, str) else []
+        return tuple(word.replace("_", " ") for word in words)
+
+    def _texts(self, name: str, dataset: h5py.Dataset) -> NDArray[Any]:
+        self.raw.seek(dataset.id.get_offset() or 0)
+        content = self.raw.read(dataset.size * _TEXT_REFERENCE.itemsize)
+        # Many references may lead to one long text: so the lengths are added before it is read.
+        total = np.frombuffer(content, _TEXT_REFERENCE)["length"].sum(dtype=np.int64)
+        if total > MAX_TEXT_BYTES:
+            raise NotAResultError(
+                f"{self.path}: {name} has {total / 1e6:.3g} MB of text, more than rbstab writes"
+            )
+        return np.asarray(dataset.asstr()[()], dtype=object)
+
+    def _attribute(self, owner: h5py.File | h5py.Dataset, name: str) -> str | int | float | None:
+        """Return an attribute; None if it is missing, or is neither a number nor a text."""
+        if name not in owner.attrs:
+            return None
+        attribute = owner.attrs.get_id(name)
+        is_text = h5py.check_string_dtype(attribute.dtype) is not None
+        if attribute.shape != () or not (is_text or attribute.dtype.kind in "fiu"):
+            return None
+        if attribute.get_storage_size() > MAX_TEXT_BYTES:
+            return None
+        value = owner.attrs[name]
+        plain = value.item() if isinstance(value, np.generic) else value
+        return plain if isinstance(plain, str | int | float) else None
+
+    def _check_count(self, objects: int) -> None:
+        if objects > MAX_OBJECTS:
+            raise NotAResultError(f"{self.path} has more arrays than a result of rbstab")
+
+    def _damaged(self, reason: str) -> NotAResultError:
+        return NotAResultError(f"{self.path} is damaged: {reason}")
 
 
 @contextmanager
-def open_hdf5(path: Path) -> Iterator[h5py.File]:
-    """Return a context with an HDF5 file open for reading; HDF5 errors become store errors.
+def open_hdf5(path: Path) -> Iterator[Hdf5Reader]:
+    """Return a context with an HDF5 file open for reading; all errors become store errors.
+
+    HDF5 reads through a Python file object. So it needs no lock, which network file systems often
+    do not have. Other programs and other parts of this process may have the file open too.
 
     Raises:
         NotAResultError: The file is damaged, or is not HDF5.
         StoreError: The file cannot be opened.
     """
-    try:
-        # A complete result never changes, so reading it needs no lock. Network file systems often
-        # have no locks.
-        with path.open("rb"), h5py.File(path, "r", locking=False) as file:
-            yield file
-    except StoreError:
-        raise
-    except OSError as error:
-        if error.errno is not None:
-            raise StoreError(f"{path} cannot be read: {error.strerror}") from error
-        raise NotAResultError(f"{path} is damaged or is not HDF5") from error
-    except (LookupError, ValueError, RuntimeError, TypeError, MemoryError) as error:
-        raise NotAResultError(f"{path} is damaged: {error}") from error
+    with open_regular(path) as raw:
+        try:
+            with h5py.File(raw, "r") as file:
+                yield Hdf5Reader(path, file, raw)
+        except StoreError:
+            raise
+        except OSError as error:
+            if error.errno is not None:
+                reason = error.strerror or error
+                raise StoreError(f"{path} cannot be read: {reason}") from error
+            raise NotAResultError(f"{path} is damaged or is not HDF5") from error
+        except MemoryError as error:
+            raise StoreError(f"{path} needs more memory than there is") from error
+        except Exception as error:
+            # h5py raises many kinds of errors for files that are not as they should be. Their texts
+            # help no user: they name functions of HDF5.
+            raise NotAResultError(f"{path} is damaged: HDF5 cannot read it") from error
 
 
-def check_version(path: Path, file: h5py.File, newest: int) -> None:
-    """Refuse a file that is not a result of rbstab, or has a newer format.
-
-    Raises:
-        NotAResultError: The file has no schema version.
-        NewerSchemaError: Its schema version is above `newest`.
-    """
-    version = file.attrs.get("schema_version")
-    if not isinstance(version, int | np.integer) or version < 1:
-        raise NotAResultError(f"{path} is HDF5, but not a result of rbstab")
-    if version > newest:
-        raise NewerSchemaError(
-            f"{path} was written by a newer rbstab (schema version {version}, this one reads up to "
-            f"{newest}); update rbstab"
-        )
+def _is_text(dataset: h5py.Dataset) -> bool:
+    found = h5py.check_string_dtype(dataset.dtype)
+    return found is not None and found.length is None
 
 
-def get_array(path: Path, file: h5py.File, name: str) -> h5py.Dataset:
-    """Return an array of a file.
-
-    Raises:
-        NotAResultError: The name is not the name of an array in this file.
-    """
-    link = file.get(name, getlink=True)
-    dataset = file[name] if isinstance(link, h5py.HardLink) else None
-    if not isinstance(dataset, h5py.Dataset) or dataset.is_virtual or dataset.external:
-        # rbstab never writes links to other files, and does not follow them.
-        raise NotAResultError(f"{path}: {name} is not an array of this file")
-    return dataset
-
-
-def to_python(value: Any) -> Any:
-    """Return the value of an attribute as a Python number or text."""
-    return value.item() if isinstance(value, np.generic) else value
+def _scale_name(dataset: h5py.Dataset, axis: int) -> str:
+    names: list[bytes] = []
+    h5py.h5ds.iterate(dataset.id, axis, lambda scale: names.append(h5py.h5i.get_name(scale)))
+    return names[0].decode().rpartition("/")[2]

@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import h5py
-import numpy as np
 
 from rbstab.store.atomic import write_atomically
 from rbstab.store.digest import digest_of
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.opening import check_version, get_array, open_hdf5, to_python
+from rbstab.store.isolated_reading import IsolatedReader
+from rbstab.store.opening import Hdf5Reader, open_hdf5
 from rbstab.store.result import SCHEMA_VERSION, Result, Variable, coordinate_name
 from rbstab.store.seal import add_seal, check_seal, has_seal
 from rbstab.store.table import check_shape
@@ -51,12 +51,21 @@ def open_result(path: str | Path) -> Result:
         StoreError: The file cannot be opened.
     """
     path = Path(path)
-    # Checked before HDF5 reads the file. Old files, and files changed by another program, have no
-    # seal. They are checked by the digest in their attributes.
     if has_seal(path):
         check_seal(path)
+        return _open_here(path)
+    # Old files, and files changed by another program, have no seal. Only HDF5 can read the digest
+    # in their attributes, and on a damaged file it may hang.
+    result: Result = _open_isolated(path)
+    return result
+
+
+def _open_here(path: Path) -> Result:
     with open_hdf5(path) as file:
-        return _read(path, file)
+        return _read(file)
+
+
+_open_isolated = IsolatedReader(_open_here)
 
 
 def _file_bytes(result: Result) -> bytes:
@@ -101,54 +110,20 @@ def _write_array(file: h5py.File, name: str, variable: Variable, *, is_scale: bo
         dataset.dims[index].attach_scale(parent[dimension])
 
 
-def _read(path: Path, file: h5py.File) -> Result:
-    check_version(path, file, SCHEMA_VERSION)
-    attributes = {name: to_python(value) for name, value in file.attrs.items()}
+def _read(file: Hdf5Reader) -> Result:
+    path = file.path
+    file.check_version(SCHEMA_VERSION)
+    attributes = file.attributes()
+    names = file.names()
     missing = [name for name in REQUIRED_ATTRIBUTES if name not in attributes]
-    if missing or "config" not in file:
+    if missing or "config" not in names:
         raise NotAResultError(f"{path} is damaged: {', '.join(missing) or 'config'} is missing")
-    del attributes["schema_version"]
     written = attributes.pop("digest")
-    variables = {
-        name: _variable(path, file, name) for name in _array_names(file) if name != "config"
-    }
-    result = Result(variables, attributes, get_array(path, file, "config").asstr()[()])
+    variables = {name: file.variable(name) for name in names}
+    config = variables.pop("config").data
+    if config.shape != () or not isinstance(config.item(), str):
+        raise NotAResultError(f"{path} is damaged: its config is not a text")
+    result = Result(variables, attributes, config.item())
     if digest_of(result) != written:
         raise NotAResultError(f"{path} is damaged: its content does not match its digest")
     return result
-
-
-def _variable(path: Path, file: h5py.File, name: str) -> Variable:
-    dataset = get_array(path, file, name)
-    is_text = h5py.check_string_dtype(dataset.dtype) is not None
-    data = dataset.asstr()[()] if is_text else dataset[()]
-    short_name = name.rpartition("/")[2]
-    dimensions = (short_name,) if dataset.is_scale else _dimensions(dataset)
-    attributes = dataset.attrs
-    unit, long_name = (str(attributes.get(key, "")) for key in ("units", "long_name"))
-    return Variable(dimensions, np.asarray(data), unit, long_name)
-
-
-def _array_names(file: h5py.File) -> list[str]:
-    """Return the names of the arrays of a file; in a group they start with its name.
-
-    Names of other objects are returned, too; reading them raises an error.
-    """
-    hard_links = [name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)]
-    # Low-level calls, because creating h5py objects takes most of the time of reading a file.
-    kinds = {name: h5py.h5o.get_info(file.id, name.encode()).type for name in hard_links}
-    groups = [n for n, kind in kinds.items() if kind == h5py.h5o.TYPE_GROUP and len(file[n])]
-    return [name for name in file if name not in groups] + [
-        f"{group}/{name}" for group in groups for name in file[group]
-    ]
-
-
-def _dimensions(dataset: h5py.Dataset) -> tuple[str, ...]:
-    """Return the name of the first scale of each axis."""
-    return tuple(_scale_name(dataset, axis) for axis in range(dataset.ndim))
-
-
-def _scale_name(dataset: h5py.Dataset, axis: int) -> str:
-    names: list[bytes] = []
-    h5py.h5ds.iterate(dataset.id, axis, lambda scale: names.append(h5py.h5i.get_name(scale)))
-    return names[0].decode().rpartition("/")[2]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.store.regular_file import open_regular, read_regular
 
 _SIGNATURE = b"\nrbstab sha256 "
 _SIGNATURE_PARTS = [_SIGNATURE[:length] for length in range(2, len(_SIGNATURE))]
@@ -17,18 +18,6 @@ SEAL_SIZE = len(_SIGNATURE) + 64 + 1
 _BLOCK = 1 << 20
 
 _DAMAGED_MESSAGE = "{} is damaged: its content does not match its digest"
-
-
-def seal_file(path: Path) -> None:
-    """Append the seal to a file.
-
-    Raises:
-        OSError: The seal cannot be written, for example because the disk is full.
-    """
-    with path.open("r+b") as file:
-        size = file.seek(0, 2)
-        file.seek(0)
-        file.write(_compute_seal(file, size))
 
 
 def add_seal(content: bytes) -> bytes:
@@ -48,7 +37,7 @@ def read_seal(path: Path) -> str | None:
         StoreError: The file cannot be read.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             file.seek(max(0, file.seek(0, 2) - SEAL_SIZE))
             end = file.read()
     except OSError as error:
@@ -70,10 +59,7 @@ def read_sealed(path: Path) -> tuple[bytes, str]:
         NotAResultError: The file is damaged.
         StoreError: The file cannot be read.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+    content = read_regular(path)
     if len(content) < SEAL_SIZE or add_seal(content[:-SEAL_SIZE]) != content:
         raise NotAResultError(_DAMAGED_MESSAGE.format(path))
     return content[:-SEAL_SIZE], seal_digest(content)
@@ -86,7 +72,7 @@ def has_seal(path: Path) -> bool:
         StoreError: The file cannot be read.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             size = file.seek(0, 2)
             file.seek(max(0, size - SEAL_SIZE))
             end = file.read()
@@ -103,7 +89,7 @@ def check_seal(path: Path) -> None:
         StoreError: The file cannot be read.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             size = file.seek(0, 2) - SEAL_SIZE
             file.seek(0)
             intact = size >= 0 and _compute_seal(file, size) == file.read()

@@ -21,6 +21,8 @@ RUN = "run"
 AXES = 3
 """The length of the dimension `axis` of vectors."""
 
+_LAST_ASCII = 127
+
 
 class Column(NamedTuple):
     """The declaration of a column of a table.
@@ -150,6 +152,35 @@ def check_shape(name: str, data: NDArray[Any], shape: tuple[int, ...]) -> None:
         raise ValueError(f"{name} has the shape {np.shape(data)} (expected {shape})")
 
 
+def check_columns(layout: Layout, arrays: Arrays) -> None:
+    """Check that the data of columns are as their declarations say.
+
+    Args:
+        layout: The columns.
+        arrays: The data of some of these columns, and `run`.
+
+    Raises:
+        ValueError: A column has a wrong type or shape, a flag without a word, or a text that is not
+            ASCII; or the numbers of the runs are not consecutive.
+    """
+    runs = arrays[RUN]
+    if runs.dtype != np.dtype("i8") or runs.ndim != 1:
+        raise ValueError(f"{RUN} has a wrong type or shape")
+    if len(runs) and (runs[0] < 0 or np.any(runs[1:] - runs[:-1] != 1)):
+        raise ValueError(f"{RUN} does not count the runs")
+    for name, column in layout.items():
+        if name not in arrays:
+            continue
+        data = arrays[name]
+        if data.dtype != np.dtype(column.dtype):
+            raise ValueError(f"{name} has the type {data.dtype} (expected {column.dtype})")
+        check_shape(name, data, (len(runs), *column.shape))
+        if column.flags and data.size and not 0 <= data.min() <= data.max() < len(column.flags):
+            raise ValueError(f"{name} has a flag without a meaning")
+        if data.dtype.kind == "S" and np.any(np.ascontiguousarray(data).view("u1") > _LAST_ASCII):
+            raise ValueError(f"{name} has a text that is not ASCII")
+
+
 def dimensions_of(layout: Layout) -> dict[str, int]:
     """Return the lengths of the dimensions of columns, by name."""
     lengths = {"axis": AXES}
@@ -175,10 +206,9 @@ class TableDigest:
             name: hashlib.sha256(column.digest_text.encode()) for name, column in layout.items()
         }
 
-    def add(self, arrays: Arrays) -> None:
-        """Add the next runs."""
-        for name, digest in self._columns.items():
-            digest.update(np.ascontiguousarray(arrays[name]).tobytes())
+    def add(self, name: str, content: bytes | memoryview) -> None:
+        """Add the data of a column for the next runs, in the byte order of files."""
+        self._columns[name].update(content)
 
     def result(self) -> str:
         """Return the digest of all runs so far, in hexadecimal."""

@@ -1,75 +1,46 @@
-"""Tables of runs in netCDF-4 compatible HDF5, described in `results/README.md`."""
+"""Reading tables of runs, which `table_writer` wrote."""
 
-import errno
 import os
-import shutil
+import time
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
 
-from rbstab.store.atomic import atomic_path
+from rbstab.store.digest import digest_of_table
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.opening import check_version, get_array, open_hdf5, to_python
+from rbstab.store.opening import Hdf5Reader, open_hdf5
 from rbstab.store.result import Variable
-from rbstab.store.seal import check_seal, seal_file
+from rbstab.store.seal import check_seal
 from rbstab.store.table import (
     AXES,
     RUN,
-    Arrays,
     Column,
     Table,
     TableDigest,
     TableHeader,
-    attributes_of,
-    check_shape,
-    dimensions_of,
+    check_columns,
 )
+from rbstab.store.table_writer import KIND, TABLE_VERSION
 
-TABLE_VERSION = 1
-"""The format version that this program writes, and the newest that it reads."""
+ARRAYS_DIGEST = "arrays_digest"
+"""The attribute with the digest of the columns."""
 
-TEXT = h5py.string_dtype("utf-8")
+DIGEST = "digest"
+"""The attribute with the digest of the whole table. Older files have none."""
 
-METADATA_BYTES = 1 << 20
-"""Bytes reserved for the metadata of a file, far more than it needs."""
+_BLOCK = 1 << 20
 
-KIND = "sweep"
-"""The attribute `kind` of these files."""
+_MIN_AGE = 2.0
+"""s; a file that was changed less than this time ago may change again with the same time stamp."""
 
-_FORMAT_ATTRIBUTES = ("schema_version", "kind")
-
-
-def write_table(path: Path, header: TableHeader, batches: Iterable[Arrays]) -> None:
-    """Write a table atomically, in batches of runs.
-
-    Args:
-        path: The file; it is replaced, and its folder must exist.
-        header: The header of the table.
-        batches: The data of the columns; only one batch is in memory at a time.
-
-    Raises:
-        StoreError: The file cannot be written, or a batch cannot be read.
-    """
-    try:
-        row_size = 8 + sum(column.size for column in header.layout.values())
-        needed = header.length * row_size + METADATA_BYTES
-        if shutil.disk_usage(path.parent).free < needed:
-            # Checked first, because HDF5 may crash on a full disk.
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        with atomic_path(path, replace=True) as partial:
-            with h5py.File(partial, "w-", track_order=True, locking=False) as file:
-                _write(file, header, batches)
-            seal_file(partial)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise StoreError(f"{path} cannot be written: {reason}") from error
+_verified: set[tuple[int, ...]] = set()
+"""The files that this process has compared with their digests; see `_identity`."""
 
 
 def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
-    """Read the table of a sweep.
+    """Read the table of a sweep. Its whole content is compared with its digests.
 
     Args:
         path: The file.
@@ -80,106 +51,93 @@ def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
         NewerSchemaError: The file was written by a newer rbstab.
         StoreError: The file cannot be opened.
     """
-    check_seal(path)
+    identity = _identity(path)
+    if identity not in _verified:
+        check_seal(path)
     with open_hdf5(path) as file:
-        check_version(path, file, TABLE_VERSION)
-        attributes = {name: to_python(value) for name, value in file.attrs.items()}
-        if attributes.get("kind") != KIND:
-            raise NotAResultError(f"{path} is a result, but not of a sweep")
-        layout: dict[str, Column] = {}
-        arrays: dict[str, Any] = {RUN: get_array(path, file, RUN)[()]}
-        extras: dict[str, Variable] = {}
-        for name in file:
-            dataset = get_array(path, file, name)
-            if dataset.is_scale:
-                continue
-            dimensions = tuple(str(axis[0].name).rpartition("/")[2] for axis in dataset.dims)
-            if dimensions[:1] != (RUN,):
-                extras[name] = _extra(dataset, dimensions)
-            elif names is None or name in names:
-                layout[name] = _column(dataset, dimensions)
-                arrays[name] = dataset[()]
-        others = {
-            name: value for name, value in attributes.items() if name not in _FORMAT_ATTRIBUTES
-        }
-        return Table(layout, arrays, others, extras)
+        header, digests = _header(file)
+        if identity not in _verified:
+            _check_digests(file, header, digests)
+            if time.time() - path.stat().st_mtime > _MIN_AGE:
+                _verified.add(identity)
+        wanted = [name for name in header.layout if names is None or name in names]
+        layout = {name: header.layout[name] for name in wanted}
+        arrays = {name: file.array(name)[()] for name in (RUN, *wanted)}
+        try:
+            check_columns(layout, arrays)
+        except ValueError as error:
+            raise NotAResultError(f"{path} is damaged: {error}") from error
+        return Table(layout, arrays, dict(header.attributes) | digests, header.extras)
 
 
-def _write(file: h5py.File, header: TableHeader, batches: Iterable[Arrays]) -> None:
-    length = header.length
-    _scale(file, RUN, np.arange(header.first, header.first + length), "number of the run")
-    for dimension, size in dimensions_of(header.layout).items():
-        _scale(file, dimension, np.arange(1, size + 1), "component of a vector")
-    datasets = {name: _create(file, name, column, length) for name, column in header.layout.items()}
-    digest, start = TableDigest(header.layout), 0
-    for batch in batches:
-        stop = start + len(next(iter(batch.values())))
-        for name, dataset in datasets.items():
-            # Otherwise HDF5 would silently broadcast a single number along an axis.
-            check_shape(name, batch[name], (stop - start, *header.layout[name].shape))
-            dataset[start:stop] = batch[name]
-        digest.add(batch)
-        start = stop
-    assert start == length, f"{start} runs instead of {length}"
-    for name, extra in header.extras.items():
-        _write_extra(file, name, extra)
-    format_attributes = {
-        "schema_version": TABLE_VERSION,
-        "kind": KIND,
-        "arrays_digest": digest.result(),
+def _identity(path: Path) -> tuple[int, ...]:
+    """Return numbers that change when the file changes."""
+    try:
+        found = os.stat(path)  # noqa: PTH116
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
+def _header(file: Hdf5Reader) -> tuple[TableHeader, dict[str, str]]:
+    """Return the header of a table, and its digests by the names of their attributes."""
+    path = file.path
+    file.check_version(TABLE_VERSION)
+    attributes = file.attributes()
+    if attributes.pop("kind", None) != KIND:
+        raise NotAResultError(f"{path} is a result, but not of a sweep")
+    digests = {
+        name: str(attributes.pop(name)) for name in (ARRAYS_DIGEST, DIGEST) if name in attributes
     }
-    for name, value in (dict(header.attributes) | format_attributes).items():
-        file.attrs[name] = value
+    length = len(file.array(RUN))
+    layout: dict[str, Column] = {}
+    extras: dict[str, Variable] = {}
+    for name in file.names():
+        dataset = file.array(name)
+        if dataset.is_scale:
+            continue
+        dimensions = file.dimensions(name)
+        if dimensions[:1] != (RUN,):
+            extras[name] = file.variable(name)
+        elif dataset.shape[0] != length:
+            raise NotAResultError(f"{path} is damaged: {name} has a wrong length")
+        else:
+            layout[name] = _column(file, dataset, dimensions)
+    numbers = file.array(RUN)[()]
+    if not length or not np.array_equal(numbers, numbers.flat[0] + np.arange(length)):
+        raise NotAResultError(f"{path} is damaged: its runs are not numbered in order")
+    return TableHeader(layout, int(numbers[0]), length, attributes, extras), digests
 
 
-def _scale(file: h5py.File, name: str, data: Any, long_name: str) -> None:
-    dataset = file.create_dataset(name, data=data, track_order=True)
-    dataset.attrs["units"] = "1"
-    dataset.attrs["long_name"] = long_name
-    dataset.make_scale(name)
-
-
-def _create(file: h5py.File, name: str, column: Column, length: int) -> h5py.Dataset:
-    shape = (length, *column.shape)
-    dataset = file.create_dataset(name, shape, dtype=column.dtype, track_order=True)
-    for key, value in attributes_of(column).items():
-        dataset.attrs[key] = value
-    for index, dimension in enumerate((RUN, *column.dimensions)):
-        dataset.dims[index].attach_scale(file[dimension])
-    return dataset
-
-
-def _write_extra(file: h5py.File, name: str, extra: Variable) -> None:
-    is_text = extra.data.dtype.kind in "OUT"
-    data = extra.data.astype(object) if is_text else extra.data
-    dataset = file.create_dataset(
-        name, data=data, dtype=TEXT if is_text else None, track_order=True
-    )
-    dataset.attrs["units"] = extra.unit
-    dataset.attrs["long_name"] = extra.long_name
-    for index, dimension in enumerate(extra.dimensions):
-        if dimension not in file:
-            _scale(file, dimension, np.arange(1, len(data) + 1), f"number of the {dimension}")
-        dataset.dims[index].attach_scale(file[dimension])
-
-
-def _column(dataset: h5py.Dataset, dimensions: tuple[str, ...]) -> Column:
-    attributes = dataset.attrs
-    meanings = str(attributes.get("flag_meanings", ""))
-    flags = tuple(word.replace("_", " ") for word in meanings.split(" "))
+def _column(file: Hdf5Reader, dataset: h5py.Dataset, dimensions: tuple[str, ...]) -> Column:
     lengths = tuple(dataset.shape[1:])
     return Column(
         dimensions[1:],
         dataset.dtype.str.lstrip("<|=>"),
-        str(attributes["units"]),
-        str(attributes["long_name"]),
-        flags if "flag_meanings" in attributes else (),
+        *file.description(dataset),
+        file.flags(dataset),
         () if all(length == AXES for length in lengths) else lengths,
     )
 
 
-def _extra(dataset: h5py.Dataset, dimensions: tuple[str, ...]) -> Variable:
-    is_text = h5py.check_string_dtype(dataset.dtype) is not None
-    data = np.asarray(dataset.asstr()[()] if is_text else dataset[()])
-    unit, long_name = (str(dataset.attrs[key]) for key in ("units", "long_name"))
-    return Variable(dimensions, data, unit, long_name)
+def _check_digests(file: Hdf5Reader, header: TableHeader, digests: dict[str, str]) -> None:
+    """Compare the content of the file with its digests.
+
+    Raises:
+        NotAResultError: They differ.
+    """
+    found = TableDigest(header.layout)
+    for name, column in header.layout.items():
+        file.raw.seek(file.array(name).id.get_offset())
+        left = header.length * column.size
+        while left > 0:
+            block = file.raw.read(min(_BLOCK, left))
+            found.add(name, block)
+            left -= len(block) or left
+    arrays_digest = found.result()
+    expected = {ARRAYS_DIGEST: arrays_digest, DIGEST: digest_of_table(header, arrays_digest)}
+    if ARRAYS_DIGEST not in digests or any(expected[name] != digests[name] for name in digests):
+        raise NotAResultError(
+            f"{file.path} is damaged: its columns do not match their digest. Its shards may be "
+            "whole: remove it and run `rbstab gather` on its folder"
+        )

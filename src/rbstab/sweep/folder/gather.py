@@ -11,12 +11,15 @@ from rbstab.experiment.provenance import provenance
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.errors import NotAResultError
+from rbstab.store.existence import path_exists
+from rbstab.store.regular_file import read_regular
 from rbstab.store.result import Variable
-from rbstab.store.table import Column, TableHeader
-from rbstab.store.table_file import read_table, write_table
+from rbstab.store.table import Column, Table, TableHeader
+from rbstab.store.table_file import DIGEST, read_table
+from rbstab.store.table_writer import write_table
 from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.folder.shard_inventory import ShardInventory
-from rbstab.sweep.folder.sweep_folder import SweepFolder
+from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder
 from rbstab.sweep.members.convergence import COLUMN, ProvedConvergence
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.scipy_comparison import ScipyComparison
@@ -34,14 +37,25 @@ def digest_of_shards(inventory: ShardInventory) -> str:
 
 
 def is_gathered(folder: SweepFolder, shards_digest: str) -> bool:
-    """Whether the file of the sweep exists, is intact, and was gathered from these shards."""
-    if not folder.sweep_file.exists():
+    """Whether the file of the sweep exists, is intact, and was gathered from these shards.
+
+    The digests of older versions do not cover the plan in the file. So it is compared with the plan
+    of the folder.
+    """
+    if not path_exists(folder.sweep_file):
         return False
     try:
-        attributes = read_table(folder.sweep_file, ()).attributes
+        table = read_table(folder.sweep_file, ())
     except NotAResultError:
         return False
-    return attributes.get("shards_digest") == shards_digest
+    if table.attributes.get("shards_digest") != shards_digest:
+        return False
+    return DIGEST in table.attributes or _has_plan_of(folder, table)
+
+
+def _has_plan_of(folder: SweepFolder, table: Table) -> bool:
+    stored = table["plan"].tolist() if "plan" in table.extras else None
+    return bool(stored == read_regular(folder.path / PLAN_FILE).decode())
 
 
 def gather(

@@ -1,0 +1,73 @@
+"""Functions for worker processes of `rbstab.processes.isolated`: they hang, crash and fail."""
+
+import os
+import re
+import signal
+import time
+
+
+class TwoArgumentsError(Exception):
+    """An exception that pickle cannot restore."""
+
+    def __init__(self, first, second):
+        super().__init__(f"{first}, {second}")
+
+
+def double(number):
+    return 2 * number
+
+
+def process_of(_):
+    return os.getpid()
+
+
+def hang(seconds):
+    """Hang in a call that lets other threads of Python run."""
+    time.sleep(seconds)
+
+
+def hang_all_threads(pid_file):
+    """Write the number of this process to a file, and hang in a call that no thread can interrupt.
+
+    A regular expression with exponential time stands for a library that loops for ever.
+    """
+    pid_file.write_text(str(os.getpid()))
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    re.match(r"(a+)+$", "a" * 60 + "b")
+
+
+def write_pid_and_sleep(pid_file):
+    pid_file.write_text(str(os.getpid()))
+    time.sleep(600)
+
+
+def crash(signal_number):
+    os.write(2, b"corrupted size vs. prev_size\n")
+    os.kill(os.getpid(), signal_number)
+
+
+def leave(code):
+    os._exit(code)
+
+
+def take(size):
+    return len(bytearray(size))
+
+
+def give_zeros(size):
+    return bytes(size)
+
+
+def fail(error):
+    raise error
+
+
+def fail_unpicklably(_):
+    raise TwoArgumentsError("one", "two")
+
+
+def call_again(number):
+    """Use the isolation inside a worker."""
+    from rbstab.processes.isolated import Limits, isolated
+
+    return isolated(process_of, None, Limits(0.0, 0)), os.getpid(), number

@@ -5,12 +5,19 @@ import os
 import resource
 import signal
 import stat
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 from support.results import assert_equal, result
 
-from rbstab.store.atomic import move_aside, write_atomically
+from rbstab.store.atomic import (
+    PARTIAL_SUFFIX,
+    atomic_file,
+    move_aside,
+    write_all,
+    write_atomically,
+)
 from rbstab.store.errors import ResultExistsError, StoreError
 from rbstab.store.run_file import open_result, write_result
 
@@ -258,3 +265,80 @@ def test_what_a_killed_process_left_behind_is_not_reused(tmp_path, monkeypatch):
     with pytest.raises(ResultExistsError):
         write_atomically(path, NEW)
     assert path.read_bytes() == OLD
+
+
+def test_the_next_writer_removes_what_a_killed_one_left(tmp_path):
+    """A killed writer may leave a part, or a second name of the result itself."""
+    path = tmp_path / "a.h5"
+    write_atomically(path, OLD)
+    partial = tmp_path / f".a.h5{PARTIAL_SUFFIX}"
+    os.link(path, partial)
+    write_atomically(path, NEW, replace=True)
+    assert path.read_bytes() == NEW
+    assert names(tmp_path) == ["a.h5"]
+    partial.write_bytes(b"half")
+    write_atomically(path, OLD, replace=True)
+    assert names(tmp_path) == ["a.h5"]
+
+
+def test_a_living_writer_keeps_its_partial_file(tmp_path):
+    path = tmp_path / "a.h5"
+    with atomic_file(path, replace=True) as first:
+        write_all(first, b"first")
+        with atomic_file(path, replace=True) as second:
+            write_all(second, b"second")
+            assert len(names(tmp_path)) == 2
+        assert path.read_bytes() == b"second"
+    assert path.read_bytes() == b"first"
+    assert names(tmp_path) == ["a.h5"]
+
+
+def test_many_threads_write_one_file(tmp_path):
+    """Each may take the partial file of another for one that was left, in its first instant."""
+    path = tmp_path / "a.h5"
+
+    def write(letter):
+        for _ in range(30):
+            write_atomically(path, letter * 1000, replace=True)
+
+    with ThreadPoolExecutor(8) as pool:
+        for done in [pool.submit(write, bytes([97 + k])) for k in range(8)]:
+            done.result()
+    assert path.read_bytes() in [bytes([97 + k]) * 1000 for k in range(8)]
+    assert names(tmp_path) == ["a.h5"]
+
+
+@pytest.mark.parametrize("letter", ["a", "ö", "€"])
+def test_a_name_as_long_as_the_file_system_allows(tmp_path, letter):
+    name = letter * (250 // len(letter.encode()))
+    path = tmp_path / f"{name}.h5"
+    write_atomically(path, NEW)
+    assert path.read_bytes() == NEW
+    assert names(tmp_path) == [path.name]
+
+
+@pytest.mark.parametrize("number", [errno.EIO, errno.ENOSPC])
+def test_a_folder_that_fails_to_sync_is_reported(tmp_path, monkeypatch, number):
+    """The file is complete, but a power cut may take its name."""
+    fsync = os.fsync
+
+    def only_files(descriptor):
+        if stat.S_ISDIR(os.fstat(descriptor).st_mode):
+            raise OSError(number, os.strerror(number))
+        fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", only_files)
+    with pytest.raises(OSError, match=os.strerror(number)):
+        write_atomically(tmp_path / "a.h5", NEW)
+    assert (tmp_path / "a.h5").read_bytes() == NEW
+    assert names(tmp_path) == ["a.h5"]
+
+
+def test_a_partial_file_that_cannot_be_removed_loses_no_result(tmp_path, monkeypatch):
+    path = tmp_path / "a.h5"
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "unlink", failing(errno.EIO))
+        write_atomically(path, OLD)
+    assert path.read_bytes() == OLD
+    write_atomically(path, NEW, replace=True)
+    assert names(tmp_path) == ["a.h5"]

@@ -2,13 +2,16 @@
 
 import dataclasses
 
+import h5py
 import numpy as np
 import pytest
+import xarray
 from support.results import AWKWARD, assert_equal, result
 
 import rbstab
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result, write_result
+from rbstab.store.seal import SEAL_SIZE
 
 
 def test_to_the_last_bit(tmp_path):
@@ -137,3 +140,17 @@ def test_names_from_the_package():
     assert rbstab.open_result is open_result
     assert rbstab.Result is Result
     assert Variable._fields == ("dimensions", "data", "unit", "long_name")
+
+
+@pytest.mark.parametrize("locking", [True, False])
+def test_other_readers_may_hold_the_file(tmp_path, locking):
+    """HDF5 refuses to open a file twice in a process with different ways of locking."""
+    path = tmp_path / "a.h5"
+    write_result(path, result())
+    with h5py.File(path, "r", locking=locking):
+        assert_equal(open_result(path), result())
+    with xarray.open_dataset(path, engine="h5netcdf"):
+        assert_equal(open_result(path), result())
+    path.write_bytes(path.read_bytes()[:-SEAL_SIZE])
+    with h5py.File(path, "r", locking=locking):
+        assert_equal(open_result(path), result())

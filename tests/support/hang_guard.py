@@ -1,7 +1,9 @@
 """A time limit for calls that may never end: the test fails and does not hang."""
 
+import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 
@@ -25,3 +27,22 @@ def within(seconds: float, function: Callable[..., Any], *arguments: Any) -> Any
     if "error" in outcome:
         raise outcome["error"]
     return outcome["value"]
+
+
+@contextmanager
+def time_limit(seconds: int) -> Iterator[None]:
+    """Fail if the block takes longer; it runs in the main thread, as signal handlers require.
+
+    Not on Windows. Calls that wait inside a library, without looking at signals, are not ended.
+    """
+
+    def fail(_signal: int, _frame: Any) -> None:
+        raise AssertionError(f"still running after {seconds} s")
+
+    before = signal.signal(signal.SIGALRM, fail)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)

@@ -63,6 +63,9 @@ def atomic_file(path: Path, *, replace: bool = False) -> Iterator[BinaryIO]:
         OSError: As `write_atomically`.
     """
     partial, file = _new_partial_file(path)
+    # A second descriptor keeps the lock until the file has its name. The file must be closed
+    # before: some file systems report an error only then.
+    lock = os.dup(file.fileno())
     try:
         with file:
             yield file
@@ -74,9 +77,12 @@ def atomic_file(path: Path, *, replace: bool = False) -> Iterator[BinaryIO]:
         _sync_folder(path.parent)
     finally:
         # The result itself may be complete. So a file that cannot be removed is no error; the next
-        # writer of this result removes it.
+        # writer of this result removes it. After the rename, the name may belong to another writer.
         with suppress(OSError):
-            partial.unlink(missing_ok=True)
+            if _is_same_file(partial, lock):
+                partial.unlink()
+        with suppress(OSError):
+            os.close(lock)
 
 
 def write_all(file: BinaryIO, content: bytes | memoryview) -> None:
@@ -119,7 +125,8 @@ def remove_abandoned(path: Path) -> None:
     """
     partial = _partial_path(path)
     with suppress(OSError), partial.open("r+b", buffering=0) as file:
-        if try_lock(file):
+        # In the meantime its writer may have finished, and another may have made a new one.
+        if try_lock(file) and _is_same_file(partial, file.fileno()):
             partial.unlink()
 
 
@@ -150,7 +157,7 @@ def _new_partial_file(path: Path) -> tuple[Path, BinaryIO]:
         # before it was locked, and removed it: then create another.
         try:
             _lock(file)
-            if _is_same_file(partial, file):
+            if _is_same_file(partial, file.fileno()):
                 return partial, file
         except BaseException:
             partial.unlink(missing_ok=True)
@@ -178,9 +185,9 @@ def _partial_path(path: Path, middle: str = "") -> Path:
     return path.with_name(f".{name}{middle}{PARTIAL_SUFFIX}")
 
 
-def _is_same_file(path: Path, file: BinaryIO) -> bool:
+def _is_same_file(path: Path, descriptor: int) -> bool:
     with suppress(FileNotFoundError):
-        return os.path.samestat(path.stat(), os.fstat(file.fileno()))
+        return os.path.samestat(path.stat(), os.fstat(descriptor))
     return False
 
 

@@ -1,11 +1,10 @@
-"""Opening regular files only: a pipe or a device could block for ever, or never end."""
+"""Reading regular files only; errors become store errors."""
 
-import errno
 import os
-import stat
 from pathlib import Path
 from typing import BinaryIO
 
+from rbstab.config import regular_file
 from rbstab.store.errors import NotAResultError, StoreError
 
 
@@ -16,18 +15,10 @@ def open_regular(path: Path) -> BinaryIO:
         StoreError: The file cannot be opened, or is a folder, a pipe, a socket or a device.
     """
     try:
-        # Opened first and tested afterwards, so that no other file can take its place in between.
-        # Without O_NONBLOCK, opening a pipe waits for a writer.
-        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-        descriptor = os.open(path, flags)
-    except OSError as error:
-        raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
-    mode = os.fstat(descriptor).st_mode
-    if not stat.S_ISREG(mode):
-        os.close(descriptor)
-        reason = os.strerror(errno.EISDIR) if stat.S_ISDIR(mode) else "it is a pipe or a device"
-        raise StoreError(f"{path} cannot be read: {reason}")
-    return open(descriptor, "rb")  # noqa: PTH123 (`Path.open` takes no descriptor)
+        return regular_file.open_regular(path)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StoreError(f"{path} cannot be read: {reason}") from error
 
 
 def read_regular(path: Path, limit: int | None = None) -> bytes:

@@ -1,0 +1,48 @@
+"""Protects against pipes, devices and folders in place of results: they are refused at once."""
+
+import os
+import socket
+from pathlib import Path
+
+import pytest
+from support.hang_guard import within
+
+from rbstab.store.errors import StoreError
+from rbstab.store.motions_file import read_motions
+from rbstab.store.regular_file import read_regular
+from rbstab.store.run_file import open_result
+from rbstab.store.seal import check_seal, has_seal, read_seal
+from rbstab.store.table_file import read_table
+
+READERS = [open_result, read_table, read_motions, check_seal, has_seal, read_seal, read_regular]
+
+
+@pytest.fixture(params=["pipe", "socket", "device", "endless device", "folder", "terminal"])
+def path(request, tmp_path):
+    """Something that is not a regular file."""
+    path = tmp_path / "a.h5"
+    if request.param == "pipe":
+        os.mkfifo(path)
+    elif request.param == "socket":
+        with socket.socket(socket.AF_UNIX) as server:
+            server.bind(str(path))
+    elif request.param == "folder":
+        path.mkdir()
+    else:
+        devices = {"device": "/dev/null", "endless device": "/dev/zero", "terminal": "/dev/ptmx"}
+        return Path(devices[request.param])
+    return path
+
+
+@pytest.mark.parametrize("read", READERS)
+def test_it_is_refused_at_once(path, read):
+    with pytest.raises(StoreError, match="cannot be read"):
+        within(20, read, path)
+
+
+def test_a_file_above_the_limit_is_refused(tmp_path):
+    path = tmp_path / "a"
+    path.write_bytes(b"12345")
+    assert read_regular(path, 5) == b"12345"
+    with pytest.raises(StoreError, match="more than rbstab"):
+        read_regular(path, 4)

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from support.results import assert_equal, result
 
+from rbstab.store import atomic
 from rbstab.store.atomic import (
     PARTIAL_SUFFIX,
     atomic_file,
@@ -341,4 +342,25 @@ def test_a_partial_file_that_cannot_be_removed_loses_no_result(tmp_path, monkeyp
         write_atomically(path, OLD)
     assert path.read_bytes() == OLD
     write_atomically(path, NEW, replace=True)
+    assert names(tmp_path) == ["a.h5"]
+
+
+def test_an_interruption_of_the_lock_leaves_nothing(tmp_path, monkeypatch):
+    def interrupt(file):
+        raise KeyboardInterrupt
+
+    before = len(list(Path("/proc/self/fd").iterdir()))
+    monkeypatch.setattr(atomic, "try_lock", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_atomically(tmp_path / "a.h5", NEW)
+    assert names(tmp_path) == []
+    assert len(list(Path("/proc/self/fd").iterdir())) == before
+
+
+@pytest.mark.parametrize("number", [errno.ENOLCK, errno.EIO])
+def test_without_locks(tmp_path, monkeypatch, number):
+    """A lock only protects the partial file from other writers; without one nothing is lost."""
+    monkeypatch.setattr(atomic, "try_lock", failing(number))
+    write_atomically(tmp_path / "a.h5", NEW)
+    assert (tmp_path / "a.h5").read_bytes() == NEW
     assert names(tmp_path) == ["a.h5"]

@@ -17,6 +17,7 @@ import xarray
 from rbstab.store import table_writer
 from rbstab.store.atomic import write_at
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
+from rbstab.store.hdf5_layout import Piece
 from rbstab.store.lock import FolderInUseError, is_locked, locked
 from rbstab.store.result import Variable
 from rbstab.store.run_file import open_result
@@ -194,6 +195,19 @@ def test_a_disk_that_spoils_a_write_makes_no_table(tmp_path, monkeypatch, sweep)
     assert read_table(sweep).attributes["plan_id"] == "y"
 
 
+def test_a_table_of_many_blocks_is_read_back(tmp_path, monkeypatch, sweep):
+    whole = sweep.read_bytes()
+    monkeypatch.setattr(table_writer, "_BLOCK", 24)
+    header = TableHeader(LAYOUT, 0, 12, {"plan_id": "x"}, EXTRAS)
+    write_table(sweep, header, [arrays_of(0, 7), arrays_of(7, 12)])
+    assert sweep.read_bytes() == whole
+
+
+def test_a_file_that_became_shorter_is_noticed():
+    with pytest.raises(OSError, match="other bytes than were written"):
+        list(table_writer._blocks(io.BytesIO(b"12"), Piece(0, 5, None, b"12345")))
+
+
 @pytest.mark.parametrize("name", ["run", "run_id", "final_position", "steps", "plan"])
 def test_a_file_that_was_sealed_with_a_wrong_array_is_refused(sweep, name):
     """Earlier versions sealed what they found on the disk."""
@@ -250,6 +264,7 @@ def test_threads_may_write_at_once(tmp_path):
 HOLDER = """
 import sys
 from pathlib import Path
+from rbstab.store.hdf5_layout import Piece
 from rbstab.store.lock import locked
 with locked(Path(sys.argv[1])):
     print("held", flush=True)

@@ -11,13 +11,14 @@ BY_FILE := --numprocesses auto --dist loadfile
 # warning as its last line. `.ci/run` installs a browser.
 BROWSER := $(shell command -v chromium || command -v chromium-browser || command -v google-chrome)
 BROWSERLESS := $(if $(BROWSER),,not browser)
+AND_BROWSERLESS := $(if $(BROWSER),, and not browser)
 SAY_BROWSERLESS := $(if $(BROWSER),:,echo "WARNING: Chromium is not installed: the browser tests of the page were LEFT OUT")
 
 # The results of the paper's cases.
 PAPER := $(patsubst configs/paper/%.yaml,results/%.h5,$(wildcard configs/paper/*.yaml))
 
 .DEFAULT_GOAL := help
-.PHONY: help install run test test-quick check format bench figures docs clean
+.PHONY: help install run test test-quick test-long soak check format bench figures docs clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -36,13 +37,20 @@ run: $(READY)  ## run the paper's cases, print their table, and write a report
 	$(BIN)/rbstab run configs/paper/*.yaml
 	$(BIN)/rbstab report $(PAPER) -o results/report.html
 
-test: $(READY)  ## run all tests; those in a browser only if Chromium is installed
+test: $(READY)  ## run all tests but the long ones; those in a browser only if Chromium is installed
+	$(BIN)/python -m pytest $(BY_FILE) -m 'not long$(AND_BROWSERLESS)'
+	@$(SAY_BROWSERLESS)
+
+test-quick: $(READY)  ## run the tests for daily use, without the slow and the long ones
+	$(BIN)/python -m pytest $(BY_FILE) -m 'not slow and not long$(AND_BROWSERLESS)'
+	@$(SAY_BROWSERLESS)
+
+test-long: $(READY)  ## run all tests, with hundreds of kills, full disks and faults; this takes hours
 	$(BIN)/python -m pytest $(BY_FILE) -m '$(BROWSERLESS)'
 	@$(SAY_BROWSERLESS)
 
-test-quick: $(READY)  ## run the tests for daily use, without the slow ones
-	$(BIN)/python -m pytest $(BY_FILE) -m 'not slow$(if $(BROWSERLESS), and $(BROWSERLESS))'
-	@$(SAY_BROWSERLESS)
+soak: $(READY)  ## sweep 10^6 members while workers are killed; check results and memory
+	PYTHONPATH=tests $(BIN)/python -u -m support.soak
 
 check: $(READY)  ## check lint, format, types and floors
 	$(BIN)/ruff check .

@@ -12,3 +12,9 @@ STORAGE = 4
 
 INTERRUPTED = 130
 """Ctrl-C; finished runs and shards are stored."""
+
+READER_GONE = 141
+"""Stdout or stderr is a pipe whose reader has ended, as in `| head`; a shell shows SIGPIPE so."""
+
+TERMINATED = 143
+"""SIGTERM, from a job system or `kill`; finished runs and shards are stored."""

@@ -1,14 +1,21 @@
 """The command `rbstab`. Each subcommand is imported only when it is called."""
 
-import os
 import sys
 from contextlib import suppress
 from importlib import import_module
-from pathlib import Path
+from typing import Any
 
 import click
 
 from rbstab_cli import exit_codes
+from rbstab_cli.interrupts import interrupt_on_sigterm, interrupted_code
+from rbstab_cli.streams import (
+    ReaderGoneError,
+    discard_output,
+    flush_streams,
+    prepare_streams,
+    reader_gone_errors,
+)
 
 COMMANDS = {
     "run": "Integrate configs and store their results.",
@@ -45,6 +52,17 @@ class LazyGroup(click.Group):
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
+    # click itself ends with exit code 1 if stdout is a closed pipe.
+    @reader_gone_errors()
+    def make_context(self, *arguments: Any, **options: Any) -> click.Context:
+        """Parse the command line; --help prints here."""
+        return super().make_context(*arguments, **options)
+
+    @reader_gone_errors()
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command."""
+        return super().invoke(ctx)
+
 
 def _print_version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:
     if not value:
@@ -68,20 +86,33 @@ def cli() -> None:
     """Dynamics and Lyapunov stability of one rigid body: free, held at a point, or tied to it.
 
     Exit codes: 0 done; 2 wrong config or command line; 3 a run did not complete; 4 a result could
-    not be written or read; 130 interrupted.
+    not be written or read; 130 interrupted (Ctrl-C); 141 stdout or stderr is a pipe whose reader
+    has ended, as in `rbstab show RESULT | head`; 143 terminated (SIGTERM).
     """
-
-
-def _replace_closed_streams() -> None:
-    """Open the null device for stdout or stderr if the process was started without it."""
-    for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 (it stays open)
 
 
 def main() -> None:
     """Run the command line and end the process with its exit code."""
-    _replace_closed_streams()
+    prepare_streams()
+    interrupt_on_sigterm()
+    try:
+        code = _exit_code()
+        flush_streams()
+    except (ReaderGoneError, BrokenPipeError):
+        # Quietly, as other programs end; what was not printed, run or stored yet is left out.
+        code = exit_codes.READER_GONE
+        discard_output()
+    except OSError as error:
+        # For example a full disk behind stdout; results have their own errors.
+        code = exit_codes.STORAGE
+        with suppress(OSError):
+            click.echo(f"error: {_reason(error)}", err=True)
+        discard_output()
+    sys.exit(code)
+
+
+def _exit_code() -> int:
+    """Run the command line and return its exit code; click's errors are printed."""
     try:
         code = cli.main(prog_name="rbstab", standalone_mode=False)
     except click.ClickException as error:
@@ -90,13 +121,13 @@ def main() -> None:
     except (click.Abort, KeyboardInterrupt):
         click.echo("Interrupted.", err=True)
         code = exit_codes.INTERRUPTED
-    except BrokenPipeError:
-        # The reader of stdout has closed the pipe, as `| head` does: discard the rest.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = exit_codes.OK
-    except OSError as error:
-        # For example a full disk behind stdout; results have their own errors.
-        with suppress(OSError):
-            click.echo(f"error: {error}", err=True)
-        code = exit_codes.STORAGE
-    sys.exit(code if isinstance(code, int) else exit_codes.OK)
+    if code == exit_codes.INTERRUPTED:
+        code = interrupted_code()
+    return code if isinstance(code, int) else exit_codes.OK
+
+
+def _reason(error: OSError) -> str:
+    reason = error.strerror or str(error)
+    if error.filename is None:
+        return f"the output cannot be written: {reason}"
+    return f"{error.filename}: {reason}"

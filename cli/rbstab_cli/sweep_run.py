@@ -50,13 +50,15 @@ def run_task(task: SweepTask, *, fail_fast: bool, as_json: bool, quiet: bool) ->
 
 
 def _exit_at_once() -> None:
+    from rbstab_cli.interrupts import interrupted_code
+
     click.echo(
         "Interrupted: finished shards are stored. Run the same command again to resume.", err=True
     )
     sys.stdout.flush()
     sys.stderr.flush()
     # Do not wait for the threads that are still computing.
-    os._exit(exit_codes.INTERRUPTED)
+    os._exit(interrupted_code())
 
 
 def _is_done_part(sweep: "Sweep", *, fail_fast: bool) -> bool:

@@ -8,8 +8,10 @@ from support.problems import problem, solve
 from support.rest import system_of
 from support.systems import VARIANTS, random_Z
 
-from rbstab.analysis.certificate import Verdict, audit_bound, overall
+from rbstab.analysis.certificate import Evidence, Verdict, audit_bound, checks_of, overall
+from rbstab.analysis.exact import ball
 from rbstab.analysis.lyapunov import audit_scale
+from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.elements.element import force_at_contact
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
@@ -181,17 +183,20 @@ def test_a_value_below_rest_is_caught():
     motion = motion_from_centre(system.body, system.anchor, 0.3 * random_Z(rng))
     given = problem(system, system.start(motion, np.zeros(0)), np.linspace(0, 0.2, 11))
     trajectory = solve("scipy", given)
-    from rbstab.analysis.certificate import Evidence, checks_of
-
     record = record_of(given, trajectory).variables
+    end = record["lyapunov"].data[-1]
+    rest_energy = record["energy_at_rest"].data + 1.001 * end
     evidence = Evidence(
         times=trajectory.times,
         states=trajectory.states,
         systems=(system,) * 11,
-        value=record["lyapunov"].data - 1.001 * record["lyapunov"].data[-1],
+        value=record["lyapunov"].data - 1.001 * end,
         rate=record["lyapunov_rate"].data,
         dissipation=record["dissipation"].data,
         residual=record["energy_residual"].data,
+        energy=record["energy"].data,
+        rest=nearest_rest_state(system),
+        exact_rest_energy=lambda: ball(float(rest_energy)),
         scale=1.0,
         has_potential=True,
         audit_bound=1e-8,

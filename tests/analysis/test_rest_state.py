@@ -10,7 +10,12 @@ from support.rest import DAMPING, HEAVY, K_C, K_R, K_T
 from support.rest import paper_system as paper_variant
 from support.systems import VARIANTS, random_body, random_system
 
-from rbstab.analysis.rest_state import GRADIENT_TOLERANCE, RestState, nearest_rest_state
+from rbstab.analysis.rest_state import (
+    GRADIENT_TOLERANCE,
+    RestState,
+    gradient_tolerance,
+    nearest_rest_state,
+)
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
@@ -182,3 +187,37 @@ def test_descent_that_leaves_the_range_is_reported():
     assert rest.gradient < GRADIENT_TOLERANCE
     assert abs(rest.motion.Theta[1]) > np.pi / 2
     assert not rest.found
+
+
+LOADS = [1e-20, 1e-12, 1e-8, 1e-3, 1e6, 1e10]
+
+
+@pytest.mark.parametrize("load", LOADS)
+def test_a_load_of_any_size_is_balanced(load):
+    """A free body rests at X = G/k with the energy -G²/2k."""
+    system = paper_system(CentreCoordinates(), weight=load * np.array([0.0, 0.0, -1.0]))
+    rest = nearest_rest_state(system)
+    assert rest.found
+    assert rest.is_accurate
+    expected = [0.0, 0.0, -load / 3280]
+    np.testing.assert_allclose(rest.motion.X, expected, rtol=0, atol=1e-12 * load / 3280)
+    assert rest.energy == pytest.approx(-(load**2) / (2 * 3280), rel=1e-12, abs=0)
+
+
+def test_the_gradient_that_is_allowed_grows_with_large_loads_only():
+    assert gradient_tolerance(0.0) == 0.0
+    assert gradient_tolerance(1e-3) == pytest.approx(1e-10)
+    assert gradient_tolerance(1.0) == gradient_tolerance(1e5) == GRADIENT_TOLERANCE
+    assert gradient_tolerance(1e8) == pytest.approx(1e-4)
+
+
+def test_a_small_load_is_found_sooner_than_it_is_accurate():
+    light = rest_at([0.0, 0.0, 0.0], 1e-8)
+    assert light.found
+    assert light.is_accurate
+    light = RestState(light.motion, light.own, 0.0, 1e-8, load=1e-3)
+    assert light.found
+    assert not light.is_accurate
+    assert RestState(light.motion, light.own, 0.0, 1e-3, load=1e10).is_accurate
+    assert not RestState(light.motion, light.own, 0.0, 1.0, load=1e10).found
+    assert not RestState(rest_at([0.0, 1.6, 0.0], 0.0).motion, light.own, 0.0, 0.0).is_accurate

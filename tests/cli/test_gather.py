@@ -11,7 +11,7 @@ from cli.conftest import start
 from support.sweeps import shard_files
 
 from rbstab.integrate.engines import EngineMissingError
-from rbstab.store.lock import locked
+from rbstab.store.disk.lock import locked
 from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.open_folder import open_for_part
 from rbstab.sweep.folder.parts import Part

@@ -4,12 +4,15 @@ import json
 import signal
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from cli.conftest import GOOD, Invoke, start
 
 import rbstab as api
+from rbstab.store.run_file import write_result
 
 
 def test_a_run_leaves_a_file_and_a_table(folder: Path, rbstab: Invoke) -> None:
@@ -95,6 +98,32 @@ def test_a_run_that_hit_its_time_limit_is_tried_again(folder: Path, rbstab: Invo
     assert first.exit_code == second.exit_code == 3
     assert json.loads(second.stdout)[0]["status"] == "time limit"
     assert json.loads(second.stdout)[0]["computed"] is True
+
+
+def test_a_longer_motion_of_the_same_config_is_kept(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two processes repeat a run that hits its time limit; the other one reaches further."""
+    from rbstab.experiment import run_to_file as module
+    from rbstab.experiment.simulate import simulate_problem
+
+    late = ("run", "good.yaml", "--json", "--set", "integration.time_limit=1e-9")
+    rbstab(*late)
+    first = api.open_result("results/good.h5")
+    time_reached = first.variables["time"]._replace(data=first["time"] + 0.05)
+    longer = replace(first, variables=first.variables | {"time": time_reached})
+
+    def overtaken(*arguments: Any, **options: Any) -> api.Result:
+        write_result("results/good.h5", longer, replace=True)
+        return simulate_problem(*arguments, **options)
+
+    monkeypatch.setattr(module, "simulate_problem", overtaken)
+    done = rbstab(*late)
+    assert done.exit_code == 3
+    assert "already holds a result of this config that is as good or better" in done.stderr
+    assert json.loads(done.stdout)[0]["computed"] is False
+    assert json.loads(done.stdout)[0]["end_time"] == 0.05
+    assert api.open_result("results/good.h5")["time"].tolist() == [0.05]
 
 
 def test_a_failed_run_is_stored_and_its_neighbours_go_on(folder: Path, rbstab: Invoke) -> None:

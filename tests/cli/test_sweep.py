@@ -14,7 +14,7 @@ from support.sweeps import shard_files
 
 from rbstab import load_plan, open_sweep, open_traces, simulate
 from rbstab.integrate.engines import EngineMissingError, engine
-from rbstab.store.lock import locked
+from rbstab.store.disk.lock import locked
 from rbstab.store.shard_file import read_shard
 from rbstab.sweep.execution.estimate import Estimate
 from rbstab.sweep.members.outcome import COLUMNS

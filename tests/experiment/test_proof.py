@@ -225,3 +225,25 @@ def test_one_rest_state_that_is_no_minimum_is_not_stable():
     assert proof.model_copy(update={"unique": None}).globally_stable is None
     stability = stability_of(problem_of(config_of("free")), saddle)
     assert any("not a minimum" in statement for statement in stability.statements)
+
+
+def test_round_off_of_large_energies_certifies_nothing():
+    """Energies of 1e9 J add up to v(0), so v(0) is known to 1e-4 J and not to 1e-9 of itself."""
+    start = {"position": [0.0, 0.0, -1250.0], "angular_velocity": [1e-3, 0.0, 0.0]}
+    plain = paper_config("free", initial=start) | {"gravity": [0.0, 0.0, -1e5]}
+    config = rbstab.load_config(plain)
+    problem = problem_of(config)
+    proof = prove(config)
+    assert proof.region is not None
+    assert starts_inside(problem, proof)
+    level = start_level(problem, proof)
+    assert level is not None
+    assert abs(level) < 1e-3
+
+    def with_bound(bound):
+        assert proof.region is not None
+        region = proof.region.model_copy(update={"lower_bound": bound})
+        return proof.model_copy(update={"region": region})
+
+    assert not starts_inside(problem, with_bound(level + 1e-4))
+    assert starts_inside(problem, with_bound(level + 1e-2))

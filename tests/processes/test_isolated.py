@@ -68,6 +68,13 @@ def test_one_worker_serves_many_calls_and_is_ended():
     assert not psutil.pid_exists(workers.pop())
 
 
+def test_relative_paths_mean_the_same_in_the_worker(tmp_path, monkeypatch):
+    with IsolatedFunction(os.path.abspath) as call:
+        call("a", ENOUGH)
+        monkeypatch.chdir(tmp_path)
+        assert call("a", ENOUGH) == str(tmp_path / "a")
+
+
 @pytest.mark.parametrize("error", [ValueError("wrong"), KeyError("name"), RecursionError("deep")])
 def test_exceptions_are_passed_on(error):
     with IsolatedFunction(fail) as call:

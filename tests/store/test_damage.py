@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from support.results import assert_equal, result
 
+from rbstab.store.disk.seal import SEAL_SIZE
 from rbstab.store.errors import NotAResultError
 from rbstab.store.run_file import open_result, write_result
-from rbstab.store.seal import SEAL_SIZE
 
 HEAP = b"GCOL"
 """The signature of HDF5's heap of texts."""

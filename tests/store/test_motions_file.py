@@ -11,11 +11,11 @@ import pytest
 import xarray
 
 from rbstab.store import motions_file
+from rbstab.store.disk.seal import SEAL_SIZE, read_seal
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.motions import Motions, stack_motions
 from rbstab.store.motions_file import check_motions, read_checksum, read_motions, write_motions
 from rbstab.store.result import Variable
-from rbstab.store.seal import SEAL_SIZE, read_seal
 
 SAMPLES = 7
 
@@ -203,7 +203,7 @@ def test_the_seal_is_that_of_the_motions_in_memory(tmp_path, monkeypatch):
     path = tmp_path / "a.h5"
     monkeypatch.setattr(motions_file, "_BLOCK", 200)
     for spoiled in itertools.count():
-        calls = []
+        calls: list[int] = []
 
         def spoil_one(file, block, calls=calls, spoiled=spoiled):
             calls.append(len(block))

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from rbstab.store.disk.seal import SEAL_SIZE, add_seal
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
-from rbstab.store.seal import SEAL_SIZE, add_seal
 from rbstab.store.shard_file import DIGEST, read_shard, write_shard
 from rbstab.store.table import Column, TableHeader
 

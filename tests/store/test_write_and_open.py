@@ -9,9 +9,9 @@ import xarray
 from support.results import AWKWARD, assert_equal, result
 
 import rbstab
+from rbstab.store.disk.seal import SEAL_SIZE
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result, write_result
-from rbstab.store.seal import SEAL_SIZE
 
 
 def test_to_the_last_bit(tmp_path):

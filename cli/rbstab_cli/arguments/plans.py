@@ -10,6 +10,7 @@ def sweep_name(path: Path) -> str:
 
 def is_in_sweep_folder(path: Path) -> bool:
     """Whether a plan is the copy in the folder of its sweep; this copy names its engine."""
-    from rbstab.sweep.folder.sweep_folder import MANIFEST, PLAN_FILE
+    from rbstab.sweep.folder.manifest import MANIFEST
+    from rbstab.sweep.folder.sweep_folder import PLAN_FILE
 
     return path.name == PLAN_FILE and (path.parent / MANIFEST).is_file()

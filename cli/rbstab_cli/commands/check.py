@@ -24,6 +24,6 @@ def command(configs: tuple[Path, ...], changes: tuple[str, ...]) -> None:
     for path, config in load_all(configs, changes).items():
         variant, integration = config.controller.variant, config.integration
         click.echo(
-            f"{path}: right: {variant}, coordinates {integration.coordinates}, "
+            f"{path}: valid: {variant}, coordinates {integration.coordinates}, "
             f"engine {integration.engine}, run id {run_id(config)}"
         )

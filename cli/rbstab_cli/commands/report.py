@@ -10,7 +10,9 @@ import click
 from rbstab_cli import exit_codes
 
 if TYPE_CHECKING:
-    from rbstab.report.model.document import Report
+    from collections.abc import Sequence
+
+    from rbstab.report.model.document import Report, Unread
 
 FORMATS = ("html", "md", "pdf", "text")
 
@@ -68,7 +70,7 @@ def command(
 
     The formats html, md and pdf need the packages of `pip install 'rbstab[report]'`.
     """
-    from rbstab.report.build import report_of
+    from rbstab.report.produce import produce
     from rbstab.report.reading.sources import read_sources
     from rbstab.store.errors import StoreError
 
@@ -79,14 +81,19 @@ def command(
             # Fail before the work, not after it.
             _check_writable(path, form, force=force)
         sources = read_sources(results)
-        for unread in sources.unread:
-            click.echo(f"{unread.path}: {unread.reason}", err=True)
+        _print_unread(sources.unread)
+        made_by = _command(results, output, form, title, force=force, as_json=as_json)
+
+        def write(report: "Report") -> None:
+            _write_or_print(report, path, form, force=force, as_json=as_json)
+
+        if sources.runs or sources.sweeps:
+            tried = form if path is not None else "text"
+            known, sources = sources.unread, produce(sources, made_by, title, tried, write)
+            _print_unread(sources.unread[len(known) :])
         if not sources.runs and not sources.sweeps:
             click.echo("No result could be read; no report is written.", err=True)
             raise click.exceptions.Exit(exit_codes.STORAGE)
-        made_by = _command(results, output, form, title, force=force, as_json=as_json)
-        report = report_of(sources, made_by, title)
-        _write_or_print(report, path, form, force=force, as_json=as_json)
     except StoreError as error:
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
@@ -95,24 +102,29 @@ def command(
     raise click.exceptions.Exit(exit_codes.STORAGE if sources.unread else exit_codes.OK)
 
 
+def _print_unread(unread: "Sequence[Unread]") -> None:
+    for result in unread:
+        click.echo(f"{result.path}: {result.reason}", err=True)
+
+
 def _check_writable(path: Path, form: str, *, force: bool) -> None:
     """Check that a report of this format can be written to a path.
 
     Raises:
         UsageError: A package that the format needs is not installed.
-        StoreError: As `check_replaceable`.
+        StoreError: As `check_target`.
     """
     from rbstab.report.writers.write import (
         FormatUnavailableError,
         check_available,
-        check_replaceable,
+        check_target,
     )
 
     try:
         check_available(form)
     except FormatUnavailableError as error:
         raise click.UsageError(str(error)) from error
-    check_replaceable(path, force=force)
+    check_target(path, form, force=force)
 
 
 def _target(output: Path | None, form: str | None, *, as_json: bool) -> tuple[Path | None, str]:
@@ -162,12 +174,11 @@ def _write_or_print(
 
         print_json(data_of(report))
     elif path is None:
-        from rich.console import Console
-
         from rbstab.report.writers.text import print_report
+        from rbstab_cli.output.console import OutputConsole
 
         # The terminal sets the width; without a terminal it is 80 columns.
-        print_report(report, Console(highlight=False))
+        print_report(report, OutputConsole(highlight=False))
 
 
 def _command(

@@ -8,6 +8,7 @@ import click
 
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.configs import load_all
+from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.members import MEMBERS, load_members
 from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, results_folder
 
@@ -63,6 +64,7 @@ def command(
     DIR/PLAN/plan.yaml.
     """
     if engine is not None:
+        refuse_engine_change(changes)
         changes = (*changes, f"integration.engine={engine}")
     loaded = (
         load_members(configs, members, changes, output)
@@ -155,13 +157,20 @@ class _Batch:
         result = run.result
         if run.moved_aside is not None:
             click.echo(f"{label}: the previous result was moved to {run.moved_aside}", err=True)
+        if run.kept:
+            click.echo(
+                f"{label}: {run.path} already holds a result of this config that is as good "
+                "or better; it is kept",
+                err=True,
+            )
         if result.status != RunStatus.COMPLETED:
             click.echo(f"{label}: {result.status}: {result.attributes['status_detail']}", err=True)
-        elif not self.quiet and not run.computed:
-            click.echo(f"{label}: already done ({run.path}). Rerun it with --force.", err=True)
-        elif not self.quiet:
+        elif not (self.quiet or run.kept):
             seconds = float(result.attributes["wall_time"])
-            click.echo(f"{label}: {result.status} in {seconds:.2f} s -> {run.path}", err=True)
+            done = f"{result.status} in {seconds:.2f} s -> {run.path}"
+            if not run.computed:
+                done = f"already done ({run.path}). Rerun it with --force."
+            click.echo(f"{label}: {done}", err=True)
         self._print_violations(label, run)
 
     @staticmethod

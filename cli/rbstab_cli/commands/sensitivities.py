@@ -37,10 +37,10 @@ def command(
     a config with another engine. A sliding connector is refused: its motion is not smooth.
     """
     from rbstab_cli.motion_errors import motion_errors
-    from rbstab_cli.output.text_file import refuse_existing, write_text
+    from rbstab_cli.output.text_file import check_target, write_text
 
     if output is not None:
-        refuse_existing(output, force=force)
+        check_target(output, force=force)
     ((path, loaded),) = load_all([config], changes).items()
     with motion_errors(path):
         from rbstab.experiment.tuning.sensitivities import sensitivities
@@ -49,15 +49,13 @@ def command(
     if not found.settles:
         click.echo(f"{path}: the run does not settle, so it has no settling time", err=True)
     if as_json or output is not None:
-        from rbstab_cli.output.json_output import as_json_text
+        from rbstab_cli.output.json_output import as_json_text, print_json
 
-        text = as_json_text(
-            {"config": str(path), "title": loaded.title, **_sensitivity_data(found)}
-        )
+        data = {"config": str(path), "title": loaded.title, **_sensitivity_data(found)}
         if output is not None:
-            write_text(output, text + "\n", force=force)
+            write_text(output, as_json_text(data) + "\n", force=force)
         if as_json:
-            click.echo(text)
+            print_json(data)
             return
     _print_tables(found)
 

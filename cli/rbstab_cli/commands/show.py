@@ -32,18 +32,31 @@ def command(result: Path, as_json: bool, as_config: bool) -> None:
     Prints the status of the run, its Lyapunov function and audit, its final state, the values that
     its reference prints beside the computed ones, the arrays in the file, and its provenance.
     """
+    from rbstab.store.disk.isolated_reading import IsolatedReader
     from rbstab.store.errors import StoreError
     from rbstab.store.run_file import open_result
 
     if as_json and as_config:
         raise click.UsageError("--json cannot be combined with --config")
     try:
-        opened = open_result(result)
+        # Anybody may have written the file, with a right seal too.
+        opened = IsolatedReader(open_result)(result)
     except StoreError as error:
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
+    try:
+        _print(opened, as_json=as_json, as_config=as_config)
+    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
+        reason = f"{type(error).__name__}: {error}"
+        click.echo(f"error: {result} cannot be shown: its content is wrong ({reason})", err=True)
+        raise click.exceptions.Exit(exit_codes.STORAGE) from error
+
+
+def _print(opened: "Result", *, as_json: bool, as_config: bool) -> None:
     if as_config:
-        click.echo(opened.config, nl=False)
+        from rbstab_cli.streams import exact
+
+        click.echo(exact(opened.config), nl=False)
     elif as_json:
         _print_json(opened)
     else:

@@ -65,10 +65,10 @@ def command(
     from rbstab_cli.output.printed import stdout_to_file
     from rbstab_cli.output.stability_report import StabilityReport, stability_data
     from rbstab_cli.output.stability_tables import print_stability_report
-    from rbstab_cli.output.text_file import refuse_existing
+    from rbstab_cli.output.text_file import check_target
 
     if output is not None:
-        refuse_existing(output, force=force)
+        check_target(output, force=force)
     loaded = load_all(configs, changes)
     loci = [parse_along(text) for text in alongs]
     reports = []

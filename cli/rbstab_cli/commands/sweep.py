@@ -6,8 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from rbstab_cli import exit_codes
+from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, results_folder
 from rbstab_cli.arguments.plans import is_in_sweep_folder, sweep_name
 
@@ -87,7 +89,9 @@ def _part_by_old_name(
 @click.option("--force", is_flag=True, help="Move a different sweep of the same name aside.")
 @AS_JSON
 @QUIET
+@click.pass_context
 def command(
+    context: click.Context,
     plan: Path | None,
     status_of: Path | None,
     output: Path,
@@ -115,6 +119,8 @@ def command(
 
     if (plan is None) == (status_of is None):
         raise click.UsageError("expected either PLAN or --status DIR")
+    if status_of is not None:
+        _refuse_beside_status(context)
     given: dict[str, object] = {
         "--part": part,
         "--shard": old_part,
@@ -136,6 +142,7 @@ def command(
             from rbstab.sweep.options import SweepOptions
 
             folder = output / sweep_name(plan)
+            refuse_engine_change(changes)
             name = _engine(engine, folder, plan)
             loaded = _load(plan, (*changes, f"integration.engine={name}"))
             options = SweepOptions(None, threads, shard_size, retry_failed, fail_fast, force, part)
@@ -217,6 +224,22 @@ def _sweep(
             as_json=as_json,
             quiet=quiet,
         )
+
+
+BESIDE_STATUS = ("plan", "status_of", "as_json", "quiet")
+"""The parameters that may be given together with --status."""
+
+
+def _refuse_beside_status(context: click.Context) -> None:
+    """End the command with exit code 2 if an option is given that --status does not use."""
+    unused = [
+        parameter.opts[0]
+        for parameter in context.command.params
+        if parameter.name not in BESIDE_STATUS
+        and context.get_parameter_source(parameter.name or "") is ParameterSource.COMMANDLINE
+    ]
+    if unused:
+        raise click.UsageError(f"--status runs nothing, so it has no use for {', '.join(unused)}")
 
 
 def _refuse_together(given: dict[str, object], first: str, *others: str) -> None:

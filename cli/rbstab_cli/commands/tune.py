@@ -78,12 +78,12 @@ def command(
     and settles, the exit code is 3.
     """
     from rbstab_cli.motion_errors import motion_errors
-    from rbstab_cli.output.text_file import refuse_existing, write_text
+    from rbstab_cli.output.text_file import check_target, write_text
 
     target = output or Path(f"{config.stem}_tuned.yaml")
     if target.resolve() == config.resolve():
         raise click.UsageError(f"{target} is the given config. Choose another file with -o.")
-    refuse_existing(target, force=force)
+    check_target(target, force=force)
     ((path, loaded),) = load_all([config], changes).items()
     with motion_errors(path):
         from rbstab.experiment.tuning.tune import tune

@@ -2,19 +2,22 @@
 
 import json
 import math
+import sys
 from typing import Any
 
 import click
 
+from rbstab_cli.streams import is_utf8
+
 
 def print_json(data: Any) -> None:
-    """Print data as JSON."""
-    click.echo(as_json_text(data))
+    """Print data as JSON; only ASCII characters, with JSON's escapes, if stdout is not UTF-8."""
+    click.echo(as_json_text(data, ensure_ascii=not is_utf8(sys.stdout)))
 
 
-def as_json_text(data: Any) -> str:
+def as_json_text(data: Any, *, ensure_ascii: bool = False) -> str:
     """Return data as JSON; NaN and infinite numbers, which JSON does not have, become null."""
-    return json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False)
+    return json.dumps(_finite(data), indent=2, ensure_ascii=ensure_ascii, allow_nan=False)
 
 
 def _finite(data: Any) -> Any:

@@ -24,8 +24,9 @@ def progress_bar(name: str, duration: float, *, wanted: bool) -> "Iterator[Progr
     if not (wanted and sys.stderr.isatty()):
         yield None
         return
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from rbstab_cli.output.console import OutputConsole
 
     columns = (
         TextColumn("{task.description}", markup=False),
@@ -33,6 +34,6 @@ def progress_bar(name: str, duration: float, *, wanted: bool) -> "Iterator[Progr
         TextColumn("t = {task.completed:.3g} of {task.total:g} s"),
         TimeElapsedColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
         task = progress.add_task(name, total=duration)
         yield lambda t: progress.update(task, completed=t)

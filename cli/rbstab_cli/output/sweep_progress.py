@@ -191,8 +191,9 @@ def progress_printer(interrupted: Event, *, quiet: bool) -> Iterator[ProgressPri
     if quiet or not sys.stderr.isatty():
         yield ProgressPrinter(interrupted, None, quiet=quiet)
         return
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from rbstab_cli.output.console import OutputConsole
 
     columns = (
         TextColumn("{task.completed} of {task.total} members"),
@@ -200,7 +201,7 @@ def progress_printer(interrupted: Event, *, quiet: bool) -> Iterator[ProgressPri
         TextColumn("{task.description}", markup=False),
         TimeElapsedColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as bar:
         yield ProgressPrinter(interrupted, bar, quiet=quiet)
 
 

@@ -68,7 +68,7 @@ def report_status(path: Path, *, as_json: bool) -> None:
     Raises:
         StoreError: It is not the folder of a sweep, or cannot be read.
     """
-    from rbstab.store.lock import is_locked
+    from rbstab.store.disk.lock import is_locked
     from rbstab.sweep.folder.gather import counts_by_status, digest_of_shards, is_gathered
     from rbstab.sweep.folder.parts import running_parts
     from rbstab.sweep.folder.shard_inventory import shard_inventory
@@ -76,7 +76,7 @@ def report_status(path: Path, *, as_json: bool) -> None:
 
     folder = read_folder(path)
     inventory = shard_inventory(folder)
-    damaged = [number for number in inventory.missing if folder.shard_file(number).exists()]
+    damaged = inventory.damaged
     gathered = not inventory.missing and is_gathered(folder, digest_of_shards(inventory))
     by_status = counts_by_status(inventory.counts)
     parts = running_parts(path)

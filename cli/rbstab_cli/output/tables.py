@@ -49,14 +49,13 @@ def add_row(table: "Table", *cells: str, style: str | None = None) -> None:
 
 def print_table(table: "Table") -> None:
     """Print a table to stdout, in colour on a terminal unless NO_COLOR is set."""
-    from rich.console import Console
+    from rbstab_cli.output.console import OutputConsole
 
     if sys.stdout.isatty():
-        Console(highlight=False).print(table)
+        OutputConsole(highlight=False).print(table)
         return
     text = StringIO()
-    console = Console(file=text, width=FILE_WIDTH, highlight=False)
-    console.print(table)
+    OutputConsole(file=text, width=FILE_WIDTH, highlight=False).print(table)
     for line in text.getvalue().splitlines():
         click.echo(line.rstrip())
     click.echo()

@@ -1,28 +1,48 @@
 """Write text files of commands."""
 
 from pathlib import Path
+from typing import NoReturn
 
 import click
 
 from rbstab_cli import exit_codes
 
 
-def refuse_existing(path: Path, *, force: bool) -> None:
-    """End the command with exit code 4 if the file exists and must not be replaced."""
-    if path.exists() and not force:
-        click.echo(f"{path}: already exists. Replace it with --force.", err=True)
-        raise click.exceptions.Exit(exit_codes.STORAGE)
+def check_target(path: Path, *, force: bool) -> None:
+    """End the command with exit code 4, before its work, if a file cannot be written.
+
+    Args:
+        path: The file.
+        force: Whether an existing file is replaced; a folder, a pipe or a device never is.
+    """
+    from rbstab.store.disk.existence import check_writable, path_exists
+    from rbstab.store.errors import StoreError
+
+    try:
+        check_writable(path)
+        if path_exists(path) and not force:
+            _fail(f"{path}: already exists. Replace it with --force.")
+        if not path_exists(path.parent):
+            _fail(f"{path}: cannot be written: the folder {path.parent} does not exist")
+    except StoreError as error:
+        _fail(f"error: {error}")
 
 
 def write_text(path: Path, text: str, *, force: bool) -> None:
     """Write a whole file; on an error leave the old file and end the command with exit code 4."""
-    from rbstab.store.atomic import write_atomically
+    from rbstab.store.disk.atomic import write_atomically
     from rbstab.store.errors import StoreError
 
-    refuse_existing(path, force=force)
+    check_target(path, force=force)
+    # The name of a file in the text may have bytes that are not UTF-8.
+    content = text.encode(errors="backslashreplace")
     try:
-        write_atomically(path, text.encode(), replace=force)
+        write_atomically(path, content, replace=force)
     except (OSError, StoreError) as error:
         reason = getattr(error, "strerror", None) or error
-        click.echo(f"{path}: cannot be written: {reason}", err=True)
-        raise click.exceptions.Exit(exit_codes.STORAGE) from error
+        _fail(f"{path}: cannot be written: {reason}")
+
+
+def _fail(message: str) -> NoReturn:
+    click.echo(message, err=True)
+    raise click.exceptions.Exit(exit_codes.STORAGE)

@@ -2,33 +2,58 @@
 
 A failed check shows an error in the equations, the gains or the integration. A passed check is an
 observation on this run only; proofs for all motions are in `rbstab.analysis.proof`.
+
+Every bound is relative to the size of the terms that were added up. If a comparison of numbers that
+follow from one state fails in double precision, it is repeated in exact arithmetic
+(`rbstab.analysis.exact`). So round-off alone never gives the verdict `violated`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.exact import (
+    Ball,
+    ball,
+    exact_dissipation,
+    exact_energy,
+    exact_powers,
+    in_balls,
+    is_positive_definite,
+)
+from rbstab.analysis.rest_state import RestState
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
 MAX_AUDIT_BOUND = 1e-2
-"""Relative to v(0): v is meaningless on a run with a larger residual."""
+"""Relative to the scale of the run: v is meaningless on a run with a larger residual."""
 
 AUDIT_PER_TOLERANCE = 1e4
 """The allowed relative residual of a run, divided by the relative tolerance of a step."""
 
+EPSILON = float(np.finfo(float).eps)
+
 ROUND_OFF = 1e-12
-"""The round-off of a sum, relative to v(0) or to the largest power."""
+"""The allowed error of v and of powers, relative to the scale of a run or its largest power."""
+
+SUM_ERROR = 16 * EPSILON
+"""The round-off of a sum of energies, relative to the sum of their absolute values."""
 
 DERIVATIVE_TOLERANCE = 1e-9
 """The allowed difference of v' and ∇v·f, relative to the sum of the absolute powers."""
 
 MAX_DERIVATIVES = 51
 """Number of evenly spaced samples at which ∇v·f is evaluated; more would cost more than the run."""
+
+NEGLIGIBLE = 1e-60
+"""A power that is zero in exact arithmetic, relative to the terms that it is the sum of."""
+
+MAX_REPEATED = 51
+"""Number of samples that a check repeats in exact arithmetic; each takes about 2 ms."""
 
 
 class Verdict(StrEnum):
@@ -44,7 +69,7 @@ class Verdict(StrEnum):
     """Does not hold on this run."""
 
     UNKNOWN = "unknown"
-    """Not decided: there is no proof, or the proof leaves it open."""
+    """Not decided: no proof decides it, or the stored numbers are too inaccurate to tell."""
 
 
 class Check(NamedTuple):
@@ -74,7 +99,10 @@ class Evidence:
         rate: v', shape (n,), W.
         dissipation: The dissipated power by part, shape (n, parts), W.
         residual: v(t) - v(0) - ∫v' dt, shape (n,), J.
-        scale: The energy by which errors are divided, J.
+        energy: By part, shape (n, parts), J.
+        rest: The state at which v is zero: a rest state, if one was found.
+        exact_rest_energy: Returns the energy of `rest` as a ball; call it by `in_balls`.
+        scale: The energy by which errors are divided, J (`audit_scale`).
         has_potential: Whether the contact force is the gradient of an energy; if not, v - ε
             replaces v.
         audit_bound: The largest allowed |residual| / scale.
@@ -87,14 +115,28 @@ class Evidence:
     rate: Array
     dissipation: Array
     residual: Array
+    energy: Array
+    rest: RestState
+    exact_rest_energy: Callable[[], Ball]
     scale: float
     has_potential: bool
     audit_bound: float
 
 
+class _Finding(NamedTuple):
+    """The verdict on one sample, and the number that it rests on."""
+
+    verdict: Verdict
+    value: float
+    row: int
+
+
+_SEVERITY = (Verdict.CONSISTENT, Verdict.UNKNOWN, Verdict.VIOLATED)
+
+
 def audit_bound(tolerance: float) -> float:
-    """Return the allowed residual / v(0) for a run with this relative tolerance of its steps."""
-    return min(MAX_AUDIT_BOUND, AUDIT_PER_TOLERANCE * tolerance)
+    """Return the allowed residual / scale for a run with this relative tolerance of its steps."""
+    return min(MAX_AUDIT_BOUND, AUDIT_PER_TOLERANCE * max(tolerance, EPSILON))
 
 
 def checks_of(run: Evidence) -> list[Check]:
@@ -103,15 +145,18 @@ def checks_of(run: Evidence) -> list[Check]:
 
 
 def overall(checks: Sequence[Check], *, proved: bool) -> Verdict:
-    """Return the verdict of a run: the worst verdict of its checks; `CERTIFIED` only with a proof.
+    """Return the verdict of a run: the worst verdict of its checks.
+
+    A proof does not depend on the run, so it decides what the checks leave open.
 
     Args:
         checks: The checks of the run.
         proved: Whether the run starts in a region of proved convergence.
     """
-    if any(check.verdict is Verdict.VIOLATED for check in checks):
-        return Verdict.VIOLATED
-    return Verdict.CERTIFIED if proved else Verdict.CONSISTENT
+    worst = max((check.verdict for check in checks), key=_SEVERITY.index, default=_SEVERITY[0])
+    if proved and worst is not Verdict.VIOLATED:
+        return Verdict.CERTIFIED
+    return worst
 
 
 def _verdict(holds: bool) -> Verdict:
@@ -119,23 +164,44 @@ def _verdict(holds: bool) -> Verdict:
 
 
 def _audit(run: Evidence) -> Check:
-    """Check that |v(t) - v(0) - ∫v' dt| is small."""
+    """Check that |v(t) - v(0) - ∫v' dt| is small.
+
+    This check measures the accuracy of the stored v. So exact arithmetic is no excuse for it.
+    """
     size = np.abs(run.residual) / run.scale
     worst = int(size.argmax())
-    value, bound = float(size[worst]), run.audit_bound
-    time = float(run.times[worst])
+    value, bound, time = float(size[worst]), _residual_bound(run), float(run.times[worst])
     return Check("audit", _verdict(value <= bound), value, bound, time, "max |r| / v(0)")
 
 
+def _residual_bound(run: Evidence) -> float:
+    """Return the largest allowed |r| / scale: that of the run, or the round-off of v if larger."""
+    return max(run.audit_bound, float(_rounding(run).max()) / run.scale)
+
+
+def _rounding(run: Evidence) -> Array:
+    """Return the round-off of v, a sum of energies minus that at rest, shape (n,), J."""
+    at_rest = np.abs(run.energy.sum(axis=1) - run.value)
+    return SUM_ERROR * (np.abs(run.energy).sum(axis=1) + at_rest)
+
+
 def _monotone(run: Evidence) -> Check:
-    """Check that v never rises from sample to sample by more than its residual allows."""
+    """Check that v never rises from sample to sample by more than its residual allows.
+
+    If the residual is above its own bound, a rise that only the residual allows is not decided.
+    """
     rise = np.append(np.diff(run.value), -np.inf) / run.scale
     worst = int(rise.argmax())
-    bound = 2.0 * float(np.abs(run.residual).max()) / run.scale + ROUND_OFF
+    largest_change = float(np.abs(run.value - run.value[0]).max())
+    rounding = max(ROUND_OFF, SUM_ERROR * largest_change / run.scale)
+    bound = 2.0 * float(np.abs(run.residual).max()) / run.scale + rounding
     value = max(float(rise[worst]), 0.0)
     time = float(run.times[worst]) if value > 0 else np.nan
     quantity = "largest rise of v between samples / v(0)"
-    return Check("decrease", _verdict(value <= bound), value, bound, time, quantity)
+    verdict = _verdict(value <= bound)
+    if verdict is Verdict.CONSISTENT and value > 2.0 * _residual_bound(run) + rounding:
+        verdict = Verdict.UNKNOWN
+    return Check("decrease", verdict, value, bound, time, quantity)
 
 
 def _damping(run: Evidence) -> Check:
@@ -144,37 +210,73 @@ def _damping(run: Evidence) -> Check:
     The second test does not use the declarations of gains. So it also finds an element that adds
     energy to the motion but declares no dissipating gain.
     """
-    system = run.systems[0]
-    # Ignore the non-finite values at the end of a diverged run.
-    dissipation = np.where(np.isfinite(run.dissipation), run.dissipation, 0.0)
-    least = dissipation.min(axis=1)
-    worst = int(least.argmin())
-    if least[worst] < -ROUND_OFF * float(np.abs(dissipation).max()):
-        part = system.parts[int(dissipation[worst].argmin())]
-        value, time = float(least[worst]), float(run.times[worst])
-        quantity = f"power dissipated by {part}, W"
-        return Check("damping", Verdict.VIOLATED, value, 0.0, time, quantity)
+    adding = _adding_energy(run)
+    if adding is not None:
+        return adding
     matrices = [
         getattr(element, gain.name)
-        for element in system.elements
+        for element in run.systems[0].elements
         for gain in element.gains
         if gain.dissipates
     ]
     smallest = [float(np.linalg.eigvalsh(0.5 * (L + L.T))[0]) for L in matrices]
     value = min(smallest, default=np.inf)
     quantity = "smallest eigenvalue of the damping matrices"
-    return Check("damping", _verdict(value > 0), value, 0.0, np.nan, quantity)
+    verdict = _verdict(value > 0)
+    if verdict is Verdict.VIOLATED and all(is_positive_definite(L) for L in matrices):
+        verdict = Verdict.UNKNOWN
+    return Check("damping", verdict, value, 0.0, np.nan, quantity)
+
+
+def _adding_energy(run: Evidence) -> Check | None:
+    """Return a check that is not consistent if a part adds energy, else None."""
+    # Ignore the non-finite values at the end of a diverged run.
+    dissipation = np.where(np.isfinite(run.dissipation), run.dissipation, 0.0)
+    least, parts = dissipation.min(axis=1), dissipation.argmin(axis=1)
+    rows = np.flatnonzero(least < -ROUND_OFF * float(np.abs(dissipation).max()))
+
+    if not len(rows):
+        return None
+
+    def repeat(row: int) -> _Finding:
+        system, y, part = run.systems[row], run.states[row], int(parts[row])
+        power = in_balls(lambda: exact_dissipation(system, y, part))
+        return _Finding(_confirmed(power is not None and power < 0), float(least[row]), row)
+
+    verdict, value, row = _repeated(repeat, rows[least[rows].argsort(kind="stable")])
+    quantity = f"power dissipated by {run.systems[row].parts[int(parts[row])]}, W"
+    return Check("damping", verdict, value, 0.0, float(run.times[row]), quantity)
 
 
 def _positive(run: Evidence) -> Check:
     """Check that v is nowhere below its value at rest."""
     worst = int(run.value.argmin())
-    value, bound = float(run.value[worst]) / run.scale, -ROUND_OFF
+    value, bound, verdict = float(run.value[worst]) / run.scale, -np.inf, Verdict.CONSISTENT
+    # v - ε has no lower bound.
+    if run.has_potential:
+        rounding = np.maximum(ROUND_OFF, _rounding(run) / run.scale)
+        bound = -float(rounding[worst])
+        below = np.flatnonzero(~(run.value / run.scale >= -rounding))
+        if len(below) and run.rest.found:
+            at_rest = in_balls(run.exact_rest_energy)
+
+            def repeat(row: int) -> _Finding:
+                exact = in_balls(lambda: _exact_value(run, row, at_rest))
+                is_below = exact is not None and exact < -ROUND_OFF and run.rest.is_accurate
+                return _Finding(_confirmed(is_below), float(run.value[row]) / run.scale, row)
+
+            rows = below[run.value[below].argsort(kind="stable")]
+            verdict, value, worst = _repeated(repeat, rows)
+        elif not run.rest.found:
+            verdict = Verdict.UNKNOWN
     time = float(run.times[worst])
-    if not run.has_potential:
-        # v - ε has no lower bound.
-        return Check("positive", Verdict.CONSISTENT, value, -np.inf, time, "min v / v(0)")
-    return Check("positive", _verdict(value >= bound), value, bound, time, "min v / v(0)")
+    return Check("positive", verdict, value, bound, time, "min v / v(0)")
+
+
+def _exact_value(run: Evidence, row: int, energy_at_rest: Ball) -> Ball:
+    """Return v / scale at a sample as a ball."""
+    value = exact_energy(run.systems[row], run.states[row]) - energy_at_rest
+    return value / ball(run.scale)
 
 
 def _rate(run: Evidence) -> Check:
@@ -183,9 +285,14 @@ def _rate(run: Evidence) -> Check:
     rows = np.unique(np.linspace(0, last, min(last + 1, MAX_DERIVATIVES)).round().astype(int))
     errors = np.array([_rate_error(run, row) for row in rows])
     worst = int(errors.argmax())
-    value, bound = float(errors[worst]), DERIVATIVE_TOLERANCE
-    time, quantity = float(run.times[rows[worst]]), "max |∇v·f - v'| / power"
-    return Check("derivative", _verdict(value <= bound), value, bound, time, quantity)
+    value, time = float(errors[worst]), float(run.times[rows[worst]])
+    verdict = Verdict.CONSISTENT
+    doubtful = rows[~(errors <= DERIVATIVE_TOLERANCE)]
+    if len(doubtful):
+        verdict, value, row = _repeated(lambda row: _exact_rate(run, row), doubtful)
+        time = float(run.times[row])
+    quantity = "max |∇v·f - v'| / power"
+    return Check("derivative", verdict, value, DERIVATIVE_TOLERANCE, time, quantity)
 
 
 def _rate_error(run: Evidence, row: int) -> float:
@@ -197,3 +304,55 @@ def _rate_error(run: Evidence, row: int) -> float:
         change -= float(observation.motion.F @ observation.contact_force)
     power = float(np.abs(parts).sum()) + abs(rate)
     return abs(change - rate) / power if power != 0 else 0.0
+
+
+def _exact_rate(run: Evidence, row: int) -> _Finding:
+    """Compare v' with ∇v·f at one sample in exact arithmetic.
+
+    If the equations hold, but the stored v' has lost its digits, the sample is not decided.
+    """
+    errors = in_balls(lambda: _exact_rate_errors(run, row))
+    if errors is None:
+        return _Finding(Verdict.UNKNOWN, np.nan, row)
+    of_equations, of_stored = errors
+    if of_equations > DERIVATIVE_TOLERANCE:
+        return _Finding(Verdict.VIOLATED, float(of_equations), row)
+    if of_equations <= DERIVATIVE_TOLERANCE and of_stored <= DERIVATIVE_TOLERANCE:
+        return _Finding(Verdict.CONSISTENT, float(of_stored), row)
+    return _Finding(_confirmed(_is_not_of_its_state(run, row)), float(of_stored), row)
+
+
+def _is_not_of_its_state(run: Evidence, row: int) -> bool:
+    """Return whether the stored v' differs from that of the stored state."""
+    dissipation = run.systems[row].observe(run.states[row]).dissipation
+    error = abs(float(run.rate[row]) + float(dissipation.sum()))
+    return error > DERIVATIVE_TOLERANCE * float(np.abs(dissipation).sum())
+
+
+def _exact_rate_errors(run: Evidence, row: int) -> tuple[Ball, Ball]:
+    """Return |∇v·f - v'| / power as balls, with the v' of the equations and with the stored one."""
+    powers = exact_powers(run.systems[row], run.states[row])
+    change = sum(powers.by_part, ball(0.0))
+    if not run.has_potential:
+        change -= powers.contact
+    power = sum((abs(part) for part in powers.by_part), abs(powers.rate))
+    # Without dissipation all powers are zero, and their balls contain zero.
+    smallest = ball(NEGLIGIBLE * powers.terms / DERIVATIVE_TOLERANCE)
+    power = power.max(smallest)
+    return abs(change - powers.rate) / power, abs(change - float(run.rate[row])) / power
+
+
+def _confirmed(violated: bool) -> Verdict:
+    """Return the verdict on a comparison that failed in double precision."""
+    return Verdict.VIOLATED if violated else Verdict.UNKNOWN
+
+
+def _repeated(repeat: Callable[[int], _Finding], rows: Array) -> _Finding:
+    """Repeat a check in exact arithmetic at samples where it failed, and return the worst finding.
+
+    Args:
+        repeat: Repeats the check at one sample.
+        rows: The samples, worst first; the check is repeated at the first `MAX_REPEATED`.
+    """
+    findings = [repeat(row) for row in rows[:MAX_REPEATED].tolist()]
+    return max(findings, key=lambda found: (_SEVERITY.index(found.verdict), abs(found.value)))

@@ -60,6 +60,11 @@ class Configurations:
             positions += [q[POSITION], ZERO]
         return np.concatenate([*positions, q[self.pose_size :]])
 
+    def configuration(self, motion: Motion, own: Array) -> Array:
+        """Return the configuration q of a motion and of the elements' own states."""
+        pose = [motion.Theta] if self.held else [motion.Theta, motion.X]
+        return np.concatenate([*pose, own])
+
     def motion(self, q: Array) -> Motion:
         """Return the motion at rest in the configuration q."""
         return self.system.motion(self.state(q))
@@ -67,6 +72,10 @@ class Configurations:
     def energy(self, q: Array) -> Number:
         """Return the energy stored in the elements, J."""
         return self.system.potential_energy(self.state(q))
+
+    def energies(self, q: Array) -> Array:
+        """Return the energy stored in each element, shape (elements,), J."""
+        return self.system.observe(self.state(q)).energy[1:]
 
     def gradient(self, q: Array) -> Array:
         """Return the derivatives of the energy, shape (size,): N m, then N."""

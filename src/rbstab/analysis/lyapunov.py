@@ -39,7 +39,7 @@ def lyapunov_trace(
 
 
 MIN_START_FRACTION = 1e-4
-"""If v(0) is below this fraction of the largest energy part, it is mostly round-off."""
+"""If v(0) is below this fraction of the largest energy part, it has lost digits to round-off."""
 
 
 def relative_residual(residual: Array, value: Array, energy: Array) -> float:
@@ -54,10 +54,11 @@ def relative_residual(residual: Array, value: Array, energy: Array) -> float:
 
 
 def audit_scale(value: Array, energy: Array) -> float:
-    """Return the scale for errors of v: v(0), J.
+    """Return the energy by which errors of v are divided, J.
 
-    If the motion starts close to the rest state, the scale is a ten thousandth of the largest
-    energy part; if there is no energy at all, 1 J.
+    It is v(0), or a ten thousandth of the largest energy part if that is larger, as for a motion
+    that starts close to the rest state. If there is no energy at all, it is 1 J. Labels such as
+    "max |r| / v(0)" mean this scale.
 
     Args:
         value: v, shape (samples,), J.

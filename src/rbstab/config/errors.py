@@ -1,10 +1,10 @@
 """Config errors: all problems of a config at once, each with its location."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True, order=True)
-class Location:
+class Location(NamedTuple):
     """A position in a source: the path of a file (or an option), line and column (from 1)."""
 
     source: str
@@ -33,9 +33,18 @@ class ConfigProblem:
 
     def __str__(self) -> str:
         """`file:line:column: key: what is wrong (what was expected)`."""
-        key = f"{self.key}: " if self.key else ""
+        key = f"{shortened(self.key)}: " if self.key else ""
         expected = f" ({self.expected})" if self.expected else ""
-        return printable(f"{self.location}: {key}{self.problem}{expected}")
+        return printable(f"{self.location}: {key}{shortened(self.problem)}{expected}")
+
+
+MAX_TEXT = 200
+"""Characters of a key, and of a problem, in a message. A file may have keys of any length."""
+
+
+def shortened(text: str) -> str:
+    """Return a text for a message, cut if it is long."""
+    return text if len(text) <= MAX_TEXT else text[: MAX_TEXT - 3] + "..."
 
 
 MAX_PROBLEMS = 100
@@ -49,17 +58,22 @@ def printable(text: str) -> str:
 
 
 class ConfigError(ValueError):
-    """The error of an invalid config, with all its problems.
+    """The error of an invalid config, with its problems.
+
+    Args:
+        problems: The problems, in any order.
+        complete: Whether these are all problems; a search for problems may end early.
 
     Attributes:
         problems: The problems, ordered by location.
     """
 
-    def __init__(self, problems: list[ConfigProblem]) -> None:
+    def __init__(self, problems: list[ConfigProblem], *, complete: bool = True) -> None:
         ordered = sorted(problems)
         if len(ordered) > MAX_PROBLEMS:
             last = ordered[MAX_PROBLEMS - 1]
             more = f"{len(ordered) - MAX_PROBLEMS + 1} more problems are not listed"
+            more = more if complete else f"at least {more}"
             ordered = [*ordered[: MAX_PROBLEMS - 1], ConfigProblem(last.location, "", more, "")]
         self.problems = tuple(ordered)
         super().__init__("\n".join(str(problem) for problem in self.problems))

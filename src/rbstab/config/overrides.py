@@ -5,9 +5,9 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from rbstab.config.errors import ConfigError, ConfigProblem, Location
+from rbstab.config.errors import ConfigError, ConfigProblem, Location, shortened
 from rbstab.config.schema import VARIANTS
-from rbstab.config.source import Path, Source, key_of, parse_source
+from rbstab.config.source import MAX_DEPTH, Path, Source, key_of, parse_source
 
 _KEY_PART = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]{1,6})\]")
 
@@ -35,11 +35,11 @@ def override(source: Source, assignments: Iterable[str]) -> None:
 
 def _assign(source: Source, text: str) -> None:
     key, equals, value = text.partition("=")
-    name = f"--set {key}"
+    name = f"--set {shortened(key)}"
     path = parse_key(key)
     if not equals or not key:
         raise _error(name, 1, "", "is not an assignment", "expected key=value")
-    if path is None:
+    if path is None or len(path) > MAX_DEPTH:
         raise _error(
             name, 1, "", "is not a key", "expected key=value with a key like body.inertia[0]"
         )
@@ -53,8 +53,8 @@ def _assign(source: Source, text: str) -> None:
     in_list = isinstance(container, list) and isinstance(last, int) and last < len(container)
     if not (in_list or (isinstance(container, dict) and isinstance(last, str))):
         raise _error(name, 1, key, "does not exist", "expected a key of the config")
+    source.remove_locations(path, container[last] if in_list else container.get(last))
     container[last] = parsed.data
-    source.remove_locations(path)
     source.keys[path] = Location(name)
     for relative_path, location in parsed.values.items():
         source.values[path + relative_path] = location

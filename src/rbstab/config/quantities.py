@@ -35,15 +35,25 @@ LongText = Annotated[str, Field(max_length=1000), AfterValidator(_without_null)]
 # stays strict.
 _THREE = Field(min_length=3, max_length=3, strict=False)
 
-
-def _is_list(value: Any) -> Any:
-    # Otherwise pydantic would accept a set, whose order is arbitrary.
-    if not isinstance(value, list | tuple):
-        raise PydanticCustomError("tuple_type", "not a list")
-    return value
+_MAX_LISTED = 100
+"""Entries of a list that are checked one by one. A list that is much too long has one problem."""
 
 
-_LIST = BeforeValidator(_is_list)
+def _list_of(size: int) -> BeforeValidator:
+    """Return a check that a value is a list, and not much longer than its correct size."""
+
+    def check(value: Any) -> Any:
+        # Otherwise pydantic would accept a set, whose order is arbitrary.
+        if not isinstance(value, list | tuple):
+            raise PydanticCustomError("tuple_type", "not a list")
+        if len(value) > _MAX_LISTED:
+            raise value_error(f"has {len(value)} entries", f"expected {size}")
+        return value
+
+    return BeforeValidator(check)
+
+
+_LIST = _list_of(3)
 
 Vector = Annotated[tuple[Real, ...], _THREE, _LIST]
 """Three finite numbers."""
@@ -52,7 +62,7 @@ Vector = Annotated[tuple[Real, ...], _THREE, _LIST]
 def components(size: int) -> Any:
     """Return the type of a list of `size` finite numbers."""
     length = Field(min_length=size, max_length=size, strict=False)
-    return Vector if size == 3 else Annotated[tuple[Real, ...], length, _LIST]
+    return Vector if size == 3 else Annotated[tuple[Real, ...], length, _list_of(size)]
 
 
 Diagonal = Annotated[tuple[Positive, ...], _THREE, _LIST]

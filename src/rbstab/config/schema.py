@@ -83,7 +83,7 @@ class Integration(Section):
         1e-3, description="the run stops when cos θ2 falls to this value (eq. 5)"
     )
     step_limit: Count = 1_000_000
-    time_limit: Positive = Field(600.0, description="wall time of the integration, s")
+    time_limit: Positive = Field(600.0, description="wall time of the run, without compiling, s")
 
     @field_validator("samples")
     @classmethod

@@ -15,6 +15,7 @@ import yaml
 from yaml.reader import Reader
 
 from rbstab.config.errors import MAX_PROBLEMS, ConfigError, ConfigProblem, Location
+from rbstab.files.regular_file import open_regular
 
 Path = tuple[str | int, ...]
 """The keys and list indices from the root of a document to a value."""
@@ -24,6 +25,12 @@ MAX_FILE_SIZE = 1 << 20
 
 MAX_DEPTH = 16
 """Largest depth of nested mappings and lists."""
+
+MAX_KEYS = 1000
+"""Largest number of keys of a mapping. No config or plan has so many; unknown keys cost time."""
+
+MAX_CONTAINERS = 10_000
+"""Largest number of mappings and lists in a document."""
 
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
@@ -62,22 +69,27 @@ class Source:
             table, path = self.values, path[:-1]
         return table[path]
 
-    def remove_locations(self, path: Path) -> None:
-        """Remove the locations of a value and of everything in it."""
+    def remove_locations(self, path: Path, value: Any) -> None:
+        """Remove the locations of the value at a path, and of everything in it."""
         for table in (self.values, self.keys):
-            for old in [p for p in table if p[: len(path)] == path]:
-                del table[old]
+            table.pop(path, None)
+        # Walks the value only: a search of all locations would be slow in a large document.
+        if isinstance(value, dict | list):
+            entries = value.items() if isinstance(value, dict) else enumerate(value)
+            for part, entry in entries:
+                self.remove_locations((*path, part), entry)
 
 
 def read_source(path: FilePath) -> Source:
     """Read a YAML file.
 
     Raises:
-        ConfigError: The file cannot be read, is larger than 1 MiB, is not UTF-8, or is not YAML.
+        ConfigError: It is not a file, cannot be read, is larger than 1 MiB, is not UTF-8, or is not
+            YAML.
     """
     name = str(path)
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             raw = file.read(MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
@@ -148,6 +160,7 @@ class _Parser:
         self.problems = self.source.problems
         self.stack: list[_OpenContainer] = []
         self.documents = 0
+        self.containers = 0
 
     def location(self, mark: Any) -> Location:
         if mark is None:
@@ -162,7 +175,11 @@ class _Parser:
 
     def handle(self, event: yaml.Event) -> None:
         where = self.location(event.start_mark)
-        if isinstance(event, yaml.DocumentStartEvent):
+        # Scalars first: a plan may have a list of some 100,000 numbers.
+        if isinstance(event, yaml.ScalarEvent):
+            self._check_node(event, where)
+            self._add_scalar(event, where)
+        elif isinstance(event, yaml.DocumentStartEvent):
             self.documents += 1
             if self.documents > 1:
                 self.report(where, "starts a second document", "one document")
@@ -170,9 +187,6 @@ class _Parser:
         elif isinstance(event, yaml.AliasEvent):
             self.report(where, f"is the alias *{event.anchor}", "values written out", self._path())
             self._add_value(None, where)
-        elif isinstance(event, yaml.ScalarEvent):
-            self._check_node(event, where)
-            self._add_scalar(event, where)
         elif isinstance(event, yaml.CollectionStartEvent):
             self._check_node(event, where)
             self._open_container({} if isinstance(event, yaml.MappingStartEvent) else [], where)
@@ -203,17 +217,28 @@ class _Parser:
     def _add_key(self, key: str, where: Location) -> None:
         top = self.stack[-1]
         path = (*top.path, key)
+        assert isinstance(top.container, dict)
         if key in top.container:
             first = self.source.keys[path]
             self.report(where, f"is given twice, first in line {first.line}", "each key once", path)
-            self.source.remove_locations(path)
+            self.source.remove_locations(path, top.container[key])
             where = first  # a third key is also reported as a duplicate of the first
+        elif len(top.container) >= MAX_KEYS:
+            of_container = self.source.values[top.path]
+            expected = f"at most {MAX_KEYS}"
+            self.report(of_container, f"has more than {MAX_KEYS} keys", expected, top.path)
+            raise _UnreadableError
         self.source.keys.setdefault(path, where)
         top.key = key
 
     def _open_container(self, container: dict[str, Any] | list[Any], where: Location) -> None:
         if len(self.stack) >= MAX_DEPTH:
             self.report(where, "is nested too deeply", f"at most {MAX_DEPTH} levels")
+            raise _UnreadableError
+        self.containers += 1
+        if self.containers > MAX_CONTAINERS:
+            found = f"is mapping or list number {self.containers}"
+            self.report(where, found, f"at most {MAX_CONTAINERS}", self._path())
             raise _UnreadableError
         top = self.stack[-1] if self.stack else None
         if top is not None and isinstance(top.container, dict) and top.key is None:

@@ -3,10 +3,10 @@
 import hashlib
 import json
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, NonNegativeInt, model_validator
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import resolved
@@ -24,9 +24,12 @@ PROOF_VERSION = 1
 """To be increased when a change of the method changes its results; older proofs are then redone."""
 
 ROUND_OFF = 1e-9
-"""Relative error allowed for v(0), which is not computed rigorously.
+"""Relative error allowed for v(0), which is not computed rigorously."""
 
-The rounding error of a sum of energies is about a thousand times smaller.
+SUM_ERROR = 1e-13
+"""Error allowed for v(0), relative to the sum of the absolute energies that it is computed from.
+
+They can be much larger than v(0), if the body starts near its rest state under a load.
 """
 
 Triple = tuple[float, float, float]
@@ -48,7 +51,7 @@ class ProvedState(_Model):
     position: Triple
     connector_state: tuple[float, ...]
     energy: float
-    index: int
+    index: NonNegativeInt
     proved: bool
     enclosure: tuple[Triple, Triple]
 
@@ -81,11 +84,18 @@ class Proof(_Model):
     outcome: str
     proved: bool
     unique: bool | None
-    examined: int
+    examined: NonNegativeInt
     seconds: float
     undecided: tuple[tuple[Triple, Triple], ...]
     states: tuple[ProvedState, ...]
     region: ProvedRegion | None
+
+    @model_validator(mode="after")
+    def _check_states(self) -> Self:
+        count = len(self.states)
+        if (self.unique is not None and self.unique != (count == 1)) or (self.region and not count):
+            raise ValueError("the number of states does not fit the other entries")
+        return self
 
     @property
     def globally_stable(self) -> bool | None:
@@ -138,9 +148,7 @@ def start_level(problem: Problem, proof: Proof) -> float | None:
     """
     if not proof.states:
         return None
-    with np.errstate(all="ignore"):
-        energy = float(problem.system.observe(problem.start).energy.sum())
-    return energy - proof.states[0].energy
+    return float(_start_energies(problem).sum()) - proof.states[0].energy
 
 
 def starts_inside(problem: Problem, proof: Proof) -> bool:
@@ -148,7 +156,15 @@ def starts_inside(problem: Problem, proof: Proof) -> bool:
     level = start_level(problem, proof)
     if level is None or proof.region is None:
         return False
-    return level + ROUND_OFF * abs(level) < proof.region.lower_bound
+    terms = float(np.abs(_start_energies(problem)).sum()) + abs(proof.states[0].energy)
+    error = ROUND_OFF * abs(level) + SUM_ERROR * terms
+    return level + error < proof.region.lower_bound
+
+
+def _start_energies(problem: Problem) -> Array:
+    """Return the energy at the start by part, shape (parts,), J."""
+    with np.errstate(all="ignore"):
+        return problem.system.observe(problem.start).energy
 
 
 def _no_proof(identity: str, reason: str, seconds: float) -> Proof:

@@ -6,12 +6,10 @@ All runs with the same body, gravity and controller share one proof.
 from contextlib import suppress
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from rbstab.config.schema import Config
 from rbstab.experiment.proof import Proof, proof_id, prove
 from rbstab.integrate.problem import Problem
-from rbstab.store.document import read_document, write_document
+from rbstab.store.document import read_model, write_document
 from rbstab.store.errors import StoreError
 
 
@@ -25,8 +23,8 @@ def cached_proof(folder: Path, config: Config) -> Proof | None:
 
     A damaged file, or a file of another version, is treated as missing.
     """
-    with suppress(StoreError, ValidationError):
-        proof = Proof.model_validate(read_document(proof_file(folder, config)))
+    with suppress(StoreError):
+        proof = read_model(proof_file(folder, config), Proof)
         if proof.id == proof_id(config):
             return proof
     return None

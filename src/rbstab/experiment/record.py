@@ -1,47 +1,100 @@
 """The record of a run: its trajectory as named arrays, with its certificate."""
 
 import math
+import time
 from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.certificate import Check
 from rbstab.analysis.lyapunov import lyapunov_trace
-from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
     has_no_potential,
     smooth_rest_system,
     switching_arrays,
 )
-from rbstab.integrate.problem import Problem, Trajectory
+from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.problem import Problem, Trajectory, first_samples
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
 from rbstab.systems.quantities import BY_NAME, RUN_DIMENSIONS
-from rbstab.systems.system import Observation, System
+from rbstab.systems.system import System
+
+RECORDING_MARGIN = 0.1
+"""s: the time after the deadline at which samples that are not recorded yet are dropped. Without it
+a slow moment of the machine would cost samples."""
+
+RECORDING_FACTOR = 1.2
+"""The time to record a sample, divided by the time of `System.observe`."""
+
+TIMED_OBSERVATIONS = 5
+"""The fastest of this many observations counts; the others may have been interrupted."""
 
 
 class Record(NamedTuple):
     """The stored data of a run.
 
     Attributes:
+        trajectory: The trajectory that is recorded.
         variables: The arrays by their names in `QUANTITIES`, and the coordinates of their
             dimensions.
         checks: The checks of the certificate that need no proof.
         warnings: Warnings about the rest state.
     """
 
+    trajectory: Trajectory
     variables: dict[str, Variable]
     checks: list[Check]
     warnings: list[str]
 
 
-def record_of(problem: Problem, trajectory: Trajectory) -> Record:
-    """Return all quantities of a run along its trajectory, and its certificate."""
+class RecordedTrajectory(NamedTuple):
+    """A trajectory with its quantities, by their names in `QUANTITIES`.
+
+    It is shorter than the trajectory of the engine if the deadline ended the recording.
+    """
+
+    trajectory: Trajectory
+    quantities: dict[str, Array]
+
+
+def rest_state_of(problem: Problem) -> RestState:
+    """Return the rest state at which the Lyapunov function of a problem is zero."""
     with np.errstate(all="ignore"):
-        rest = nearest_rest_state(smooth_rest_system(problem))
-        arrays = quantities_of(problem, trajectory, rest.energy)
-        checks = certificate_of(problem, trajectory, arrays)
+        return nearest_rest_state(smooth_rest_system(problem))
+
+
+def recording_time(problem: Problem) -> float:
+    """Measure the time to record one sample of a problem, s."""
+    with np.errstate(all="ignore"):
+        times = []
+        for _ in range(TIMED_OBSERVATIONS):
+            begin = time.perf_counter()
+            problem.system.observe(problem.start)
+            times.append(time.perf_counter() - begin)
+    return RECORDING_FACTOR * min(times)
+
+
+def record_of(
+    problem: Problem,
+    trajectory: Trajectory,
+    rest: RestState | None = None,
+    deadline: Deadline | None = None,
+) -> Record:
+    """Return all quantities of a run along its trajectory, and its certificate.
+
+    Args:
+        problem: The initial value problem.
+        trajectory: The trajectory.
+        rest: The rest state, if it is known already.
+        deadline: The deadline of the run; None for no limit. See `recorded`.
+    """
+    rest = rest or rest_state_of(problem)
+    with np.errstate(all="ignore"):
+        trajectory, arrays = recorded(problem, trajectory, rest.energy, deadline)
+        checks = certificate_of(problem, trajectory, arrays, rest)
     parts = np.array(problem.system.parts, dtype=object)
     coordinates = {
         name: Variable((name,), np.arange(1, len(arrays[source]) + 1), "1", f"number of the {name}")
@@ -57,28 +110,32 @@ def record_of(problem: Problem, trajectory: Trajectory) -> Record:
     }
     described = {name: _variable(name, arrays[name]) for name in BY_NAME if name in arrays}
     warnings = [] if rest.found else ["no rest state was found in the range of eq. 5"]
-    return Record(coordinates | described, checks, warnings)
+    return Record(trajectory, coordinates | described, checks, warnings)
 
 
-def quantities_of(
-    problem: Problem, trajectory: Trajectory, energy_at_rest: float
-) -> dict[str, Array]:
-    """Return all quantities of a run along its trajectory, by their names in `QUANTITIES`.
+def recorded(
+    problem: Problem,
+    trajectory: Trajectory,
+    energy_at_rest: float,
+    deadline: Deadline | None = None,
+) -> RecordedTrajectory:
+    """Return a trajectory with all its quantities.
 
     Args:
         problem: The initial value problem.
         trajectory: The trajectory.
         energy_at_rest: The stored energy of the rest state, J; v is zero there.
+        deadline: The deadline of the run; None for no limit. Samples that cannot be recorded in
+            time are dropped; then the status is `TIME_LIMIT`.
     """
     system = problem.system
     # Overflow is the result of a diverged run, not an error.
     with np.errstate(all="ignore"):
-        systems = trajectory.systems or (system,) * len(trajectory.times)
-        observations = [s.observe(y) for s, y in zip(systems, trajectory.states, strict=True)]
-        arrays = {
-            "time": trajectory.times,
-            **_arrays(system, trajectory.states, observations),
-        }
+        arrays = _observed(system, trajectory, deadline)
+        count = len(arrays["energy"])
+        if deadline is not None and count < len(trajectory.times):
+            trajectory = first_samples(trajectory, count, deadline)
+        arrays = {"time": trajectory.times, **arrays, **_of_states(system, trajectory, arrays)}
         change = trajectory.lyapunov_change
         if trajectory.switches is not None:
             arrays |= switching_arrays(trajectory.switches)
@@ -87,7 +144,7 @@ def quantities_of(
             # The contact force has no potential, so v - ε replaces v (eq. 28).
             arrays["energy"][:, system.parts.index("connector")] = -trajectory.contact_work
         trace = lyapunov_trace(arrays["energy"], arrays["dissipation"], change, energy_at_rest)
-    return arrays | {
+    quantities = arrays | {
         "lyapunov": trace.value,
         "lyapunov_rate": trace.rate,
         "lyapunov_change": trajectory.lyapunov_change,
@@ -95,41 +152,67 @@ def quantities_of(
         "contact_work": trajectory.contact_work,
         "energy_at_rest": np.array(energy_at_rest),
     }
+    return RecordedTrajectory(trajectory, quantities)
 
 
 def motion_warnings(trajectory: Trajectory) -> list[str]:
-    """Return a warning if θ1 or θ3 leaves the range of eq. 5; no equation becomes singular then."""
+    """Return warnings about a motion.
+
+    θ1 or θ3 may leave the range of eq. 5; no equation becomes singular then. `trusted_until` may be
+    unknown.
+    """
     warnings = []
     for index, name in ((0, "θ1"), (2, "θ3")):
         outside = np.abs(trajectory.states[:, index]) > math.pi
         if outside.any():
             t = trajectory.times[int(outside.argmax())]
             warnings.append(f"{name} is outside [-π, π], the range of eq. 5, from t = {t:.6g} s")
+    if trajectory.switches is not None and np.isnan(trajectory.switches.trusted_until):
+        warnings.append("trusted_until is unknown: the time limit ended the run that determines it")
     return warnings
 
 
-def _arrays(system: System, states: Array, observations: list[Observation]) -> dict[str, Array]:
-    motions = [observation.motion for observation in observations]
+def _observed(
+    system: System, trajectory: Trajectory, deadline: Deadline | None
+) -> dict[str, Array]:
+    """Return the observed quantities of the samples; of fewer if the deadline expires."""
     names = [element.name for element in system.elements]
     H, N = names.index("translational stabilizer"), names.index("rotational stabilizer")
-    arrays = {
-        "orientation": np.array([motion.Theta for motion in motions]),
-        "angular_velocity": np.array([motion.Omega for motion in motions]),
-        "position": np.array([motion.X for motion in motions]),
-        "velocity": np.array([motion.V for motion in motions]),
-        "contact_displacement": np.array([motion.E for motion in motions]),
-        "contact_velocity": np.array([motion.F for motion in motions]),
-        "contact_force": np.array([o.contact_force for o in observations]),
-        "stabilizing_force": np.array([o.wrenches[H].force for o in observations]),
-        "stabilizing_couple": np.array([o.wrenches[N].couple for o in observations]),
-        "energy": np.array([o.energy for o in observations]),
-        "dissipation": np.array([o.dissipation for o in observations]),
-    }
-    for name, indices in system.own_states.items():
-        arrays[name] = states[:, indices]
+    length = len(trajectory.times)
+    vectors = (
+        *("orientation", "angular_velocity", "position", "velocity", "contact_displacement"),
+        *("contact_velocity", "contact_force", "stabilizing_force", "stabilizing_couple"),
+    )
+    arrays = {name: np.empty((length, 3)) for name in vectors}
+    arrays |= {name: np.empty((length, len(system.parts))) for name in ("energy", "dissipation")}
+    systems = trajectory.systems or (system,) * length
+    for row, (system_now, state) in enumerate(zip(systems, trajectory.states, strict=True)):
+        if row and deadline is not None and deadline.remaining() < -RECORDING_MARGIN:
+            return {name: array[:row] for name, array in arrays.items()}
+        observation = system_now.observe(state)
+        motion, wrenches = observation.motion, observation.wrenches
+        arrays["orientation"][row] = motion.Theta
+        arrays["angular_velocity"][row] = motion.Omega
+        arrays["position"][row] = motion.X
+        arrays["velocity"][row] = motion.V
+        arrays["contact_displacement"][row] = motion.E
+        arrays["contact_velocity"][row] = motion.F
+        arrays["contact_force"][row] = observation.contact_force
+        arrays["stabilizing_force"][row] = wrenches[H].force
+        arrays["stabilizing_couple"][row] = wrenches[N].couple
+        arrays["energy"][row] = observation.energy
+        arrays["dissipation"][row] = observation.dissipation
+    return arrays
+
+
+def _of_states(
+    system: System, trajectory: Trajectory, observed: dict[str, Array]
+) -> dict[str, Array]:
+    """Return the own states of elements, and the residuals of a constraint."""
+    arrays = {name: trajectory.states[:, indices] for name, indices in system.own_states.items()}
     if system.coordinates.name == "manifold":
         for level, source in (("position", "displacement"), ("velocity", "velocity")):
-            residual = np.linalg.norm(arrays[f"contact_{source}"], axis=1)
+            residual = np.linalg.norm(observed[f"contact_{source}"], axis=1)
             arrays[f"constraint_{level}_residual"] = residual
     return arrays
 

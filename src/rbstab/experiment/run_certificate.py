@@ -13,9 +13,11 @@ from rbstab.analysis.certificate import (
     checks_of,
     overall,
 )
+from rbstab.analysis.exact import exact_rest_energy
 from rbstab.analysis.lyapunov import audit_scale
+from rbstab.analysis.rest_state import RestState
 from rbstab.experiment.proof import Proof, start_level, starts_inside
-from rbstab.experiment.switching_record import has_no_potential
+from rbstab.experiment.switching_record import has_no_potential, smooth_rest_system
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
@@ -25,7 +27,7 @@ GROUP = "certificate"
 
 
 def certificate_of(
-    problem: Problem, trajectory: Trajectory, arrays: dict[str, Array]
+    problem: Problem, trajectory: Trajectory, arrays: dict[str, Array], rest: RestState
 ) -> list[Check]:
     """Return the checks of a trajectory that need no proof.
 
@@ -33,6 +35,7 @@ def certificate_of(
         problem: The problem.
         trajectory: Its trajectory.
         arrays: The quantities along the trajectory, by their names.
+        rest: The rest state at which v is zero.
     """
     systems = trajectory.systems or (problem.system,) * len(trajectory.times)
     implicit = problem.switching is not None and problem.switching.step > 0
@@ -44,6 +47,9 @@ def certificate_of(
         rate=arrays["lyapunov_rate"],
         dissipation=arrays["dissipation"],
         residual=arrays["energy_residual"],
+        energy=arrays["energy"],
+        rest=rest,
+        exact_rest_energy=lambda: exact_rest_energy(smooth_rest_system(problem), rest),
         scale=audit_scale(arrays["lyapunov"], arrays["energy"]),
         has_potential=not has_no_potential(problem.system),
         # Implicit steps are of first order: the tolerance has no effect on them.

@@ -9,12 +9,19 @@ from rbstab.config.schema import Config
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.run_certificate import GROUP, proved_checks
 from rbstab.experiment.simulate import simulate_problem
+from rbstab.experiment.store_run import (
+    aside_path,
+    depends_on_machine,
+    existing_result,
+    refuse_different,
+    store_run,
+)
 from rbstab.integrate.problem import Problem, Progress
-from rbstab.integrate.status import RunStatus
-from rbstab.store.atomic import move_aside
-from rbstab.store.errors import ResultExistsError, StoreError
+from rbstab.store.disk.atomic import remove_abandoned
+from rbstab.store.disk.existence import check_writable, path_exists
+from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
-from rbstab.store.run_file import open_result, write_result
+from rbstab.store.run_file import open_result
 
 
 class FiledRun(NamedTuple):
@@ -24,13 +31,16 @@ class FiledRun(NamedTuple):
         path: The file.
         result: The result in it.
         computed: Whether the run was integrated now; otherwise its finished result was read.
-        moved_aside: The new path of a different result that had this name; None if there was none.
+        moved_aside: The new path of an earlier result that had this name; None if there was none.
+        kept: Whether the run was integrated now, but the file holds a result of the same config
+            that is better, or that another process has finished in the meantime. It is kept.
     """
 
     path: Path
     result: Result
     computed: bool
     moved_aside: Path | None
+    kept: bool = False
 
 
 def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
@@ -44,11 +54,14 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
 ) -> FiledRun:
     """Run a config and write its result, unless the finished result exists.
 
+    A run that depends on the machine, such as one that hit its time limit, is repeated. Its result
+    is replaced only by one that is at least as good (see `store_run`).
+
     Args:
         config: The config.
         path: The result file.
         problem: The problem of the config, if it is built already.
-        force: Repeat a finished identical run; move a different result of that name aside.
+        force: Repeat a finished identical run; move a different or a better result aside.
         proof: As in `simulate`; a finished run is repeated if its certificate lacks its checks.
         progress: As in `simulate`.
 
@@ -58,23 +71,21 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
         EngineMissingError: As in `simulate`.
     """
     problem = problem or problem_of(config)
-    old = _existing(path, force=force)
+    old = existing_result(path, force=force)
     identical = old is not None and old.run_id == run_id(config)
     if old is not None and identical and not force and _is_final(old, problem, proof):
+        # Its writer may have been killed as soon as the result was complete.
+        remove_abandoned(path)
         return FiledRun(path, old, computed=False, moved_aside=None)
-    different = path.exists() and not identical
+    different = path_exists(path) and not identical
     if different and not force:
-        _refuse(path, old)
+        refuse_different(path, old)
+    # Checked before the run, which may take hours.
+    check_writable(aside_path(path, old) if different else path)
     result = simulate_problem(config, problem, progress=progress, proof=proof)
-    aside = None
-    if different:
-        aside = _unused_path(path, old.run_id[:8] if old is not None else "damaged")
-        move_aside(path, aside)
-    if identical:
-        _check_unchanged(path, result)
-    # `write_result` raises an error if another process has written this file in the meantime.
-    write_result(path, result, replace=identical)
-    return FiledRun(path, result, computed=True, moved_aside=aside)
+    # Another process may have written this file in the meantime.
+    stored = store_run(path, result, lambda found: _is_final(found, problem, proof), force=force)
+    return FiledRun(path, stored.result, stored.written, stored.moved_aside, not stored.written)
 
 
 def finished_run(
@@ -93,19 +104,8 @@ def finished_run(
     return found if final else None
 
 
-def _existing(path: Path, *, force: bool) -> Result | None:
-    if not path.exists():
-        return None
-    try:
-        return open_result(path)
-    except StoreError as error:
-        if force:
-            return None
-        raise ResultExistsError(f"{error}. Use --force to move it aside.") from error
-
-
 def _is_final(result: Result, problem: Problem, proof: Proof | None) -> bool:
-    return not RunStatus(result.status).depends_on_machine and _has_proof(result, problem, proof)
+    return not depends_on_machine(result) and _has_proof(result, problem, proof)
 
 
 def _has_proof(result: Result, problem: Problem, proof: Proof | None) -> bool:
@@ -117,25 +117,3 @@ def _has_proof(result: Result, problem: Problem, proof: Proof | None) -> bool:
         return False
     stored = dict(zip(*(result[name].tolist() for name in names), strict=True))
     return all(stored.get(c.name) == c.verdict for c in proved_checks(problem, proof))
-
-
-def _refuse(path: Path, old: Result | None) -> None:
-    description = f"run {old.run_id[:8]}" if old is not None else "another file"
-    raise ResultExistsError(
-        f"{path} holds a different result ({description}); it is not overwritten. "
-        "Choose another folder with -o, or use --force to move it aside."
-    )
-
-
-def _check_unchanged(path: Path, result: Result) -> None:
-    """Check that no other process has replaced the result that is to be overwritten."""
-    now = open_result(path) if path.exists() else None
-    if now is not None and now.run_id != result.run_id:
-        _refuse(path, now)
-
-
-def _unused_path(path: Path, middle: str) -> Path:
-    paths = [path.with_name(f"{path.stem}.{middle}{path.suffix}")]
-    while paths[-1].exists():
-        paths.append(path.with_name(f"{path.stem}.{middle}-{len(paths)}{path.suffix}"))
-    return paths[-1]

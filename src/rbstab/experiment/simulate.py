@@ -11,8 +11,10 @@ from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.provenance import provenance
-from rbstab.experiment.record import motion_warnings, record_of
+from rbstab.experiment.record import motion_warnings, record_of, recording_time, rest_state_of
+from rbstab.experiment.resolution import inverse_warnings, resolution_warnings
 from rbstab.experiment.run_certificate import certificate_variables, proved_checks, verdict_of
+from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Progress
 from rbstab.store.result import Result
@@ -53,17 +55,27 @@ def simulate_problem(
 ) -> Result:
     """Integrate the problem of a config and return its result; see `simulate`."""
     integrate = engine(config.integration.engine)
+    deadline = Deadline(problem.time_limit)
+    rest = rest_state_of(problem)
+    deadline.recording_time = recording_time(problem)
     begin = time.perf_counter()
-    trajectory = integrate(problem, progress)
+    trajectory = integrate(problem, progress, deadline)
     wall_time = time.perf_counter() - begin
-    record = record_of(problem, trajectory)
+    record = record_of(problem, trajectory, rest, deadline)
+    trajectory = record.trajectory
     attributes: dict[str, str | int | float] = {
         "title": config.title,
         "variant": config.controller.variant,
         "status": str(trajectory.status),
         "status_detail": trajectory.detail,
         "warnings": "\n".join(
-            [*config_warnings(config), *record.warnings, *motion_warnings(trajectory)]
+            [
+                *config_warnings(config),
+                *record.warnings,
+                *motion_warnings(trajectory),
+                *inverse_warnings(problem.system),
+                *resolution_warnings(config.integration, trajectory, record.variables),
+            ]
         ),
         "verdict": str(verdict_of(record.checks, problem, proof)),
         "run_id": run_id(config),

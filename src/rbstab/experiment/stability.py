@@ -65,7 +65,7 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
         sentences.append("Globally stable: proved for every motion that stays in the range.")
     elif proof.unique:
         sentences.append("Globally stable: false; the only rest state is not a minimum.")
-    elif proof.unique is False:
+    elif proof.unique is False and len(proof.states) > 1:
         other = ", ".join(f"{angle:.4g}" for angle in proof.states[1].orientation)
         sentences.append(f"Globally stable: false; the body can also rest at Θ = ({other}) rad.")
     elif count > 1:

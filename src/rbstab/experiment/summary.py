@@ -14,9 +14,9 @@ from rbstab.store.result import Result
 class Summary(NamedTuple):
     """A run in a few numbers.
 
-    They are v at both ends, J; the largest energy residual |r| over v(0); the largest |E|, m; the
-    value of E farthest from zero by axis, m; the largest |θ2|, rad; and the last time reached, s.
-    Peaks between the samples are included (see `signed_peak`).
+    They are v at both ends, J; the largest energy residual |r| over `audit_scale`; the largest
+    |E|, m; the value of E farthest from zero by axis, m; the largest |θ2|, rad; and the last time
+    reached, s. Peaks between the samples are included (see `signed_peak`).
     """
 
     lyapunov_start: float

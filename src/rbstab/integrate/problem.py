@@ -1,11 +1,12 @@
 """The input and output of an engine: a problem and its trajectory."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
+from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.mechanics.numbers import Array
@@ -55,7 +56,7 @@ class Problem:
         project: Whether the state is projected onto the submanifold E = F = 0 after every step
             (eq. 16).
         step_limit: The largest number of steps.
-        time_limit: The longest wall time, s.
+        time_limit: The longest wall time, s; see `Deadline`.
         switching: The rules for a sliding connector, or None if the system has none.
         diagnosed: Whether the run of a sliding connector reports its chatter energy and
             `trusted_until`, which needs a second run.
@@ -111,9 +112,38 @@ class Trajectory:
 class Engine(Protocol):
     """The interface of an engine."""
 
-    def __call__(self, problem: Problem, progress: Progress | None = None) -> Trajectory:
-        """Integrate a problem. A failed integration returns a status and raises no exception."""
+    def __call__(
+        self,
+        problem: Problem,
+        progress: Progress | None = None,
+        deadline: Deadline | None = None,
+    ) -> Trajectory:
+        """Integrate a problem. A failed integration returns a status and raises no exception.
+
+        Args:
+            problem: The problem.
+            progress: Called after every step.
+            deadline: The deadline of the run. By default it starts with this call, and lasts for
+                the time limit of the problem.
+        """
         ...
+
+
+def first_samples(whole: Trajectory, count: int, deadline: Deadline) -> Trajectory:
+    """Return the first samples of a trajectory of which no more could be recorded in time."""
+    last = float(whole.times[count - 1])
+    switches = whole.switches
+    return replace(
+        whole,
+        times=whole.times[:count],
+        states=whole.states[:count],
+        lyapunov_change=whole.lyapunov_change[:count],
+        contact_work=whole.contact_work[:count],
+        status=RunStatus.TIME_LIMIT,
+        detail=f"{deadline.reason} at t = {last:.9g} s",
+        switches=switches.until(last, count) if switches is not None else None,
+        systems=whole.systems[:count],
+    )
 
 
 def trajectory(

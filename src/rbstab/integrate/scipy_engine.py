@@ -5,7 +5,6 @@ times less accurate than its steps (and for Radau of lower order). LSODA would l
 every restart, so its samples are interpolated. Its interpolant has the order of its steps.
 """
 
-import time
 import warnings
 from collections.abc import Callable, Iterator
 from itertools import pairwise
@@ -15,30 +14,27 @@ import numpy as np
 import scipy.integrate
 from scipy.optimize import brentq
 
+from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
+from rbstab.integrate.range_exit import TESTS_PER_STEP, excess, exit_inside, may_leave
 from rbstab.integrate.scipy_flow import ScipyFlow
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.implicit import numpy_stepper
 from rbstab.integrate.switching.laws import drive_sliding
-from rbstab.mechanics.attitude import regularity
+from rbstab.integrate.watched_rates import StopRun, WatchedRates
 from rbstab.mechanics.constraint import projected_state
-from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.states import BODY, OMEGA, PITCH, THETA
+from rbstab.mechanics.states import BODY
 
 NEEDS_JACOBIAN = ("Radau", "LSODA")
 INTERPOLATED = ("LSODA",)
 
-MAX_NON_FINITE_IN_A_ROW = 1000
-"""A run stops after this many evaluations in a row without finite rates. A step that shrinks from
-1 s to round-off makes about 300."""
 
-RANGE_TESTS_PER_STEP = 16
-"""Each step is divided into this many intervals to test whether it leaves the range."""
-
-
-def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
+def integrate(
+    problem: Problem, progress: Progress | None = None, deadline: Deadline | None = None
+) -> Trajectory:
     """Integrate a problem with its method (see `Engine`)."""
+    deadline = deadline or Deadline(problem.time_limit)
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         # Overflow and failed steps become statuses, so the warnings (LSODA's too) are not needed.
         warnings.simplefilter("ignore")
@@ -46,70 +42,48 @@ def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
         if switching is not None:
             return drive_sliding(
                 problem,
-                switching,
-                lambda p: ScipyFlow(p, switching),
+                lambda p: ScipyFlow(p, switching, deadline),
                 lambda: numpy_stepper(problem.system),
                 progress,
+                deadline,
             )
-        return _Run(problem, progress).result()
-
-
-class _Stop(Exception):
-    """Raised to end a run, with its status and reason."""
-
-    def __init__(self, status: RunStatus, reason: str) -> None:
-        super().__init__(reason)
-        self.status = status
+        return _Run(problem, progress, deadline).result()
 
 
 class _Run:
     """One integration: its limits, its steps and its samples."""
 
-    def __init__(self, problem: Problem, progress: Progress | None) -> None:
+    def __init__(self, problem: Problem, progress: Progress | None, deadline: Deadline) -> None:
         self.problem = problem
         self.progress = progress
-        self.deadline = time.monotonic() + problem.time_limit
-        self.largest_angle = float(np.arccos(problem.range_bound))
+        self.deadline = deadline
+        self.rates = WatchedRates(problem.system, deadline)
         self.t = float(problem.times[0])
         self.y = problem.audited_start()
         self.step_size: float | None = None
-        self.samples = [(self.t, self.y)]
+        self.samples: list[tuple[float, Array]] = []
         self.steps = 0
-        self.evaluations = 0
-        self.non_finite_count = 0
+        self._add_sample(self.t, self.y)
 
     def result(self) -> Trajectory:
         status, reason = RunStatus.COMPLETED, ""
         try:
             self._check_start()
             self._integrate()
-        except _Stop as stop:
-            status, reason = stop.status, f"{stop} at t = {self.t:.9g} s"
+        except StopRun as stop:
             if self.t > self.samples[-1][0]:
-                self.samples.append((self.t, self.y))
-        return trajectory(self.samples, status, reason, self.steps, self.evaluations)
+                self._add_sample(self.t, self.y)
+            status, reason = stop.status, f"{stop} at t = {self.samples[-1][0]:.9g} s"
+        return trajectory(self.samples, status, reason, self.steps, self.rates.evaluations)
 
-    def rates(self, _t: float, y: Array) -> Array:
-        """Return the rates, or stop the run if its time limit is reached within a step."""
-        self.evaluations += 1
-        if time.monotonic() > self.deadline:
-            limit = self.problem.time_limit
-            raise _Stop(RunStatus.TIME_LIMIT, f"stopped after {limit:g} s of wall time")
-        rates = self.problem.system.audited_rates(y)
-        self.non_finite_count = 0 if np.isfinite(rates).all() else self.non_finite_count + 1
-        if self.non_finite_count > MAX_NON_FINITE_IN_A_ROW:
-            raise _Stop(RunStatus.DIVERGED, "the rates stopped being finite")
-        return rates
-
-    def rates_jacobian(self, _t: float, y: Array) -> Array:
-        """Return the Jacobian of the rates, for implicit methods."""
-        self.evaluations += len(y)
-        return jacobian(self.problem.system.audited_rates, y)
+    def _add_sample(self, t: float, y: Array) -> None:
+        self.samples.append((t, y))
+        self.deadline.samples = len(self.samples)
 
     def _check_start(self) -> None:
         if not (np.isfinite(self.y).all() and np.isfinite(self.rates(self.t, self.y)).all()):
-            raise _Stop(RunStatus.DIVERGED, "the rates are not finite")
-        if regularity(self.y[THETA]) <= self.problem.range_bound:
+            raise StopRun(RunStatus.DIVERGED, "the rates are not finite")
+        if excess(self.y, self.problem.range_bound) >= 0:
             raise self._range_left()
 
     def _integrate(self) -> None:
@@ -121,7 +95,7 @@ class _Run:
         for end in times[1:]:
             for _ in self._steps_to(end):
                 pass
-            self.samples.append((end, self.y))
+            self._add_sample(end, self.y)
 
     def _steps_to(self, end: float) -> Iterator[Any]:
         """Step until `end`; yield the solver after each step, before its state is accepted."""
@@ -140,23 +114,23 @@ class _Run:
         if self.step_size is not None:
             options["first_step"] = min(self.step_size, end - self.t)
         if problem.method in NEEDS_JACOBIAN:
-            options["jac"] = self.rates_jacobian
+            options["jac"] = self.rates.jacobian
         method = getattr(scipy.integrate, problem.method)
         return method(self.rates, self.t, self.y, end, **options)
 
     def _step(self, solver: Any) -> None:
         if self.steps >= self.problem.step_limit:
-            raise _Stop(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
+            raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
         message = self._call_solver(solver.step)
         if solver.status == "failed":
-            if self.non_finite_count:
-                raise _Stop(RunStatus.DIVERGED, "the rates stopped being finite")
-            raise _Stop(RunStatus.SOLVER_FAILURE, f"{self.problem.method}: {message}")
+            if self.rates.non_finite_count:
+                raise StopRun(RunStatus.DIVERGED, "the rates stopped being finite")
+            raise StopRun(RunStatus.SOLVER_FAILURE, f"{self.problem.method}: {message}")
         if not np.isfinite(solver.y).all():
-            raise _Stop(RunStatus.DIVERGED, "the state stopped being finite")
+            raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
         if solver.t <= self.t:
             # LSODA can repeat this until a limit is reached.
-            raise _Stop(RunStatus.SOLVER_FAILURE, f"{self.problem.method}: a step of zero length")
+            raise StopRun(RunStatus.SOLVER_FAILURE, f"{self.problem.method}: a step of zero length")
         self.steps += 1
         self._check_range(solver)
 
@@ -165,7 +139,7 @@ class _Run:
             return action(*arguments)
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
             # Implicit methods factorize matrices and reject those that contain infinities.
-            raise _Stop(RunStatus.SOLVER_FAILURE, f"{self.problem.method}: {error}") from error
+            raise StopRun(RunStatus.SOLVER_FAILURE, f"{self.problem.method}: {error}") from error
 
     def _accept(self, solver: Any) -> None:
         proposal = float(getattr(solver, "h_abs", solver.step_size))
@@ -180,19 +154,15 @@ class _Run:
 
     def _check_range(self, solver: Any) -> None:
         """Stop the run if cos θ2 fell to its bound within the last step, even if it rose again."""
-        y_old, y_new = self.y, solver.y
-        largest_end_angle = max(abs(y_old[PITCH]), abs(y_new[PITCH]))
-        speed = max(np.linalg.norm(y_old[OMEGA]), np.linalg.norm(y_new[OMEGA]))
-        # |θ̇2| <= |Ω|, because the second row of B has unit length. A step with both ends this far
-        # inside the range cannot have reached the bound.
-        if largest_end_angle + speed * (solver.t - solver.t_old) < self.largest_angle:
+        bound = self.problem.range_bound
+        if not may_leave(self.y, solver.y, solver.t - solver.t_old, bound):
             return
         path = solver.dense_output()
 
         def bound_excess(t: float) -> float:
-            return self.problem.range_bound - float(regularity(path(t)[THETA]))
+            return excess(path(t), bound)
 
-        test_times = np.linspace(solver.t_old, solver.t, RANGE_TESTS_PER_STEP + 1).tolist()
+        test_times = np.linspace(solver.t_old, solver.t, TESTS_PER_STEP + 1).tolist()
         for before, after in pairwise(test_times):
             if bound_excess(after) >= 0:
                 # A projection or the interpolation error can put the start of the step beyond the
@@ -201,19 +171,26 @@ class _Run:
                 stop = (
                     before if already_outside else brentq(bound_excess, before, after, xtol=1e-15)
                 )
+            else:
+                stop = exit_inside(path, before, after, bound)
+            if stop is not None:
                 if self.problem.method in INTERPOLATED:
                     self._interpolate(path, stop)
                 self.t, self.y = stop, path(stop)
                 raise self._range_left()
 
-    def _range_left(self) -> _Stop:
+    def _range_left(self) -> StopRun:
         bound = self.problem.range_bound
-        return _Stop(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")
+        return StopRun(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")
 
     def _interpolate(self, path: Callable[[float], Array], until: float) -> None:
         times = self.problem.times
         sample_times = times[(times > self.t) & (times <= until)].tolist()
-        self.samples += [(t, path(t)) for t in sample_times]
+        for t in sample_times:
+            # One step may span all samples.
+            if self.deadline.expired():
+                raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
+            self._add_sample(t, path(t))
 
     def _projected(self, y: Array) -> Array:
         if not self.problem.project:

@@ -6,60 +6,86 @@ import numpy as np
 import scipy.integrate
 from scipy.optimize import brentq
 
+from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Switching
+from rbstab.integrate.range_exit import TESTS_PER_STEP, excess, exit_inside, may_leave
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.driver import DriverState, SwitchEvent
 from rbstab.integrate.switching.modes import connector_of, system_for_modes, thresholds
 from rbstab.integrate.switching.switch_log import SwitchLog
-from rbstab.mechanics.attitude import regularity
+from rbstab.integrate.watched_rates import StopRun, WatchedRates
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY, E_OF_W, F_OF_W
 from rbstab.systems.system import System
 
-EVENT_TESTS_PER_STEP = 16
-"""Points of a step at which the event functions are evaluated."""
+RANGE_END = 12
+"""The index of the event function of the range; see `_switch_event`."""
 
 RETURN_TIME_FACTOR = 1.2
 """The longest integration in one call, relative to the time until an axis returns to E = 0."""
 
 
 class ScipyFlow:
-    """The flow of one problem, by DOP853 (a `Flow`). Events are located on the dense output."""
+    """The flow of one problem, by DOP853 (a `Flow`). Events are located on the dense output.
 
-    def __init__(self, problem: Problem, switching: Switching) -> None:
+    Args:
+        problem: The problem; its system contains the sliding connector.
+        switching: The rules for its modes.
+        deadline: The deadline of the run; default one that starts now.
+    """
+
+    def __init__(
+        self, problem: Problem, switching: Switching, deadline: Deadline | None = None
+    ) -> None:
         self.problem = problem
         self.switching = switching
         self.steps = 0
-        self.evaluations = 0
+        self._rates = WatchedRates(problem.system, deadline or Deadline(problem.time_limit))
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of the rates so far."""
+        return self._rates.evaluations
 
     def advance(self, start: DriverState, end: float, log: SwitchLog) -> DriverState:
         """Integrate to the next event, or to a time (see `Flow`)."""
-        system = system_for_modes(self.problem.system, start.modes)
-        event_functions = _EventFunctions(system, start, self.switching, self.problem.range_bound)
         problem, current = self.problem, start
-        while current.time < end:
-            max_length = min(end - current.time, _time_to_next_return(system, current.state))
-            solver = scipy.integrate.DOP853(
-                lambda _t, y: system.audited_rates(y),
-                current.time,
-                current.state,
-                current.time + max_length if current.time + max_length < end else end,
-                rtol=problem.rtol,
-                atol=problem.atol,
-            )
-            while solver.status == "running":
-                solver.step()
-                self.steps += 1
-                if solver.status == "failed" or not np.isfinite(solver.y).all():
-                    status = RunStatus.SOLVER_FAILURE
-                    return current._replace(events=(), status=status)
-                changes = event_functions.first_event(solver)
-                current = current._replace(time=float(solver.t), state=solver.y, events=())
-                if changes is not None:
-                    self.evaluations += solver.nfev
-                    return current._replace(**changes)
-            self.evaluations += solver.nfev
+        system = self._rates.system = system_for_modes(problem.system, start.modes)
+        event_functions = _EventFunctions(system, start, self.switching, problem.range_bound)
+        try:
+            while current.time < end:
+                solver = self._new_solver(system, current, end)
+                while solver.status == "running":
+                    if self.steps >= problem.step_limit:
+                        return current
+                    self._step(solver)
+                    changes = event_functions.first_event(solver)
+                    current = current._replace(time=float(solver.t), state=solver.y, events=())
+                    if changes is not None:
+                        return current._replace(**changes)
+        except StopRun as stop:
+            return current._replace(events=(), status=stop.status, reason=str(stop))
         return current
+
+    def _new_solver(self, system: System, current: DriverState, end: float) -> Any:
+        problem = self.problem
+        max_length = min(end - current.time, _time_to_next_return(system, current.state))
+        return scipy.integrate.DOP853(
+            self._rates,
+            current.time,
+            current.state,
+            current.time + max_length if current.time + max_length < end else end,
+            rtol=problem.rtol,
+            atol=problem.atol,
+        )
+
+    def _step(self, solver: Any) -> None:
+        solver.step()
+        self.steps += 1
+        if solver.status == "failed" and not self._rates.non_finite_count:
+            raise StopRun(RunStatus.SOLVER_FAILURE, "its step became too small")
+        if solver.status == "failed" or not np.isfinite(solver.y).all():
+            raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
 
 
 class _EventFunctions:
@@ -82,21 +108,25 @@ class _EventFunctions:
         if self.held.any():
             held_force = self.held * self.system.observe(y[BODY]).contact_force
         K_s = self.connector.K_s
-        range_excess = self.range_bound - regularity(motion.Theta)
         values = [s - self.upper, self.lower - s, held_force - K_s, -held_force - K_s]
-        return np.append(np.concatenate(values), range_excess)
+        return np.append(np.concatenate(values), excess(y, self.range_bound))
 
     def first_event(self, solver: scipy.integrate.DOP853) -> dict[str, Any] | None:
         """Return the changes of a `DriverState` at the first event of a step, or None."""
         path = solver.dense_output()
+        length = solver.t - solver.t_old
+        is_near_end = may_leave(solver.y_old, solver.y, length, self.range_bound)
         before = solver.t_old
-        for after in np.linspace(solver.t_old, solver.t, EVENT_TESTS_PER_STEP + 1)[1:].tolist():
+        for after in np.linspace(solver.t_old, solver.t, TESTS_PER_STEP + 1)[1:].tolist():
             is_past = self.values(path(after)) > 0
-            if is_past.any():
-                crossings = [
-                    (self._locate(path, before, after, index), index)
-                    for index in np.flatnonzero(is_past).tolist()
-                ]
+            crossings = [
+                (self._locate(path, before, after, index), index)
+                for index in np.flatnonzero(is_past).tolist()
+            ]
+            if is_near_end and not is_past[RANGE_END]:
+                leaves = exit_inside(path, before, after, self.range_bound)
+                crossings += [(leaves, RANGE_END)] if leaves is not None else []
+            if crossings:
                 time, index = min(crossings)
                 event = _switch_event(index)
                 if event is None:
@@ -116,7 +146,7 @@ class _EventFunctions:
 
 
 def _switch_event(index: int) -> SwitchEvent | None:
-    if index == 12:
+    if index == RANGE_END:
         return None
     return SwitchEvent(index % 3, 1.0 if index % 6 < 3 else -1.0, release=index >= 6)
 

@@ -3,6 +3,8 @@
 from enum import StrEnum
 from typing import NamedTuple
 
+import numpy as np
+
 from rbstab.mechanics.numbers import Array
 
 
@@ -16,7 +18,8 @@ class Transition(StrEnum):
 class SwitchTrace(NamedTuple):
     """The switching of a run: its modes at the samples, and its switches.
 
-    chatter_energy and trusted_until are NaN if the problem is not diagnosed.
+    chatter_energy and trusted_until are NaN if the problem is not diagnosed. trusted_until is also
+    NaN if the run, or the second run that determines it, ends at the deadline.
 
     Attributes:
         modes: -1, 0 or 1 for each axis, shape (n, 3).
@@ -38,3 +41,17 @@ class SwitchTrace(NamedTuple):
     switch_axes: Array
     transitions: list[tuple[float, int, Transition]]
     trusted_until: float
+
+    def until(self, time: float, samples: int) -> "SwitchTrace":
+        """Return the switching up to a time, with the first samples."""
+        is_stored = self.switch_times <= time
+        return self._replace(
+            modes=self.modes[:samples],
+            counts=self.counts[:samples],
+            chatter_energy=self.chatter_energy[:samples],
+            discarded_energy=self.discarded_energy[:samples],
+            switch_times=self.switch_times[is_stored],
+            switch_axes=self.switch_axes[is_stored],
+            transitions=[entry for entry in self.transitions if entry[0] <= time],
+            trusted_until=float(np.minimum(self.trusted_until, time)),
+        )

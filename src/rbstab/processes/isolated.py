@@ -116,6 +116,9 @@ def isolated(function: Callable[[Any], Any], argument: Any, limits: Limits) -> A
         return call(argument, limits)
 
 
+_Request = tuple[Any, Limits, str]
+"""The argument of a call, its limits, and the folder to which its relative paths refer."""
+
 _is_worker = False
 """Whether this process is a worker of this module."""
 
@@ -135,7 +138,7 @@ def _start(function: Callable[[Any], Any]) -> Worker:
 def _request(worker: Worker, argument: Any, limits: Limits) -> tuple[bool, Any]:
     """Return whether the call raised an exception, and the exception or the value."""
     try:
-        worker.send((argument, limits))
+        worker.send((argument, limits, _current_folder()))
         if not worker.has_answer(limits.deadline):
             raise DeadlineError(f"it took more than {limits.deadline:.3g} s")
         is_error, outcome = worker.receive()
@@ -144,16 +147,26 @@ def _request(worker: Worker, argument: Any, limits: Limits) -> tuple[bool, Any]:
     return is_error, outcome
 
 
+def _current_folder() -> str:
+    try:
+        return str(Path.cwd())
+    except OSError:
+        # It was removed.
+        return "."
+
+
 def _serve(connection: Connection, function: Callable[[Any], Any]) -> None:
     """Call the function in the main thread; another thread receives the arguments."""
     global _is_worker  # noqa: PLW0603 (a fact about the process)
     _is_worker = True
     _be_silent()
-    requests: SimpleQueue[tuple[Any, Limits]] = SimpleQueue()
+    requests: SimpleQueue[_Request] = SimpleQueue()
     Thread(target=_receive, args=(connection, requests), daemon=True).start()
     connection.send(None)
     while True:
-        argument, limits = requests.get()
+        argument, limits, folder = requests.get()
+        with suppress(OSError):
+            os.chdir(folder)
         with _limited(limits):
             answer = _answer(function, argument)
         # If the parent has died, the other thread ends the process.
@@ -162,7 +175,7 @@ def _serve(connection: Connection, function: Callable[[Any], Any]) -> None:
         del answer
 
 
-def _receive(connection: Connection, requests: SimpleQueue[tuple[Any, Limits]]) -> None:
+def _receive(connection: Connection, requests: SimpleQueue[_Request]) -> None:
     """Pass on the requests; exit when the parent dies, even during a call."""
     with suppress(EOFError, OSError):
         while True:

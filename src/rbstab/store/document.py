@@ -8,9 +8,9 @@ from typing import Any, NoReturn, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from rbstab.store.atomic import write_atomically
+from rbstab.store.disk.atomic import write_atomically
+from rbstab.store.disk.regular_file import read_regular
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.regular_file import read_regular
 
 MAX_BYTES = 16 << 20
 """The largest size of a file."""

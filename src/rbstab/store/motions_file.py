@@ -17,14 +17,14 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from rbstab.store.atomic import atomic_file, write_all
+from rbstab.store.disk.atomic import atomic_file, write_all
+from rbstab.store.disk.existence import path_exists
+from rbstab.store.disk.seal import check_seal, format_seal, read_seal
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.existence import path_exists
 from rbstab.store.hdf5_layout import Layout, meant_bytes
 from rbstab.store.motions import Motions, coordinates_of
 from rbstab.store.opening import Hdf5Reader, open_hdf5
 from rbstab.store.result import Variable
-from rbstab.store.seal import check_seal, format_seal, read_seal
 from rbstab.store.table import RUN
 
 MOTIONS_VERSION = 1

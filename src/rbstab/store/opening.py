@@ -14,9 +14,10 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from rbstab.store.disk.regular_file import open_regular
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
-from rbstab.store.regular_file import open_regular
 from rbstab.store.result import Variable
+from rbstab.store.text_heaps import heaps_are_whole
 
 MAX_OBJECTS = 2000
 """The most arrays and groups of a file."""
@@ -202,8 +203,10 @@ def open_hdf5(path: Path) -> Iterator[Hdf5Reader]:
         NotAResultError: The file is damaged, or is not HDF5.
         StoreError: The file cannot be opened.
     """
-    with open_regular(path) as raw:
+    with _open_raw(path) as raw:
         try:
+            if not heaps_are_whole(raw):
+                raise NotAResultError(f"{path} is damaged: its texts are not as HDF5 stores them")
             with h5py.File(raw, "r") as file:
                 yield Hdf5Reader(path, file, raw)
         except StoreError:
@@ -219,6 +222,19 @@ def open_hdf5(path: Path) -> Iterator[Hdf5Reader]:
             # h5py raises many kinds of errors for files that are not as they should be. Their texts
             # help no user: they name functions of HDF5.
             raise NotAResultError(f"{path} is damaged: HDF5 cannot read it") from error
+
+
+@contextmanager
+def _open_raw(path: Path) -> Iterator[BinaryIO]:
+    """Return a context with a file open for reading; an error of closing it is a store error."""
+    file = open_regular(path)
+    try:
+        yield file
+    finally:
+        try:
+            file.close()
+        except OSError as error:
+            raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
 
 
 def _is_text(dataset: h5py.Dataset) -> bool:

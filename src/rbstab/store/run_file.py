@@ -4,13 +4,13 @@ from pathlib import Path
 
 import h5py
 
-from rbstab.store.atomic import write_atomically
 from rbstab.store.digest import digest_of
+from rbstab.store.disk.atomic import write_atomically
+from rbstab.store.disk.isolated_reading import IsolatedReader
+from rbstab.store.disk.seal import add_seal, check_seal, has_seal
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.isolated_reading import IsolatedReader
 from rbstab.store.opening import Hdf5Reader, open_hdf5
 from rbstab.store.result import SCHEMA_VERSION, Result, Variable, coordinate_name
-from rbstab.store.seal import add_seal, check_seal, has_seal
 from rbstab.store.table import check_shape
 
 TEXT = h5py.string_dtype("utf-8")

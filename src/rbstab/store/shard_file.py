@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rbstab.store.atomic import write_atomically
+from rbstab.store.disk.atomic import write_atomically
+from rbstab.store.disk.seal import add_seal, read_sealed, seal_digest
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
-from rbstab.store.seal import add_seal, read_sealed, seal_digest
 from rbstab.store.table import RUN, Arrays, Layout, Table, TableHeader, check_columns, check_shape
 
 SHARD_VERSION = 1

@@ -9,10 +9,10 @@ import h5py
 import numpy as np
 
 from rbstab.store.digest import digest_of_table
+from rbstab.store.disk.seal import check_seal
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.opening import Hdf5Reader, open_hdf5
 from rbstab.store.result import Variable
-from rbstab.store.seal import check_seal
 from rbstab.store.table import (
     AXES,
     RUN,

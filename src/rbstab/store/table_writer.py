@@ -15,12 +15,12 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from rbstab.store.atomic import atomic_file, write_at
 from rbstab.store.digest import digest_of_table
+from rbstab.store.disk.atomic import atomic_file, write_at
+from rbstab.store.disk.seal import format_seal
 from rbstab.store.errors import StoreError
 from rbstab.store.hdf5_layout import Layout, Piece, array_bytes
 from rbstab.store.result import Variable
-from rbstab.store.seal import format_seal
 from rbstab.store.table import (
     RUN,
     Arrays,
@@ -89,7 +89,7 @@ def _write(file: BinaryIO, header: TableHeader, batches: Iterable[Arrays]) -> No
     seal = format_seal(_verify(file, final, header, digest.result()))
     write_at(file, final.size, seal)
     file.seek(final.size)
-    if file.read(len(seal) + 1) != seal:
+    if _read(file, len(seal) + 1) != seal:
         raise OSError(errno.EIO, _OTHER_BYTES)
 
 
@@ -121,11 +121,20 @@ def _blocks(file: BinaryIO, piece: Piece) -> Iterator[tuple[int, bytes]]:
     file.seek(piece.offset)
     begin = 0
     while begin < piece.size:
-        block = file.read(min(_BLOCK, piece.size - begin))
-        if not block:
+        size = min(_BLOCK, piece.size - begin)
+        block = _read(file, size)
+        if len(block) < size:
             raise OSError(errno.EIO, _OTHER_BYTES)
         yield begin, block
         begin += len(block)
+
+
+def _read(file: BinaryIO, size: int) -> bytes:
+    """Read this many bytes, or those up to the end; one call may return only some of them."""
+    content = b""
+    while len(content) < size and (more := file.read(size - len(content))):
+        content += more
+    return content
 
 
 def _numbers(header: TableHeader, start: int, stop: int) -> memoryview:

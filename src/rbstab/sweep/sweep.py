@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from rbstab.config.errors import ConfigError
 from rbstab.processes.processors import processor_count
+from rbstab.store.disk.existence import check_writable
 from rbstab.store.errors import NotAResultError
 from rbstab.sweep.execution.compare_with_scipy import compare_with_scipy
 from rbstab.sweep.execution.events import Comparing, EventCallback, Gathering, Started
@@ -17,6 +18,7 @@ from rbstab.sweep.execution.shard_worker import ShardWorker
 from rbstab.sweep.execution.thread_executor import ThreadExecutor
 from rbstab.sweep.folder.disk_space import check_disk_space
 from rbstab.sweep.folder.gather import digest_of_shards, gather, is_gathered
+from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.open_folder import (
     OpenFolder,
     locked_folder,
@@ -86,8 +88,10 @@ def sweep_to_folder(
             if options.part is None
             else options.part.shard_numbers(folder.shards)
         )
-        before = shard_inventory(folder, numbers)
+        before = shard_inventory(folder, numbers, read_traces=True)
         inventory = before.counting_failed_as_missing() if options.retry_failed else before
+        if inventory.missing:
+            check_writable(folder.shard_file(inventory.missing[0]))
         check_disk_space(plan, folder, inventory.missing)
         members = folder.members_of(numbers)
         on_event(Started(folder, inventory, opened.moved_aside, opened.changed_versions, members))
@@ -123,7 +127,7 @@ def gather_folder(
     with locked_folder(path) as locks_supported:
         folder = read_folder(path)
         plan = _stored_plan(folder)
-        inventory = shard_inventory(folder)
+        inventory = shard_inventory(folder, read_traces=True)
         on_event(Started(folder, inventory, None, (), folder.manifest.members))
         if inventory.missing:
             return Sweep(folder, inventory, None, finished=False)
@@ -160,6 +164,8 @@ def _stored_plan(folder: SweepFolder) -> Plan:
         raise NotAResultError(f"{path} is damaged: {error.problems[0]}") from error
     if plan_id(plan) != folder.manifest.plan_id:
         raise NotAResultError(f"{path} is not the plan of this folder's shards")
+    if not folder.manifest.fits(plan):
+        raise NotAResultError(f"{folder.path / MANIFEST} is damaged: it does not fit its plan")
     return plan
 
 
@@ -175,6 +181,9 @@ def _finish(plan: Plan, folder: SweepFolder, inventory: ShardInventory, control:
     """Compare sampled members with SciPy, and gather the shards. All shards must be stored."""
     on_event, stop, processes = control
     digest = digest_of_shards(inventory)
+    gathered = is_gathered(folder, digest)
+    if not gathered:
+        check_writable(folder.sweep_file)
     comparison = None
     if plan.engine != ENGINE:
 
@@ -184,7 +193,7 @@ def _finish(plan: Plan, folder: SweepFolder, inventory: ShardInventory, control:
         comparison = compare_with_scipy(plan, folder, digest, stop, on_compared, processes)
         if comparison is None:
             return Sweep(folder, inventory, None, finished=False)
-    if not is_gathered(folder, digest):
+    if not gathered:
         on_event(Gathering())
         gather(plan, folder, digest, comparison)
     remove_part_locks(folder.path)

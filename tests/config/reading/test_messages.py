@@ -140,3 +140,14 @@ def test_a_file_full_of_wrong_keys_is_not_listed_in_full(complaints):
 def test_an_empty_key_is_shown(complaints):
     (message,) = complaints(VISCO_ELASTIC + '"": 1\n')
     assert "''" in message or '""' in message
+
+
+@pytest.mark.parametrize("name", ["key", "problem"])
+def test_long_texts_are_cut_in_a_message(name):
+    texts = {"key": "k", "problem": "p"}
+    place = Location("a.yaml")
+    whole = str(ConfigProblem(place, **(texts | {name: "x" * 200}), expected=""))
+    assert "x" * 200 in whole
+    cut = str(ConfigProblem(place, **(texts | {name: "x" * 201}), expected=""))
+    assert "x" * 197 + "..." in cut
+    assert "x" * 198 not in cut

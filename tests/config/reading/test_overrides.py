@@ -229,3 +229,27 @@ def test_an_entry_of_a_default_in_a_section_can_be_set(load, initial):
 def test_a_single_change_may_be_a_text():
     """A single text is one change, and not a sequence of letters."""
     assert load_config(plain(), "body.mass=5").body.mass == 5.0
+
+
+def test_the_place_of_a_section_that_a_change_creates(complaints):
+    """A section that the file does not have is located at the change, and so is what it lacks."""
+    change = "reference.final.orientation=[0, 0, 0]"
+    (found,) = complaints(VISCO_ELASTIC, change)
+    place = "--set reference.final.orientation:1:1"
+    assert found == f"{place}: reference.source: is missing (it is required)"
+    (found,) = complaints(VISCO_ELASTIC, "more.of.it=1")
+    assert found.startswith("--set more.of.it:1:1: more: is unknown")
+
+
+@pytest.mark.parametrize("parts", [17, 100_000])
+@pytest.mark.parametrize("key", ["a.", "body.", "controller.K_t[0]."])
+def test_a_key_with_too_many_parts(complaints, key, parts):
+    (found,) = complaints(VISCO_ELASTIC, f"{key}{'.'.join('a' * parts)}=1")
+    assert found.startswith(f"--set {key}")
+    assert ": is not a key (" in found
+    assert len(found) < 400
+
+
+def test_a_key_with_the_largest_number_of_parts(complaints):
+    (found,) = complaints(VISCO_ELASTIC, f"{'.'.join('a' * 16)}=1")
+    assert "a: is unknown" in found

@@ -133,3 +133,20 @@ def test_what_is_neither_path_nor_mapping():
     for wrong in (None, 5, [1]):
         with pytest.raises(TypeError):
             load_config(wrong)  # type: ignore[arg-type]  # a wrong type on purpose
+
+
+@pytest.mark.parametrize("kind", ["lists", "mappings"])
+def test_the_depth_of_nesting(kind):
+    """As in a file: 16 levels with the outermost mapping, and a value in the innermost one."""
+
+    def nested(levels):
+        value = 1
+        for _ in range(levels - 1):
+            value = [value] if kind == "lists" else {"a": value}
+        return {"more": value}
+
+    with pytest.raises(ConfigError, match="more: is unknown"):
+        load_config(plain() | nested(16))
+    with pytest.raises(ConfigError) as caught:
+        load_config(plain() | nested(17))
+    assert str(caught.value) == "config:1:1: is nested too deeply (at most 16 levels)"

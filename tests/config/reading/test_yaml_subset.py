@@ -139,3 +139,15 @@ def test_an_alias_gets_no_second_complaint(complaints):
     """The value behind an alias is unknown, so its type is not checked."""
     assert len(complaints(edited("duration: 2.0", "duration: *d"))) == 1
     assert len(complaints(edited("samples: 11", "samples: &s 11"))) == 1
+
+
+def test_an_alias_as_a_key_ends_the_reading(complaints):
+    """What follows such an alias cannot be read as keys and values any more."""
+    assert complaints("*a : 1\nb: 2\n") == ["1:1: is the alias *a (expected values written out)"]
+
+
+def test_the_parser_says_what_it_expected(complaints):
+    (found,) = complaints("a: [1, 2\n")
+    assert found.startswith("2:1: ")
+    assert "expected ',' or ']'" in found
+    assert found.endswith("(expected YAML)")

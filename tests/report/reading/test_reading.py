@@ -1,14 +1,16 @@
-"""Protects the reading of many results: one process and several processes give the same."""
+"""Protects the reading of many results: workers give what this process gives."""
 
-import os
 import shutil
 
 import psutil
 import pytest
 
+import rbstab.processes.isolated
+from rbstab.processes.workers import WorkerDiedError
 from rbstab.report.model.document import Unread
 from rbstab.report.reading import read_results as reading
-from rbstab.report.reading.read_results import ReadRun, read_all, read_one
+from rbstab.report.reading.read_results import read_all, read_one
+from rbstab.store.disk.isolated_reading import IsolatedReader
 
 pytestmark = pytest.mark.slow
 
@@ -45,34 +47,40 @@ def summary(found):
 
 
 @pytest.fixture
-def two_processes(monkeypatch):
-    """Make two processes read even a few files."""
-    monkeypatch.setattr(reading, "MIN_FOR_PROCESSES", 10)
-    monkeypatch.setattr(reading, "CHUNK_SIZE", 5)
+def two_workers(monkeypatch):
+    """Make two workers read even a few files."""
+    monkeypatch.setattr(reading, "RESULTS_PER_WORKER", 10)
     monkeypatch.setattr(reading, "processor_count", lambda: 2)
 
 
-def test_several_processes_read_what_one_reads_in_the_same_order(paths, two_processes):
+def workers():
+    found = psutil.Process().children(recursive=True)
+    return {child for child in found if "popen_loky" in " ".join(child.cmdline())}
+
+
+@pytest.mark.usefixtures("two_workers")
+def test_workers_read_what_this_process_reads_in_the_same_order(paths):
     alone = summary(map(read_one, paths))
     assert summary(read_all(paths)) == alone
+    assert len(workers()) >= 2
     assert [isinstance(one, str) for one in alone] == [n % 20 == 7 for n in range(60)]
     assert len({run_id for one in alone if not isinstance(one, str) for run_id in one[1:]}) == 2
 
 
-def test_what_a_process_that_dies_has_not_read_is_read_here(paths, two_processes):
+@pytest.mark.usefixtures("two_workers")
+def test_no_file_is_lost_with_a_worker_that_is_killed(paths):
     results = read_all(paths)
     found = [next(results)]
-    for child in psutil.Process().children(recursive=True):
-        if "popen_loky" in " ".join(child.cmdline()):
-            child.kill()
+    for child in workers():
+        child.kill()
     found += results
     assert summary(found) == summary(map(read_one, paths))
-    assert isinstance(found[0], ReadRun)
 
 
-def test_few_are_read_here(paths, monkeypatch):
-    monkeypatch.setattr(reading, "processor_count", lambda: 2)
-    before = {child.pid for child in psutil.Process(os.getpid()).children(recursive=True)}
-    assert len(list(read_all(paths[:5]))) == 5
-    after = {child.pid for child in psutil.Process(os.getpid()).children(recursive=True)}
-    assert after <= before
+def test_where_no_worker_can_be_started_this_process_reads(paths, monkeypatch):
+    def no_process(*_):
+        raise WorkerDiedError("no process")
+
+    monkeypatch.setattr(rbstab.processes.isolated, "Worker", no_process)
+    monkeypatch.setattr(reading, "_reader", lambda _: IsolatedReader(reading.read_file))
+    assert summary(read_all(paths)) == summary(map(read_one, paths))

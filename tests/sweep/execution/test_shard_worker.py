@@ -271,9 +271,11 @@ def test_a_process_does_not_outlive_its_parent(sweeper):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="no terminal interrupts like that here")
-def test_an_interrupt_of_the_terminal_is_not_for_it(sweeper):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_to_all_processes_is_not_for_it(sweeper, number):
+    """A terminal sends interrupts to all processes, and a job system SIGTERM."""
     (other,) = running(sweeper.pid)
-    other.send_signal(signal.SIGINT)
+    other.send_signal(number)
     for _ in range(10):
         assert "ShardDone" in sweeper.stdout.readline()
     assert other.is_running()

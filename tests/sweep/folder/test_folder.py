@@ -9,8 +9,8 @@ import pytest
 from support.sweeping import Listener, run_sweep
 from support.sweeps import FakeEngine, plan_of, shard_files
 
+from rbstab.store.disk.lock import FolderInUseError, locked
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
-from rbstab.store.lock import FolderInUseError, locked
 from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.events import Started
 from rbstab.sweep.folder.open_folder import planned_folder

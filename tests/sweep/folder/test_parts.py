@@ -13,8 +13,8 @@ from support import sweeping
 from support.sweeping import Listener, digest_of
 from support.sweeps import FakeEngine, plan_of, shard_files
 
+from rbstab.store.disk.lock import FolderInUseError, locked
 from rbstab.store.errors import NotAResultError, ResultExistsError
-from rbstab.store.lock import FolderInUseError, locked
 from rbstab.sweep.execution.events import Gathering, Started
 from rbstab.sweep.folder.open_folder import MAX_WRITE_TIME, open_for_part, open_for_sweep
 from rbstab.sweep.folder.parts import Part, parse_part, parts_with_missing, running_parts

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from support.problems import bare_system
 from support.rest import inverted_pendulum
 from support.systems import VARIANTS, random_system
 
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.integrate.heyoka.symbols import parameter_values
+from rbstab.mechanics.body import Body
 from rbstab.sweep.members.rest_energies import RestEnergies
 from rbstab.systems.coordinates import ReducedCoordinates
 
@@ -49,3 +51,14 @@ def test_a_place_at_rest_that_is_no_minimum_is_not_taken():
     energies, found = RestEnergies(firm).energies(parameter_values(firm)[:, None])
     assert found.tolist() == [True]
     assert energies[0] == pytest.approx(nearest_rest_state(firm).energy)
+
+
+@pytest.mark.parametrize("load", [1e-9, 1e-3, 1e3])
+def test_a_small_load_is_balanced_too(load):
+    """A free body that stabilizers hold by k rests with the energy -G²/2k."""
+    stiffness = 50.0 * np.eye(3)
+    body = Body(2.0, np.eye(3), np.array([0.1, 0.2, 0.3]))
+    system = bare_system(body, weight=(0.0, load, 0.0), K_t=stiffness, K_r=stiffness)
+    energies, found = RestEnergies(system).energies(parameter_values(system)[:, None])
+    assert found.tolist() == [True]
+    assert energies[0] == pytest.approx(-(load**2) / 100.0, rel=1e-9, abs=0)

@@ -100,7 +100,9 @@ CHANGES = [
 
 def test_every_change_makes_another_sweep(load):
     names = [plan_id(load(PLAN)), *(plan_id(load(edited(*c, PLAN))) for c in CHANGES)]
-    names += [plan_id(load(PLAN, change)) for change in ("body.mass=7", "integration.rtol=1e-9")]
+    names += [
+        plan_id(load(PLAN, change)) for change in ("gravity=[0, 0, 7]", "integration.rtol=1e-9")
+    ]
     lines = PLAN.splitlines(keepends=True)
     turned = "".join([*lines[:3], lines[4], lines[3], *lines[5:]])
     names.append(plan_id(load(turned)))

@@ -4,12 +4,12 @@ Every parameter of a system becomes a `par[]` of the compiled integrator, so one
 all systems of a structure. The dense output is as accurate as the steps.
 """
 
-import time
 from typing import Any
 
 import heyoka as hy
 import numpy as np
 
+from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.compile_cache import compiled_once
 from rbstab.integrate.heyoka.symbols import (
     energy_scale,
@@ -20,6 +20,7 @@ from rbstab.integrate.heyoka.symbols import (
 )
 from rbstab.integrate.problem import Problem, Progress, Switching, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching.implicit import Stepper
 from rbstab.integrate.switching.laws import drive_sliding
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
@@ -35,18 +36,21 @@ STATUSES = {
 }
 
 
-def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
+def integrate(
+    problem: Problem, progress: Progress | None = None, deadline: Deadline | None = None
+) -> Trajectory:
     """Integrate a problem with heyoka; `rtol` is its only tolerance (see `Engine`)."""
+    deadline = deadline or Deadline(problem.time_limit)
     if problem.switching is not None:
-        return _integrate_switching(problem, problem.switching, progress)
+        return _integrate_switching(problem, problem.switching, progress, deadline)
     start, first = problem.audited_start(), float(problem.times[0])
     status = initial_status(problem)
     if status is not None:
         detail = f"{stop_reason(status, problem)} at t = {first:.9g} s"
         return trajectory([(first, start)], status, detail, 0, 0)
-    compiled = compiled_system(problem.system, problem.rtol)
-    # The time limit starts here. It excludes the compilation, which happens only once.
-    callback = StepCallback(problem, progress)
+    with deadline.paused():
+        compiled = compiled_system(problem.system, problem.rtol)
+    callback = StepCallback(problem, progress, deadline)
     outcome, steps, samples = compiled.run(problem, callback)
     status = callback.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
     rows = list(zip(problem.times.tolist(), samples, strict=False)) or [(first, start)]
@@ -63,19 +67,23 @@ def integrate(problem: Problem, progress: Progress | None = None) -> Trajectory:
 
 
 def _integrate_switching(
-    problem: Problem, switching: Switching, progress: Progress | None
+    problem: Problem, switching: Switching, progress: Progress | None, deadline: Deadline
 ) -> Trajectory:
     # Imported late: only sliding connectors need them.
     from rbstab.integrate.heyoka.flow import HeyokaFlow
     from rbstab.integrate.heyoka.implicit_stepper import compiled_stepper
 
+    def stepper() -> Stepper:
+        with deadline.paused():
+            return compiled_stepper(problem.system)
+
     with np.errstate(all="ignore"):
         return drive_sliding(
             problem,
-            switching,
-            lambda given: HeyokaFlow(given, switching),
-            lambda: compiled_stepper(problem.system),
+            lambda given: HeyokaFlow(given, switching, deadline),
+            stepper,
             progress,
+            deadline,
         )
 
 
@@ -136,10 +144,19 @@ def compiled_system(system: System, tolerance: float) -> CompiledSystem:
 
 
 class StepCallback:
-    """The callback after every step: time limit, projection and progress."""
+    """The callback after every step: deadline, projection and progress.
 
-    def __init__(self, problem: Problem, progress: Progress | None) -> None:
-        self.deadline = time.monotonic() + problem.time_limit
+    Args:
+        problem: The problem.
+        progress: Called with the time of every step.
+        deadline: The deadline of the run; default one that starts now.
+    """
+
+    def __init__(
+        self, problem: Problem, progress: Progress | None, deadline: Deadline | None = None
+    ) -> None:
+        self.deadline = deadline or Deadline(problem.time_limit)
+        self.times = problem.times
         self.system = problem.system if problem.project else None
         self.progress = progress
         self.status: RunStatus | None = None
@@ -151,7 +168,9 @@ class StepCallback:
             state[BODY] = projected_state(self.system.body, self.system.anchor, state[BODY])
         if self.progress is not None:
             self.progress(integrator.time)
-        if time.monotonic() > self.deadline:
+        if self.deadline.recording_time:
+            self.deadline.samples = int(self.times.searchsorted(integrator.time, side="right"))
+        if self.deadline.expired():
             self.status = RunStatus.TIME_LIMIT
         return self.status is None
 

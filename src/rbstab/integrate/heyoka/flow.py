@@ -6,6 +6,7 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.switched_system import (
     CompiledSwitchedSystem,
     WeakChatter,
@@ -41,7 +42,7 @@ STEP_REDUCTION = 16
 """A step that missed a crossing is repeated with its length divided by this."""
 
 MAX_STEPS_PER_CALL = 20_000
-"""Steps between two checks of the wall time."""
+"""Steps after which `advance` returns to the driver, which checks all limits."""
 
 MISSED_TOLERANCE = 1e-15
 """m or m/s: if s is further beyond its threshold after a step, besides round-off, the step missed a
@@ -54,18 +55,23 @@ class HeyokaFlow:
     Args:
         problem: The problem; its system contains the sliding connector.
         switching: The rules for its modes.
+        deadline: The deadline of the run; default one that starts now.
     """
 
-    def __init__(self, problem: Problem, switching: Switching) -> None:
+    def __init__(
+        self, problem: Problem, switching: Switching, deadline: Deadline | None = None
+    ) -> None:
         self.problem = problem
         self.switching = switching
+        self.deadline = deadline or Deadline(problem.time_limit)
         self.steps = 0
         self.on_position = connector_of(problem.system).rate_weight == 0.0
         self.scale = energy_scale(problem)
         self.setups: dict[Modes, _ModeSetup] = {}
         self.weak_chatter: WeakChatter | None = None
         if self.on_position and switching.sticks:
-            self.weak_chatter = WeakChatter(problem.system, switching.stick_energy)
+            with self.deadline.paused():
+                self.weak_chatter = WeakChatter(problem.system, switching.stick_energy)
 
     @property
     def evaluations(self) -> int:
@@ -75,9 +81,10 @@ class HeyokaFlow:
     def advance(self, start: DriverState, end: float, log: SwitchLog) -> DriverState:
         """Integrate to the next event that the driver must handle, or to a time (see `Flow`)."""
         if start.modes not in self.setups:
-            self.setups[start.modes] = self._setup(start.modes)
-        run = _Run(self.setups[start.modes], start, log)
-        driver_state = run.integrate_to(end)
+            with self.deadline.paused():
+                self.setups[start.modes] = self._setup(start.modes)
+        run = _Run(self.setups[start.modes], start, log, self.deadline)
+        driver_state = run.integrate_to(end, self.problem.step_limit - self.steps)
         self.steps += run.steps
         return driver_state
 
@@ -133,9 +140,11 @@ class _Run:
     run: the axis changes sides, and the compiled integration continues.
     """
 
-    def __init__(self, setup: _ModeSetup, start: DriverState, log: SwitchLog) -> None:
+    def __init__(
+        self, setup: _ModeSetup, start: DriverState, log: SwitchLog, deadline: Deadline
+    ) -> None:
         self.integrator, self.dispatcher = setup.switched.integrator, setup.switched.dispatcher
-        self.mode, self.log = setup.switched.mode, log
+        self.mode, self.log, self.deadline = setup.switched.mode, log, deadline
         self.connector, self.layer_offset, self.scale = (
             setup.connector,
             setup.layer_offset,
@@ -149,23 +158,30 @@ class _Run:
         self.integrator.state[:] = self._scaled(start.state, 1.0 / self.scale)
         self.integrator.reset_cooldowns()
         self.events: list[SwitchEvent] = []
-        self.left_range = self.missed = False
+        self.left_range = self.missed = self.out_of_time = False
         self.steps = 0
 
-    def integrate_to(self, end: float) -> DriverState:
-        """Integrate to an event, to a time, or for `MAX_STEPS_PER_CALL` steps."""
+    def integrate_to(self, end: float, steps_left: int) -> DriverState:
+        """Integrate to an event, to a time, to the deadline, or for a number of steps.
+
+        Args:
+            end: The time, s.
+            steps_left: The maximum number of steps.
+        """
         self.dispatcher.handler = self
         try:
-            return self._integrate_to(end)
+            return self._integrate_to(end, steps_left)
         finally:
             # The integrator is cached: a reference to this run would keep its log in memory.
             del self.dispatcher.handler
 
-    def _integrate_to(self, end: float) -> DriverState:
+    def _integrate_to(self, end: float, steps_left: int) -> DriverState:
         self._save_checkpoint()
         max_step, missed_step = np.inf, np.inf
-        while True:
-            max_steps = MAX_STEPS_PER_CALL if max_step == np.inf else 1
+        while self.steps < steps_left:
+            max_steps = min(MAX_STEPS_PER_CALL, steps_left - self.steps)
+            if max_step != np.inf:
+                max_steps = 1
             outcome, _, _, steps, _, _ = self.integrator.propagate_until(
                 end, max_steps=max_steps, max_delta_t=max_step, callback=self._after_step
             )
@@ -174,8 +190,13 @@ class _Run:
                 missed_step = abs(self.integrator.last_h)
                 max_step = self._undo_step()
                 if max_step < MIN_STEP:
-                    return self._checkpoint_with(RunStatus.SOLVER_FAILURE)
-            elif max_step == np.inf or self.events or outcome != hy.taylor_outcome.step_limit:
+                    return self._failed(RunStatus.SOLVER_FAILURE, "its step became too small")
+            elif (
+                max_step == np.inf
+                or self.events
+                or self.out_of_time
+                or outcome != hy.taylor_outcome.step_limit
+            ):
                 return self._driver_state(outcome)
             elif self.integrator.last_h != 0.0:
                 # After the missed crossing the steps grow again. A step of zero length does not
@@ -183,6 +204,7 @@ class _Run:
                 max_step = (
                     STEP_REDUCTION * max_step if STEP_REDUCTION * max_step < missed_step else np.inf
                 )
+        return self._driver_state(hy.taylor_outcome.step_limit)
 
     def at_event(self, integrator: Any, event: SwitchEvent | None) -> bool:
         """Handle an event of the compiled integrator; return False to end the run."""
@@ -244,7 +266,8 @@ class _Run:
             self.missed = bool(beyond.any())
         if not self.missed:
             self._save_checkpoint()
-        return not self.missed
+        self.out_of_time = self.deadline.expired()
+        return not (self.missed or self.out_of_time)
 
     def _save_checkpoint(self) -> None:
         integrator = self.integrator
@@ -274,7 +297,7 @@ class _Run:
         if self.left_range:
             status = RunStatus.RANGE_LEFT
         elif outcome == hy.taylor_outcome.err_nf_state:
-            return self._checkpoint_with(RunStatus.DIVERGED)
+            return self._failed(RunStatus.DIVERGED, "")
         modes = self.modes
         if self.switches_inside:
             a, b, c = integrator.pars[self.mode].tolist()
@@ -282,9 +305,11 @@ class _Run:
         state = self._scaled(integrator.state, self.scale)
         return DriverState(integrator.time, state, modes, tuple(self.events), status)
 
-    def _checkpoint_with(self, status: RunStatus) -> DriverState:
+    def _failed(self, status: RunStatus, reason: str) -> DriverState:
+        """Return the state after the last good step, with a status and its reason."""
         time, state, _, _ = self.checkpoint
-        return DriverState(time, self._scaled(state, self.scale), self.modes, status=status)
+        scaled = self._scaled(state, self.scale)
+        return DriverState(time, scaled, self.modes, status=status, reason=reason)
 
     @staticmethod
     def _scaled(state: Array, factor: float) -> Array:

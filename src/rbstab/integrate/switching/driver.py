@@ -11,6 +11,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Progress, Switching, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_trace import SwitchTrace
@@ -47,7 +48,8 @@ class SwitchEvent(NamedTuple):
 class DriverState(NamedTuple):
     """The state of a run at the end of a flow: time, audited state, modes and events.
 
-    There are no events if the flow ended at its end time. status is set if the run ends here.
+    There are no events if the flow ended at its end time or at a limit. status is set if the run
+    ends here; reason is why, as text, if a switch could not be resolved.
     """
 
     time: float
@@ -55,6 +57,7 @@ class DriverState(NamedTuple):
     modes: Modes
     events: tuple[SwitchEvent, ...] = ()
     status: RunStatus | None = None
+    reason: str = ""
 
 
 class Sample(NamedTuple):
@@ -69,8 +72,6 @@ class Driver(Protocol):
     """The interface of a driver: one run of a problem."""
 
     log: SwitchLog
-    failure: str
-    """The reason, as text, if the run ended because a switch could not be resolved."""
 
     @property
     def steps(self) -> int:
@@ -101,7 +102,10 @@ def initial_driver_state(problem: Problem, switching: Switching) -> DriverState:
 
 
 def drive(
-    problem: Problem, make_driver: Callable[[Problem], Driver], progress: Progress | None = None
+    problem: Problem,
+    make_driver: Callable[[Problem], Driver],
+    progress: Progress | None = None,
+    deadline: Deadline | None = None,
 ) -> Trajectory:
     """Integrate a problem with a sliding connector, in coordinates W.
 
@@ -112,34 +116,44 @@ def drive(
         make_driver: Makes the driver of a problem. It is called twice if the problem is diagnosed
             (see `_trusted_until`).
         progress: Called with the time of each sample.
+        deadline: The deadline of both runs; the drivers check it. Default one that starts now.
     """
+    deadline = deadline or Deadline(problem.time_limit)
     driver = make_driver(problem)
     samples: list[Sample] = []
+    systems: list[System] = []
+    chatter_energies: list[float] = []
     try:
         for sample in driver.samples():
+            state = sample.driver_state
+            systems.append(system_for_modes(problem.system, state.modes))
+            chatter_energies.append(
+                chatter_energy(systems[-1], state.state[BODY]) if problem.diagnosed else np.nan
+            )
             samples.append(sample)
+            deadline.samples = len(samples)
             if progress is not None:
-                progress(sample.driver_state.time)
+                progress(state.time)
     except NUMERICAL_ERRORS as error:
-        last = samples[-1].driver_state._replace(status=RunStatus.SOLVER_FAILURE)
-        samples[-1] = samples[-1]._replace(driver_state=last)
-        driver.failure = str(error)
-    status = samples[-1].driver_state.status or RunStatus.COMPLETED
+        failed = samples[-1].driver_state._replace(
+            status=RunStatus.SOLVER_FAILURE, reason=str(error)
+        )
+        samples[-1] = samples[-1]._replace(driver_state=failed)
+    last = samples[-1].driver_state
+    status = last.status or RunStatus.COMPLETED
+    if status is RunStatus.TIME_LIMIT and last.time == problem.times[-1]:
+        # A limit reached in the last step does not count.
+        status = RunStatus.COMPLETED
     detail = ""
     if status is not RunStatus.COMPLETED:
-        detail = (
-            f"{_stop_reason(status, problem, driver)} at t = {samples[-1].driver_state.time:.9g} s"
-        )
+        reason = _stop_reason(status, problem, driver, deadline, last.reason)
+        detail = f"{reason} at t = {last.time:.9g} s"
     rows = [(s.driver_state.time, s.driver_state.state) for s in samples]
-    systems = tuple(system_for_modes(problem.system, s.driver_state.modes) for s in samples)
     result = trajectory(rows, status, detail, driver.steps, driver.evaluations)
-    switches = _switch_trace(samples, driver.log)
+    switches = _switch_trace(samples, chatter_energies[: len(samples)], driver.log)
     if problem.diagnosed:
-        switches = switches._replace(
-            chatter_energy=_chatter_energies(samples, systems),
-            trusted_until=_trusted_until(make_driver, problem, result),
-        )
-    return replace(result, switches=switches, systems=systems)
+        switches = switches._replace(trusted_until=_trusted_until(make_driver, problem, result))
+    return replace(result, switches=switches, systems=tuple(systems[: len(samples)]))
 
 
 def _trusted_until(
@@ -150,7 +164,13 @@ def _trusted_until(
     A second run starts one unit in the last place away in every state. The trusted time ends when
     the two runs differ by more than `TRUST_TOLERANCE` times the largest value of Θ, Ω, E or F.
     After that, both runs are equally valid in double precision.
+
+    Returns:
+        The time, s. It is NaN if the deadline ends the second run before the two runs differ:
+        then the time is not known.
     """
+    if run.status is RunStatus.TIME_LIMIT:
+        return np.nan
     perturbed = make_driver(replace(problem, start=np.nextafter(problem.start, np.inf)))
     # The largest value is taken over all axes, because a held axis contains only round-off.
     largest_values = np.abs(run.states).reshape(len(run.times), -1, 3).max(axis=(0, 2))
@@ -159,29 +179,29 @@ def _trusted_until(
     # A failure of the second run also ends the trusted time.
     with suppress(*NUMERICAL_ERRORS):
         for row, sample in enumerate(perturbed.samples()):
-            if row >= len(run.times) or sample.driver_state.time != run.times[row]:
+            state = sample.driver_state
+            is_same_sample = row < len(run.times) and state.time == run.times[row]
+            if is_same_sample:
+                difference = np.abs(state.state[: len(scale)] - run.states[row])
+                if not (difference <= TRUST_TOLERANCE * scale).all():
+                    break
+                trusted = state.time
+            if state.status is RunStatus.TIME_LIMIT and trusted < run.times[-1]:
+                return np.nan
+            if not is_same_sample:
                 break
-            difference = np.abs(sample.driver_state.state[: len(scale)] - run.states[row])
-            if not (difference <= TRUST_TOLERANCE * scale).all():
-                break
-            trusted = sample.driver_state.time
     return trusted
 
 
-def _chatter_energies(samples: list[Sample], systems: tuple[System, ...]) -> Array:
-    pairs = zip(systems, samples, strict=True)
-    return np.array(
-        [chatter_energy(system, sample.driver_state.state[BODY]) for system, sample in pairs]
-    )
-
-
-def _switch_trace(samples: list[Sample], log: SwitchLog) -> SwitchTrace:
-    """Return the switching of a run, without its diagnosis."""
+def _switch_trace(
+    samples: list[Sample], chatter_energies: list[float], log: SwitchLog
+) -> SwitchTrace:
+    """Return the switching of a run, without `trusted_until`."""
     return SwitchTrace(
         # `ImplicitDriver` stores a fraction for an axis held on the surface; its mode is 0.
         modes=np.trunc([sample.driver_state.modes.mode for sample in samples]),
         counts=np.array([sample.counts for sample in samples]),
-        chatter_energy=np.full(len(samples), np.nan),
+        chatter_energy=np.array(chatter_energies),
         discarded_energy=np.array([sample.discarded for sample in samples]),
         switch_times=np.array(log.times),
         switch_axes=np.array(log.axes, dtype=int),
@@ -190,12 +210,14 @@ def _switch_trace(samples: list[Sample], log: SwitchLog) -> SwitchTrace:
     )
 
 
-def _stop_reason(status: RunStatus, problem: Problem, driver: Driver) -> str:
+def _stop_reason(
+    status: RunStatus, problem: Problem, driver: Driver, deadline: Deadline, failure: str
+) -> str:
     return {
         RunStatus.RANGE_LEFT: f"cos θ2 fell to {problem.range_bound:g}",
         RunStatus.DIVERGED: "the state stopped being finite",
         RunStatus.SWITCH_LIMIT: f"stopped after {driver.log.total} switches",
         RunStatus.STEP_LIMIT: f"stopped after {driver.steps} steps",
-        RunStatus.TIME_LIMIT: f"stopped after {problem.time_limit:g} s of wall time",
-        RunStatus.SOLVER_FAILURE: f"a switch could not be resolved ({driver.failure})",
+        RunStatus.TIME_LIMIT: deadline.reason,
+        RunStatus.SOLVER_FAILURE: f"a switch could not be resolved ({failure})",
     }[status]

@@ -4,12 +4,12 @@ Between two switches the vector field is smooth, and an engine integrates it (a 
 chooses the modes after each switch. It is the same for both engines.
 """
 
-import time
 from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
 
+from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_trace import Transition
@@ -72,22 +72,37 @@ class Flow(Protocol):
         ...
 
     def advance(self, start: DriverState, end: float, log: SwitchLog) -> DriverState:
-        """Integrate to the next event that the driver must handle, or to a time."""
+        """Integrate to the next event that the driver must handle, or to a time.
+
+        The flow returns earlier if the run reaches its limit of steps or its deadline.
+        """
         ...
 
 
 class FilippovDriver:
-    """The driver of a run in which each switch is located exactly (a `Driver`)."""
+    """The driver of a run in which each switch is located exactly (a `Driver`).
 
-    def __init__(self, problem: Problem, switching: Switching, flow: Flow) -> None:
+    Args:
+        problem: The problem.
+        switching: The rules for the modes.
+        flow: The smooth flow of the problem.
+        deadline: The deadline of the run; default one that starts now.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        switching: Switching,
+        flow: Flow,
+        deadline: Deadline | None = None,
+    ) -> None:
         self.problem = problem
         self.switching = switching
         self.flow = flow
         self.log = SwitchLog(switching.stored_switches, switching.switch_limit)
         self.on_position = connector_of(problem.system).rate_weight == 0.0
         self.discarded = 0.0
-        self.failure = "its step became too small"
-        self.deadline = time.monotonic() + problem.time_limit
+        self.deadline = deadline or Deadline(problem.time_limit)
 
     def samples(self) -> Iterator[Sample]:
         """Yield the samples in order; the last has a status if the run stopped early."""
@@ -101,8 +116,9 @@ class FilippovDriver:
                 current = self._handle_events(self.flow.advance(current, end, self.log))
                 events_at_this_time = events_at_this_time + 1 if current.time == begin else 0
                 if events_at_this_time > MAX_EVENTS_PER_INSTANT:
-                    self.failure = "too many switches at one time"
-                    current = current._replace(status=RunStatus.SOLVER_FAILURE)
+                    current = current._replace(
+                        status=RunStatus.SOLVER_FAILURE, reason="too many switches at one time"
+                    )
             yield self._sample(current)
             if current.status is not None:
                 return
@@ -172,7 +188,7 @@ class FilippovDriver:
             return RunStatus.SWITCH_LIMIT
         if self.flow.steps >= self.problem.step_limit:
             return RunStatus.STEP_LIMIT
-        return RunStatus.TIME_LIMIT if time.monotonic() > self.deadline else None
+        return RunStatus.TIME_LIMIT if self.deadline.expired() else None
 
     def _handle_crossings(self, current: DriverState, events: list[SwitchEvent]) -> DriverState:
         """Change the modes of all axes that cross their thresholds now, to round-off."""

@@ -9,13 +9,13 @@ Source: V. Acary, B. Brogliato, Systems & Control Letters 59 (2010) 284-293.
 """
 
 import math
-import time
 from collections.abc import Iterator
 from itertools import product
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_trace import Transition
@@ -43,9 +43,6 @@ def _modes_by_distance(mode: tuple[float, float, float]) -> list[Modes]:
 
 MODES_BY_DISTANCE = {sides: _modes_by_distance(sides) for sides in SIDES}
 """The order in which modes are tried, for each mode of the previous step."""
-
-STEPS_PER_CLOCK_CHECK = 64
-"""Steps between two checks of the wall time."""
 
 
 class StepResult(NamedTuple):
@@ -108,17 +105,28 @@ class ImplicitDriver:
     """The driver of a run with implicit steps (a `Driver`).
 
     The steps between two samples are equal, and at most `Switching.step` (to round-off).
+
+    Args:
+        problem: The problem.
+        switching: The rules for the modes.
+        stepper: Makes one step in given modes.
+        deadline: The deadline of the run; default one that starts now.
     """
 
-    def __init__(self, problem: Problem, switching: Switching, stepper: Stepper) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        switching: Switching,
+        stepper: Stepper,
+        deadline: Deadline | None = None,
+    ) -> None:
         self.problem, self.switching, self.stepper = problem, switching, stepper
         self.connector = connector_of(problem.system)
         self.K_s = self.connector.K_s.tolist()
         self.on_position = self.connector.rate_weight == 0.0
         self.log = SwitchLog(switching.stored_switches, switching.switch_limit)
-        self.failure = "no choice of modes is consistent"
         self.steps = self.evaluations = 0
-        self.deadline = time.monotonic() + problem.time_limit
+        self.deadline = deadline or Deadline(problem.time_limit)
 
     def samples(self) -> Iterator[Sample]:
         """Yield the samples in order; the last has a status if the run stopped early."""
@@ -211,5 +219,4 @@ class ImplicitDriver:
             return RunStatus.SWITCH_LIMIT
         if self.steps >= self.problem.step_limit:
             return RunStatus.STEP_LIMIT
-        out_of_time = self.steps % STEPS_PER_CLOCK_CHECK == 0 and time.monotonic() > self.deadline
-        return RunStatus.TIME_LIMIT if out_of_time else None
+        return RunStatus.TIME_LIMIT if self.deadline.expired() else None

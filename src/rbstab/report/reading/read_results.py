@@ -1,28 +1,26 @@
-"""Read the results of a report; worker processes read them if there are many.
+"""Read the results of a report in worker processes.
 
 A result that cannot be read raises no error: it is returned as `Unread`.
 """
 
-from collections.abc import Iterator, Sequence
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
+from queue import SimpleQueue
 from typing import NamedTuple
 
 from rbstab.experiment.stored_config import StoredConfig, stored_config
 from rbstab.processes.processors import processor_count
-from rbstab.processes.workers import worker_pool
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.untrusted import SWEEP, content_of, file_of
+from rbstab.store.disk.isolated_reading import IsolatedReader
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
 
-MIN_FOR_PROCESSES = 200
-"""From this number of results on, worker processes are faster than this process."""
-
-CHUNK_SIZE = 25
-"""Results that a worker reads per task."""
+RESULTS_PER_WORKER = 100
+"""Reading this many results takes as long as starting another worker."""
 
 
 class ReadRun(NamedTuple):
@@ -42,42 +40,68 @@ class ReadSweep(NamedTuple):
 Read = ReadRun | ReadSweep
 
 
-def read_all(paths: Sequence[Path]) -> Iterator[Read | Unread]:
-    """Read results, and return them in the same order.
+def read_file(file: Path) -> Read:
+    """Read the file of a run or a sweep in this process.
 
-    Worker processes read them if there are many. Threads would not help: HDF5 takes most of the
-    time, and only one thread of a process may run it.
+    Raises:
+        StoreError: The file holds neither, or cannot be read.
     """
-    done = 0
-    if len(paths) >= MIN_FOR_PROCESSES and processor_count() > 1:
-        # A worker that dies breaks its pool: this process then reads the rest.
-        with suppress(BrokenProcessPool):
-            for found in _read_in_pool(paths):
-                done += 1
-                yield found
-    yield from map(read_one, paths[done:])
+    content = content_of(file)
+    if content == SWEEP:
+        return ReadSweep(file)
+    return ReadRun(file, content, stored_config(content))
 
 
-def read_one(path: Path) -> Read | Unread:
-    """Read a result."""
+def read_one(path: Path, reader: Callable[[Path], Read] = read_file) -> Read | Unread:
+    """Read a result.
+
+    Args:
+        path: The result.
+        reader: Reads its file.
+    """
     try:
-        file = file_of(path)
-        content = content_of(file)
-        if content == SWEEP:
-            return ReadSweep(file)
-        return ReadRun(file, content, stored_config(content))
-    except (StoreError, OSError, ValueError) as error:
+        return reader(file_of(path))
+    except Exception as error:
+        # Whatever a file contains, the others are still reported.
         return Unread(untrusted(path), _reason(path, error))
 
 
-def _read_in_pool(paths: Sequence[Path]) -> Iterator[Read | Unread]:
-    with worker_pool(min(processor_count(), len(paths) // CHUNK_SIZE)) as pool:
-        yield from pool.map(read_one, paths, chunksize=CHUNK_SIZE)
+def read_all(paths: Sequence[Path]) -> Iterator[Read | Unread]:
+    """Read results, and return them in the same order.
+
+    Worker processes read them, with limits of time and memory: anybody may have written the files,
+    and HDF5 may hang or crash on them.
+    """
+    count = max(1, min(processor_count(), len(paths) // RESULTS_PER_WORKER))
+    readers: SimpleQueue[IsolatedReader] = SimpleQueue()
+    for number in range(count):
+        readers.put(_reader(number))
+
+    def read(path: Path) -> Read | Unread:
+        reader = readers.get()
+        try:
+            return read_one(path, reader)
+        finally:
+            readers.put(reader)
+
+    pool = ThreadPoolExecutor(count)
+    try:
+        yield from pool.map(read, paths)
+    finally:
+        # After an interrupt, no further file is begun.
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+@cache
+def _reader(_: int) -> IsolatedReader:
+    """Return one of several readers. Each keeps its worker, because starting one takes long."""
+    return IsolatedReader(read_file)
 
 
 def _reason(path: Path, error: Exception) -> str:
     """Return the message of an error without the path, which is shown beside it."""
-    text = str(error)
+    expected = isinstance(error, StoreError | OSError | ValueError)
+    text = str(error) if expected else f"its content is wrong ({type(error).__name__}: {error})"
     for prefix in (f"{path} ", f"{path}: "):
         text = text.removeprefix(prefix)
     return untrusted(text)

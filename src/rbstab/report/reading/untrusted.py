@@ -12,8 +12,12 @@ from rbstab.report.model.words import untrusted
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result
+from rbstab.store.table import Table
 from rbstab.store.table_file import read_table
-from rbstab.sweep.folder.sweep_folder import MANIFEST, SWEEP_FILE, read_folder, unfinished_error
+from rbstab.sweep.folder.manifest import MANIFEST
+from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, unfinished_error
+from rbstab.sweep.members.convergence import COLUMN as CONVERGENCE
+from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS
 
 SWEEP: Literal["sweep"] = "sweep"
@@ -51,8 +55,9 @@ def content_of(file: Path) -> Result | Literal["sweep"]:
         result = open_result(file)
     except NotAResultError as error:
         # Not a run: it may be a sweep, which `open_result` refuses.
-        with suppress(NotAResultError):
-            read_table(file, ())
+        table = _table_of(file)
+        if table is not None:
+            _check_columns(file, table)
             return SWEEP
         folder = file.absolute().parent.parent
         if (folder / MANIFEST).is_file():
@@ -62,6 +67,25 @@ def content_of(file: Path) -> Result | Literal["sweep"]:
         raise
     _check_arrays(file, result)
     return _printable(result)
+
+
+def _table_of(file: Path) -> Table | None:
+    """Return the table of a sweep; None if the file has none, or is damaged."""
+    with suppress(NotAResultError):
+        return read_table(file)
+    return None
+
+
+def _check_columns(file: Path, table: Table) -> None:
+    """Check that the columns of a sweep are declared as in this version, or an older one."""
+    for name, declared in (COLUMNS | {"convergence": CONVERGENCE}).items():
+        found = table.layout.get(name)
+        if found is None:
+            continue
+        same = (found.dtype, found.shape) == (declared.dtype, declared.shape)
+        # A newer version may have more flags at the end.
+        if not same or found.flags != declared.flags[: len(found.flags) or None]:
+            raise NotAResultError(f"{file} is damaged: its column {name} has a wrong type or shape")
 
 
 def _check_arrays(file: Path, result: Result) -> None:

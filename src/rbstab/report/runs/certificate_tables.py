@@ -56,7 +56,9 @@ def _matrix(facts: Sequence[RunFacts]) -> Table:
         rows.append((Cell(entry.run.label), *cells, overall))
     note = (
         "certified: proved. consistent: held along this run, but is not proved. violated: did not "
-        "hold along this run, or is disproved. unknown: no stored proof decides it."
+        "hold along this run, or is disproved. unknown: not decided, because there is no stored "
+        "proof, or because the numbers are too inaccurate. Numbers over v(0) are divided by a ten "
+        "thousandth of the largest energy if that is larger."
     )
     return Table("certificate-matrix", "Verdicts of each run", heads, tuple(rows), note)
 

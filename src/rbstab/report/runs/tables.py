@@ -32,7 +32,8 @@ HEADS = (
 )
 
 NOTE = (
-    "v is the Lyapunov function, and r = v(t) - v(0) - ∫v' dt is the energy residual. Peak E1, E2 "
+    "v is the Lyapunov function, and r = v(t) - v(0) - ∫v' dt is the energy residual. |r| is "
+    "divided by v(0), or by a ten thousandth of the largest energy if that is larger. Peak E1, E2 "
     "and E3 are the displacements of the contact point farthest from zero, by axis. A run has "
     f"settled when v stays below {SETTLED_FRACTION:g} v(0). Rest states are those in the "
     "range of the Euler angles. Convergence is proved in the certified region. "

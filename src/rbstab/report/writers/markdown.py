@@ -12,8 +12,8 @@ from markupsafe import Markup, escape
 from rbstab.config.errors import printable
 from rbstab.report.model.document import Animation, Report, Table
 from rbstab.report.model.figure import Figure
-from rbstab.report.writers.signature import SIGNATURES
-from rbstab.store.atomic import write_atomically
+from rbstab.report.writers.signature import SIGNATURES, pictures_folder
+from rbstab.store.disk.atomic import write_atomically
 
 PICTURE = re.compile(r"[a-z0-9-]+\.[0-9a-f]{12}\.png")
 """File names of pictures: the name of the figure, and a digest of the file."""
@@ -37,7 +37,7 @@ def write_markdown(report: Report, path: Path) -> None:
     Raises:
         OSError: The operating system raised an error.
     """
-    folder = path.with_name(f"{path.stem}_files")
+    folder = pictures_folder(path)
     pictures = _write_pictures(report, folder)
     links = {name: quote(f"{folder.name}/{picture}") for name, picture in pictures.items()}
     write_atomically(path, markdown(report, links).encode() + SIGNATURES["md"], replace=True)

@@ -11,7 +11,7 @@ from rbstab.report.model.figure import Figure
 from rbstab.report.writers.matplotlib_figures.renderer import WIDTH, png
 from rbstab.report.writers.pdf_pages import GREY, SMALL, Picture, ReportPdf
 from rbstab.report.writers.pdf_tables import needs_landscape, write_table
-from rbstab.store.atomic import write_atomically
+from rbstab.store.disk.atomic import write_atomically
 
 MILLIMETRES_PER_INCH = 25.4
 

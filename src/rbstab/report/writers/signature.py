@@ -1,4 +1,7 @@
-"""The signature at the end of a report; a report may replace only files that have one."""
+"""The files of a report: its signature, and the folder of its pictures.
+
+A report may replace only files that have the signature at their end.
+"""
 
 from pathlib import Path
 
@@ -25,3 +28,8 @@ def is_report(path: Path) -> bool:
         file.seek(max(0, size - length))
         end = file.read()
     return any(end.endswith(signature) for signature in SIGNATURES.values())
+
+
+def pictures_folder(path: Path) -> Path:
+    """Return the folder of the pictures of a report in Markdown."""
+    return path.with_name(f"{path.stem}_files")

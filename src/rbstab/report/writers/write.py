@@ -5,8 +5,9 @@ from io import StringIO
 from pathlib import Path
 
 from rbstab.report.model.document import Report
-from rbstab.report.writers.signature import SIGNATURES, is_report
-from rbstab.store.atomic import write_atomically
+from rbstab.report.writers.signature import SIGNATURES, is_report, pictures_folder
+from rbstab.store.disk.atomic import write_atomically
+from rbstab.store.disk.existence import check_writable
 from rbstab.store.errors import ResultExistsError, StoreError
 
 SUFFIXES = {
@@ -65,7 +66,7 @@ def write_report(report: Report, path: Path, form: str, *, force: bool = False) 
         StoreError: The operating system raised an error.
     """
     check_available(form)
-    check_replaceable(path, force=force)
+    check_target(path, form, force=force)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         _WRITERS[form](report, path)
@@ -74,23 +75,28 @@ def write_report(report: Report, path: Path, form: str, *, force: bool = False) 
         raise StoreError(f"{path} cannot be written: {reason}") from error
 
 
-def check_replaceable(path: Path, *, force: bool) -> None:
-    """Check that a report may be written to a path.
+def check_target(path: Path, form: str, *, force: bool) -> None:
+    """Check that a report may be written to a path, so that an error comes before the work.
+
+    Args:
+        path: The file.
+        form: The format, a value of `SUFFIXES`.
+        force: Whether to replace a file that is not a report.
 
     Raises:
         ResultExistsError: A file that is not a report has that path (without `force`).
-        StoreError: The path is a folder, or cannot be read.
+        StoreError: The path cannot be written or read, or is not a file.
     """
+    check_writable(path)
     try:
-        if path.is_dir():
-            raise StoreError(f"{path} cannot be written: it is a folder")
         if path.exists() and not force and not is_report(path):
             raise ResultExistsError(
                 f"{path} already exists and is not a report. Use --force to replace it."
             )
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise StoreError(f"{path} cannot be read: {reason}") from error
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+    if form == "md":
+        check_writable(pictures_folder(path) / "picture.png")
 
 
 def _write_html(report: Report, path: Path) -> None:

@@ -1,16 +1,18 @@
 """Rerun sampled members with SciPy, compare them with the stored ones, and keep the comparison."""
 
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import asdict
 from itertools import groupby
-from pathlib import Path
+from operator import lt
 from threading import Event
+from typing import Annotated
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt
 
 from rbstab.mechanics.numbers import Array
-from rbstab.store.document import read_document, write_document
+from rbstab.store.document import read_model, write_document
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.sweep.execution.single_run_pool import run_singles
 from rbstab.sweep.folder.sweep_folder import SweepFolder
@@ -21,6 +23,20 @@ from rbstab.sweep.members.scipy_comparison import (
     members_to_compare,
 )
 from rbstab.sweep.plan.plan import Plan
+
+_Difference = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class _StoredComparison(BaseModel):
+    """A `ScipyComparison`, as it is stored."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    shards_digest: str
+    members: tuple[int, ...]
+    unlike: NonNegativeInt
+    differences: dict[str, _Difference]
+
 
 ComparedCallback = Callable[[int, int], None]
 """Called with the number of compared members, and the number of members to compare."""
@@ -50,7 +66,7 @@ def compare_with_scipy(  # noqa: PLR0913, PLR0917 (a sweep, its digest, and the 
     Raises:
         StoreError: A shard is missing or damaged, or the comparison cannot be written.
     """
-    kept = read_comparison(folder.comparison_file)
+    kept = read_comparison(folder)
     if kept is not None and kept.shards_digest == shards_digest:
         return kept
     members = members_to_compare(plan, folder.manifest.plan_id)
@@ -63,13 +79,15 @@ def compare_with_scipy(  # noqa: PLR0913, PLR0917 (a sweep, its digest, and the 
     return comparison
 
 
-def read_comparison(path: Path) -> ScipyComparison | None:
-    """Read a comparison; None if the file is missing or damaged."""
-    try:
-        data = read_document(path)
-        return ScipyComparison(**{**data, "members": tuple(data["members"])})
-    except (StoreError, TypeError, KeyError):
-        return None
+def read_comparison(folder: SweepFolder) -> ScipyComparison | None:
+    """Read the comparison of a sweep; None if the file is missing, damaged or of another sweep."""
+    with suppress(StoreError):
+        stored = read_model(folder.comparison_file, _StoredComparison)
+        members = (-1, *stored.members, folder.manifest.members)
+        known = set(stored.differences) <= set(folder.columns)
+        if known and stored.unlike <= len(stored.members) and all(map(lt, members, members[1:])):
+            return ScipyComparison(**dict(stored))
+    return None
 
 
 def _run(

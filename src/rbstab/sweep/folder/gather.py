@@ -10,9 +10,9 @@ import numpy as np
 from rbstab.experiment.provenance import provenance
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
+from rbstab.store.disk.existence import path_exists
+from rbstab.store.disk.regular_file import read_regular
 from rbstab.store.errors import NotAResultError
-from rbstab.store.existence import path_exists
-from rbstab.store.regular_file import read_regular
 from rbstab.store.result import Variable
 from rbstab.store.table import Column, Table, TableHeader
 from rbstab.store.table_file import DIGEST, read_table

@@ -3,30 +3,29 @@
 import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import NamedTuple
 
 from rbstab.experiment.provenance import provenance
-from rbstab.store.atomic import PARTIAL_SUFFIX, remove_partial_files, write_atomically
+from rbstab.store.disk.atomic import PARTIAL_SUFFIX, remove_partial_files, write_atomically
+from rbstab.store.disk.existence import path_exists
+from rbstab.store.disk.lock import LOCK_FILE, FolderInUseError, locked
+from rbstab.store.disk.regular_file import read_regular
 from rbstab.store.document import write_document
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
-from rbstab.store.existence import path_exists
-from rbstab.store.lock import LOCK_FILE, FolderInUseError, locked
 from rbstab.sweep.folder.disk_space import trace_size
+from rbstab.sweep.folder.manifest import MANIFEST, MAX_SHARDS, Manifest
 from rbstab.sweep.folder.parts import Part, running_parts
 from rbstab.sweep.folder.sweep_folder import (
-    MANIFEST,
     PLAN_FILE,
     SHARDS,
     TRACES,
-    Manifest,
     SweepFolder,
     read_folder,
 )
 from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.sweep.plan.dump import plan_yaml
-from rbstab.sweep.plan.plan import Plan, plan_id
+from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan, plan_id
 from rbstab.sweep.plan.trace_selection import NO_TRACES
 
 _NOT_OVERWRITTEN = "it is not overwritten. Choose another folder with -o, or move it aside"
@@ -142,6 +141,8 @@ def planned_folder(
         return planned, None
     found = read_folder(path)
     same = found.manifest.plan_id == planned.manifest.plan_id
+    if same and not found.manifest.fits(plan):
+        raise NotAResultError(f"{path / MANIFEST} is damaged: it does not fit its plan")
     return (found if same else planned), same
 
 
@@ -172,20 +173,28 @@ def default_shard_size(members: int, *, one_by_one: bool, trace_bytes: float = 0
 def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
     share = plan.keep.count(plan.members) / plan.members
     one_by_one = plan.engine == "scipy" or "sliding" in plan.variants
-    size = shard_size or default_shard_size(
-        plan.members, one_by_one=one_by_one, trace_bytes=share * trace_size(plan)
+    smallest = -(-plan.members // MAX_SHARDS)
+    size = shard_size or max(
+        smallest,
+        default_shard_size(
+            plan.members, one_by_one=one_by_one, trace_bytes=share * trace_size(plan)
+        ),
     )
+    if size < smallest:
+        raise StoreError(
+            f"shards of {size} members would be {-(-plan.members // size)} files, and at most "
+            f"{MAX_SHARDS} are supported. Choose shards of at least {smallest} members"
+        )
     known = provenance(plan.engine)
-    versions = {name: known[name] for name in known if name not in ("created", "commit")}
     return Manifest(
-        plan_id(plan),
-        plan.title,
-        plan.members,
-        size,
-        plan.engine,
-        versions,
-        plan.keep,
-        tuple(COLUMNS),
+        plan_id=plan_id(plan),
+        title=plan.title,
+        members=plan.members,
+        shard_size=min(size, MAX_MEMBERS),
+        engine=plan.engine,
+        versions={name: known[name] for name in known if name not in ("created", "commit")},
+        keep=plan.keep,
+        columns=tuple(COLUMNS),
     )
 
 
@@ -237,7 +246,9 @@ def _conflict(path: Path, wanted: Manifest, *, fixed_size: bool) -> str | None:
         return f"cannot be resumed ({error})"
     if found.plan_id != wanted.plan_id:
         return f"holds another sweep (plan {found.plan_id[:8]}, not {wanted.plan_id[:8]})"
-    if fixed_size and found.shard_size != wanted.shard_size:
+    if not found.fits(wanted):
+        return f"cannot be resumed ({path / MANIFEST} is damaged: it does not fit its plan)"
+    if fixed_size and min(found.shard_size, MAX_MEMBERS) != wanted.shard_size:
         return f"was started with shards of {found.shard_size} members"
     return None
 
@@ -269,7 +280,7 @@ def _prepare_folder(path: Path, plan: Plan, manifest: Manifest, *, fixed_size: b
     if is_new:
         # The manifest is written last: without it the folder counts as empty.
         with suppress(ResultExistsError):
-            write_document(path / MANIFEST, asdict(manifest), replace=False)
+            write_document(path / MANIFEST, manifest.model_dump(mode="json"), replace=False)
         conflict = _conflict(path, manifest, fixed_size=fixed_size)
         if conflict is not None:
             raise ResultExistsError(f"{path} {conflict}, by another process at the same time")
@@ -277,8 +288,8 @@ def _prepare_folder(path: Path, plan: Plan, manifest: Manifest, *, fixed_size: b
 
 
 def _read_or_none(path: Path) -> bytes | None:
-    with suppress(OSError):
-        return path.read_bytes()
+    with suppress(StoreError):
+        return read_regular(path)
     return None
 
 

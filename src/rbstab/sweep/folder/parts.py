@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from rbstab.store.lock import LOCK_FILE, is_locked
+from rbstab.store.disk.lock import LOCK_FILE, is_locked
 
 _LOCK_NAME = re.compile(re.escape(LOCK_FILE) + r"\.(\d+)-of-(\d+)")
 

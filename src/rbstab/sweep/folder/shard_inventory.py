@@ -12,10 +12,17 @@ from rbstab.sweep.members.outcome import STATUSES
 
 @dataclass
 class ShardInventory:
-    """The facts of the stored shards of a sweep by number, and the numbers of the missing ones."""
+    """Which shards of a sweep are stored.
+
+    Attributes:
+        done: The facts of the stored shards, by number.
+        missing: The numbers of the missing shards, ascending. A damaged shard is missing, too.
+        damaged: The numbers of the shards that have a file, but a damaged one.
+    """
 
     done: dict[int, ShardFacts] = field(default_factory=dict)
     missing: list[int] = field(default_factory=list)
+    damaged: list[int] = field(default_factory=list)
 
     @property
     def counts(self) -> Array:
@@ -46,21 +53,28 @@ class ShardInventory:
         self.missing = [k for k in self.missing if k not in self.done]
 
 
-def shard_inventory(folder: SweepFolder, numbers: Iterable[int] | None = None) -> ShardInventory:
+def shard_inventory(
+    folder: SweepFolder, numbers: Iterable[int] | None = None, *, read_traces: bool = False
+) -> ShardInventory:
     """Read and verify the shards of a sweep, and return the inventory.
 
     Args:
         folder: The folder.
         numbers: The shards to look for; default all.
+        read_traces: Whether to read the files of traces too. A shard with damaged traces is then
+            missing. Otherwise only the seals of these files are compared, which is much faster.
 
     Raises:
         StoreError: A shard cannot be read.
     """
     inventory = ShardInventory()
+    stored = folder.stored_shards()
     for number in range(folder.shards) if numbers is None else numbers:
-        facts = folder.facts(number)
-        if facts is None:
-            inventory.missing.append(number)
-        else:
+        facts = folder.facts(number, read_traces=read_traces) if number in stored else None
+        if facts is not None:
             inventory.done[number] = facts
+            continue
+        inventory.missing.append(number)
+        if number in stored:
+            inventory.damaged.append(number)
     return inventory

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.store.disk.existence import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.existence import path_exists
 from rbstab.store.motions import Motions, stack_motions
 from rbstab.store.motions_file import check_motions, read_motions
 from rbstab.store.shard_file import read_shard

@@ -1,5 +1,7 @@
 """The folder of a sweep: its plan, manifest, shards, traces, and the file of all shards."""
 
+import re
+from bisect import bisect_left
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -9,77 +11,24 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.store.document import read_document
+from rbstab.store.disk.existence import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.existence import path_exists
-from rbstab.store.motions_file import FileChecksum, read_checksum, write_motions
+from rbstab.store.motions_file import FileChecksum, check_motions, read_checksum, write_motions
 from rbstab.store.shard_file import DIGEST, SHARD_SUFFIX, read_shard, write_shard
 from rbstab.store.table import RUN, Column, Table, TableHeader
 from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.manifest import Manifest, read_manifest
 from rbstab.sweep.members.engine import FAILED_CODES
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.members.traces import motions_of
-from rbstab.sweep.plan.trace_selection import NO_TRACES, TraceSelection
 
-MANIFEST = "manifest.json"
 PLAN_FILE = "plan.yaml"
 SHARDS = "shards"
 TRACES = "traces"
 SWEEP_FILE = "sweep.h5"
 COMPARISON_FILE = "check.json"
 
-MANIFEST_VERSION = 2
-"""Version 1 had no traces, and its shards were HDF5."""
-
-
-FIRST_COLUMNS = (
-    "run_id",
-    "status",
-    "end_time",
-    "final_orientation",
-    "final_angular_velocity",
-    "final_position",
-    "final_velocity",
-    "final_connector_state",
-    "lyapunov_start",
-    "lyapunov_end",
-    "energy_residual",
-    "peak_contact_displacement",
-    "peak_time",
-    "peak_orientation",
-    "smallest_regularity",
-    "settling_time",
-    "displacement_settling_time",
-    "steps",
-)
-"""The columns of older folders. Their manifests do not list columns."""
-
-
-@dataclass(frozen=True)
-class Manifest:
-    """The properties of a sweep that do not change while it runs.
-
-    Args:
-        plan_id: The identity of the plan.
-        title: The title of the plan.
-        members: The number of members.
-        shard_size: Members of a shard; the last one may have fewer.
-        engine: The name of the engine.
-        versions: The versions of rbstab and its libraries when the sweep was started.
-        keep: The members with traces.
-        columns: The columns of the shards, set by the version of rbstab that started the sweep.
-        schema_version: The version of the folder's format.
-    """
-
-    plan_id: str
-    title: str
-    members: int
-    shard_size: int
-    engine: str
-    versions: dict[str, str]
-    keep: TraceSelection = NO_TRACES
-    columns: tuple[str, ...] = FIRST_COLUMNS
-    schema_version: int = MANIFEST_VERSION
+_SHARD_NAME = re.compile(r"([0-9]{8})" + re.escape(SHARD_SUFFIX))
 
 
 class ShardFacts(NamedTuple):
@@ -111,7 +60,7 @@ class SweepFolder:
     @property
     def shards(self) -> int:
         """The number of shards."""
-        return -(-self.manifest.members // self.manifest.shard_size)
+        return self.manifest.shards
 
     @property
     def sweep_file(self) -> Path:
@@ -143,7 +92,28 @@ class SweepFolder:
 
     def has_traces(self, number: int) -> bool:
         """Return whether any member of a shard has a trace."""
-        return bool(self.manifest.keep.selected(*self.bounds(number)).any())
+        start, stop = self.bounds(number)
+        keep = self.manifest.keep
+        if keep.every:
+            return keep.count(stop) > keep.count(start)
+        return bisect_left(keep.members, start) < bisect_left(keep.members, stop)
+
+    def stored_shards(self) -> set[int]:
+        """Return the numbers of the shards that have a file, damaged or not.
+
+        The folder is listed once. A sweep may have millions of shards, and few of them be stored.
+
+        Raises:
+            StoreError: The folder cannot be read.
+        """
+        try:
+            names = [file.name for file in (self.path / SHARDS).iterdir()]
+        except FileNotFoundError:
+            return set()
+        except OSError as error:
+            raise StoreError(f"{self.path} cannot be read: {error.strerror or error}") from error
+        numbers = (int(match[1]) for name in names if (match := _SHARD_NAME.fullmatch(name)))
+        return {number for number in numbers if number < self.shards}
 
     def bounds(self, number: int) -> tuple[int, int]:
         """Return the range of members of a shard: the first, and one after the last."""
@@ -191,14 +161,13 @@ class SweepFolder:
         attributes[DIGEST] = write_shard(self.shard_file(number), head, outcome)
         return shard_facts(outcome["status"], start, attributes)
 
-    def read(self, number: int) -> Table | None:
+    def read(self, number: int, *, read_traces: bool = False) -> Table | None:
         """Read a shard; None if it is missing, damaged, of another sweep, or lacks its traces.
-
-        The traces are not read. Only the size and the digest at the end of their file are compared
-        with those in the shard.
 
         Args:
             number: From 0.
+            read_traces: Whether to read the whole file of the traces and compute its digest.
+                Otherwise only its size and the digest at its end are compared.
 
         Raises:
             StoreError: The shard cannot be read, or was written by a newer rbstab.
@@ -210,19 +179,28 @@ class SweepFolder:
             table = read_shard(path, self.columns)
         except NotAResultError:
             return None
-        expected = np.arange(*self.bounds(number))
+        start, stop = self.bounds(number)
         ours = table.attributes.get("plan_id") == self.manifest.plan_id
-        if not ours or not np.array_equal(table[RUN], expected):
+        # The length is compared first: the manifest may be damaged, and shards be said to be huge.
+        if not ours or len(table[RUN]) != stop - start or table[RUN][0] != start:
             return None
         if self.has_traces(number):
             checksum = traces_checksum(table)
             if checksum is None or checksum != read_checksum(self.traces_file(number)):
                 return None
+            if read_traces and not self._traces_intact(number, checksum):
+                return None
         return table
 
-    def facts(self, number: int) -> ShardFacts | None:
+    def _traces_intact(self, number: int, checksum: FileChecksum) -> bool:
+        with suppress(NotAResultError):
+            check_motions(self.traces_file(number), checksum)
+            return True
+        return False
+
+    def facts(self, number: int, *, read_traces: bool = False) -> ShardFacts | None:
         """Return the facts of a shard, or None in the same cases as `read`."""
-        table = self.read(number)
+        table = self.read(number, read_traces=read_traces)
         if table is None:
             return None
         return shard_facts(table["status"], int(table[RUN][0]), table.attributes)
@@ -230,8 +208,8 @@ class SweepFolder:
 
 def traces_checksum(shard: Table) -> FileChecksum | None:
     """Return the digest and the size of the traces of a shard, if it has any."""
-    found = [shard.attributes.get(f"traces_{name}") for name in ("digest", "bytes")]
-    return FileChecksum(str(found[0]), int(found[1])) if found[1] is not None else None
+    digest, size = (shard.attributes.get(f"traces_{name}") for name in ("digest", "bytes"))
+    return FileChecksum(digest, size) if isinstance(digest, str) and type(size) is int else None
 
 
 def shard_facts(
@@ -257,28 +235,7 @@ def read_folder(path: Path) -> SweepFolder:
         NotAResultError: It is not the folder of a sweep, or its manifest is damaged.
         StoreError: It cannot be read, or was written by a newer rbstab.
     """
-    if not path_exists(path / MANIFEST):
-        raise NotAResultError(f"{path} is not the folder of a sweep")
-    data = read_document(path / MANIFEST)
-    version = data.get("schema_version")
-    if version == 1:
-        raise NotAResultError(
-            f"{path} was written by an older rbstab; run the sweep in a new folder"
-        )
-    if version != MANIFEST_VERSION:
-        raise StoreError(f"{path} was written by a newer rbstab; update rbstab")
-    try:
-        keep = TraceSelection(**{**data["keep"], "members": tuple(data["keep"]["members"])})
-        columns = tuple(data.get("columns", FIRST_COLUMNS))
-        manifest = Manifest(**{**data, "keep": keep, "columns": columns})
-    except (TypeError, KeyError) as error:
-        raise NotAResultError(f"{path / MANIFEST} is damaged: {error}") from error
-    unknown = [name for name in columns if name not in COLUMNS]
-    if unknown:
-        raise StoreError(
-            f"{path} has columns of a newer rbstab ({', '.join(map(str, unknown))}); update rbstab"
-        )
-    return SweepFolder(path, manifest)
+    return SweepFolder(path, read_manifest(path))
 
 
 def open_sweep(path: str | Path) -> Table:
@@ -303,7 +260,7 @@ def open_sweep(path: str | Path) -> Table:
 
 def unfinished_error(folder: SweepFolder) -> StoreError:
     """Return the error to raise when the shards of a sweep are not gathered yet."""
-    stored = sum(path_exists(folder.shard_file(number)) for number in range(folder.shards))
+    stored = len(folder.stored_shards())
     return StoreError(
         f"{folder.path} is a sweep that is not finished: {stored} of {folder.shards} shards are "
         "stored. Run the same `rbstab sweep` command again to resume it"

@@ -47,9 +47,10 @@ class RestEnergies:
         valid = np.ones(q.shape[1], dtype=bool)
         with np.errstate(all="ignore"):
             current = self.energy.at(parameters, q)
+            tolerance = self._tolerances(parameters, current.gradient)
             for _ in range(MAX_STEPS):
                 valid &= _convex(current.hessian)
-                moving = valid & (np.abs(current.gradient).max(axis=1) > GRADIENT_TOLERANCE)
+                moving = valid & (np.abs(current.gradient).max(axis=1) > tolerance)
                 if not moving.any():
                     break
                 slope = current.gradient[moving][..., np.newaxis]
@@ -58,8 +59,15 @@ class RestEnergies:
                 slack = ROUND_OFF * (np.abs(current.value) + 1.0)
                 valid &= ~moving | (following.value <= current.value + slack)
                 current = following
-            converged = np.abs(current.gradient).max(axis=1) <= GRADIENT_TOLERANCE
+            converged = np.abs(current.gradient).max(axis=1) <= tolerance
         return current.value, valid & converged & (np.abs(q[PITCH]) < np.pi / 2)
+
+    def _tolerances(self, parameters: Array, gradient: Array) -> Array:
+        """Return the gradient at which the descent of each member ends, shape (m,), N m and N."""
+        offset = self.energy.offsets["gravity.weight"]
+        weight = np.abs(parameters[offset : offset + 3]).max(axis=0)
+        load = np.maximum(weight, np.abs(gradient).max(axis=1))
+        return np.minimum(GRADIENT_TOLERANCE, GRADIENT_TOLERANCE * load)
 
     def _unloaded(self, parameters: Array) -> Array:
         """Return `Configurations.unloaded` of each member, shape (n, m)."""

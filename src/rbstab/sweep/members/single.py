@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.config.schema import MIN_SCIPY_RTOL, Config
-from rbstab.experiment.record import quantities_of
-from rbstab.experiment.switching_record import has_no_potential, smooth_rest_system
+from rbstab.experiment.record import recorded, recording_time, rest_state_of
+from rbstab.experiment.switching_record import has_no_potential
+from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.attitude import rate_matrix
@@ -67,11 +67,13 @@ class SingleRuns:
         return problem
 
     def _integrate(self, problem: Problem) -> tuple[Trajectory, dict[str, Array]]:
+        deadline = Deadline(problem.time_limit)
+        deadline.recording_time = recording_time(problem)
         with np.errstate(all="ignore"):
-            trajectory = engine(self._engine)(problem)
+            trajectory = engine(self._engine)(problem, None, deadline)
             try:
-                rest = nearest_rest_state(smooth_rest_system(problem))
-                return trajectory, quantities_of(problem, trajectory, rest.energy)
+                rest = rest_state_of(problem)
+                return recorded(problem, trajectory, rest.energy, deadline)
             except Exception:
                 # Without quantities, the member still has the status of its trajectory.
                 return trajectory, {}

@@ -29,7 +29,6 @@ def read_bases(
         variants: The variants in the plan; if empty, the variant of the base.
         changes: Texts `key=value` that replace single values of the base.
     """
-    before = len(problems.found)
     source = _source_of_base(problems, folder)
     if source is None:
         return {}
@@ -53,7 +52,7 @@ def read_bases(
         replace(p, key=f"base.{p.key}") if p.location.source == place else p
         for p in _merged(by_variant, len(wanted))
     )
-    return bases if len(problems.found) == before else {}
+    return {} if by_variant else bases
 
 
 def _source_of_base(problems: ProblemCollector, folder: FilePath) -> Source | None:

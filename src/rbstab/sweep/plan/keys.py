@@ -1,10 +1,12 @@
-"""Check the varied keys of a plan against its base."""
+"""Check the varied keys of a plan against its base, and against changes of the base."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from typing import Any
 
+from rbstab.config.errors import ConfigProblem, Location
 from rbstab.config.messages import describe
+from rbstab.config.overrides import parse_key
 from rbstab.config.source import Path, key_of
 from rbstab.sweep.plan.axes import VARIANT, VariedKey, value_at
 from rbstab.sweep.plan.plan import Plan
@@ -24,6 +26,31 @@ def check_keys(problems: ProblemCollector, plan: Plan) -> None:
         for problem in dict.fromkeys(_problem_with(varied, value) for value in values):
             if problem is not None:
                 problems.add(varied.place, *problem, of_key=True)
+
+
+def check_changes(problems: ProblemCollector, plan: Plan, changes: Iterable[str]) -> None:
+    """Add a problem for each change of the base that no member sees, because the plan varies it."""
+    replaced = {varied.path for varied in plan.varied_keys if not varied.scale}
+    for text in changes:
+        key = text.partition("=")[0]
+        path = parse_key(key)
+        if path is None:
+            continue
+        leaves = {leaf for variant in plan.variants for leaf in _leaves(plan, variant, path)}
+        if leaves and leaves <= replaced:
+            problem = "has no effect, because the plan varies it"
+            expected = "expected a key that the plan does not vary"
+            problems.add_all([ConfigProblem(Location(f"--set {key}"), key, problem, expected)])
+
+
+def _leaves(plan: Plan, variant: str, path: Path) -> list[Path]:
+    """Return the paths of all single values at a path of a variant; none if there is no such."""
+    template = plan.templates[variant]
+    try:
+        found = _paths(value_at(template, path), path)
+    except LookupError:
+        return []
+    return [leaf for leaf in found if not isinstance(value_at(template, leaf), dict | list)]
 
 
 def _problem_with(varied: VariedKey, value: Any) -> tuple[str, str] | None:

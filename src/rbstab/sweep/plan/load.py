@@ -11,7 +11,7 @@ from rbstab.sweep.plan.axes import VARIANT, Axis
 from rbstab.sweep.plan.bases import read_bases
 from rbstab.sweep.plan.designs import DESIGNS, Design
 from rbstab.sweep.plan.distributions import Values
-from rbstab.sweep.plan.keys import check_keys
+from rbstab.sweep.plan.keys import check_changes, check_keys
 from rbstab.sweep.plan.plan import (
     MAX_MEMBERS,
     MAX_TITLE_LENGTH,
@@ -63,16 +63,17 @@ def load_plan(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str] =
     axes = read_vary(problems, grid=name == GRID)
     title, design = _title(problems), _design(problems, name, axes)
     keep = _keep(problems)
-    changes = [changes] if isinstance(changes, str) else changes
+    changes = [changes] if isinstance(changes, str) else list(changes)
     bases = read_bases(problems, folder, _variants(axes), changes)
     loaded = Plan(title, bases, axes, design, keep)
     if bases:
         check_keys(problems, loaded)
+        check_changes(problems, loaded, changes)
     if not problems.found:
         _check_members_with_traces(problems, loaded)
         problems.found += problems_of_members(loaded, problems.source)
     if problems.found:
-        raise ConfigError(problems.found)
+        raise ConfigError(problems.found, complete=not problems.is_full)
     return loaded
 
 
@@ -169,14 +170,16 @@ def _keep(problems: ProblemCollector) -> TraceSelection:
     if not isinstance(traces, list):
         problems.add_unexpected(path, traces, "[number, ...] or {every: n}")
         return TraceSelection()
-    numbers = {problems.read_integer((*path, i), entry, 0) for i, entry in enumerate(traces)}
+    entries = problems.unless_full(enumerate(traces))
+    numbers = {problems.read_integer((*path, i), entry, 0) for i, entry in entries}
     return TraceSelection(members=tuple(sorted(number for number in numbers if number is not None)))
 
 
 def _check_members_with_traces(problems: ProblemCollector, plan: Plan) -> None:
     """Add a problem for each number in `keep` that is not the number of a member."""
     if plan.keep.members:
-        for index, number in enumerate(problems.source.data["keep"]["traces"]):
+        numbers = problems.source.data["keep"]["traces"]
+        for index, number in problems.unless_full(enumerate(numbers)):
             if number >= plan.members:
                 expected = f"expected a member below {plan.members}"
                 problems.add(("keep", "traces", index), f"is {number}", expected)

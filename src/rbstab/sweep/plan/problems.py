@@ -1,13 +1,18 @@
 """Collect the problems of a plan."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, TypeVar
 
-from rbstab.config.errors import ConfigProblem
+from rbstab.config.errors import MAX_PROBLEMS, ConfigProblem
 from rbstab.config.messages import describe
 from rbstab.config.source import Path, Source, key_of
+
+T = TypeVar("T")
+
+ENOUGH_PROBLEMS = 10 * MAX_PROBLEMS
+"""A search for problems ends here: a list of 100,000 wrong values would take seconds."""
 
 
 class ProblemCollector:
@@ -24,6 +29,11 @@ class ProblemCollector:
         self.source = source
         self.found: list[ConfigProblem] = list(source.problems)
         self._already_wrong = {problem.location for problem in source.problems}
+
+    @property
+    def is_full(self) -> bool:
+        """Whether enough problems are found. Then the entries of a list need no more checks."""
+        return len(self.found) >= ENOUGH_PROBLEMS
 
     def add_all(self, problems: Iterable[ConfigProblem]) -> None:
         """Add problems, except at places that already have a problem of the text."""
@@ -69,3 +79,10 @@ class ProblemCollector:
         else:
             return value
         return None
+
+    def unless_full(self, entries: Iterable[T]) -> Iterator[T]:
+        """Yield the entries of a list until enough problems are found."""
+        for entry in entries:
+            if self.is_full:
+                return
+            yield entry

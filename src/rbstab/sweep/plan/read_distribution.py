@@ -99,9 +99,10 @@ def _values(problems: ProblemCollector, path: Path, value: Any, *, names: bool) 
         return None
     if names:
         return _variants(problems, path, value)
-    entries = [problems.read_number((*path, index), entry) for index, entry in enumerate(value)]
+    indexed = problems.unless_full(enumerate(value))
+    entries = [problems.read_number((*path, index), entry) for index, entry in indexed]
     numbers = tuple(entry for entry in entries if entry is not None)
-    return Values(numbers) if len(numbers) == len(entries) else None
+    return Values(numbers) if len(numbers) == len(value) else None
 
 
 def _variants(problems: ProblemCollector, path: Path, value: list[Any]) -> Values | None:
@@ -110,12 +111,12 @@ def _variants(problems: ProblemCollector, path: Path, value: list[Any]) -> Value
     Add a problem for each unknown entry, and replace it by the first known variant. So the rest of
     the plan can still be checked.
     """
-    known = [entry for entry in value if isinstance(entry, str) and entry in VARIANTS]
-    for index, entry in enumerate(value):
-        if entry not in known:
-            problems.add_unexpected((*path, index), entry, f"one of {', '.join(VARIANTS)}")
-    entries = tuple(entry if entry in known else known[0] for entry in value) if known else ()
-    return Values(entries) if entries else None
+    found = [entry if isinstance(entry, str) and entry in VARIANTS else None for entry in value]
+    for index, entry in problems.unless_full(enumerate(found)):
+        if entry is None:
+            problems.add_unexpected((*path, index), value[index], f"one of {', '.join(VARIANTS)}")
+    first = next((entry for entry in found if entry is not None), None)
+    return Values(tuple(entry or first for entry in found)) if first is not None else None
 
 
 def _numbers(

@@ -30,7 +30,8 @@ def distribution_figure(runs: Sequence[Run]) -> Figure:
             missing.append(f"{axis.label}: {len(runs) - len(shown)}")
     caption = (
         "A run has settled when v stays below v(0)/1000. Between samples v is interpolated "
-        "linearly."
+        "linearly. |r| is divided by v(0), or by a ten thousandth of the largest energy if that is "
+        "larger."
     )
     if missing:
         caption += f" Number of runs without a value to draw: {'; '.join(missing)}."

@@ -5,14 +5,14 @@ import subprocess
 import sys
 import time
 
-from rbstab.store.atomic import write_atomically
+from rbstab.store.disk.atomic import write_atomically
 
 SIZE = 4_000_000
 
 WRITER = """
 import sys
 from pathlib import Path
-from rbstab.store.atomic import write_atomically
+from rbstab.store.disk.atomic import write_atomically
 contents = [letter * {size} for letter in (b"a", b"b")]
 while True:
     for content in contents:
@@ -23,7 +23,7 @@ while True:
 RACER = """
 import sys
 from pathlib import Path
-from rbstab.store.atomic import atomic_file, write_all
+from rbstab.store.disk.atomic import atomic_file, write_all
 from rbstab.store.errors import ResultExistsError
 folder, me = Path(sys.argv[1]), sys.argv[2]
 for index in range({rounds}):

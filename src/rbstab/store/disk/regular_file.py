@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 from typing import BinaryIO
 
-from rbstab.config import regular_file
+from rbstab.files import regular_file
 from rbstab.store.errors import NotAResultError, StoreError
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from support.results import assert_equal, result
 
-from rbstab.store import atomic
-from rbstab.store.atomic import (
+from rbstab.store.disk import atomic
+from rbstab.store.disk.atomic import (
     PARTIAL_SUFFIX,
     atomic_file,
     move_aside,

@@ -20,8 +20,8 @@ def open_regular(path: Path) -> BinaryIO:
         OSError: The path is a pipe, a device or a socket, or the file cannot be opened.
         ValueError: The path has a null character.
     """
-    # Opening some devices has an effect, so the path is tested first. The open file is tested again,
-    # because another process may have put something else in its place.
+    # Opening some devices has an effect, so the path is tested first. The open file is tested
+    # again, because another process may have put something else in its place.
     _check_regular(path, path.stat())
     descriptor = os.open(path, _FLAGS)
     try:

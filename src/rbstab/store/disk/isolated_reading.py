@@ -11,8 +11,8 @@ from typing import Any
 
 from rbstab.processes.isolated import CrashError, DeadlineError, IsolatedFunction, Limits
 from rbstab.processes.workers import WorkerDiedError
+from rbstab.store.disk.existence import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.existence import path_exists
 
 MIN_DEADLINE = 5.0
 """s; the longest time to read a small file."""
@@ -20,8 +20,8 @@ MIN_DEADLINE = 5.0
 READING_SPEED = 20e6
 """bytes/s; a slow disk is faster."""
 
-MIN_MEMORY = 300_000_000
-"""bytes; the memory to read a small file."""
+MIN_MEMORY = 200_000_000
+"""bytes; the memory to read a small file. A worker has 80 MB before; together less than 300 MB."""
 
 MEMORY_FACTOR = 4
 """Memory for each byte of a file."""

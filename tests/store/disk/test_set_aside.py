@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from rbstab.store.atomic import move_aside
+from rbstab.store.disk.atomic import move_aside
 from rbstab.store.errors import ResultExistsError
 
 

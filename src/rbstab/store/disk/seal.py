@@ -8,8 +8,8 @@ import hashlib
 from pathlib import Path
 from typing import BinaryIO
 
+from rbstab.store.disk.regular_file import open_regular, read_regular
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.regular_file import open_regular, read_regular
 
 _SIGNATURE = b"\nrbstab sha256 "
 _SIGNATURE_PARTS = [_SIGNATURE[:length] for length in range(2, len(_SIGNATURE))]

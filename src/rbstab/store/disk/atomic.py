@@ -9,8 +9,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from rbstab.store.disk.lock import try_lock
 from rbstab.store.errors import ResultExistsError
-from rbstab.store.lock import try_lock
 
 PARTIAL_SUFFIX = ".part"
 """The suffix of a file that is still being written."""

@@ -1,0 +1,125 @@
+"""Energies and powers at a state without round-off: the same equations in balls of 1024 bits.
+
+A ball is a number with a proved bound on its error (python-flint's `arb`). States and parameters
+are doubles, and each double is an exact ball. So the certificate can tell a wrong equation from
+terms that cancel in double precision.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.configuration import configurations
+from rbstab.analysis.rest_state import RestState
+from rbstab.mechanics.derivatives import jacobian
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.parameters import map_parameters
+from rbstab.systems.system import System
+
+PRECISION = 1024
+"""Bits of a ball. Terms of 1e150 may cancel down to 1e-150."""
+
+STEP_EXPONENT = -4096
+"""The complex step is 2 to this power; its error is of the order of its square."""
+
+Ball = Any
+
+
+class ExactPowers(NamedTuple):
+    """The powers at a state, W, as balls.
+
+    Attributes:
+        by_part: The rate of each part of the energy along the motion (∇v·f, by part).
+        contact: F'Λ, the power of the contact force.
+        rate: v', minus the sum of the dissipations.
+        terms: The sum of |∂E/∂y_i ẏ_i| over all parts E and states y_i, in double precision.
+    """
+
+    by_part: list[Ball]
+    contact: Ball
+    rate: Ball
+    terms: float
+
+
+def ball(x: float) -> Ball:
+    """Return a double as an exact ball."""
+    from flint import arb  # imported late: most runs need no balls
+
+    return arb(x)
+
+
+def in_balls(compute: Callable[[], Any]) -> Any:
+    """Return compute(), with balls of `PRECISION` bits.
+
+    Returns:
+        The result; None if an element does not accept balls.
+    """
+    from flint import ctx
+
+    with ctx.workprec(PRECISION):
+        try:
+            return compute()
+        except (TypeError, AttributeError):
+            return None
+
+
+def exact_powers(system: System, y: Array) -> ExactPowers:
+    """Return the powers of a system at a state vector; call it by `in_balls`."""
+    from flint import acb, arb
+
+    exact, state = exact_system(system), balls(y)
+    step = arb(2) ** STEP_EXPONENT
+    moved = [acb(x, step * rate) for x, rate in zip(state, exact.rates(state), strict=True)]
+    energy = exact.observe(np.array(moved, dtype=object)).energy
+    observation = exact.observe(state)
+    return ExactPowers(
+        [acb(part).imag / step for part in energy],
+        sum((observation.motion.F * observation.contact_force).tolist(), arb(0)),
+        -sum(observation.dissipation.tolist(), arb(0)),
+        float(np.abs(jacobian(lambda z: system.observe(z).energy, y) * system.rates(y)).sum()),
+    )
+
+
+def exact_energy(system: System, y: Array) -> Ball:
+    """Return the sum of all energies at a state vector, J; call it by `in_balls`."""
+    return sum(exact_system(system).observe(balls(y)).energy.tolist(), ball(0.0))
+
+
+def exact_rest_energy(system: System, rest: RestState) -> Ball:
+    """Return the energy of a rest state of a system, J; call it by `in_balls`."""
+    at_rest = configurations(exact_system(system))
+    return ball(0.0) + at_rest.energy(balls(at_rest.configuration(rest.motion, rest.own)))
+
+
+def exact_dissipation(system: System, y: Array, part: int) -> Ball:
+    """Return the power that one part dissipates at a state vector, W; call it by `in_balls`."""
+    return ball(0.0) + exact_system(system).observe(balls(y)).dissipation[part]
+
+
+def exact_system(system: System) -> System:
+    """Return the system with its parameters as balls."""
+    return map_parameters(system, lambda _, value: balls(value))
+
+
+def balls(values: Array) -> Array:
+    """Return an array of doubles as an object array of balls, in the same shape."""
+    entries = np.empty(values.shape, dtype=object)
+    for index in np.ndindex(values.shape):
+        entries[index] = ball(float(values[index]))
+    return entries
+
+
+def is_positive_definite(matrix: Array) -> bool:
+    """Return whether the symmetric part of a 3x3 matrix of doubles is positive definite.
+
+    The leading principal minors are computed in rational numbers, without round-off.
+    """
+    from fractions import Fraction
+
+    rows = [[Fraction(x) for x in row] for row in matrix.tolist()]
+    (a, b, c), (_, d, e), (_, _, f) = (
+        [(rows[i][j] + rows[j][i]) / 2 for j in range(3)] for i in range(3)
+    )
+    determinant = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)
+    return a > 0 and a * d - b * b > 0 and determinant > 0

@@ -1,0 +1,1 @@
+"""Opening files that users name, for configs and for results."""

@@ -1,0 +1,67 @@
+"""The rates of a system as SciPy's integrators call them, which can end a run at any call."""
+
+import numpy as np
+
+from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.derivatives import jacobian
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
+
+MAX_NON_FINITE_IN_A_ROW = 1000
+"""A run stops after this many evaluations in a row without finite rates. A step that shrinks from
+1 s to round-off makes about 300."""
+
+
+class StopRun(Exception):
+    """Ends a run, with its status and reason."""
+
+    def __init__(self, status: RunStatus, reason: str) -> None:
+        super().__init__(reason)
+        self.status = status
+
+
+class WatchedRates:
+    """The audited rates of a system, as a function of time and state.
+
+    SciPy can repeat a step for ever. So the deadline is checked at every evaluation.
+
+    Args:
+        system: The system.
+        deadline: The deadline of the run.
+
+    Attributes:
+        system: The system; it may be changed between two steps.
+        evaluations: Evaluations so far.
+        non_finite_count: How many of the last evaluations in a row were not finite.
+    """
+
+    def __init__(self, system: System, deadline: Deadline) -> None:
+        self.system = system
+        self.evaluations = 0
+        self.non_finite_count = 0
+        self._deadline = deadline
+
+    def __call__(self, _t: float, y: Array) -> Array:
+        """Return the rates.
+
+        Raises:
+            StopRun: The deadline has expired, or the rates stopped being finite.
+        """
+        self.evaluations += 1
+        self._check_deadline()
+        rates = self.system.audited_rates(y)
+        self.non_finite_count = 0 if np.isfinite(rates).all() else self.non_finite_count + 1
+        if self.non_finite_count > MAX_NON_FINITE_IN_A_ROW:
+            raise StopRun(RunStatus.DIVERGED, "the rates stopped being finite")
+        return rates
+
+    def jacobian(self, _t: float, y: Array) -> Array:
+        """Return the Jacobian of the rates, for implicit methods; errors as for the rates."""
+        self.evaluations += len(y)
+        self._check_deadline()
+        return jacobian(self.system.audited_rates, y)
+
+    def _check_deadline(self) -> None:
+        if self._deadline.expired():
+            raise StopRun(RunStatus.TIME_LIMIT, self._deadline.reason)

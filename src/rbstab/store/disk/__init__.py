@@ -1,0 +1,1 @@
+"""Bytes on the disk: atomic writing, locks, seals, and careful reading."""

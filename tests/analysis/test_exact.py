@@ -1,0 +1,130 @@
+"""Exact arithmetic gives the energies and powers of double precision without its round-off."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from flint import arb, ctx
+from support.rest import HEAVY, paper_system, system_of
+from support.systems import VARIANTS, random_Z
+
+from rbstab.analysis.exact import (
+    ball,
+    balls,
+    exact_dissipation,
+    exact_energy,
+    exact_powers,
+    exact_rest_energy,
+    in_balls,
+    is_positive_definite,
+)
+from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.mechanics.derivatives import derivative_along, jacobian
+from rbstab.mechanics.motion import motion_from_centre
+
+
+@pytest.fixture(params=VARIANTS)
+def system(request):
+    return system_of(request.param)
+
+
+@pytest.fixture
+def y(system):
+    motion = motion_from_centre(system.body, system.anchor, random_Z(np.random.default_rng(2)))
+    return system.start(motion, np.full(system.size - system.coordinates.size, 0.1))
+
+
+def test_powers_are_those_in_double_precision(system, y):
+    powers = in_balls(lambda: exact_powers(system, y))
+    parts = derivative_along(lambda z: system.observe(z).energy, y, system.rates(y))
+    np.testing.assert_allclose([float(p) for p in powers.by_part], parts, rtol=1e-9, atol=1e-9)
+    observed = system.observe(y)
+    assert float(powers.rate) == pytest.approx(-observed.dissipation.sum(), rel=1e-12)
+    contact = observed.motion.F @ observed.contact_force
+    assert float(powers.contact) == pytest.approx(contact, rel=1e-9, abs=1e-9)
+    by_state = jacobian(lambda z: system.observe(z).energy, y) * system.rates(y)
+    assert powers.terms == pytest.approx(np.abs(by_state).sum(), rel=1e-12)
+
+
+def test_powers_balance_far_below_round_off(system, y):
+    def imbalance():
+        powers = exact_powers(system, y)
+        return abs(sum(powers.by_part, ball(0.0)) - powers.rate)
+
+    assert float(in_balls(imbalance)) < 1e-200
+
+
+def test_energy_and_dissipation_are_those_in_double_precision(system, y):
+    observed = system.observe(y)
+    energy = in_balls(lambda: exact_energy(system, y))
+    assert float(energy) == pytest.approx(observed.energy.sum(), rel=1e-12)
+    for part, expected in enumerate(observed.dissipation):
+        power = in_balls(partial(exact_dissipation, system, y, part))
+        assert float(power) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_energy_at_rest_is_that_in_double_precision(variant):
+    system = paper_system(variant, weight=HEAVY)
+    rest = nearest_rest_state(system)
+    assert rest.energy < -1
+    energy = in_balls(lambda: exact_rest_energy(system, rest))
+    assert float(energy) == pytest.approx(rest.energy, rel=1e-13)
+
+
+def test_a_double_is_an_exact_ball():
+    entries = balls(np.array([[0.1, np.pi], [1e300, -5e-324]]))
+    assert entries.shape == (2, 2)
+    assert [float(x) for x in entries.ravel()] == [0.1, np.pi, 1e300, -5e-324]
+    assert all(x.is_exact() for x in entries.ravel())
+
+
+def test_the_precision_holds_only_inside():
+    before = ctx.prec
+    assert in_balls(lambda: ctx.prec) == 1024
+    assert ctx.prec == before
+    # 1 + 2^-1000 needs 1001 bits.
+    assert float(in_balls(lambda: 1 + arb(2) ** -1000 - 1)) == 2.0**-1000
+
+
+def test_what_does_not_accept_balls_gives_nothing():
+    assert in_balls(lambda: np.sin(balls(np.ones(3)) * 1j)) is None
+    assert in_balls(partial(getattr, arb(1), "nothing")) is None
+
+
+def test_other_errors_are_not_hidden():
+    with pytest.raises(ZeroDivisionError):
+        in_balls(lambda: 1 / 0)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "expected"),
+    [
+        (np.eye(3), True),
+        (np.diag([1.0, 1.0, 0.0]), False),
+        (np.diag([1.0, 0.0, 1.0]), False),
+        (np.diag([0.0, 1.0, 1.0]), False),
+        (np.diag([-1.0, -1.0, 1.0]), False),
+        (np.diag([1.0, -1.0, -1.0]), False),
+        (np.diag([-0.5, -0.5, 1.0]), False),
+        (np.diag([5e-324, 1e300, 1.0]), True),
+        ([[1, 1, 0], [1, 1 + 2.0**-52, 0], [0, 0, 1]], True),
+        ([[1, 1, 0], [1, 1, 0], [0, 0, 1]], False),
+        # Only its symmetric part counts.
+        ([[1, 9, 0], [-9, 1, 0], [0, 0, 1]], True),
+        ([[1, 3, 0], [0, 1, 0], [0, 0, 1]], False),
+    ],
+)
+def test_positive_definite_without_round_off(matrix, expected):
+    matrix = np.array(matrix, dtype=float)
+    assert is_positive_definite(matrix) is expected
+    order = [2, 0, 1]
+    assert is_positive_definite(matrix[np.ix_(order, order)]) is expected
+
+
+def test_positive_definite_agrees_with_eigenvalues():
+    rng = np.random.default_rng(4)
+    for _ in range(200):
+        matrix = rng.normal(size=(3, 3)) + 1.5 * np.eye(3)
+        smallest = np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0]
+        assert is_positive_definite(matrix) is bool(smallest > 0)

@@ -1,0 +1,208 @@
+"""Protects the output of every command: streams without all characters, closed, full, or a pipe
+whose reader has ended.
+"""
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from cli.conftest import GOOD, Invoke
+
+from rbstab_cli import main
+
+TITLE = "Θ, é, 😀"
+
+UNICODE = GOOD.replace("A short run", f'"{TITLE}"')
+
+
+class Ended(NamedTuple):
+    """The exit code and the raw output of a command."""
+
+    code: object
+    stdout: bytes
+    stderr: bytes
+
+
+Run = Callable[..., Ended]
+
+
+@pytest.fixture
+def handlers() -> Iterator[None]:
+    """Put the handler of SIGTERM back, which the entry point replaces."""
+    before = signal.getsignal(signal.SIGTERM)
+    yield
+    signal.signal(signal.SIGTERM, before)
+
+
+@pytest.fixture
+def run_with(monkeypatch: pytest.MonkeyPatch, handlers: None) -> Run:
+    """A function that calls the entry point with streams of an encoding that refuse the rest."""
+
+    def run(encoding: str, *arguments: str) -> Ended:
+        out, err = io.BytesIO(), io.BytesIO()
+        streams = [io.TextIOWrapper(raw, encoding, errors="strict") for raw in (out, err)]
+        with monkeypatch.context() as patched:
+            patched.setattr(sys, "argv", ["rbstab", *arguments])
+            patched.setattr(sys, "stdout", streams[0])
+            patched.setattr(sys, "stderr", streams[1])
+            with pytest.raises(SystemExit) as ended:
+                main.main()
+        for stream in streams:
+            stream.flush()
+        return Ended(ended.value.code, out.getvalue(), err.getvalue())
+
+    return run
+
+
+@pytest.fixture
+def unicode_run(folder: Path, rbstab: Invoke) -> Path:
+    """A working folder with a config and a result whose title is not ASCII."""
+    (folder / "unicode.yaml").write_text(UNICODE, encoding="utf-8")
+    assert rbstab("run", "unicode.yaml", "-q").exit_code == 0
+    return folder
+
+
+COMMANDS = [
+    ("--help",),
+    ("sensitivities", "--help"),
+    ("tune", "--help"),
+    ("check", "unicode.yaml"),
+    ("show", "results/unicode.h5"),
+    ("show", "results/unicode.h5", "--json"),
+    ("show", "results/unicode.h5", "--config"),
+    ("report", "results/unicode.h5", "--format", "text"),
+    ("report", "results/unicode.h5", "--json"),
+    ("run", "unicode.yaml", "--force"),
+    ("stability", "unicode.yaml", "--search-only", "--no-run"),
+    ("schema",),
+]
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
+def test_every_command_prints_in_every_encoding(
+    encoding: str, arguments: tuple[str, ...], unicode_run: Path, run_with: Run
+) -> None:
+    ended = run_with(encoding, *arguments)
+    assert ended.code == 0, ended.stderr
+    assert ended.stdout
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_errors_are_printed_in_every_encoding(encoding: str, run_with: Run) -> None:
+    ended = run_with(encoding, "check", "Θ.yaml")
+    assert ended.code == 2
+    assert b"cannot be read: No such file or directory" in ended.stderr
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
+def test_json_and_yaml_keep_every_character(
+    encoding: str, unicode_run: Path, run_with: Run
+) -> None:
+    shown = run_with(encoding, "show", "results/unicode.h5", "--json")
+    assert json.loads(shown.stdout)["title"] == TITLE
+    stored = run_with(encoding, "show", "results/unicode.h5", "--config")
+    Path("again.yaml").write_bytes(stored.stdout)
+    first, again = (run_with("utf-8", "check", name) for name in ("unicode.yaml", "again.yaml"))
+    assert again.code == 0
+    assert again.stdout.split(b"run id")[1] == first.stdout.split(b"run id")[1]
+    shown = run_with("utf-8", "run", "again.yaml", "--json")
+    assert json.loads(shown.stdout)[0]["title"] == TITLE
+
+
+def test_escapes_show_which_character_is_missing(unicode_run: Path, run_with: Run) -> None:
+    shown = run_with("ascii", "report", "results/unicode.h5", "--format", "text")
+    assert b"\\u0398, \\xe9, \\U0001f600" in shown.stdout
+
+
+def rbstab(*arguments: str) -> list[str]:
+    return [sys.executable, "-m", "rbstab_cli", *arguments]
+
+
+def test_the_environment_may_ask_for_strict_ascii() -> None:
+    done = subprocess.run(
+        rbstab("check", "Θ.yaml"),
+        capture_output=True,
+        env=os.environ | {"PYTHONIOENCODING": "ascii:strict", "PYTHONUTF8": "0"},
+        check=False,
+    )
+    assert done.returncode == 2
+    assert b"Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="file names are text there")
+def test_names_that_are_not_utf_8(folder: Path, run_with: Run) -> None:
+    name = os.fsdecode(b"\xff.yaml")
+    (folder / name).write_text(GOOD)
+    assert run_with("utf-8", "check", name).code == 0
+    assert run_with("utf-8", "run", name).code == 0
+    options = ("--search-only", "--no-run", "-o", "out.txt")
+    assert run_with("utf-8", "stability", name, *options).code == 0
+    assert "\\udcff.yaml" in Path("out.txt").read_text(encoding="utf-8")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such exit code there")
+@pytest.mark.parametrize(
+    "arguments",
+    [("schema",), ("--help",), ("run", "--help"), ("--version",), ("report", "--format", "text")],
+    ids=" ".join,
+)
+def test_a_reader_that_has_ended_ends_the_command_quietly(
+    arguments: tuple[str, ...], folder: Path
+) -> None:
+    if arguments[0] == "report":
+        subprocess.run(rbstab("run", "good.yaml", "-q"), stdout=subprocess.DEVNULL, check=True)
+        arguments = (*arguments, "results/good.h5")
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(rbstab(*arguments), stdout=writer, stderr=subprocess.PIPE, check=False)
+    os.close(writer)
+    assert done.stderr == b""
+    assert done.returncode == 141
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such exit code there")
+def test_stderr_may_be_a_pipe_without_a_reader(folder: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(rbstab("check", "no.yaml"), stderr=writer, check=False)
+    os.close(writer)
+    assert done.returncode == 141
+
+
+FULL = Path("/dev/full")
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="no such device here")
+@pytest.mark.parametrize("arguments", [("schema",), ("--help",), ("check", "good.yaml")])
+def test_output_that_cannot_be_written_is_told(arguments: tuple[str, ...], folder: Path) -> None:
+    with FULL.open("w") as full:
+        done = subprocess.run(
+            rbstab(*arguments), stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode == 4
+    assert done.stderr == "error: the output cannot be written: No space left on device\n"
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="no such device here")
+def test_errors_that_cannot_be_written_are_still_an_exit_code() -> None:
+    with FULL.open("w") as full:
+        done = subprocess.run(rbstab("check", "no.yaml"), stdout=full, stderr=full, check=False)
+    assert done.returncode == 4
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="its shell cannot close streams like this")
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_a_command_needs_no_streams(closed: str, folder: Path) -> None:
+    shell = ["/bin/sh", "-c", f'exec "$@" {closed}', "sh", *rbstab("run", "good.yaml")]
+    done = subprocess.run(shell, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert "Traceback" not in done.stderr
+    assert Path("results/good.h5").exists()

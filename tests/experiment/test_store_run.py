@@ -1,0 +1,195 @@
+"""Storing a result beside other processes: a better result of the same config is never lost."""
+
+import os
+import sys
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.configs import plain
+
+from rbstab.config.load import load_config
+from rbstab.experiment import run_to_file as module
+from rbstab.experiment.run_to_file import run_to_file
+from rbstab.experiment.simulate import simulate
+from rbstab.experiment.store_run import depends_on_machine, store_run
+from rbstab.store.errors import ResultExistsError, StoreError
+from rbstab.store.run_file import open_result, write_result
+
+CONFIG = load_config(plain(), ["integration.duration=0.05", "integration.samples=6"])
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return simulate(CONFIG)
+
+
+def cut(result, samples, title="cut"):
+    """Return a result that hit its time limit after some samples."""
+    variables = {
+        name: v._replace(data=v.data[:samples]) if v.dimensions[:1] == ("time",) else v
+        for name, v in result.variables.items()
+    }
+    attributes = result.attributes | {"status": "time limit", "title": title}
+    return replace(result, variables=variables, attributes=attributes)
+
+
+def store(path, result, **options):
+    return store_run(path, result, lambda found: not depends_on_machine(found), **options)
+
+
+def titled(result, title):
+    return replace(result, attributes=result.attributes | {"title": title})
+
+
+def test_a_longer_motion_replaces_a_shorter_one(tmp_path, whole):
+    path = tmp_path / "a.h5"
+    for samples in (2, 3):
+        stored = store(path, cut(whole, samples))
+        assert (stored.written, stored.moved_aside) == (True, None)
+        assert len(open_result(path)["time"]) == samples
+
+
+def test_a_shorter_motion_does_not_replace_a_longer_one(tmp_path, whole):
+    path = tmp_path / "a.h5"
+    store(path, cut(whole, 3))
+    before = path.read_bytes()
+    stored = store(path, cut(whole, 2))
+    assert not stored.written
+    assert len(stored.result["time"]) == 3
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_equal_motion_is_replaced(tmp_path, whole):
+    path = tmp_path / "a.h5"
+    store(path, cut(whole, 3, "first"))
+    assert store(path, cut(whole, 3, "second")).written
+    assert open_result(path).attributes["title"] == "second"
+
+
+def test_a_completed_run_is_not_replaced_by_one_that_hit_its_time_limit(tmp_path, whole):
+    path = tmp_path / "a.h5"
+    store(path, whole)
+    # All samples, but the status says that the time was used up.
+    stored = store(path, cut(whole, 6))
+    assert not stored.written
+    assert stored.result.status == "completed"
+    assert open_result(path).status == "completed"
+
+
+def test_a_finished_result_of_another_process_is_kept(tmp_path, whole):
+    path = tmp_path / "a.h5"
+    store(path, titled(whole, "first"))
+    assert not store(path, titled(whole, "second")).written
+    assert open_result(path).attributes["title"] == "first"
+
+
+def test_force_replaces_a_finished_result(tmp_path, whole):
+    path = tmp_path / "a.h5"
+    store(path, titled(whole, "first"))
+    stored = store(path, titled(whole, "second"), force=True)
+    assert (stored.written, stored.moved_aside) == (True, None)
+    assert open_result(path).attributes["title"] == "second"
+
+
+def test_force_moves_a_better_result_aside(tmp_path, whole):
+    path = tmp_path / "a.h5"
+    store(path, whole)
+    before = path.read_bytes()
+    stored = store(path, cut(whole, 2), force=True)
+    assert stored.written
+    assert stored.moved_aside is not None
+    assert stored.moved_aside.read_bytes() == before
+    assert open_result(path).status == "time limit"
+
+
+def test_a_different_result_is_refused_or_moved_aside(tmp_path, whole):
+    path = tmp_path / "a.h5"
+    other = replace(whole, attributes=whole.attributes | {"run_id": 32 * "0"})
+    write_result(path, other)
+    before = path.read_bytes()
+    with pytest.raises(ResultExistsError, match=r"holds a different result \(run 00000000\)"):
+        store(path, whole)
+    assert path.read_bytes() == before
+    stored = store(path, whole, force=True)
+    assert stored.moved_aside == tmp_path / "a.00000000.h5"
+    assert stored.moved_aside.read_bytes() == before
+    assert open_result(path).run_id == whole.run_id
+
+
+def test_an_error_of_moving_aside_is_said(tmp_path, whole, monkeypatch):
+    path = tmp_path / "a.h5"
+    path.write_bytes(b"not a result")
+
+    def full(*_arguments):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "link", full)
+    monkeypatch.setattr("pathlib.Path.rename", full)
+    with pytest.raises(StoreError, match=r"cannot be moved to .*: No space left on device"):
+        store(path, whole, force=True)
+    assert path.read_bytes() == b"not a result"
+
+
+def test_an_unknown_trusted_time_depends_on_the_machine(whole):
+    assert not depends_on_machine(whole)
+    scalar = whole.variables["energy_at_rest"]._replace(data=np.array(np.nan))
+    unknown = replace(whole, variables=whole.variables | {"trusted_until": scalar})
+    assert depends_on_machine(unknown)
+    known = scalar._replace(data=np.array(0.5))
+    assert not depends_on_machine(
+        replace(whole, variables=whole.variables | {"trusted_until": known})
+    )
+
+
+def overtaken_run(path, monkeypatch, mine, other):
+    """Run the config; another process stores its result while this run is integrated."""
+
+    def simulate_problem(*_arguments, **_options):
+        write_result(path, other, replace=True)
+        return mine
+
+    monkeypatch.setattr(module, "simulate_problem", simulate_problem)
+    return run_to_file(CONFIG, path)
+
+
+@pytest.mark.parametrize("existed", [False, True])
+def test_two_processes_that_repeat_a_time_limited_run_keep_the_longer_one(
+    tmp_path, whole, monkeypatch, existed
+):
+    path = tmp_path / "a.h5"
+    if existed:
+        write_result(path, cut(whole, 2))
+    filed = overtaken_run(path, monkeypatch, cut(whole, 3), cut(whole, 5))
+    assert (filed.computed, filed.kept) == (False, True)
+    assert len(filed.result["time"]) == len(open_result(path)["time"]) == 5
+    filed = overtaken_run(path, monkeypatch, cut(whole, 4), cut(whole, 3))
+    assert (filed.computed, filed.kept) == (True, False)
+    assert len(open_result(path)["time"]) == 4
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot lock folders")
+def test_a_better_result_that_comes_between_reading_and_writing_is_not_lost(
+    tmp_path, whole, monkeypatch
+):
+    """The other writer waits for the lock, and then finds the shorter result."""
+    path = tmp_path / "a.h5"
+    store(path, cut(whole, 2))
+    other = threading.Thread(target=store, args=(path, cut(whole, 5)))
+
+    def write_after_the_other(path, result, *, replace=False):
+        monkeypatch.setattr("rbstab.experiment.store_run.write_result", write_result)
+        other.start()
+        # Without a lock the other writer would finish now.
+        other.join(1.0)
+        write_result(path, result, replace=replace)
+
+    monkeypatch.setattr("rbstab.experiment.store_run.write_result", write_after_the_other)
+    assert store(path, cut(whole, 3)).written
+    other.join(30.0)
+    assert not other.is_alive()
+    assert len(open_result(path)["time"]) == 5
+    assert list(tmp_path.iterdir()) == [path]

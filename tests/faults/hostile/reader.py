@@ -1,0 +1,73 @@
+"""The process of `attempts.py`, as tests see it; it is started again when it crashes or hangs."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Thread
+
+from faults.hostile.attempts import Attempt
+
+TESTS = Path(__file__).parents[2]
+
+PATIENCE = 90.0
+"""s; after this time a command counts as hanging. The promise is 5 s on an idle machine."""
+
+
+class Reader:
+    """Reads files in another process."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[str] | None = None
+
+    def attempt(self, way: str, *arguments: object) -> Attempt:
+        """Read a file in one way."""
+        process = self._process or self._start()
+        requests, output = process.stdin, process.stdout
+        assert requests is not None
+        assert output is not None
+        requests.write(json.dumps([way, *map(str, arguments)]) + "\n")
+        requests.flush()
+        answers: SimpleQueue[str] = SimpleQueue()
+        Thread(target=lambda: answers.put(output.readline()), daemon=True).start()
+        try:
+            line = answers.get(timeout=PATIENCE)
+        except Empty:
+            self.close()
+            return Attempt("hang", "", PATIENCE, 0)
+        if not line:
+            code = process.wait()
+            self.close()
+            return Attempt(f"crash {code}", "", 0.0, 0)
+        return Attempt(**json.loads(line))
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.communicate()
+            self._process = None
+
+    def _start(self) -> "subprocess.Popen[str]":
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "faults.hostile.attempts"],
+            env=os.environ | {"PYTHONPATH": str(TESTS), "OPENBLAS_NUM_THREADS": "1"},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        return self._process
+
+
+@contextmanager
+def reading() -> Iterator[Reader]:
+    """Return a context with a reader, which is ended with it."""
+    reader = Reader()
+    try:
+        yield reader
+    finally:
+        reader.close()

@@ -1,0 +1,181 @@
+"""Protects against damaged files: no number that differs is read without a word.
+
+Every kind of file is damaged in many ways: bits, blocks, ends. The seal is damaged too, removed, or
+made right again. 100 trials run daily, 2,000 in the long suite.
+"""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from faults.hostile.attempts import Attempt
+from faults.hostile.damage import DAMAGES, SEALS, damaged, damaged_and_sealed
+from faults.hostile.reader import reading
+from support.sweeping import run_sweep
+from support.sweeps import plan_with_traces
+
+from rbstab.experiment.proof_cache import proof_file
+from rbstab.experiment.stored_config import stored_config
+from rbstab.store.run_file import open_result
+
+STORED_RUN = Path("tests/formats/data/0.1.0/runs/visco_elastic_proved.h5")
+
+STORED_PROOFS = Path("tests/formats/data/0.1.0/proofs")
+
+ERRORS = ("StoreError", "NotAResultError", "NewerSchemaError")
+
+TIME_LIMIT = 40.0
+"""s; the promise of 5 s, for a machine with ten times as much work as processors."""
+
+DAILY, LONG = 14, 275
+"""Trials for each of seven kinds of files; all pairs of damage and seal need 24."""
+
+
+@pytest.fixture(scope="module")
+def reader():
+    with reading() as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A finished sweep with traces."""
+    folder = tmp_path_factory.mktemp("finished") / "fake"
+    assert run_sweep(folder, plan_with_traces(20), shard_size=10).finished
+    return folder
+
+
+@pytest.fixture
+def folder(finished, tmp_path):
+    """A copy of the finished sweep."""
+    return Path(shutil.copytree(finished, tmp_path / "fake"))
+
+
+def seeds_of(count):
+    """Return seeds that cover all kinds of damage and seals as evenly as possible."""
+    return range(count) if count >= len(DAMAGES) * len(SEALS) else range(0, 5 * count, 5)
+
+
+def check(attempt: Attempt, path: Path, context: object) -> None:
+    """Check the outcome, the time and the memory of an attempt to read a file."""
+    assert attempt.outcome in ("read", *ERRORS), (context, attempt)
+    assert attempt.seconds < TIME_LIMIT, (context, attempt)
+    assert attempt.memory <= 4 * path.stat().st_size + 300e6, (context, attempt)
+
+
+def read_damaged(reader, way, named, path, count):
+    """Damage a file in many ways, and check that reading gives its old content or an error.
+
+    Args:
+        reader: Reads the file.
+        way: The way to read it.
+        named: What to name to the reader: the file or its folder.
+        path: The file.
+        count: The number of trials.
+
+    Returns:
+        The number of trials in which the damage was noticed.
+    """
+    expected = reader.attempt(way, named)
+    assert expected.outcome == "read", expected
+    good, noticed = path.read_bytes(), 0
+    for seed in seeds_of(count):
+        path.write_bytes(damaged_and_sealed(good, seed))
+        found = reader.attempt(way, named)
+        check(found, path, seed)
+        assert found.outcome != "read" or found.text == expected.text, seed
+        noticed += found.outcome != "read"
+    path.write_bytes(good)
+    assert reader.attempt(way, named).text == expected.text
+    return noticed
+
+
+COUNTS = pytest.mark.parametrize(
+    "count",
+    [
+        pytest.param(DAILY, marks=pytest.mark.slow),
+        pytest.param(LONG, marks=pytest.mark.long),
+    ],
+)
+
+
+@COUNTS
+def test_file_of_a_run(reader, tmp_path, count):
+    path = Path(shutil.copy(STORED_RUN, tmp_path / "a.h5"))
+    assert read_damaged(reader, "run", path, path, count) > 0.7 * count
+
+
+@COUNTS
+def test_file_of_a_sweep(reader, folder, count):
+    path = folder / "sweep.h5"
+    assert read_damaged(reader, "sweep", path, path, count) > 0.7 * count
+
+
+@COUNTS
+def test_traces(reader, folder, count):
+    """The shard has the digest of its traces, so a seal that is right again does not help."""
+    path = folder / "traces" / "00000001.h5"
+    assert read_damaged(reader, "traces", folder, path, count) > 0.9 * count
+
+
+@COUNTS
+@pytest.mark.parametrize("name", ["00000000.npy", "00000001.npy"])
+def test_shards(reader, folder, count, name):
+    """A shard is read whole or counts as damaged. Its seal is the digest of its numbers."""
+    path = folder / "shards" / name
+    whole = reader.attempt("inventory", folder)
+    assert whole.outcome == "read"
+    good = path.read_bytes()
+    for seed in seeds_of(count):
+        path.write_bytes(damaged(good, seed))
+        found = reader.attempt("inventory", folder)
+        check(found, path, seed)
+        assert found.outcome == "read", found
+        assert (found.text == whole.text) == (path.read_bytes() == good), seed
+        path.write_bytes(damaged_and_sealed(good, seed))
+        check(reader.attempt("inventory", folder), path, seed)
+
+
+@COUNTS
+def test_manifest(reader, folder, count):
+    path = folder / "manifest.json"
+    expected = reader.attempt("inventory", folder)
+    good = path.read_bytes()
+    for seed in seeds_of(count):
+        path.write_bytes(damaged(good, seed))
+        found = reader.attempt("inventory", folder)
+        check(found, path, seed)
+        assert found.outcome != "read" or found.text == expected.text, seed
+
+
+@COUNTS
+def test_plan(reader, folder, count):
+    """The manifest has the identity of the plan."""
+    path = folder / "plan.yaml"
+    table = reader.attempt("sweep", folder).text
+    good = path.read_bytes()
+    for seed in seeds_of(count):
+        path.write_bytes(damaged(good, seed))
+        found = reader.attempt("gather", folder)
+        assert found.outcome in ("exit 0", "exit 4"), (seed, found)
+        assert found.seconds < TIME_LIMIT, (seed, found)
+        assert reader.attempt("sweep", folder).text == table
+
+
+@COUNTS
+def test_proof(reader, tmp_path, count):
+    config = stored_config(open_result(STORED_RUN)).config
+    assert config is not None
+    path = proof_file(tmp_path, config)
+    path.parent.mkdir()
+    run = Path(shutil.copy(STORED_RUN, tmp_path / "a.h5"))
+    shutil.copy(STORED_PROOFS / path.name, path)
+    expected = reader.attempt("proof", run)
+    assert expected.outcome == "read"
+    assert expected.text != "None"
+    good = path.read_bytes()
+    for seed in seeds_of(count):
+        path.write_bytes(damaged(good, seed))
+        found = reader.attempt("proof", run)
+        check(found, path, seed)
+        assert found.text in ("None", expected.text), seed

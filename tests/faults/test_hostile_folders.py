@@ -1,0 +1,368 @@
+"""Protects against hostile manifests, shards, comparisons and proofs, whose digests are right."""
+
+import hashlib
+import json
+import os
+import shutil
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import pytest
+from faults.hostile.reader import reading
+from support.configs import VISCO_ELASTIC, plain
+from support.sweeping import Listener, run_sweep
+from support.sweeps import plan_of, plan_with_traces, shard_files
+
+from rbstab.config.load import load_config
+from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
+from rbstab.store.disk.seal import SEAL_SIZE, add_seal
+from rbstab.store.document import read_document, write_document
+from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.store.shard_file import read_shard, write_shard
+from rbstab.store.table import TableHeader
+from rbstab.sweep.execution.compare_with_scipy import read_comparison
+from rbstab.sweep.folder.shard_inventory import shard_inventory
+from rbstab.sweep.folder.sweep_folder import read_folder
+from rbstab.sweep.members.scipy_comparison import ScipyComparison
+
+TIME_LIMIT = 40.0
+"""s; the promise of 5 s, for a machine with ten times as much work as processors."""
+
+WRONG_MANIFESTS: list[tuple[str, Any]] = [
+    *(("members", value) for value in ("x", 0, -1, 10**12, 10**400, 60.0, True, None, [60])),
+    *(("members", value) for value in (59, 61, 100_000_000)),
+    *(("shard_size", value) for value in (0, -5, "20", 2.5, None, 2**70)),
+    *(("plan_id", value) for value in (5, "zz", "0" * 31, "../../../../etc/passwd")),
+    *(("engine", value) for value in (3, "", "evil", "../scipy", "heyoka")),
+    *(("title", value) for value in (3, None, "x" * 201, "\ud800")),
+    ("versions", []),
+    ("versions", {"a": 1}),
+    ("versions", {"x" * 101: "1"}),
+    ("versions", {"\x1b[31m": "1"}),
+    ("versions", {f"v{number}": "1" for number in range(51)}),
+    ("columns", "status"),
+    ("columns", {"status": 1}),
+    *(("columns", value) for value in ([], ["status"], [1])),
+    *(("keep", value) for value in (None, "all")),
+    ("keep", []),
+    ("keep", {"every": -1}),
+    ("keep", {"every": 1, "members": [0]}),
+    *(("keep", {"members": value}) for value in ("x", [3, 2], [2, 2], [60], [-1], [1.5], [[1]])),
+    ("keep", {"every": 2}),
+    ("keep", {"every": 0, "members": [], "more": 1}),
+    *(("schema_version", value) for value in (0, 3, "2", 2.5, True, None, [2], 10**30)),
+    ("extra", 1),
+]
+
+
+@pytest.fixture(scope="module")
+def unfinished(tmp_path_factory):
+    """A sweep of 60 members in shards of 10; two shards are stored."""
+    folder = tmp_path_factory.mktemp("unfinished") / "fake"
+    run_sweep(folder, plan_of(60), Listener(2), shard_size=10, threads=1)
+    for path in sorted((folder / "shards").iterdir())[2:]:
+        path.unlink()
+    return folder
+
+
+@pytest.fixture
+def folder(unfinished, tmp_path):
+    return Path(shutil.copytree(unfinished, tmp_path / "fake"))
+
+
+@pytest.fixture(scope="module")
+def reader():
+    with reading() as started:
+        yield started
+
+
+def change(folder, key, value):
+    """Change an entry of a manifest; its digest is right again."""
+    path = folder / "manifest.json"
+    data = {**read_document(path), key: value}
+    # Written here: `write_document` refuses texts that are no Unicode.
+    digest = write_digest(data)
+    path.write_text(json.dumps({**data, "digest": digest}), encoding="utf-8")
+
+
+def write_digest(data):
+    return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+
+
+def test_good_manifest_is_read(folder):
+    assert read_folder(folder).manifest.members == 60
+    change(folder, "title", "another title")
+    assert read_folder(folder).manifest.title == "another title"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("key", "value"), WRONG_MANIFESTS, ids=lambda value: repr(value)[:30])
+def test_wrong_manifest(reader, folder, key, value):
+    change(folder, key, value)
+    before = shard_files(folder)
+    plan = folder / "plan.yaml"
+    for way, *arguments in (
+        ("sweep", folder),
+        ("traces", folder),
+        ("sources", folder),
+        ("gather", folder),
+        ("sweep_command", "--status", folder),
+        ("sweep_command", plan, "-o", folder.parent),
+        ("sweep_command", plan, "-o", folder.parent, "--dry-run"),
+    ):
+        found = reader.attempt(way, *arguments)
+        # Only the plan shows that a possible manifest is another sweep's.
+        possible = (key, value) in POSSIBLE_MANIFESTS and arguments[:1] != [plan]
+        # A command uses the engine of the manifest; the folder then holds another sweep.
+        possible |= key == "engine" and value == "heyoka" and "--dry-run" in arguments
+        outcomes = ("NotAResultError", "StoreError", "exit 4", "read", *["exit 0"] * possible)
+        assert found.outcome in outcomes, (way, found)
+        assert found.outcome != "read" or "Unread" in found.text, (way, found)
+        assert found.seconds < TIME_LIMIT
+    assert shard_files(folder) == before
+
+
+POSSIBLE_MANIFESTS = [
+    ("members", 61),
+    ("members", 100_000_000),
+    ("members", 59),
+    ("engine", "heyoka"),
+    ("keep", {"every": 2}),
+]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"[1, 2]",
+        b'"text"',
+        b"3",
+        b"null",
+        b"{}",
+        b"\xff\xfe{}",
+        b"{" * 50_000,
+        b'{"a":' * 50_000,
+        b'{"members": NaN, "digest": ""}',
+        b'{"members": -Infinity, "digest": ""}',
+        b'{"members": 1e999, "digest": ""}',
+        b'{"members": ' + b"9" * 100_000 + b', "digest": ""}',
+        b"[" + b"{}," * 3_000_000 + b"{}]",
+        b" " * (17 << 20) + b"{}",
+    ],
+    ids=range(14),
+)
+def test_wrong_document(folder, content):
+    (folder / "manifest.json").write_bytes(content)
+    with pytest.raises(NotAResultError):
+        read_folder(folder)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.slow
+def test_pipes_in_place_of_files(reader, folder):
+    for path in (stored_shard(folder), folder / "manifest.json"):
+        path.unlink()
+        os.mkfifo(path)
+        found = reader.attempt("sweep_command", "--status", folder)
+        assert found.outcome == "exit 4", found
+        assert str(path) in found.text
+
+
+ATTRIBUTES: list[dict[str, Any]] = [
+    {"plan_id": None},
+    {"plan_id": ["x"]},
+    {"more": {"a": 1}},
+    {"schema_version": "1"},
+    {"schema_version": True},
+    {"schema_version": 1.0},
+    {"schema_version": None},
+    {"x" * 70_000: 1},
+]
+
+
+@pytest.mark.parametrize("attributes", ATTRIBUTES, ids=lambda value: repr(value)[:30])
+def test_shard_with_wrong_attributes(folder, attributes):
+    path = stored_shard(folder)
+    content = path.read_bytes()[:-SEAL_SIZE]
+    entries, _, text = content.rpartition(b"\n")
+    changed = json.loads(text) | attributes
+    path.write_bytes(add_seal(entries + b"\n" + json.dumps(changed).encode()))
+    assert_damaged(folder)
+
+
+@pytest.mark.parametrize(
+    ("column", "values"),
+    [("status", 99), ("status", -1), ("run_id", b"\xff" * 32)],
+    ids=["status 99", "status -1", "no text"],
+)
+def test_shard_with_wrong_values(folder, column, values):
+    path, sweep = stored_shard(folder), read_folder(folder)
+    table = read_shard(path, sweep.columns)
+    arrays = {name: table[name].copy() for name in sweep.columns}
+    arrays[column][3] = values
+    head = TableHeader(sweep.columns, int(table["run"][0]), 10, {"plan_id": sweep.manifest.plan_id})
+    write_shard(path, head, arrays)
+    assert_damaged(folder)
+
+
+@pytest.mark.parametrize("length", [0, 1, 9, 11, 10**6, 10**12, 10**18])
+def test_shard_of_another_length(folder, length):
+    path = stored_shard(folder)
+    content = path.read_bytes()[:-SEAL_SIZE]
+    # The header keeps its length: it is padded with spaces.
+    old, new = b"'shape': (10,), }", f"'shape': ({length},), }}".encode()
+    at = content.index(old)
+    end = content.index(b"\n", at)
+    padded = (new + content[at + len(old) : end]).ljust(end - at)[: end - at]
+    path.write_bytes(add_seal(content[:at] + padded + content[end:]))
+    assert_damaged(folder)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "{'descr': '|O', 'fortran_order': False, 'shape': (10,), }",
+        "{'descr': '<f8', 'fortran_order': True, 'shape': (10, 10), }",
+        "{'descr': [('run', '<i8')], 'fortran_order': False, 'shape': (10,), }",
+        "__import__('os')._exit(7)",
+        "(" * 9000,
+        "",
+        "x" * 60_000,
+    ],
+    ids=range(7),
+)
+def test_shard_with_another_header(folder, header):
+    path = stored_shard(folder)
+    text = header.encode() + b"\n"
+    content = b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text + bytes(1000)
+    path.write_bytes(add_seal(content))
+    assert_damaged(folder)
+
+
+def stored_shard(folder):
+    sweep = read_folder(folder)
+    return sweep.shard_file(min(shard_inventory(sweep).done))
+
+
+def assert_damaged(folder):
+    """Assert that one of two stored shards is damaged, and is computed again."""
+    sweep = read_folder(folder)
+    found = shard_inventory(sweep)
+    assert (len(found.done), len(found.damaged)) == (1, 1)
+    assert set(found.damaged) < set(found.missing)
+    listener = Listener()
+    assert run_sweep(folder, plan_of(60), listener, shard_size=10).finished
+    assert found.damaged[0] in listener.computed
+
+
+TRACES_ATTRIBUTES = [
+    {"traces_bytes": "x"},
+    {"traces_bytes": -1},
+    {"traces_bytes": 1.5},
+    {"traces_bytes": True},
+    {"traces_digest": 5},
+    {"traces_digest": "x"},
+]
+
+
+@pytest.mark.parametrize("attributes", TRACES_ATTRIBUTES, ids=repr)
+def test_shard_with_a_wrong_digest_of_its_traces(tmp_path, attributes):
+    run_sweep(tmp_path / "a", plan_with_traces(20), shard_size=20)
+    sweep = read_folder(tmp_path / "a")
+    path = sweep.shard_file(0)
+    entries, _, text = path.read_bytes()[:-SEAL_SIZE].rpartition(b"\n")
+    changed = json.loads(text) | attributes
+    path.write_bytes(add_seal(entries + b"\n" + json.dumps(changed).encode()))
+    assert sweep.read(0) is None
+
+
+GOOD_COMPARISON = ScipyComparison("0" * 64, (3, 40), 1, {"end_time": 1e-9})
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"shards_digest": 5},
+        {"members": "x"},
+        {"members": [40, 3]},
+        {"members": [3, 60]},
+        {"members": [-1, 3]},
+        {"unlike": -1},
+        {"unlike": 3},
+        {"unlike": 10**30},
+        {"differences": []},
+        {"differences": {"end_time": "0"}},
+        {"differences": {"end_time": -1.0}},
+        {"differences": {"no_column": 1.0}},
+        {"more": 1},
+    ],
+    ids=repr,
+)
+def test_wrong_comparison_counts_as_missing(folder, wrong):
+    sweep = read_folder(folder)
+    write_document(sweep.comparison_file, asdict(GOOD_COMPARISON))
+    assert read_comparison(sweep) == GOOD_COMPARISON
+    write_document(sweep.comparison_file, asdict(GOOD_COMPARISON) | wrong)
+    assert read_comparison(sweep) is None
+
+
+@pytest.fixture(scope="module")
+def proof(tmp_path_factory):
+    """A config, and the file of its proof."""
+    folder = tmp_path_factory.mktemp("proofs")
+    config = load_config(plain(VISCO_ELASTIC))
+    proof_for(folder, config)
+    return config, proof_file(folder, config)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"id": 5},
+        {"outcome": None},
+        {"proved": "yes"},
+        {"proved": 1},
+        {"unique": "no"},
+        {"unique": False},
+        {"states": []},
+        {"states": "x"},
+        {"states": [{}]},
+        {"examined": -1},
+        {"examined": "7"},
+        {"seconds": "1"},
+        {"undecided": [[1, 2]]},
+        {"region": {"energy": 1}},
+        {"more": 1},
+    ],
+    ids=repr,
+)
+def test_wrong_proof_counts_as_missing(proof, tmp_path, wrong):
+    config, path = proof
+    copy = proof_file(tmp_path, config)
+    write_document(copy, read_document(path))
+    assert cached_proof(tmp_path, config) is not None
+    write_document(copy, read_document(path) | wrong)
+    assert cached_proof(tmp_path, config) is None
+
+
+def test_document_that_could_not_be_read_is_not_written(tmp_path):
+    with pytest.raises(StoreError, match="too large"):
+        write_document(tmp_path / "a.json", {"numbers": [0] * 2_000_001})
+    assert not list(tmp_path.iterdir())
+
+
+def test_shards_are_counted_without_looking_for_each(folder, monkeypatch):
+    """A hundred million shards would take minutes."""
+    looked = []
+
+    def look(path, _):
+        looked.append(path)
+        raise NotAResultError("not now")
+
+    monkeypatch.setattr("rbstab.sweep.folder.sweep_folder.read_shard", look)
+    sweep = read_folder(folder)
+    object.__setattr__(sweep.manifest, "members", 1_000_000)
+    assert sweep.shards == 100_000
+    assert len(shard_inventory(sweep).missing) == 100_000
+    assert len(looked) == 2

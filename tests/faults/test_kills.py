@@ -1,0 +1,124 @@
+"""Protects results against kill -9: at random moments, of every process of a command.
+
+After each kill every file with a final name is an earlier result or a right new one. Locks are
+free, no worker is left, and the same command gives the same results as if nothing had happened.
+"""
+
+import contextlib
+import signal
+import time
+
+import psutil
+import pytest
+from support.clusters import LocalProcesses
+from support.disturbed_commands import SWEEP, Trials
+from support.forked_commands import CommandServer
+
+pytestmark = pytest.mark.skipif(
+    not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here"
+)
+
+KILLS = {
+    "run": (3, 30),
+    "run --prove": (3, 25),
+    "run --force": (3, 30),
+    "sweep": (2, 25),
+    "gather": (3, 30),
+    "html": (1, 15),
+    "md": (1, 15),
+}
+"""Kills of each command: in every run of the tests, and in the long one."""
+
+WORKER_KILLS = (2, 15)
+SWEEP_ON_CLUSTER = tuple(word for word in SWEEP if word not in ("--threads", "3"))
+CLUSTER_KILLS = (1, 8)
+"""Kills of a worker, and then of the scheduler."""
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    with CommandServer(tmp_path_factory.mktemp("server")) as found:
+        yield found
+
+
+def kill_at_random(name, server, folder, numbers):
+    trials = Trials(name, server, folder)
+    for number in numbers:
+        command, rng = trials.start(number)
+        trials.wait(command, rng)
+        workers = command.workers()
+        command.send(signal.SIGKILL)
+        assert command.wait().code in (-signal.SIGKILL, 0)
+        _, left = psutil.wait_procs(workers, timeout=30)
+        assert not left, "a worker outlives its parent"
+        trials.repeat(command.folder)
+
+
+def kill_a_worker(server, folder, numbers):
+    """Kill a worker of a sweep: the command goes on, and its results are right."""
+    trials = Trials("sweep", server, folder)
+    for number in numbers:
+        command, rng = trials.start(number)
+        command.until_workers(1)
+        time.sleep(rng.uniform(0, trials.done.seconds))
+        with contextlib.suppress(IndexError, psutil.NoSuchProcess):
+            rng.choice(command.workers()).kill()
+        ended = command.wait()
+        ended.assert_no_debris()
+        trials.done.assert_done(command.folder, ended)
+        trials.repeat(command.folder)
+
+
+def kill_in_a_cluster(server, folder, numbers):
+    """Kill a worker of a cluster, then the scheduler; then sweep without the cluster."""
+    trials = Trials("sweep", server, folder)
+    for number in numbers:
+        cluster_folder = folder / f"cluster {number}"
+        cluster_folder.mkdir()
+        with LocalProcesses(cluster_folder) as cluster:
+            killed, _ = cluster.worker(), cluster.worker()
+            command, rng = trials.start(number, *SWEEP_ON_CLUSTER, "--dask", cluster.address)
+            pause = rng.uniform(0, trials.done.seconds / 2)
+            command.until_writing(command.folder / "results/plan/shards")
+            time.sleep(pause)
+            cluster.kill(killed)
+            time.sleep(pause)
+            trials.done.assert_whole(command.folder)
+            cluster.kill(cluster.scheduler)
+            ended = command.wait()
+            ended.assert_no_debris()
+            assert ended.code in (0, 4), ended
+            assert ended.code == 0 or "does not answer any more" in ended.stderr
+        trials.repeat(command.folder)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", KILLS)
+def test_killed_at_a_random_moment(name, server, tmp_path):
+    kill_at_random(name, server, tmp_path, range(KILLS[name][0]))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", KILLS)
+def test_killed_at_many_random_moments(name, server, tmp_path):
+    kill_at_random(name, server, tmp_path, range(*KILLS[name]))
+
+
+@pytest.mark.slow
+def test_a_killed_worker_of_a_sweep(server, tmp_path):
+    kill_a_worker(server, tmp_path, range(WORKER_KILLS[0]))
+
+
+@pytest.mark.long
+def test_many_killed_workers_of_sweeps(server, tmp_path):
+    kill_a_worker(server, tmp_path, range(*WORKER_KILLS))
+
+
+@pytest.mark.slow
+def test_a_killed_worker_and_a_killed_scheduler(server, tmp_path):
+    kill_in_a_cluster(server, tmp_path, range(CLUSTER_KILLS[0]))
+
+
+@pytest.mark.long
+def test_many_killed_workers_and_schedulers(server, tmp_path):
+    kill_in_a_cluster(server, tmp_path, range(*CLUSTER_KILLS))

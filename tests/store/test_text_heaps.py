@@ -1,0 +1,66 @@
+"""Protects against damaged heaps of texts, on which HDF5 loops for ever."""
+
+import h5py
+import numpy as np
+import pytest
+
+from rbstab.store.text_heaps import heaps_are_whole
+
+HEADER = 16
+
+
+@pytest.fixture(params=[1, 5, 400], ids="{} texts".format)
+def content(request, tmp_path):
+    """The bytes of an HDF5 file with texts of many lengths, in one heap or several."""
+    path = tmp_path / "texts.h5"
+    with h5py.File(path, "w") as file:
+        texts = ["x" * (37 * number % 200) for number in range(1, request.param + 1)]
+        file.create_dataset("texts", data=texts, dtype=h5py.string_dtype())
+        file.attrs["title"] = "a title"
+    return path.read_bytes()
+
+
+def is_whole(tmp_path, content):
+    path = tmp_path / "changed.h5"
+    path.write_bytes(content)
+    with path.open("rb") as file:
+        return heaps_are_whole(file)
+
+
+def free_spaces(content):
+    """Return where the last entries of all heaps begin."""
+    found, start = [], content.find(b"GCOL")
+    while start >= 0:
+        end, at = start + int.from_bytes(content[start + 8 : start + 16], "little"), start + HEADER
+        while content[at : at + 2] != b"\0\0":
+            at += HEADER + -(-int.from_bytes(content[at + 8 : at + 16], "little") // 8) * 8
+        found.append(at)
+        start = content.find(b"GCOL", end)
+    return found
+
+
+def test_heaps_of_hdf5_are_whole(tmp_path, content):
+    assert free_spaces(content)
+    assert is_whole(tmp_path, content)
+    assert is_whole(tmp_path, np.arange(1000.0).tobytes())
+
+
+@pytest.mark.parametrize("size", [0, 1, 8, 2**63])
+def test_wrong_size_of_the_free_space(tmp_path, content, size):
+    at = free_spaces(content)[-1]
+    changed = content[: at + 8] + size.to_bytes(8, "little") + content[at + 16 :]
+    assert not is_whole(tmp_path, changed)
+
+
+@pytest.mark.parametrize("size", [5000, 2**40, 2**64 - 1])
+def test_wrong_size_of_a_text(tmp_path, content, size):
+    at = content.find(b"GCOL") + HEADER
+    changed = content[: at + 8] + size.to_bytes(8, "little") + content[at + 16 :]
+    assert not is_whole(tmp_path, changed)
+
+
+@pytest.mark.parametrize("size", [0, 20, 4000, 2**40])
+def test_wrong_size_of_a_heap(tmp_path, content, size):
+    at = content.find(b"GCOL") + 8
+    changed = content[:at] + size.to_bytes(8, "little") + content[at + 8 :]
+    assert not is_whole(tmp_path, changed)

@@ -1,0 +1,105 @@
+"""Starts commands of rbstab as forks of one process in which everything is imported.
+
+So a command is at work a few milliseconds after its start, and a kill at a random moment meets its
+work and not its imports. Its clock stands still, so that equal reports have equal bytes. Apart from
+that a fork is a process like any other.
+
+Run as a script, it reads requests from stdin, one JSON list in each line, and answers each with one
+line:
+
+    ["start", FOLDER, STDOUT, STDERR, WORD, ...]    ID of the process that runs `rbstab WORD ...`
+    ["wait"]                                        exit code of that process; minus the signal
+    ["mount", FOLDER, BYTES]                        0 if a file system in memory is mounted there
+    ["resize", FOLDER, BYTES]                       0 if its size was changed
+    ["unmount", FOLDER]                             0 if it was unmounted
+
+The last three work in a mount namespace of its own (see `support.full_disks`).
+"""
+
+import json
+import os
+import subprocess
+import sys
+from datetime import UTC, datetime
+from importlib import import_module
+from typing import Any
+
+MODULES = (
+    "rbstab.experiment.proof_cache",
+    "rbstab.experiment.run_to_file",
+    "rbstab.integrate.scipy_engine",
+    "rbstab.report.build",
+    "rbstab.report.writers.html",
+    "rbstab.report.writers.markdown",
+    "rbstab.report.writers.matplotlib_figures.renderer",
+    "rbstab.report.writers.pdf",
+    "rbstab.report.writers.text",
+    "rbstab.sweep.sweep",
+    "rbstab_cli.output.sweep_report",
+)
+
+CLOCKS = ("fpdf.fpdf", "rbstab.experiment.provenance", "rbstab.report.build")
+"""The modules that write the time into files."""
+
+
+class StoppedClock(datetime):
+    """A clock on which it is always the same time."""
+
+    @classmethod
+    def now(cls, tz: Any = None) -> "StoppedClock":
+        """Return the time."""
+        return cls(2026, 1, 1, tzinfo=tz or UTC)
+
+
+def serve() -> list[str] | None:
+    """Answer requests; return the words of a command in its process, and None at the end."""
+    running = 0
+    for line in sys.stdin:
+        request, *words = json.loads(line)
+        if request == "start":
+            running = os.fork()
+            if running == 0:
+                return words
+            answer = running
+        elif request == "wait":
+            answer = os.waitstatus_to_exitcode(os.waitpid(running, 0)[1])
+        else:
+            answer = subprocess.run(_mount_command(request, *words), check=False).returncode
+        print(answer, flush=True)  # noqa: T201 (this is a script)
+    return None
+
+
+def _mount_command(request: str, folder: str, size: int = 0) -> list[str]:
+    if request == "unmount":
+        return ["umount", folder]
+    options = f"size={size}" if request == "mount" else f"remount,size={size}"
+    return ["mount", "-t", "tmpfs", "-o", options, "rbstab-test", folder]
+
+
+def run(folder: str, stdout: str, stderr: str, *words: str) -> None:
+    """Run a command in this process, and end it."""
+    from rbstab_cli.main import main
+
+    files = os.devnull, stdout, stderr
+    for descriptor, path in enumerate(files):
+        flags = os.O_RDONLY if descriptor == 0 else os.O_WRONLY | os.O_CREAT | os.O_TRUNC
+        opened = os.open(path, flags, 0o600)
+        os.dup2(opened, descriptor)
+        os.close(opened)
+    # A worker of the command must not be ended with the tests, or the tests with the command.
+    os.setsid()
+    os.chdir(folder)
+    sys.argv = ["rbstab", *words]
+    main()
+
+
+if __name__ == "__main__":
+    for name in MODULES:
+        import_module(name)
+    for name in CLOCKS:
+        import_module(name).__dict__["datetime"] = StoppedClock
+    # Only this thread would exist in a fork.
+    assert len(os.listdir("/proc/self/task")) == 1  # noqa: PTH208 (nothing more to import)
+    print("ready", flush=True)  # noqa: T201
+    if (request := serve()) is not None:
+        run(*request)

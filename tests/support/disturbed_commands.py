@@ -1,0 +1,247 @@
+"""Commands that tests kill or starve, and exact comparisons of the files that they leave."""
+
+import json
+import random
+import re
+import shutil
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import yaml
+
+from rbstab.store.disk.atomic import PARTIAL_SUFFIX
+from rbstab.store.disk.lock import is_locked
+from rbstab.store.document import read_document
+from rbstab.store.run_file import open_result
+from rbstab.store.table_file import read_table
+from support.configs import VISCO_ELASTIC, plain
+from support.forked_commands import Command, CommandServer, Ended
+from support.sweeping import run_sweep
+from support.sweeps import plan_of
+
+SPIN = "initial.angular_velocity[0]"
+
+Words = tuple[str, ...]
+
+Content = bytes | tuple[Any, ...]
+"""What must be equal in two files: the bytes, or names, types, shapes and bytes of the arrays."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A command, and what is done in its folder before.
+
+    Args:
+        words: The command.
+        before: Commands that have run in the folder. `other.yaml` has always run.
+        fake_members: Members of a sweep with made up numbers; its shards are not gathered yet.
+    """
+
+    words: Words
+    before: tuple[Words, ...] = ()
+    fake_members: int = 0
+
+
+def _report(suffix: str) -> Case:
+    """Return a report that replaces another report of the same name."""
+    name = f"report.{suffix}"
+    older = ("report", "results/older.h5", "-o", name, "-q")
+    before = (("run", "older.yaml", "-q"), older)
+    return Case(("report", "results/other.h5", "-o", name, "-q"), before)
+
+
+SWEEP = ("sweep", "plan.yaml", "--engine", "scipy", "--shard-size", "4", "--threads", "3", "-q")
+
+CASES = {
+    "run": Case(("run", "case.yaml", "-q")),
+    "run --prove": Case(("run", "case.yaml", "--prove", "-q")),
+    "run --force": Case(
+        ("run", "case.yaml", "--force", "-q"),
+        (("run", "case.yaml", "--set", "body.mass=50", "-q"),),
+    ),
+    "sweep": Case(SWEEP),
+    "gather": Case(("gather", "results/fake", "-q"), fake_members=20_000),
+    "html": _report("html"),
+    "md": _report("md"),
+    "pdf": _report("pdf"),
+    "text": _report("txt"),
+    "data": Case(("report", "results/other.h5", "--json", "-q")),
+}
+
+
+class Undisturbed:
+    """A case, its folder before the command, and the files after a run that nothing disturbed.
+
+    Args:
+        case: The case.
+        server: Runs the commands.
+        folder: An empty folder, visible to the server.
+    """
+
+    def __init__(self, case: Case, server: CommandServer, folder: Path) -> None:
+        self.words = case.words
+        self.template = folder / "template"
+        self.template.mkdir()
+        _write_inputs(self.template)
+        for words in (("run", "other.yaml", "-q"), *case.before):
+            ended = server.run(self.template, *words)
+            assert ended.code == 0, ended
+        if case.fake_members:
+            path = self.template / "results" / "fake"
+            run_sweep(path, plan_of(case.fake_members), shard_size=1000)
+            (path / "sweep.h5").unlink()
+        self.before = contents(self.template)
+        done = folder / "done"
+        self.copy_to(done)
+        ended = server.run(done, *case.words)
+        assert (ended.code, partial_files(done)) == (0, []), ended
+        self.seconds = ended.seconds
+        self.stdout = ended.stdout
+        self.after = contents(done)
+        new = [name for name, content in self.after.items() if content != self.before.get(name)]
+        self.size = sum((done / name).stat().st_size for name in new)
+        """The bytes of the files that the command writes."""
+
+    def copy_to(self, folder: Path) -> None:
+        """Make a folder in which the command can run."""
+        shutil.copytree(self.template, folder)
+
+    def short_delay(self, rng: random.Random) -> float:
+        """Return a random time from the first partial file on, s: often some milliseconds."""
+        return rng.choice((rng.uniform(0, 0.003), float(rng.random() ** 4 * self.seconds)))
+
+    def assert_whole(self, folder: Path) -> None:
+        """Assert that every file is an earlier one or a right new one, and none is lost."""
+        found = contents(folder)
+        for name, content in found.items():
+            right = content in (self.before.get(name), self.after.get(name))
+            # An earlier result may have been moved aside.
+            assert right or content in self.before.values(), name
+        for name, content in self.before.items():
+            replaced = name in found and found[name] == self.after.get(name)
+            assert replaced or content in found.values(), f"{name} is lost"
+        for report in folder.glob("*.md"):
+            assert_pictures_exist(report)
+
+    def assert_done(self, folder: Path, ended: Ended) -> None:
+        """Assert that the command has succeeded, and all its files are as if nothing happened."""
+        assert ended.code == 0, ended
+        found = contents(folder)
+        for name, content in self.after.items():
+            assert found.get(name) == content, name
+        # A result that was moved aside when the command was killed may be there twice.
+        for name in found.keys() - self.after.keys():
+            assert found[name] in self.before.values(), name
+
+
+class Trials:
+    """Runs of one command in folders of their own, each disturbed at another random moment.
+
+    Args:
+        name: The name of its case.
+        server: Runs it.
+        folder: An empty folder.
+    """
+
+    def __init__(self, name: str, server: CommandServer, folder: Path) -> None:
+        self.name = name
+        self.server = server
+        self.folder = folder
+        self.done = Undisturbed(CASES[name], server, folder)
+
+    def start(self, number: int, *words: str) -> tuple[Command, random.Random]:
+        """Start the command, or another, in a new folder; return it and this trial's generator."""
+        work = self.folder / str(number)
+        self.done.copy_to(work)
+        rng = random.Random(f"{self.name} {number}")  # noqa: S311 (seeded trials)
+        return self.server.start(work, *(words or self.done.words)), rng
+
+    def wait(self, command: Command, rng: random.Random) -> None:
+        """Wait until a random moment; half of them are close to a write."""
+        if rng.random() < 0.5:
+            time.sleep(rng.uniform(0, self.done.seconds))
+            return
+        there = [path for path in command.folder.rglob("*") if path.is_dir()]
+        new = [command.folder / "results/plan" / name for name in ("", "shards", "traces")]
+        command.until_writing(command.folder, *there, *new, command.folder / "report_files")
+        time.sleep(self.done.short_delay(rng))
+
+    def repeat(self, folder: Path) -> None:
+        """Check what the command has left, and repeat it."""
+        self.done.assert_whole(folder)
+        for lock in folder.rglob(".lock"):
+            assert not is_locked(lock.parent)
+        ended = self.server.run(folder, *self.done.words)
+        ended.assert_no_debris()
+        self.done.assert_done(folder, ended)
+        assert partial_files(folder) == []
+
+
+def _write_inputs(folder: Path) -> None:
+    base = plain(VISCO_ELASTIC)
+    base["body"]["inertia"] = [10.0, 8.0, 3.0]
+    base["integration"] = {"duration": 0.2, "samples": 101, "rtol": 1e-8, "engine": "scipy"}
+    for number, name in enumerate(("case", "other", "older")):
+        base["title"] = name
+        base["initial"]["angular_velocity"] = [16, 32, -16 + number]
+        (folder / f"{name}.yaml").write_text(yaml.safe_dump(base))
+    base["integration"] |= {"duration": 0.02, "samples": 51, "rtol": 1e-6}
+    vary = {SPIN: {"linspace": [-40, 40, 60]}}
+    plan = {"title": "Spins", "base": base, "vary": vary, "keep": "traces"}
+    (folder / "plan.yaml").write_text(yaml.safe_dump(plan))
+
+
+def contents(folder: Path) -> dict[str, Content]:
+    """Return the content of all files with final names. Each must be readable by the program."""
+    return {
+        str(path.relative_to(folder)): content_of(path)
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and not path.name.startswith(".")
+    }
+
+
+def content_of(path: Path) -> Content:
+    """Return what must be equal in files of equal results; they state different durations."""
+    if path.suffix == ".json" and path.parent.name == "proofs":
+        proof = read_document(path) | {"seconds": None}
+        return json.dumps(proof, sort_keys=True).encode()
+    if path.suffix != ".h5" or path.parent.name == "traces":
+        return path.read_bytes()
+    if path.name == "sweep.h5":
+        digest = str(read_table(path).attributes["arrays_digest"])
+    else:
+        digest = open_result(path).run_id
+    return digest, *_arrays(path)
+
+
+def _arrays(path: Path) -> list[tuple[Any, ...]]:
+    """Return all arrays of an HDF5 file, read without the program."""
+    found: list[tuple[Any, ...]] = []
+
+    def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
+        if isinstance(item, h5py.Dataset):
+            data = item[()]
+            text = data if isinstance(data, bytes) else data.tobytes()
+            if item.dtype.hasobject:
+                text = str(data.tolist() if item.shape else data).encode()
+            found.append((name, str(item.dtype), item.shape, text))
+
+    with h5py.File(path, locking=False) as file:
+        file.visititems(visit)
+    return found
+
+
+def partial_files(folder: Path) -> list[str]:
+    """Return the names of the partial files that killed writers have left."""
+    return sorted(path.name for path in folder.rglob(f".*{PARTIAL_SUFFIX}"))
+
+
+def assert_pictures_exist(report: Path) -> None:
+    """Assert that a report in Markdown has its pictures."""
+    names = re.findall(r"\]\(([^)]*\.png)\)", report.read_text(encoding="utf-8"))
+    assert names
+    for name in names:
+        assert (report.parent / name).is_file(), name

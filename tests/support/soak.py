@@ -1,0 +1,197 @@
+"""A long sweep on a cluster whose workers are killed all the time; `make soak` runs it.
+
+The results must equal those of a sweep that nothing disturbs, and no process may take more and more
+memory. One worker lives as long as the sweep; of the others one is killed every few seconds, and
+replaced.
+"""
+
+import argparse
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import psutil
+import yaml
+
+from rbstab.store.table_file import read_table
+from support.clusters import LocalProcesses
+from support.configs import VISCO_ELASTIC, plain
+from support.sweeps import shard_files
+
+MEMBERS = 1_000_000
+KILL_INTERVAL = 4.0
+"""s between two kills."""
+
+MAX_GROWTH = 50e6
+"""Bytes by which the memory of a process may grow after the first part of the sweep."""
+
+WARM_UP = 0.2
+"""The part of the members in which a process may grow: it imports, compiles, and fills caches."""
+
+SAMPLE_INTERVAL = 0.25
+LINE_INTERVAL = 10.0
+
+Say = Callable[[str], None]
+
+
+class Memory:
+    """The memory of a process that lives as long as the sweep, sampled.
+
+    Args:
+        name: The name of the process, for messages.
+        pid: Its ID.
+    """
+
+    def __init__(self, name: str, pid: int) -> None:
+        self.name = name
+        self.process = psutil.Process(pid)
+        self.at_first = 0
+        """The largest memory in the first part, bytes."""
+        self.later = 0
+        """The largest memory after it, bytes."""
+
+    def sample(self, *, warm: bool) -> None:
+        """Read the memory; the process may have ended."""
+        try:
+            size = int(self.process.memory_info().rss)
+        except psutil.NoSuchProcess:
+            return
+        if warm:
+            self.later = max(self.later, size)
+        else:
+            self.at_first = max(self.at_first, size)
+
+    @property
+    def growth(self) -> int:
+        """The bytes by which it grew after the first part of the sweep."""
+        return self.later - self.at_first
+
+    def __str__(self) -> str:
+        return f"{self.name} {max(self.at_first, self.later) / 1e6:.0f} MB"
+
+
+class Soaked(NamedTuple):
+    """What a soak has found: seconds, kills, growth of each process in bytes, equal results."""
+
+    seconds: float
+    kills: int
+    growth: dict[str, int]
+    equal: bool
+
+    @property
+    def problems(self) -> list[str]:
+        """Return what is wrong, as sentences."""
+        found = [
+            f"the {name} grew by {size / 1e6:.0f} MB (at most {MAX_GROWTH / 1e6:.0f} MB)"
+            for name, size in self.growth.items()
+            if size > MAX_GROWTH
+        ]
+        found += [] if self.equal else ["the results differ from those of an undisturbed sweep"]
+        return found + ([] if self.kills else ["no worker was killed: the sweep is too short"])
+
+
+def soak(folder: Path, members: int, kill_interval: float, say: Say = print) -> Soaked:
+    """Sweep with and without kills, and compare.
+
+    Args:
+        folder: An empty folder.
+        members: The number of members.
+        kill_interval: The time between two kills, s.
+        say: Called with a line every ten seconds.
+
+    Raises:
+        AssertionError: A sweep failed.
+    """
+    begin = time.monotonic()
+    _write_plan(folder / "plan.yaml", members)
+    plain_sweep = _start(folder, "plain")
+    plain_log = (folder / "plain.log").read_text
+    assert plain_sweep.wait() == 0, plain_log()
+    say(f"{time.monotonic() - begin:6.0f} s  {members} members without kills")
+    with LocalProcesses(folder) as cluster:
+        kills, memories = _sweep_and_kill(folder, members, cluster, kill_interval, say)
+    growth = {memory.name: memory.growth for memory in memories}
+    seconds = time.monotonic() - begin
+    return Soaked(seconds, kills, growth, _equal(folder / "plain/plan", folder / "killed/plan"))
+
+
+def _write_plan(path: Path, members: int) -> None:
+    base = plain(VISCO_ELASTIC)
+    base["body"]["inertia"] = [10.0, 8.0, 3.0]
+    base["integration"] = {"duration": 0.5, "samples": 51, "rtol": 1e-8}
+    keys = [f"initial.angular_velocity[{axis}]" for axis in (0, 1)]
+    vary = {key: {"uniform": [-40, 40]} for key in keys}
+    plan = {"base": base, "vary": vary, "design": "random", "members": members, "seed": 1}
+    path.write_text(yaml.safe_dump(plan))
+
+
+def _start(folder: Path, name: str, *options: str) -> "subprocess.Popen[bytes]":
+    command = ("sweep", str(folder / "plan.yaml"), "-o", str(folder / name), "--engine", "heyoka")
+    with (folder / f"{name}.log").open("wb") as log:
+        return subprocess.Popen(
+            [sys.executable, "-m", "rbstab_cli", *command, *options], stdout=log, stderr=log
+        )
+
+
+def _sweep_and_kill(
+    folder: Path, members: int, cluster: LocalProcesses, kill_interval: float, say: Say
+) -> tuple[int, list[Memory]]:
+    """Sweep on a cluster; return the number of killed workers, and the memory of the others."""
+    lasting, victim = cluster.worker(), cluster.worker()
+    sweep = _start(folder, "killed", "--dask", str(cluster.file))
+    named = {"sweep": sweep, "scheduler": cluster.scheduler, "lasting worker": lasting}
+    memories = [Memory(name, process.pid) for name, process in named.items()]
+    shards = folder / "killed/plan/shards"
+    begin = said = time.monotonic()
+    killed_at, kills, done = begin, 0, 0
+    while sweep.poll() is None:
+        now = time.monotonic()
+        share = done / max(1, len(shard_files_of(folder / "plain/plan/shards")))
+        for memory in memories:
+            memory.sample(warm=share > WARM_UP)
+        if 0 < share < 1 and now - killed_at > kill_interval:
+            cluster.kill(victim)
+            victim, kills, killed_at = cluster.worker(), kills + 1, now
+        if now - said > LINE_INTERVAL:
+            said = now
+            text = ", ".join(map(str, memories))
+            say(f"{now - begin:6.0f} s  {share:4.0%} of {members} members, {kills} kills, {text}")
+        time.sleep(SAMPLE_INTERVAL)
+        done = len(shard_files_of(shards))
+    assert sweep.returncode == 0, (folder / "killed.log").read_text()
+    return kills, memories
+
+
+def shard_files_of(folder: Path) -> list[Path]:
+    """Return the paths of the shards in a folder; it may not exist yet."""
+    return list(folder.glob("[0-9]*.npy"))
+
+
+def _equal(one: Path, other: Path) -> bool:
+    digests = {read_table(path / "sweep.h5").attributes["arrays_digest"] for path in (one, other)}
+    return len(digests) == 1 and shard_files(one) == shard_files(other)
+
+
+def main() -> None:
+    """Run the soak, print its verdict, and end with exit code 1 if something is wrong."""
+    parser = argparse.ArgumentParser(description="Sweep while workers are killed.")
+    parser.add_argument("--members", type=int, default=MEMBERS)
+    parser.add_argument("--kill-interval", type=float, default=KILL_INTERVAL, help="s")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        found = soak(Path(folder), given.members, given.kill_interval)
+    growth = ", ".join(f"{name} {size / 1e6:+.0f} MB" for name, size in found.growth.items())
+    print(f"{found.seconds:6.0f} s  {found.kills} workers were killed; growth: {growth}")  # noqa: T201
+    for problem in found.problems:
+        print(f"FAILED: {problem}")  # noqa: T201
+    if found.problems:
+        sys.exit(1)
+    print("PASSED: the results are equal, and the memory is flat")  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()

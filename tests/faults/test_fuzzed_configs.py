@@ -5,6 +5,7 @@ bytes: other values, types and indentation, repeated keys, aliases, tags, null b
 encodings and line ends. A case is fixed by its number, so a failure repeats.
 """
 
+import json
 import random
 import re
 import shutil
@@ -162,6 +163,8 @@ def _load(path: Path) -> None:
         assert plan.config_of(plan.members - 1)
     else:
         config = load_config(path)
+        # A number that is not finite raises an error.
+        json.dumps(config.model_dump(), allow_nan=False)
         copy = path.with_name("copy.yaml")
         copy.write_text(resolved_yaml(config), encoding="utf-8")
         assert run_id(load_config(copy)) == run_id(config)

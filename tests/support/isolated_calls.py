@@ -71,3 +71,27 @@ def call_again(number):
     from rbstab.processes.isolated import Limits, isolated
 
     return isolated(process_of, None, Limits(0.0, 0)), os.getpid(), number
+
+
+def hang_on(_path):
+    time.sleep(600)
+
+
+def crash_on(_path):
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def crash_once(path):
+    """Crash on the first call for a path; the path then exists."""
+    if not path.exists():
+        path.touch()
+        os.kill(os.getpid(), signal.SIGSEGV)
+    return "read"
+
+
+def fill_memory_on(_path):
+    return len(bytearray(2 << 30))
+
+
+def is_in_worker(_path):
+    return os.getpid()

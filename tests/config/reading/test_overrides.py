@@ -237,6 +237,9 @@ def test_the_place_of_a_section_that_a_change_creates(complaints):
     (found,) = complaints(VISCO_ELASTIC, change)
     place = "--set reference.final.orientation:1:1"
     assert found == f"{place}: reference.source: is missing (it is required)"
+    begin = VISCO_ELASTIC.index("integration:")
+    found = complaints(VISCO_ELASTIC[:begin], change)
+    assert "1:1: integration: is missing (it is required)" in found
     (found,) = complaints(VISCO_ELASTIC, "more.of.it=1")
     assert found.startswith("--set more.of.it:1:1: more: is unknown")
 

@@ -140,7 +140,7 @@ def test_the_depth_of_nesting(kind):
     """As in a file: 16 levels with the outermost mapping, and a value in the innermost one."""
 
     def nested(levels):
-        value = 1
+        value: object = 1
         for _ in range(levels - 1):
             value = [value] if kind == "lists" else {"a": value}
         return {"more": value}

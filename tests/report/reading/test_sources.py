@@ -12,6 +12,9 @@ from support.sweeps import FakeEngine, plan_of
 
 from rbstab.report.reading.sources import MAX_LABEL_LENGTH, read_sources, unique_labels
 from rbstab.store.run_file import write_result
+from rbstab.store.table import TableHeader
+from rbstab.store.table_file import read_table
+from rbstab.store.table_writer import write_table
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
 
@@ -204,6 +207,31 @@ def test_a_damaged_sweep(good, tmp_path, sweep):
     path = tmp_path / "sweep.h5"
     path.write_bytes((sweep / "sweep.h5").read_bytes()[:-1])
     assert "is damaged" in reason(path, good)
+
+
+@pytest.mark.parametrize(
+    ("name", "column"),
+    [
+        ("status", {"dtype": "f8", "flags": ()}),
+        ("status", {"dtype": "i8", "flags": ()}),
+        ("status", {"flags": ("settled", "completed")}),
+        ("status", {"flags": ()}),
+        ("run_id", {"dtype": "S5"}),
+        ("settling_time", {"dimensions": ("axis",)}),
+        ("peak_time", {"dimensions": ()}),
+        ("peak_time", {"dimensions": ("way",), "lengths": (2,)}),
+        ("convergence", {"flags": ()}),
+    ],
+    ids=repr,
+)
+def test_columns_of_other_shapes_and_kinds(name, column, good, tmp_path, sweep):
+    """The digests of the file are right."""
+    table, path = read_table(sweep / "sweep.h5"), tmp_path / "other.h5"
+    layout = {**table.layout, name: table.layout[name]._replace(**column)}
+    arrays = {**table.arrays, name: np.zeros((60, *layout[name].shape), layout[name].dtype)}
+    attributes = {key: v for key, v in table.attributes.items() if not key.endswith("digest")}
+    write_table(path, TableHeader(layout, 0, 60, attributes, table.extras), [arrays])
+    assert f"column {name}" in reason(path, good)
 
 
 def test_labels_are_the_shortest_that_tell_files_apart():

@@ -59,6 +59,11 @@ def test_a_scaled_key_is_changed():
     assert found == {(1.0, 2.0, 3.0), (2.0, 4.0, 6.0)}
 
 
+def test_a_scaled_number_is_changed():
+    plan = loaded("body.mass=10", vary={"body.mass": {"scale": {"values": [1, 2]}}})
+    assert [plan.config_of(number).body.mass for number in range(2)] == [10.0, 20.0]
+
+
 def test_the_other_entries_of_a_vector_are_changed():
     plan = loaded("initial.angular_velocity=[0, 7, 8]")
     assert {plan.config_of(k).initial.angular_velocity for k in range(plan.members)} == {

@@ -5,19 +5,24 @@ differs.
 """
 
 import signal
+import sys
+from _thread import interrupt_main
 from collections.abc import Iterator
 from contextlib import contextmanager
-from threading import Event
+from threading import Event, Timer, main_thread
 from typing import Any
 
 from rbstab_cli import exit_codes
+
+REPEAT_DELAY = 0.01
+"""s until an interrupt that was lost is repeated."""
 
 _terminated = Event()
 """Set by SIGTERM."""
 
 
-def interrupt_on_sigterm() -> None:
-    """Make SIGTERM raise `KeyboardInterrupt`, as Ctrl-C does.
+def handle_interrupts() -> None:
+    """Make SIGTERM raise `KeyboardInterrupt`, as Ctrl-C does, and let neither be lost.
 
     A process that was started with SIGTERM ignored keeps ignoring it.
     """
@@ -28,6 +33,31 @@ def interrupt_on_sigterm() -> None:
 
     if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
         signal.signal(signal.SIGTERM, on_sigterm)
+    sys.unraisablehook = _repeat_lost_interrupt
+
+
+def _repeat_lost_interrupt(lost: "sys.UnraisableHookArgs") -> None:
+    """Interrupt again after an interrupt that Python has dropped.
+
+    It drops every exception in a destructor or in the callback of a weak reference, where a signal
+    may happen to arrive.
+    """
+    if not isinstance(lost.exc_value, KeyboardInterrupt):
+        sys.__unraisablehook__(lost)
+        return
+    number = signal.SIGTERM if _terminated.is_set() else signal.SIGINT
+    # Not at once: the destructor has not ended.
+    timer = Timer(REPEAT_DELAY, _interrupt_main_thread, (number,))
+    timer.daemon = True
+    timer.start()
+
+
+def _interrupt_main_thread(number: int) -> None:
+    if hasattr(signal, "pthread_kill"):
+        # It wakes a thread that waits.
+        signal.pthread_kill(main_thread().ident or 0, number)
+    else:
+        interrupt_main(number)
 
 
 def interrupted_code() -> int:

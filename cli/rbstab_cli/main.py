@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from rbstab_cli import exit_codes
-from rbstab_cli.interrupts import interrupt_on_sigterm, interrupted_code
+from rbstab_cli.interrupts import handle_interrupts, interrupted_code
 from rbstab_cli.streams import (
     ReaderGoneError,
     discard_output,
@@ -94,7 +94,7 @@ def cli() -> None:
 def main() -> None:
     """Run the command line and end the process with its exit code."""
     prepare_streams()
-    interrupt_on_sigterm()
+    handle_interrupts()
     try:
         code = _exit_code()
         flush_streams()

@@ -90,6 +90,28 @@ def test_a_terminated_run_says_what_is_stored(server, tmp_path):
     assert [path.name for path in (tmp_path / "results").iterdir()] == ["good.h5"]
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_in_a_destructor_is_not_lost(number):
+    """Python drops an exception in a destructor, and goes on."""
+    code = (
+        "import os, sys, time\n"
+        "from rbstab_cli import main\n"
+        "class Dropped:\n"
+        "    def __del__(self):\n"
+        "        os.kill(os.getpid(), int(sys.argv[1]))\n"
+        "        time.sleep(0.01)\n"
+        "def run(**_):\n"
+        "    Dropped()\n"
+        "    time.sleep(60)\n"
+        "main.cli.main = run\n"
+        "main.main()\n"
+    )
+    words = [sys.executable, "-c", code, str(int(number))]
+    done = subprocess.run(words, check=False, capture_output=True, text=True, timeout=50)
+    assert done.returncode == 128 + number
+    assert done.stderr == "Interrupted.\n"
+
+
 def test_sigterm_that_the_caller_ignores_stays_ignored():
     code = (
         "import os, signal, sys\n"

@@ -22,6 +22,7 @@ from support.isolated_calls import (
     leave,
     process_of,
     take,
+    wait_and_return,
 )
 
 import rbstab.processes.isolated
@@ -102,10 +103,10 @@ def test_hanging_call_ends_at_its_deadline():
 
 
 def test_late_answer_is_not_taken_for_the_answer_of_the_next_call():
-    with IsolatedFunction(double) as call:
+    with IsolatedFunction(wait_and_return) as call:
         with pytest.raises(DeadlineError):
-            call(1, Limits(0.0, MEBIBYTE))
-        assert call(2, ENOUGH) == 4
+            call((2.0, "late"), Limits(0.5, MEBIBYTE))
+        assert call((2.0, "next"), ENOUGH) == "next"
 
 
 @pytest.mark.parametrize("number", [signal.SIGSEGV, signal.SIGABRT, signal.SIGKILL])
@@ -148,6 +149,14 @@ def test_worker_that_does_not_start(monkeypatch):
     monkeypatch.setattr(rbstab.processes.isolated, "START_LIMIT", 0.0)
     with pytest.raises(WorkerDiedError, match="did not start"):
         isolated(double, 1, ENOUGH)
+
+
+def test_worker_ends_with_its_function():
+    call = IsolatedFunction(process_of)
+    worker = call(None, ENOUGH)
+    assert psutil.pid_exists(worker)
+    del call
+    assert has_ended(worker)
 
 
 def test_process_with_an_idle_worker_ends():

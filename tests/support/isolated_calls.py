@@ -26,6 +26,12 @@ def hang(seconds):
     time.sleep(seconds)
 
 
+def wait_and_return(seconds_and_value):
+    seconds, value = seconds_and_value
+    time.sleep(seconds)
+    return value
+
+
 def hang_all_threads(pid_file):
     """Write the number of this process to a file, and hang in a call that no thread can interrupt.
 

@@ -4,7 +4,6 @@ A library that reads a damaged file may hang, crash or fill the memory. In a wor
 this process kills the worker and continues.
 """
 
-import atexit
 import os
 import pickle
 import signal
@@ -12,6 +11,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
+from multiprocessing.util import Finalize
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
@@ -80,8 +80,8 @@ class IsolatedFunction:
             return self._function(argument)
         if self._worker is None:
             self._worker = _start(self._function)
-            # At exit, multiprocessing waits for its workers; those that are left must be ended.
-            atexit.register(self.close)
+            # Ends the worker with this object, or at exit, where multiprocessing waits for workers.
+            self._end_worker = Finalize(self, self._worker.close, exitpriority=0)
         try:
             is_error, outcome = _request(self._worker, argument, limits)
         except BaseException:
@@ -95,9 +95,8 @@ class IsolatedFunction:
     def close(self) -> None:
         """End the worker at once."""
         if self._worker is not None:
-            worker, self._worker = self._worker, None
-            atexit.unregister(self.close)
-            worker.close()
+            self._worker = None
+            self._end_worker()
 
     def __enter__(self) -> Self:
         return self

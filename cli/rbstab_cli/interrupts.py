@@ -52,7 +52,7 @@ def _repeat_lost_interrupt(lost: "sys.UnraisableHookArgs") -> None:
     timer.start()
 
 
-def _interrupt_main_thread(number: int) -> None:
+def _interrupt_main_thread(number: signal.Signals) -> None:
     if hasattr(signal, "pthread_kill"):
         # It wakes a thread that waits.
         signal.pthread_kill(main_thread().ident or 0, number)

@@ -10,6 +10,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -117,7 +118,9 @@ def processes() -> list[int]:
 def forget_peaks() -> None:
     """Let the system measure the largest memory of these processes anew."""
     for number in processes():
-        Path(f"/proc/{number}/clear_refs").write_text("5", encoding="ascii")
+        # A worker that is just ending has no memory any more.
+        with suppress(FileNotFoundError, ProcessLookupError):
+            Path(f"/proc/{number}/clear_refs").write_text("5", encoding="ascii")
 
 
 def peak() -> int:
@@ -125,7 +128,11 @@ def peak() -> int:
 
 
 def peak_of(number: int) -> int:
-    lines = Path(f"/proc/{number}/status").read_text(encoding="utf-8").splitlines()
+    try:
+        lines = Path(f"/proc/{number}/status").read_text(encoding="utf-8").splitlines()
+    except (FileNotFoundError, ProcessLookupError):
+        # A worker that has just ended.
+        return 0
     values = [int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM")]
     return values[0] if values else 0
 

@@ -138,6 +138,6 @@ def _check_digests(file: Hdf5Reader, header: TableHeader, digests: dict[str, str
     expected = {ARRAYS_DIGEST: arrays_digest, DIGEST: digest_of_table(header, arrays_digest)}
     if ARRAYS_DIGEST not in digests or any(expected[name] != digests[name] for name in digests):
         raise NotAResultError(
-            f"{file.path} is damaged: its content does not match its digest. Run `rbstab gather` on "
-            "its folder to make it again from the shards"
+            f"{file.path} is damaged: its content does not match its digest. Run `rbstab gather` "
+            "on its folder to make it again from the shards"
         )

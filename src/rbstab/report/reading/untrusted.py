@@ -54,7 +54,7 @@ def content_of(file: Path) -> Result | Literal["sweep"]:
     try:
         result = open_result(file)
     except NotAResultError as error:
-        # Not a run: it may be a sweep, which `open_result` refuses. The name says which error helps.
+        # Not a run: it may be a sweep. Then `read_table` has the right error.
         table = read_table(file) if file.name == SWEEP_FILE else _table_of(file)
         if table is not None:
             _check_columns(file, table)

@@ -120,9 +120,12 @@ class Undisturbed:
             right = content in (self.before.get(name), self.after.get(name))
             # An earlier result may have been moved aside.
             assert right or content in self.before.values(), name
+        # The pictures of an older report are removed when the new one is complete.
+        complete = found.items() >= self.after.items()
         for name, content in self.before.items():
             replaced = name in found and found[name] == self.after.get(name)
-            assert replaced or content in found.values(), f"{name} is lost"
+            removed = complete and name not in self.after
+            assert replaced or removed or content in found.values(), f"{name} is lost"
         for report in folder.glob("*.md"):
             assert_pictures_exist(report)
 

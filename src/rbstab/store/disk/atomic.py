@@ -103,7 +103,7 @@ def write_at(file: BinaryIO, offset: int, content: bytes | memoryview) -> None:
     write_all(file, content)
 
 
-def remove_partial_files(folder: Path, older_than: float = 0.0) -> None:
+def remove_partial_files(folder: Path, older_than: float) -> None:
     """Remove the partial files that killed writers left in a folder.
 
     Args:

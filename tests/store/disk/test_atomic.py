@@ -5,6 +5,7 @@ import os
 import resource
 import signal
 import stat
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from rbstab.store.disk.atomic import (
     PARTIAL_SUFFIX,
     atomic_file,
     move_aside,
+    remove_partial_files,
     write_all,
     write_atomically,
 )
@@ -307,6 +309,42 @@ def test_many_threads_write_one_file(tmp_path):
             done.result()
     assert path.read_bytes() in [bytes([97 + k]) * 1000 for k in range(8)]
     assert names(tmp_path) == ["a.h5"]
+
+
+def test_a_new_partial_file_that_another_writer_removes_is_made_again(tmp_path, monkeypatch):
+    """The other writer has tested the lock in the instant before it was taken."""
+    others = [1, 2]
+    lock = atomic.try_lock
+
+    def remove_first(file):
+        if others:
+            others.pop()
+            Path(file.name).unlink()
+        return lock(file)
+
+    monkeypatch.setattr(atomic, "try_lock", remove_first)
+    before = len(list(Path("/proc/self/fd").iterdir()))
+    # A file that is not closed is an error: see filterwarnings in pyproject.toml.
+    write_atomically(tmp_path / "a.h5", NEW)
+    assert others == []
+    assert (tmp_path / "a.h5").read_bytes() == NEW
+    assert names(tmp_path) == ["a.h5"]
+    assert len(list(Path("/proc/self/fd").iterdir())) == before
+
+
+@pytest.mark.parametrize(
+    ("older_than", "left"),
+    [(0.0, []), (50.0, ["future", "new", "recent"]), (200.0, ["future", "new", "old", "recent"])],
+)
+def test_partial_files_of_an_age_are_removed(tmp_path, older_than, left):
+    now = time.time()
+    for name, age in {"old": 100.0, "recent": 20.0, "new": 0.0, "future": -1000.0}.items():
+        path = tmp_path / f".{name}{PARTIAL_SUFFIX}"
+        path.touch()
+        os.utime(path, (now - age, now - age))
+    (tmp_path / ".other").touch()
+    remove_partial_files(tmp_path, older_than)
+    assert names(tmp_path) == sorted([".other", *(f".{name}{PARTIAL_SUFFIX}" for name in left)])
 
 
 @pytest.mark.parametrize("letter", ["a", "ö", "€"])

@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from rbstab.store.disk.checked_reads import CheckedReads
 from rbstab.store.disk.regular_file import open_regular
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.result import Variable
@@ -204,24 +205,37 @@ def open_hdf5(path: Path) -> Iterator[Hdf5Reader]:
         StoreError: The file cannot be opened.
     """
     with _open_raw(path) as raw:
+        checked = CheckedReads(raw)
         try:
             if not heaps_are_whole(raw):
                 raise NotAResultError(f"{path} is damaged: its texts are not as HDF5 stores them")
-            with h5py.File(raw, "r") as file:
+            with h5py.File(checked, "r") as file:
                 yield Hdf5Reader(path, file, raw)
-        except StoreError:
-            raise
-        except OSError as error:
-            if error.errno is not None:
-                reason = error.strerror or error
-                raise StoreError(f"{path} cannot be read: {reason}") from error
-            raise NotAResultError(f"{path} is damaged or is not HDF5") from error
-        except MemoryError as error:
-            raise StoreError(f"{path} needs more memory than there is") from error
+            checked.raise_error()
         except Exception as error:
-            # h5py raises many kinds of errors for files that are not as they should be. Their texts
-            # help no user: they name functions of HDF5.
-            raise NotAResultError(f"{path} is damaged: HDF5 cannot read it") from error
+            # A file that cannot be read now may be whole, so a failed read is not called damage.
+            raise _store_error(path, checked.error or error) from error
+
+
+def _store_error(path: Path, error: Exception) -> StoreError:
+    """Return the store error for an error of reading.
+
+    h5py raises many kinds for files that are not as they should be. Their texts help no user: they
+    name functions of HDF5.
+    """
+    if isinstance(error, StoreError):
+        return error
+    if isinstance(error, OSError):
+        if error.errno is not None:
+            return _unreadable(path, error)
+        return NotAResultError(f"{path} is damaged or is not HDF5")
+    if isinstance(error, MemoryError):
+        return StoreError(f"{path} needs more memory than there is")
+    return NotAResultError(f"{path} is damaged: HDF5 cannot read it")
+
+
+def _unreadable(path: Path, error: OSError) -> StoreError:
+    return StoreError(f"{path} cannot be read: {error.strerror or error}")
 
 
 @contextmanager
@@ -234,7 +248,7 @@ def _open_raw(path: Path) -> Iterator[BinaryIO]:
         try:
             file.close()
         except OSError as error:
-            raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+            raise _unreadable(path, error) from error
 
 
 def _is_text(dataset: h5py.Dataset) -> bool:

@@ -21,6 +21,7 @@ from rbstab.store.disk.atomic import (
     write_all,
     write_atomically,
 )
+from rbstab.store.disk.lock import try_lock
 from rbstab.store.errors import ResultExistsError, StoreError
 from rbstab.store.run_file import open_result, write_result
 
@@ -314,13 +315,12 @@ def test_many_threads_write_one_file(tmp_path):
 def test_a_new_partial_file_that_another_writer_removes_is_made_again(tmp_path, monkeypatch):
     """The other writer has tested the lock in the instant before it was taken."""
     others = [1, 2]
-    lock = atomic.try_lock
 
     def remove_first(file):
         if others:
             others.pop()
             Path(file.name).unlink()
-        return lock(file)
+        return try_lock(file)
 
     monkeypatch.setattr(atomic, "try_lock", remove_first)
     before = len(list(Path("/proc/self/fd").iterdir()))

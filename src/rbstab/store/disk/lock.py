@@ -47,7 +47,7 @@ def locked(folder: Path, name: str = LOCK_FILE, *, shared: bool = False) -> Iter
 
     Raises:
         FolderInUseError: Another process holds the lock.
-        StoreError: The lock file cannot be opened.
+        StoreError: The lock file cannot be opened or locked.
     """
     try:
         file = _open_lock_file(folder / name)
@@ -56,16 +56,29 @@ def locked(folder: Path, name: str = LOCK_FILE, *, shared: bool = False) -> Iter
     if file is None:
         yield False
         return
-    with file:
-        for attempts_left in reversed(range(MAX_ATTEMPTS)):
-            try:
-                held = try_lock(file, shared=shared)
-                break
-            except BlockingIOError as error:
-                if not attempts_left:
-                    raise FolderInUseError(f"{folder} is in use by another process") from error
-                time.sleep(RETRY_INTERVAL)
-        yield held and file.writable()
+    try:
+        yield _lock(file, folder, shared=shared) and file.writable()
+    finally:
+        # Nothing was written to it: an error of closing means nothing, and the lock is released.
+        with suppress(OSError):
+            file.close()
+
+
+def _lock(file: BinaryIO, folder: Path, *, shared: bool) -> bool:
+    """Lock the lock file of a folder; return False if the file system has no locks.
+
+    Raises:
+        FolderInUseError: Another process holds the lock.
+        StoreError: The file cannot be locked.
+    """
+    for _ in range(MAX_ATTEMPTS):
+        try:
+            return try_lock(file, shared=shared)
+        except BlockingIOError:
+            time.sleep(RETRY_INTERVAL)
+        except OSError as error:
+            raise StoreError(f"{folder} cannot be locked: {error.strerror or error}") from error
+    raise FolderInUseError(f"{folder} is in use by another process")
 
 
 def _open_lock_file(path: Path) -> BinaryIO | None:

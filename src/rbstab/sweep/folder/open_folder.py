@@ -305,9 +305,10 @@ def remove_old_partial_files(path: Path) -> None:
 
 
 def _move_aside(path: Path) -> Path:
+    """Rename a folder after its sweep; one that cannot be read now may be whole, and stays."""
     try:
         suffix = read_folder(path).manifest.plan_id[:8]
-    except StoreError:
+    except NotAResultError:
         suffix = "damaged"
     names = [path.with_name(f"{path.name}.{suffix}")]
     while names[-1].exists():

@@ -221,3 +221,21 @@ def test_a_small_load_is_found_sooner_than_it_is_accurate():
     assert RestState(light.motion, light.own, 0.0, 1e-3, load=1e10).is_accurate
     assert not RestState(light.motion, light.own, 0.0, 1.0, load=1e10).found
     assert not RestState(rest_at([0.0, 1.6, 0.0], 0.0).motion, light.own, 0.0, 0.0).is_accurate
+
+
+@pytest.mark.parametrize(
+    ("Theta", "inside"),
+    [
+        ([3.1, 1.5, -3.1], True),
+        ([0.0, 1.6, 0.0], False),
+        ([0.0, -2.5, 0.0], False),
+        # Upright again, but after a turn.
+        ([0.0, 6.2, 0.0], False),
+        ([3.2, 0.0, 0.0], False),
+        ([0.0, 0.0, -6.3], False),
+    ],
+)
+def test_a_rest_state_beyond_the_range_is_not_found(Theta, inside):
+    system = paper_system(CentreCoordinates(), weight=(0.0, 0.0, 0.0))
+    motion = motion_from_centre(system.body, system.anchor, np.array([*Theta, *(0.0,) * 9]))
+    assert RestState(motion, np.zeros(0), 0.0, gradient=0.0).found is inside

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.mechanics.attitude import regularity
+from rbstab.mechanics.attitude import in_range
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
@@ -54,7 +54,7 @@ class RestState:
     def found(self) -> bool:
         """Whether this is a rest state inside the range of eq. 5."""
         tolerance = max(GRADIENT_TOLERANCE, FORCE_ERROR * self.load)
-        return self.gradient <= tolerance and bool(regularity(self.motion.Theta) > 0)
+        return self.gradient <= tolerance and in_range(self.motion.Theta)
 
     @property
     def is_accurate(self) -> bool:

@@ -101,7 +101,9 @@ class Proof(_Model):
     def globally_stable(self) -> bool | None:
         """Whether every motion that stays in the range converges to the only rest state.
 
-        By La Salle's theorem this is true if that state is a minimum. None: not known.
+        By La Salle's theorem this is true if that state is a minimum, for motions that keep a
+        distance from θ2 = ±π/2: the theorem needs a closed set in which the equations are smooth.
+        None: not known.
         """
         return self.unique and self.states[0].index == 0
 

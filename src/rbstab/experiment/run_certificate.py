@@ -72,7 +72,7 @@ def proved_checks(problem: Problem, proof: Proof | None) -> list[Check]:
         "global stability", Verdict.UNKNOWN, np.nan, 1.0, np.nan, "rest states in the range"
     )
     region = Check("certified region", Verdict.UNKNOWN, np.nan, np.nan, np.nan, "v(0), J")
-    if proof is None or not proof.states:
+    if proof is None or not (proof.states or proof.proved):
         return [stable, region]
     verdicts = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
     verdict = verdicts[proof.globally_stable]

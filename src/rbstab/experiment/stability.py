@@ -56,13 +56,19 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
     if not proof.states and not proof.proved:
         return [f"Rest states: not decided ({proof.outcome})."]
     count, boxes = len(proof.states), f"{proof.examined} boxes"
-    number = "1 rest state" if count == 1 else f"{count} rest states"
+    number = f"{count or 'no'} rest state{'s' if count > 1 else ''}"
     if proof.proved:
-        sentences = [f"Rest states: {number} in the range of eq. 5, proved to be all ({boxes})."]
+        every = " to be all" if count else ""
+        sentences = [f"Rest states: {number} in the range of eq. 5, proved{every} ({boxes})."]
     else:
         sentences = [f"Rest states: {number} found; not proved to be all: {proof.outcome}."]
     if proof.globally_stable:
-        sentences.append("Globally stable: proved for every motion that stays in the range.")
+        sentences.append(
+            "Globally stable: proved for every motion that stays in the range and keeps a distance "
+            "from θ2 = ±π/2."
+        )
+    elif proof.proved and not count:
+        sentences.append("Globally stable: false; no motion that stays in the range comes to rest.")
     elif proof.unique:
         sentences.append("Globally stable: false; the only rest state is not a minimum.")
     elif proof.unique is False and len(proof.states) > 1:

@@ -1,5 +1,7 @@
 """The attitude of the body: Euler angles Θ, the rotation A and the rate matrix B."""
 
+import math
+
 import numpy as np
 
 from rbstab.mechanics.numbers import Array, Number, cos, sin
@@ -41,6 +43,12 @@ def rate_matrix(Theta: Array) -> Array:
             [-s2 * c3 / c2, s2 * s3 / c2, 1.0],
         ]
     )
+
+
+def in_range(Theta: Array) -> bool:
+    """Return whether Euler angles, rad, are in the range of eq. 5: ±π, ±π/2 (open) and ±π."""
+    theta1, theta2, theta3 = np.abs(Theta)
+    return bool(theta1 <= math.pi and theta2 < math.pi / 2 and theta3 <= math.pi)
 
 
 def rate_matrix_inverse(Theta: Array) -> Array:

@@ -1,6 +1,7 @@
 """Boxes of angles: halves, hulls and ranges cover all that they must, despite round-off."""
 
 import math
+from fractions import Fraction
 
 import mpmath
 import numpy as np
@@ -106,3 +107,20 @@ def test_hulls_cover_every_box(rng):
     found = hulls(boxes)
     covered = [boxes.within(found[k : k + 1]) for k in range(len(found))]
     assert np.all(np.any(covered, axis=0))
+
+
+def test_inner_radius_stays_in_the_box(rng):
+    """Also where the centre is rounded: then the two sides of a box differ by the last digit."""
+    low = rng.uniform(-3, 3, size=(1000, 3))
+    boxes = Boxes(low, low + 10.0 ** rng.uniform(-15, -1, size=(1000, 3)))
+    for axis in range(3):
+        for m in range(1000):
+            middle = Fraction(boxes.centre[m, axis])
+            inner, outer = (
+                Fraction(radius[m, axis]) for radius in (boxes.inner_radius, boxes.radius)
+            )
+            ends = Fraction(boxes.low[m, axis]), Fraction(boxes.high[m, axis])
+            assert ends[0] <= middle - inner
+            assert middle + inner <= ends[1]
+            assert middle - outer <= ends[0]
+            assert ends[1] <= middle + outer

@@ -140,7 +140,7 @@ def test_every_error_is_counted(seed, rounding):
     assert not np.any(np.all(flips, axis=1) & bounds.excludes_zero)
     # If a box passes the test, Krawczyk's map takes each of its points into the box.
     image = np.abs(delta - transformed).max(axis=1)
-    assert np.all((image < over.radius)[bounds.at_least_one_zero])
+    assert np.all((image < over.radius)[bounds.at_least_one_zero(over.radius)])
 
 
 def slopes_within(rng, over, Y, count=100):
@@ -171,7 +171,7 @@ def test_preconditioner_need_not_be_the_inverse():
     over = enclosure(wave(), cube([0, 0, 0], 0.1))
     bounds = over.preconditioned(2.0 * inverses(over.hessian))
     assert not bounds.at_most_one_zero[0]
-    assert not bounds.at_least_one_zero[0]
+    assert not bounds.at_least_one_zero(np.full((1, 3), 0.1))[0]
     beside = enclosure(wave(), cube([0.15, 0, 0], 0.1))
     assert beside.preconditioned(inverses(beside.hessian)).excludes_zero[0]
     over = enclosure(wave(), cube([0.05, 0, 0], 0.1))
@@ -193,7 +193,8 @@ def cube(centre, radius):
 def decisions(form, box):
     over = enclosure(form, box)
     bounds = over.preconditioned(inverses(over.hessian))
-    return bounds.at_least_one_zero[0], bounds.at_most_one_zero[0], bounds.excludes_zero[0]
+    exists = bounds.at_least_one_zero(box.inner_radius)[0]
+    return exists, bounds.at_most_one_zero[0], bounds.excludes_zero[0]
 
 
 def test_box_about_the_zero_holds_one():

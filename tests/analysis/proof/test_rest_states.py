@@ -208,3 +208,17 @@ def test_nothing_slow_is_imported_before_it_is_needed():
 def test_coordinates_of_the_helper_hold_the_permanent_body():
     assert coordinates_of("permanent").holds_contact
     assert not coordinates_of("free").holds_contact
+
+
+def test_a_point_of_the_search_that_is_no_rest_state_is_left_out(monkeypatch):
+    """All zeros are proved to be known, so a further point of the search cannot be one."""
+    module = sys.modules[rest_states.__module__]
+    spurious = np.array([[0.0, 0.0, 0.0], [0.5, 0.4, 0.3]])
+    monkeypatch.setattr(module, "search", lambda _form, _seed: spurious)
+    found = rest_states(paper_system("permanent"))
+    assert found.proved
+    assert found.unique is True
+    (point,) = found.states
+    assert point.proved
+    searched = rest_states(paper_system("permanent"), proof=False)
+    assert len(searched.states) == 2

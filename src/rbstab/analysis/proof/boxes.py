@@ -37,6 +37,12 @@ class Boxes:
         centre = self.centre
         return np.nextafter(np.maximum(self.high - centre, centre - self.low), np.inf)
 
+    @property
+    def inner_radius(self) -> Array:
+        """The least distance from `centre` to the border by axis, rounded down, shape (m, 3)."""
+        centre = self.centre
+        return np.nextafter(np.minimum(self.high - centre, centre - self.low), -np.inf)
+
     def within(self, other: "Boxes") -> Array:
         """Return whether each box lies inside a single other box, shape (m,)."""
         return np.all((self.low >= other.low) & (self.high <= other.high), axis=1)

@@ -123,14 +123,17 @@ class PreconditionedGradient:
         """
         return np.all(self.box_residual.sum(axis=2) * ROUNDING_FACTOR < 1, axis=1)
 
-    @property
-    def at_least_one_zero(self) -> Array:
+    def at_least_one_zero(self, inner_radius: Array) -> Array:
         """Whether the box is proved to have at least one zero, by Krawczyk's test, shape (m,).
 
         If |Y∇U(m)| + |I - YH| r < r, the map Θ - Y∇U(Θ) takes the box into its interior.
+
+        Args:
+            inner_radius: `Boxes.inner_radius`. r is rounded up, so on the right-hand side it would
+                describe a box that is wider than the box itself, by the last digit.
         """
         image = self.step_size + np.einsum("mkj,mj->mk", self.box_residual, self.radius)
-        return np.all(image * ROUNDING_FACTOR < self.radius, axis=1)
+        return np.all(image * ROUNDING_FACTOR < inner_radius, axis=1)
 
 
 def enclosure(form: TrigonometricForm, boxes: Boxes) -> Enclosure:

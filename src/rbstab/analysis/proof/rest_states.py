@@ -69,8 +69,8 @@ class RestStates:
     def unique(self) -> bool | None:
         """Whether the range has exactly one rest state; None if neither answer is proved.
 
-        If True and the rest state is stable, every motion that stays in the range converges to
-        it (La Salle's theorem).
+        If True and the rest state is stable, every motion that stays in the range, and keeps a
+        distance from θ2 = ±π/2, converges to it (La Salle's theorem).
         """
         if sum(point.proved for point in self.states) > 1:
             return False
@@ -100,12 +100,14 @@ def rest_states(
         return RestStates(energy, _in_order(points), no_boxes(), 0, SearchOutcome.SEARCHED)
     zeros = prove(energy.form, found, box_limit)
     points = [_point(energy, zero.Theta, zero.enclosure) for zero in zeros.inside]
-    # Points that could not be isolated, such as a nearly double zero, stay in the list.
-    points += [
-        _point(energy, Theta)
-        for Theta in found
-        if not any(zero.domain_contains(Theta) for zero in zeros.inside)
-    ]
+    if zeros.outcome is not SearchOutcome.PROVED:
+        # Points that could not be isolated, such as a nearly double zero, stay in the list. If all
+        # zeros are known, such a point is none.
+        points += [
+            _point(energy, Theta)
+            for Theta in found
+            if not any(zero.domain_contains(Theta) for zero in zeros.inside)
+        ]
     return RestStates(energy, _in_order(points), zeros.undecided, zeros.examined, zeros.outcome)
 
 

@@ -83,7 +83,7 @@ def isolated_zero(form: TrigonometricForm, Theta: Array) -> Zero | None:
     # All boxes have nearly the same Y: their centres differ only by rounding.
     bounds = enclosed.preconditioned(inverses(enclosed.hessian))
     at_most_one = bounds.at_most_one_zero
-    exactly_one = np.flatnonzero(bounds.at_least_one_zero & at_most_one)
+    exactly_one = np.flatnonzero(bounds.at_least_one_zero(boxes.inner_radius) & at_most_one)
     if not len(exactly_one):
         return None
     # The domain is the largest box proved to have no second zero.

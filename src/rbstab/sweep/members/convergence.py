@@ -5,12 +5,15 @@ from pathlib import Path
 import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
-from rbstab.experiment.proof import ROUND_OFF, SUM_ERROR
+from rbstab.elements.gravity import Gravity
+from rbstab.elements.translational_stabilizer import TranslationalStabilizer
+from rbstab.experiment.proof import ROUND_OFF
 from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Column
 from rbstab.sweep.plan.plan import Plan
+from rbstab.systems.system import System
 
 CONVERGENCE = ("unknown", "not proved", "proved")
 """The values of the column `convergence`, in the order of their codes."""
@@ -65,9 +68,19 @@ class ProvedConvergence:
         proof = cached_proof(results, base)
         if proof is None or proof.region is None:
             return None
-        rest = nearest_rest_state(
-            smooth_rest_system(self.plan.initial_value_problems[variant])
-        ).energy
-        # Near the rest state, the energies that add up to v are about three times that at rest.
-        error = 4.0 * SUM_ERROR * abs(rest)
+        system = smooth_rest_system(self.plan.initial_value_problems[variant])
+        rest = nearest_rest_state(system).energy
+        error = ROUND_OFF * (abs(rest) + _load_energy(system))
         return proof.region.lower_bound - (rest - proof.states[0].energy) - error
+
+
+def _load_energy(system: System) -> float:
+    """Return b² = 2 G'K_t⁻¹G, J, for the size of the energies that are added up in E = v + U*.
+
+    The energy of the stabilizer is ½ X'K_t X <= P, the sum of all energies that are not negative.
+    So |G'X| <= b √P, and E = P - G'X. Then P <= 2|E| + b², and P + |G'X| <= 3|E| + 2b². So the
+    round-off of v, at most `SUM_ERROR` times that, is far below `ROUND_OFF` (|E| + b²).
+    """
+    (weight,) = (one.weight for one in system.elements if isinstance(one, Gravity))
+    (stiffness,) = (one.K_t for one in system.elements if isinstance(one, TranslationalStabilizer))
+    return float(2.0 * weight @ np.linalg.solve(stiffness, weight)) if weight.any() else 0.0

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from support.results import result
 
-from rbstab.store.digest import digest_of
+from rbstab.store.digest import digest_of, digest_of_table
 from rbstab.store.errors import NotAResultError
 from rbstab.store.run_file import open_result, write_result
+from rbstab.store.table import TableHeader
 
 
 def test_the_digest_is_stored(tmp_path):
@@ -56,3 +57,42 @@ def test_the_layout_in_memory_does_not_count():
         "lyapunov": v._replace(data=v.data.astype(">f8")),
     }
     assert digest_of(dataclasses.replace(original, variables=other)) == digest_of(original)
+
+
+def test_every_bit_of_a_number_counts():
+    """Even those of numbers that are written alike, as NaNs are."""
+    original = result()
+    v = original.variables["lyapunov"]
+    digests = set()
+    for bits in (0x7FF8000000000000, 0x7FF8000000000001, 0xFFF8000000000000):
+        data = v.data.copy()
+        data[2] = np.array(bits, np.uint64).view(np.float64)
+        variables = original.variables | {"lyapunov": v._replace(data=data)}
+        digests.add(digest_of(dataclasses.replace(original, variables=variables)))
+    assert len(digests) == 3
+
+
+def test_the_order_of_names_does_not_count():
+    original = result()
+    attributes = dict(reversed(original.attributes.items()))
+    variables = dict(reversed(original.variables.items()))
+    other = dataclasses.replace(original, attributes=attributes, variables=variables)
+    assert list(other.attributes) != list(original.attributes)
+    assert digest_of(other) == digest_of(original)
+    headers = [TableHeader({}, 0, 1, run.attributes, run.variables) for run in (original, other)]
+    digests = {digest_of_table(header, "0" * 64) for header in headers}
+    assert len(digests) == 1
+
+
+def test_every_part_of_a_table_counts():
+    header = TableHeader({}, 0, 2, {"a": 1}, {"time": result().variables["time"]})
+    changed = [
+        header._replace(first=1),
+        header._replace(length=3),
+        header._replace(attributes={"a": 2}),
+        header._replace(attributes={"b": 1}),
+        header._replace(extras={}),
+    ]
+    digests = {digest_of_table(h, "0" * 64) for h in (header, *changed)}
+    digests.add(digest_of_table(header, "1" * 64))
+    assert len(digests) == len(changed) + 2

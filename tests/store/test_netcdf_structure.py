@@ -58,15 +58,17 @@ def test_every_dimension_has_a_scale_of_its_name_and_length(tmp_path, write):
 
 
 @pytest.mark.parametrize("write", WRITERS)
-def test_the_order_of_all_attributes_is_tracked(tmp_path, write):
+def test_the_order_of_all_names_and_attributes_is_tracked(tmp_path, write):
     """netCDF-4 requires it."""
     write(tmp_path / "a.h5")
     with h5py.File(tmp_path / "a.h5") as file:
+        names = h5py.h5g.open(file.id, b"/").get_create_plist().get_link_creation_order()
         orders = {
             name: dataset.id.get_create_plist().get_attr_creation_order()
             for name, dataset in file.items()
         }
     tracked = h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED
+    assert names == tracked
     assert orders == dict.fromkeys(orders, tracked)
 
 

@@ -101,14 +101,6 @@ def test_nothing_is_unpickled(tmp_path):
         read_shard(path, LAYOUT)
 
 
-def test_other_columns(shard):
-    with pytest.raises(NotAResultError, match="columns"):
-        read_shard(shard, {name: LAYOUT[name] for name in ("id", "status")})
-    wide = LAYOUT | {"steps": Column((), "i8", "1", "steps")}
-    with pytest.raises(NotAResultError, match="columns"):
-        read_shard(shard, wide)
-
-
 def test_what_cannot_be_written_or_read(tmp_path):
     with pytest.raises(StoreError, match="written"):
         write_shard(tmp_path / "no" / "a.npy", TableHeader(LAYOUT, 0, 2, {}), arrays_of(0, 2))

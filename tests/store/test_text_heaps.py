@@ -4,6 +4,8 @@ import h5py
 import numpy as np
 import pytest
 
+from rbstab.store.errors import NotAResultError
+from rbstab.store.opening import open_hdf5
 from rbstab.store.text_heaps import heaps_are_whole
 
 HEADER = 16
@@ -64,3 +66,12 @@ def test_wrong_size_of_a_heap(tmp_path, content, size):
     at = content.find(b"GCOL") + 8
     changed = content[:at] + size.to_bytes(8, "little") + content[at + 8 :]
     assert not is_whole(tmp_path, changed)
+
+
+def test_a_file_with_a_damaged_heap_is_not_given_to_hdf5(tmp_path, content):
+    at = content.find(b"GCOL") + 8
+    path = tmp_path / "damaged.h5"
+    path.write_bytes(content[:at] + bytes(8) + content[at + 8 :])
+    with pytest.raises(NotAResultError) as caught, open_hdf5(path):
+        pass
+    assert str(caught.value) == f"{path} is damaged: its texts are not as HDF5 stores them"

@@ -14,6 +14,8 @@ REFUSED = [
     ("[1, 1, -1]", ["body.inertia[2]: is -1 (expected a number greater than 0)"]),
     ("[1, .inf, 1]", ["body.inertia[1]: is inf (expected a finite number)"]),
     ("[1, true, 1]", ["body.inertia[1]: is true (expected a number)"]),
+    ("[[1, 0, 0]]", ["body.inertia: has 1 entry (expected 3)"]),
+    ("[]", ["body.inertia: has 0 entries (expected 3)"]),
     ("5", ["body.inertia: is 5 (expected a list of 3"]),
     ("", ["body.inertia: is empty (expected a list of 3"]),
     ("{xx: 1}", ["body.inertia: is a mapping (expected a list of 3"]),

@@ -190,3 +190,12 @@ def test_what_is_shown_is_not_what_was_expected(complaints, text):
 def test_gravity_is_a_vector(complaints):
     found = complaints(VISCO_ELASTIC + "gravity: -9.81\n")
     assert found == ["20:10: gravity: is -9.81 (expected a list of 3)"]
+
+
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_the_digits_of_a_very_long_whole_number_are_not_shown(complaints, sign):
+    long = "a whole number of more than 15 digits"
+    for text, found in (("999000000000000", "9.99e+14"), ("1" + "0" * 15, None)):
+        (message,) = complaints(edited(SAMPLES, f"samples: {sign}{text}"))
+        shown = long if found is None else f"{sign}{found}"
+        assert message.startswith(f"19:12: integration.samples: is {shown} (expected a number ")

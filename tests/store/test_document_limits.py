@@ -60,12 +60,21 @@ def test_a_file_of_many_small_values_is_too_large(path, monkeypatch, entry, most
         ("NaN", float("nan"), "NaN is not a number of JSON"),
         ("-Infinity", -float("inf"), "-Infinity is not a number of JSON"),
         ("1e999", float("inf"), "1e999 is too large"),
+        ("1" + "0" * 400 + ".0", float("inf"), "1" + "0" * 19 + " is too large"),
     ],
 )
 def test_numbers_that_are_not_finite_are_refused_under_a_right_digest(path, text, value, reason):
     digest = hashlib.sha256(json.dumps({"a": value}).encode()).hexdigest()
     path.write_text(f'{{"a": {text}, "digest": "{digest}"}}')
     assert refusal(NotAResultError, read_document, path) == f"{path} is damaged: {reason}"
+
+
+def test_the_order_of_keys_does_not_count(path):
+    """Other programs may write the keys in another order."""
+    write_document(path, {"b": 1, "a": {"d": 2, "c": 3}})
+    data = json.loads(path.read_text())
+    path.write_text(json.dumps(dict(reversed(data.items()))))
+    assert read_document(path) == {"b": 1, "a": {"d": 2, "c": 3}}
 
 
 def test_folders_are_made(tmp_path):

@@ -47,6 +47,7 @@ BOUNDS = [
     ("controller.switch_limit", 1, 0),
     ("controller.stored_switches", 0, -1),
     ("controller.stick_energy", 0.0, -5e-324),
+    ("controller.stick_energy", 1e308, math.inf),
     ("controller.surface", {"slope": 5e-324}, {"slope": 0.0}),
     ("controller.law", {"boundary_layer": 5e-324}, {"boundary_layer": 0.0}),
     ("controller.law", {"implicit": 5e-324}, {"implicit": 0.0}),

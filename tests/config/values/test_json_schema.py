@@ -137,6 +137,7 @@ def test_every_section_says_what_it_is_and_takes_no_other_keys():
     assert len(objects) > 10
     for path, node in objects.items():
         assert node.get("description"), path
+        assert not node["description"].strip().endswith(":"), path
         assert node["additionalProperties"] is False, path
 
 

@@ -40,6 +40,20 @@ def test_surfaces_that_are_refused(complaints):
     assert message.endswith(f"controller.surface: 'velocity' is unknown ({SURFACE})")
 
 
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ("[1, -2, 3]", "controller.K_s[1]: is -2 (expected a number greater than 0)"),
+        ("[1, 2, 0]", "controller.K_s[2]: is 0 (expected a number greater than 0)"),
+        ("[1, 2]", "controller.K_s: has 2 entries (expected 3)"),
+        ("[[1, 0, 0], [0, 2, 0], [0, 0, 3]]", "controller.K_s[0]: is a list of 3 "),
+    ],
+)
+def test_the_force_of_each_axis_is_a_positive_number(complaints, value, expected):
+    found = complaints(edited("K_s: [1, 2, 3]", f"K_s: {value}", TEXT))
+    assert found[0].split(": ", 1)[1].startswith(expected)
+
+
 def test_sticking_is_for_the_position(complaints):
     text = edited("surface: position", "surface: {slope: 20}\n  stick_energy: 1", TEXT)
     (message,) = complaints(text)
@@ -73,3 +87,13 @@ def test_a_misspelt_law_is_the_one_that_it_resembles(complaints):
         "controller.law.implict: is unknown (did you mean implicit?)" in line for line in found
     )
     assert not any("boundary_layer" in line for line in found)
+
+
+@pytest.mark.parametrize(
+    "line", ["surface: {slope: 20}", "law: {implicit: 1.0e-3}", "law: {boundary_layer: 1.0e-3}"]
+)
+def test_no_sticking_may_be_written_with_every_surface_and_law(load, line):
+    """Zero is the default, so a resolved config contains it."""
+    text = TEXT if line.startswith("law") else edited("  surface: position\n", "", TEXT)
+    config = load(edited("  K_t:", f"  {line}\n  stick_energy: 0\n  K_t:", text))
+    assert config.controller.stick_energy == 0.0

@@ -13,6 +13,6 @@ SLIDING = edited("  K_t:", "  K_s: [1, 2, 3]\n  surface: {slope: 20}\n  K_t:", S
 @pytest.mark.parametrize("text", [*BY_VARIANT.values(), SLIDING])
 def test_it_comes_back(load, text):
     config = load(text)
-    again = pickle.loads(pickle.dumps(config))
+    again = pickle.loads(pickle.dumps(config))  # noqa: S301  # made on the same line
     assert again == config
     assert type(again.controller) is type(config.controller)

@@ -1,5 +1,8 @@
 """Protects the proofs of a config: what is proved, what it depends on, and where it is stored."""
 
+import errno
+import os
+
 import numpy as np
 import pytest
 from support.paper_runs import paper_config
@@ -11,6 +14,7 @@ from rbstab.experiment.proof import Proof, proof_id, prove, start_level, starts_
 from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
 from rbstab.experiment.run_to_file import finished_run, run_to_file
 from rbstab.experiment.stability import kind_of, stability_of
+from rbstab.store.errors import StoreError
 
 SLOW_START = {"angular_velocity": [1.0, 2.0, -1.0]}
 
@@ -247,3 +251,23 @@ def test_round_off_of_large_energies_certifies_nothing():
 
     assert not starts_inside(problem, with_bound(level + 1e-4))
     assert starts_inside(problem, with_bound(level + 1e-2))
+
+
+def test_a_proof_that_the_disk_cannot_read_now_is_not_taken_for_missing(tmp_path, monkeypatch):
+    """Otherwise a report would lack it without a word."""
+    config = config_of("free")
+    proof_for(tmp_path, config)
+
+    def fail(path, limit=None):
+        reason = os.strerror(errno.EIO)
+        raise StoreError(f"{path} cannot be read: {reason}") from OSError(errno.EIO, reason)
+
+    monkeypatch.setattr("rbstab.store.document.read_regular", fail)
+    with pytest.raises(StoreError, match="cannot be read"):
+        cached_proof(tmp_path, config)
+
+
+def test_a_folder_in_place_of_a_proof_counts_as_missing(tmp_path):
+    config = config_of("free")
+    proof_file(tmp_path, config).mkdir(parents=True)
+    assert cached_proof(tmp_path, config) is None

@@ -96,15 +96,16 @@ def _stability(
     from rbstab.experiment.stability import stability_of
     from rbstab.store.errors import StoreError
 
-    if search_only:
-        proof = cached_proof(results, config) or prove(config, problem, search_only=True)
-        return stability_of(problem, proof)
     try:
-        proof = proof_for(results, config, problem)
+        if search_only:
+            found = cached_proof(results, config)
+            proof = found or prove(config, problem, search_only=True)
+        else:
+            proof = proof_for(results, config, problem)
     except StoreError as error:
-        # Print the proof although it cannot be stored.
+        # Print the proof although it cannot be read or stored.
         click.echo(f"warning: {error}; the proof is not stored", err=True)
-        proof = prove(config, problem)
+        proof = prove(config, problem, search_only=search_only)
     return stability_of(problem, proof)
 
 

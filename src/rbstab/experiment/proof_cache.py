@@ -12,7 +12,6 @@ from rbstab.integrate.problem import Problem
 from rbstab.store.document import read_model, write_document
 from rbstab.store.errors import NotAResultError, StoreError
 
-
 NO_FILE_ERRORS = (
     *(errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EINVAL),
     *(errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENAMETOOLONG),

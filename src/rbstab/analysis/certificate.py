@@ -105,6 +105,7 @@ class Evidence:
         residual: v(t) - v(0) - ∫v' dt, shape (n,), J.
         energy: By part, shape (n, parts), J.
         rest: The state at which v is zero: a rest state, if one was found.
+        approached: Whether the motion approaches `rest`; if not, v may fall below zero.
         exact_rest_energy: Returns the energy of `rest` as a ball; call it by `in_balls`.
         scale: The energy by which errors are divided, J (`audit_scale`).
         has_potential: Whether the contact force is the gradient of an energy; if not, v - ε
@@ -121,6 +122,7 @@ class Evidence:
     residual: Array
     energy: Array
     rest: RestState
+    approached: bool
     exact_rest_energy: Callable[[], Ball]
     scale: float
     has_potential: bool
@@ -261,7 +263,7 @@ def _positive(run: Evidence) -> Check:
         rounding = np.maximum(ROUND_OFF, _rounding(run) / run.scale)
         bound = -float(rounding[worst])
         below = np.flatnonzero(~(run.value / run.scale >= -rounding))
-        if len(below) and run.rest.found:
+        if len(below) and run.rest.found and run.approached:
             at_rest = in_balls(run.exact_rest_energy)
 
             def repeat(row: int) -> _Finding:
@@ -271,7 +273,7 @@ def _positive(run: Evidence) -> Check:
 
             rows = below[run.value[below].argsort(kind="stable")]
             verdict, value, worst = _repeated(repeat, rows)
-        elif not run.rest.found:
+        elif len(below) or not run.rest.found:
             verdict = Verdict.UNKNOWN
     time = float(run.times[worst])
     return Check("positive", verdict, value, bound, time, "min v / v(0)")

@@ -54,7 +54,7 @@ class RestState:
     def found(self) -> bool:
         """Whether this is a rest state inside the range of eq. 5."""
         tolerance = max(GRADIENT_TOLERANCE, FORCE_ERROR * self.load)
-        return self.gradient <= tolerance and in_range(self.motion.Theta)
+        return self.gradient <= tolerance and bool(in_range(self.motion.Theta))
 
     @property
     def is_accurate(self) -> bool:
@@ -74,7 +74,7 @@ def nearest_rest_state(system: System) -> RestState:
     """
     at_rest = configurations(system)
     energy, q = at_rest.energy, at_rest.unloaded
-    tolerance = gradient_tolerance(_load(at_rest, q))
+    tolerance = gradient_tolerance(largest_load(at_rest, q))
     if _steepness(energy, q) > tolerance:
         # Numbers near overflow make the descent fail; then `found` is false.
         with suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
@@ -84,7 +84,7 @@ def nearest_rest_state(system: System) -> RestState:
 
 def rest_state_at(at_rest: Configurations, q: Array) -> RestState:
     """Return the `RestState` of a configuration q, with its remaining generalized force."""
-    steepness, load = _steepness(at_rest.energy, q), _load(at_rest, q)
+    steepness, load = _steepness(at_rest.energy, q), largest_load(at_rest, q)
     motion, own = at_rest.motion(q), q[at_rest.pose_size :]
     return RestState(motion, own, float(at_rest.energy(q)), steepness, load)
 
@@ -98,9 +98,19 @@ def gradient_tolerance(load: float) -> float:
     return max(GRADIENT_TOLERANCE * min(load, 1.0), FORCE_ERROR * load)
 
 
-def _load(at_rest: Configurations, q: Array) -> float:
+def largest_load(at_rest: Configurations, q: Array) -> float:
     """Return the largest generalized force of a single element, N m and N."""
     return float(np.abs(jacobian(at_rest.energies, q)).max(initial=0.0))
+
+
+def numerical_hessian(gradient: Callable[[Array], Array], q: Array) -> Array:
+    """Return the Hessian of an energy by differences of its gradient; it guides a descent."""
+    steps = HESSIAN_STEP * np.maximum(1.0, 1e-3 * np.abs(q))
+    rows = [
+        (gradient(q + shift) - gradient(q - shift)) / (2 * step)
+        for shift, step in zip(np.diag(steps), steps, strict=True)
+    ]
+    return 0.5 * (np.array(rows) + np.array(rows).T)
 
 
 def _steepness(energy: Callable[[Array], Any], q: Array) -> float:
@@ -121,12 +131,7 @@ def _descend(energy: Callable[[Array], Any], q: Array, tolerance: float) -> Arra
         return jacobian(scaled, q)
 
     def hessian(q: Array) -> Array:
-        steps = HESSIAN_STEP * np.maximum(1.0, 1e-3 * np.abs(q))
-        rows = [
-            (gradient(q + shift) - gradient(q - shift)) / (2 * step)
-            for shift, step in zip(np.diag(steps), steps, strict=True)
-        ]
-        return 0.5 * (np.array(rows) + np.array(rows).T)
+        return numerical_hessian(gradient, q)
 
     options = {"gtol": GRADIENT_TOLERANCE, "maxiter": MAX_STEPS}
     found = minimize(scaled, q, jac=gradient, hess=hessian, method="trust-exact", options=options)

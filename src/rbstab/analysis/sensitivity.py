@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.approached_state import lyapunov_zero
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.integrate.heyoka.variational import (
     Tangent,
@@ -79,10 +80,14 @@ def baseline(problem: Problem) -> Baseline:
     Raises:
         UnfinishedRunError: The run did not complete.
     """
-    compiled, rest = variational_system(problem.system), nearest_rest_state(problem.system)
-    value = _value(problem.system, problem.start, rest.energy)
+    compiled = variational_system(problem.system)
     span = np.array([problem.times[0], problem.times[-1]])
-    coarse = _completed(compiled.integrate(problem, span, rest.energy, SETTLED_FRACTION * value))
+    rest = nearest_rest_state(problem.system)
+    coarse, value = _with_settling(problem, compiled, rest, span)
+    approached = _approached(problem, coarse.states[-1], rest)
+    if approached is not rest:
+        rest = approached
+        coarse, value = _with_settling(problem, compiled, rest, span)
     times = np.unique(np.concatenate([span, *coarse.turning_times, coarse.crossings]))
     trajectory = _completed(compiled.integrate(problem, times, rest.energy))
     E = np.array([problem.system.motion(y).E for y in trajectory.states])
@@ -101,6 +106,22 @@ def baseline(problem: Problem) -> Baseline:
         float(trajectory.lyapunov_integral[-1]) if rest.found else np.nan,
     )
     return Baseline(problem, rest, compiled, evaluation_times, interior_peaks, value, outcome)
+
+
+def _with_settling(
+    problem: Problem, compiled: VariationalSystem, rest: RestState, times: Array
+) -> tuple[VariationalTrajectory, float]:
+    """Integrate a run with the times at which v crosses its settled value; also return v(0)."""
+    value = _value(problem.system, problem.start, rest.energy)
+    trajectory = compiled.integrate(problem, times, rest.energy, SETTLED_FRACTION * value)
+    return _completed(trajectory), value
+
+
+def _approached(problem: Problem, last: Array, nearest: RestState) -> RestState:
+    """Return the rest state at which v of a run is zero, from its last state."""
+    system = problem.system
+    own = last[system.coordinates.size :]
+    return lyapunov_zero(system, system.motion(last), own, nearest).rest
 
 
 def _settling_time(

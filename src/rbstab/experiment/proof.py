@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, NonNegativeInt, model_validator
 
+from rbstab.analysis.approached_state import SAME_STATE
+from rbstab.analysis.rest_state import RestState
 from rbstab.config.build import problem_of
 from rbstab.config.load import resolved
 from rbstab.config.schema import Config
@@ -151,6 +153,19 @@ def start_level(problem: Problem, proof: Proof) -> float | None:
     if not proof.states:
         return None
     return float(_start_energies(problem).sum()) - proof.states[0].energy
+
+
+def number_of(proof: Proof, rest: RestState) -> int | None:
+    """Return the number of a rest state among those of a proof, from 1 for the lowest.
+
+    None if it is not one of them, or if they are not proved to be all.
+    """
+    if not proof.proved:
+        return None
+    for number, state in enumerate(proof.states, start=1):
+        if np.abs(rest.motion.Theta - state.orientation).max() < SAME_STATE:
+            return number
+    return None
 
 
 def starts_inside(problem: Problem, proof: Proof) -> bool:

@@ -6,9 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.approached_state import LyapunovZero, lyapunov_zero
 from rbstab.analysis.certificate import Check
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
+from rbstab.experiment.proof import Proof, number_of
 from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
     has_no_potential,
@@ -41,12 +43,14 @@ class Record(NamedTuple):
         variables: The arrays by their names in `QUANTITIES`, and the coordinates of their
             dimensions.
         checks: The checks of the certificate that need no proof.
+        zero: The rest state at which v is zero.
         warnings: Warnings about the rest state.
     """
 
     trajectory: Trajectory
     variables: dict[str, Variable]
     checks: list[Check]
+    zero: LyapunovZero
     warnings: list[str]
 
 
@@ -61,9 +65,47 @@ class RecordedTrajectory(NamedTuple):
 
 
 def rest_state_of(problem: Problem) -> RestState:
-    """Return the rest state at which the Lyapunov function of a problem is zero."""
+    """Return the rest state of a problem that is nearest to the unloaded position."""
     with np.errstate(all="ignore"):
         return nearest_rest_state(smooth_rest_system(problem))
+
+
+def zero_of(
+    problem: Problem, trajectory: Trajectory, nearest: RestState | None = None
+) -> LyapunovZero:
+    """Return the rest state at which the Lyapunov function along a trajectory is zero.
+
+    Args:
+        problem: The problem.
+        trajectory: Its trajectory.
+        nearest: `rest_state_of(problem)`, if it is known already.
+    """
+    system = trajectory.systems[-1] if trajectory.systems else problem.system
+    last = trajectory.states[-1]
+    own = last[system.coordinates.size :]
+    nearest = nearest or rest_state_of(problem)
+    with np.errstate(all="ignore"):
+        return lyapunov_zero(smooth_rest_system(problem), system.motion(last), own, nearest)
+
+
+def zero_description(zero: LyapunovZero, proof: Proof | None) -> str:
+    """Return a text that names the state at which v is zero, and says whether a lower one exists.
+
+    Args:
+        zero: The state.
+        proof: The proof of the config, if there is one.
+    """
+    if not zero.rest.found:
+        return "no rest state was found in the range of eq. 5"
+    if not zero.approached:
+        return "the lowest rest state that is known; the motion approaches none in the range"
+    name = "the rest state that the motion approaches"
+    number = None if proof is None else number_of(proof, zero.rest)
+    if proof is not None and number is not None:
+        if len(proof.states) == 1:
+            return f"{name}; there is no other, proved"
+        return f"{name}; number {number} of {len(proof.states)}, the lowest first, proved"
+    return f"{name}; {'no' if zero.is_lowest else 'a'} lower one is known"
 
 
 def recording_time(problem: Problem) -> float:
@@ -80,7 +122,7 @@ def recording_time(problem: Problem) -> float:
 def record_of(
     problem: Problem,
     trajectory: Trajectory,
-    rest: RestState | None = None,
+    nearest: RestState | None = None,
     deadline: Deadline | None = None,
 ) -> Record:
     """Return all quantities of a run along its trajectory, and its certificate.
@@ -88,13 +130,13 @@ def record_of(
     Args:
         problem: The initial value problem.
         trajectory: The trajectory.
-        rest: The rest state, if it is known already.
+        nearest: `rest_state_of(problem)`, if it is known already.
         deadline: The deadline of the run; None for no limit. See `recorded`.
     """
-    rest = rest or rest_state_of(problem)
+    zero = zero_of(problem, trajectory, nearest)
     with np.errstate(all="ignore"):
-        trajectory, arrays = recorded(problem, trajectory, rest.energy, deadline)
-        checks = certificate_of(problem, trajectory, arrays, rest)
+        trajectory, arrays = recorded(problem, trajectory, zero.rest, deadline)
+        checks = certificate_of(problem, trajectory, arrays, zero)
     parts = np.array(problem.system.parts, dtype=object)
     coordinates = {
         name: Variable((name,), np.arange(1, len(arrays[source]) + 1), "1", f"number of the {name}")
@@ -109,14 +151,14 @@ def record_of(
         "part": Variable(("part",), parts, "1", "part of the system"),
     }
     described = {name: _variable(name, arrays[name]) for name in BY_NAME if name in arrays}
-    warnings = [] if rest.found else ["no rest state was found in the range of eq. 5"]
-    return Record(trajectory, coordinates | described, checks, warnings)
+    warnings = [] if zero.rest.found else ["no rest state was found in the range of eq. 5"]
+    return Record(trajectory, coordinates | described, checks, zero, warnings)
 
 
 def recorded(
     problem: Problem,
     trajectory: Trajectory,
-    energy_at_rest: float,
+    rest: RestState,
     deadline: Deadline | None = None,
 ) -> RecordedTrajectory:
     """Return a trajectory with all its quantities.
@@ -124,7 +166,7 @@ def recorded(
     Args:
         problem: The initial value problem.
         trajectory: The trajectory.
-        energy_at_rest: The stored energy of the rest state, J; v is zero there.
+        rest: The rest state at which v is zero.
         deadline: The deadline of the run; None for no limit. Samples that cannot be recorded in
             time are dropped; then the status is `TIME_LIMIT`.
     """
@@ -143,14 +185,16 @@ def recorded(
         if has_no_potential(system):
             # The contact force has no potential, so v - ε replaces v (eq. 28).
             arrays["energy"][:, system.parts.index("connector")] = -trajectory.contact_work
-        trace = lyapunov_trace(arrays["energy"], arrays["dissipation"], change, energy_at_rest)
+        trace = lyapunov_trace(arrays["energy"], arrays["dissipation"], change, rest.energy)
     quantities = arrays | {
         "lyapunov": trace.value,
         "lyapunov_rate": trace.rate,
         "lyapunov_change": trajectory.lyapunov_change,
         "energy_residual": trace.residual,
         "contact_work": trajectory.contact_work,
-        "energy_at_rest": np.array(energy_at_rest),
+        "energy_at_rest": np.array(rest.energy),
+        "rest_orientation": rest.motion.Theta,
+        "rest_position": rest.motion.X,
     }
     return RecordedTrajectory(trajectory, quantities)
 

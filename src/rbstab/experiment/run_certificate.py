@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from rbstab.analysis.approached_state import LyapunovZero
 from rbstab.analysis.certificate import (
     MAX_AUDIT_BOUND,
     Check,
@@ -15,7 +16,6 @@ from rbstab.analysis.certificate import (
 )
 from rbstab.analysis.exact import exact_rest_energy
 from rbstab.analysis.lyapunov import audit_scale
-from rbstab.analysis.rest_state import RestState
 from rbstab.experiment.proof import Proof, start_level, starts_inside
 from rbstab.experiment.switching_record import has_no_potential, smooth_rest_system
 from rbstab.integrate.problem import Problem, Trajectory
@@ -27,7 +27,7 @@ GROUP = "certificate"
 
 
 def certificate_of(
-    problem: Problem, trajectory: Trajectory, arrays: dict[str, Array], rest: RestState
+    problem: Problem, trajectory: Trajectory, arrays: dict[str, Array], zero: LyapunovZero
 ) -> list[Check]:
     """Return the checks of a trajectory that need no proof.
 
@@ -35,7 +35,7 @@ def certificate_of(
         problem: The problem.
         trajectory: Its trajectory.
         arrays: The quantities along the trajectory, by their names.
-        rest: The rest state at which v is zero.
+        zero: The rest state at which v is zero.
     """
     systems = trajectory.systems or (problem.system,) * len(trajectory.times)
     implicit = problem.switching is not None and problem.switching.step > 0
@@ -48,8 +48,9 @@ def certificate_of(
         dissipation=arrays["dissipation"],
         residual=arrays["energy_residual"],
         energy=arrays["energy"],
-        rest=rest,
-        exact_rest_energy=lambda: exact_rest_energy(smooth_rest_system(problem), rest),
+        rest=zero.rest,
+        approached=zero.approached,
+        exact_rest_energy=lambda: exact_rest_energy(smooth_rest_system(problem), zero.rest),
         scale=audit_scale(arrays["lyapunov"], arrays["energy"]),
         has_potential=not has_no_potential(problem.system),
         # Implicit steps are of first order: the tolerance has no effect on them.

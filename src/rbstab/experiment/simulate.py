@@ -11,7 +11,13 @@ from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.provenance import provenance
-from rbstab.experiment.record import motion_warnings, record_of, recording_time, rest_state_of
+from rbstab.experiment.record import (
+    motion_warnings,
+    record_of,
+    recording_time,
+    rest_state_of,
+    zero_description,
+)
 from rbstab.experiment.resolution import inverse_warnings, resolution_warnings
 from rbstab.experiment.run_certificate import certificate_variables, proved_checks, verdict_of
 from rbstab.integrate.deadline import Deadline
@@ -77,6 +83,7 @@ def simulate_problem(
                 *resolution_warnings(config.integration, trajectory, record.variables),
             ]
         ),
+        "lyapunov_zero": zero_description(record.zero, proof),
         "verdict": str(verdict_of(record.checks, problem, proof)),
         "run_id": run_id(config),
         "layout_version": LAYOUT_VERSION,

@@ -45,10 +45,15 @@ def rate_matrix(Theta: Array) -> Array:
     )
 
 
-def in_range(Theta: Array) -> bool:
-    """Return whether Euler angles, rad, are in the range of eq. 5: ±π, ±π/2 (open) and ±π."""
+def in_range(Theta: Array) -> Array:
+    """Return whether Euler angles are in the range of eq. 5: ±π, ±π/2 (open) and ±π.
+
+    Args:
+        Theta: Θ, shape (3,) or (3, m), rad.
+    """
     theta1, theta2, theta3 = np.abs(Theta)
-    return bool(theta1 <= math.pi and theta2 < math.pi / 2 and theta3 <= math.pi)
+    inside: Array = (theta1 <= math.pi) & (theta2 < math.pi / 2) & (theta3 <= math.pi)
+    return inside
 
 
 def rate_matrix_inverse(Theta: Array) -> Array:

@@ -27,7 +27,7 @@ class Quantity(NamedTuple):
     since: int = 1
 
 
-LAYOUT_VERSION = 1
+LAYOUT_VERSION = 2
 """The newest layout version. Increase it for each new quantity, and set its `since` to the new
 version. Then older files without the quantity stay valid."""
 
@@ -164,6 +164,22 @@ QUANTITIES = (
     ),
     Quantity("transition_kind", "-", "1", ("transition",), "stick or release", optional=True),
     Quantity("energy_at_rest", "-h", "J", (), "stored energy of the rest state (eq. 28)"),
+    Quantity(
+        "rest_orientation",
+        "Θ*",
+        "rad",
+        ("axis",),
+        "Θ of the rest state at which v is zero",
+        since=2,
+    ),
+    Quantity(
+        "rest_position",
+        "X*",
+        "m",
+        ("axis",),
+        "X of the rest state at which v is zero, inertial",
+        since=2,
+    ),
 )
 
 RUN_DIMENSIONS = {"axis": 3} | {

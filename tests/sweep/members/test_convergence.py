@@ -22,7 +22,9 @@ def plan_of(vary, with_gravity=True):
 
 def words(plan, folder):
     found = SingleRuns(plan).compute(0, plan.members).outcome
-    codes = ProvedConvergence(plan, folder).of(0, plan.members, found["lyapunov_start"])
+    codes = ProvedConvergence(plan, folder).of(
+        0, plan.members, found["lyapunov_start"], found["energy_at_rest"]
+    )
     return [CONVERGENCE[code] for code in codes]
 
 

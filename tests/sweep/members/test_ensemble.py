@@ -8,10 +8,10 @@ from support.paper_runs import paper_config
 
 from rbstab.config.build import problem_of
 from rbstab.integrate.heyoka.ensemble import parameters_and_start
+from rbstab.sweep.members.approached_states import ApproachedStates, RestStatesOfMembers
 from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.ensemble import EnsembleEngine
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
-from rbstab.sweep.members.rest_energies import RestEnergies
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 
@@ -222,11 +222,12 @@ def test_rest_energies_that_are_not_found_at_once_are_looked_for(monkeypatch):
     plan = plan_of(vary=VARIED["gains"], members=4)
     expected = engine_of(plan).compute(0, 4).outcome
 
-    def nothing(_, parameters):
+    def nothing(_, parameters, last):
         count = parameters.shape[1]
-        return np.full(count, 1e9), np.zeros(count, dtype=bool)
+        none = np.zeros(count, dtype=bool)
+        return RestStatesOfMembers(np.full(count, 1e9), np.full((count, 3), 1e9), none)
 
-    monkeypatch.setattr(RestEnergies, "energies", nothing)
+    monkeypatch.setattr(ApproachedStates, "find", nothing)
     found = engine_of(plan).compute(0, 4).outcome
     assert found["lyapunov_start"] == pytest.approx(expected["lyapunov_start"], rel=1e-9)
 

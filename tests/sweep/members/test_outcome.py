@@ -34,6 +34,8 @@ def trajectories_of(members):
         contact_velocity=F,
         lyapunov=value,
         energy_residual=residual,
+        energy_at_rest=np.zeros(len(members)),
+        rest_orientation=Theta[:, -1],
     )
 
 

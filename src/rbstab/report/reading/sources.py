@@ -61,8 +61,13 @@ class Run:
     def settling_time(self) -> float:
         """The time from which v stays below v(0)/1000, s; NaN if the run has not settled."""
         with np.errstate(all="ignore"):
-            v = lyapunov_function_of(self.result)
-            return float(settling_times(self.result["time"], v[np.newaxis])[0])
+            v, last = lyapunov_function_of(self.result), self.result["orientation"][-1]
+            # Runs of before layout version 2 do not name the rest state at which their v is zero.
+            is_known = "rest_orientation" in self.result
+            rest = self.result["rest_orientation"] if is_known else last
+            return float(
+                settling_times(self.result["time"], v[np.newaxis], (last - rest)[np.newaxis])[0]
+            )
 
 
 @dataclass(frozen=True)

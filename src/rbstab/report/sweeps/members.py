@@ -31,8 +31,13 @@ COLUMNS = (
     "displacement_settling_time",
     "convergence",
     "steps",
+    "energy_at_rest",
+    "rest_orientation",
 )
 """Columns to read besides the parameters; all columns of a sweep could need too much memory."""
+
+OPTIONAL = ("convergence", "energy_at_rest", "rest_orientation")
+"""Columns that older sweeps do not have."""
 
 SETTLED, UNSETTLED = "settled", "not settled"
 
@@ -86,10 +91,10 @@ class Members:
 
     @cached_property
     def levels(self) -> dict[str, float]:
-        """c* of each variant with a proof, J: members with v(0) < c* are proved to converge."""
+        """c* of each variant with a proof, J, for v that counts from its nearest rest state."""
         if self._certified is None:
             return {}
-        return {v: level for v, level in self._certified.bounds.items() if level is not None}
+        return {v: float(bound.level(None)) for v, bound in self._certified.bounds.items()}
 
     @property
     def share_proofs(self) -> bool:
@@ -102,19 +107,38 @@ class Members:
 
     @cached_property
     def level(self) -> Array | None:
-        """c* of each member, J, shape (n,), NaN if unknown; None without any proof."""
-        if not self.levels or self.plan is None:
+        """c* of each member, J, shape (n,), NaN if unknown; None without any proof.
+
+        Members with v(0) < c* are proved to converge to the lowest rest state.
+        """
+        if not self.levels or self.plan is None or self._certified is None:
             return None
-        by_code = np.array([self.levels.get(name, np.nan) for name in self.plan.variants])
+        bounds, rest = self._certified.bounds, self._energy_at_rest
+        missing = np.full(len(self), np.nan)
+        by_variant = np.array(
+            [
+                np.broadcast_to(bounds[name].level(rest), (len(self),))
+                if name in bounds
+                else missing
+                for name in self.plan.variants
+            ]
+        )
         if "controller_variant" in self.table.layout:
-            return by_code[self.column("controller_variant")]
-        return np.broadcast_to(by_code[0], (len(self),))
+            return by_variant[self.column("controller_variant"), np.arange(len(self))]
+        return by_variant[0]
+
+    @property
+    def _energy_at_rest(self) -> Array | None:
+        """The column `energy_at_rest`; older sweeps have none."""
+        return self.column("energy_at_rest") if "energy_at_rest" in self.table.layout else None
 
     @cached_property
     def convergence(self) -> Array:
         """The proved convergence of each member, as its index in `convergence.CONVERGENCE`."""
         if self.levels and self._certified is not None:
-            return self._certified.of(0, len(self), self.column("lyapunov_start"))
+            return self._certified.of(
+                0, len(self), self.column("lyapunov_start"), self._energy_at_rest
+            )
         if "convergence" in self.table.layout:
             return self.column("convergence")
         return np.full(len(self), NO_PROOF, dtype=np.int8)
@@ -134,7 +158,7 @@ def read_members(path: Path) -> Members:
     plan = _plan_of(read_table(path, ()))
     varied = [safe_name(column.key) for column in plan.varied_keys] if plan is not None else []
     table = read_table(path, (*varied, *COLUMNS))
-    missing = [name for name in COLUMNS if name not in table.layout and name != "convergence"]
+    missing = [name for name in COLUMNS if name not in {*table.layout, *OPTIONAL}]
     if missing:
         raise NotAResultError(f"{path} has no column {missing[0]}")
     if plan is not None and (plan.members != len(table[RUN]) or not {*varied} <= {*table.layout}):

@@ -103,7 +103,9 @@ def _shards(plan: Plan, folder: SweepFolder) -> Iterator[dict[str, Array]]:
         if table is None:
             raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
         bounds, arrays = folder.bounds(number), dict(table.arrays)
-        arrays["convergence"] = convergence.of(*bounds, arrays["lyapunov_start"])
+        arrays["convergence"] = convergence.of(
+            *bounds, arrays["lyapunov_start"], arrays.get("energy_at_rest")
+        )
         arrays["traces"] = plan.keep.selected(*bounds).astype("i1")
         yield varied_arrays(plan, *bounds) | arrays
 

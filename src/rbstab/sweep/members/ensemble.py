@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.approached_state import lyapunov_zero
+from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.integrate.heyoka.compiled_map import SIMD
@@ -23,11 +25,15 @@ from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import OMEGA, THETA
+from rbstab.sweep.members.approached_states import (
+    ApproachedStates,
+    RestStatesOfMembers,
+    SharedState,
+)
 from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.engine import MemberEngine, Shard, columns_of_failed
 from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import STATUSES, MemberTrajectories, outcome_of
-from rbstab.sweep.members.rest_energies import RestEnergies
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import copy_traces, layout_of
 from rbstab.sweep.plan.plan import Plan
@@ -122,20 +128,21 @@ class _VariantEngine:
         self.problem = self.binding.problem
         problem, varies = self.problem, self.binding.varies
         self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies)
-        self.rest_energy = self._common_rest_energy()
-        self.rest_energies = RestEnergies(problem.system) if self.rest_energy is None else None
+        self.approached = ApproachedStates(problem.system, self._shared_rest_state())
         has_traces = plan.keep.count(plan.members)
         self.trace_names = layout_of(plan).names
         self.forces = EnsembleForces(self.ensemble) if has_traces else None
 
-    def _common_rest_energy(self) -> float | None:
-        """Return the stored energy of the rest state, J, or None if it differs between members."""
+    def _shared_rest_state(self) -> SharedState | None:
+        """Return the rest state nearest to the unloaded position, if all members share it."""
         varied = {key.path[0] for key in self.binding.varied_keys}
         weightless = not any(self.binding.base.gravity) and "gravity" not in varied
         if varied <= {"initial"}:
-            return nearest_rest_state(self.problem.system).energy
-        # Without a load the rest state is the unloaded position, where no energy is stored.
-        return 0.0 if weightless else None
+            nearest = nearest_rest_state(self.problem.system)
+            q = configurations(self.problem.system).configuration(nearest.motion, nearest.own)
+            return SharedState(q, nearest.energy) if nearest.found else None
+        # Without a load it is the unloaded position, where no energy is stored.
+        return SharedState(None, 0.0) if weightless else None
 
     def outcome(
         self, values: dict[str, Array], with_trace: Array
@@ -153,9 +160,10 @@ class _VariantEngine:
         parameters, starts = self.binding.parameters_and_starts(values)
         trajectories = self.ensemble.run(parameters, starts)
         observed = self.ensemble.observe(parameters, trajectories)
-        energy = observed.energy - self._rest_energies(values, parameters)[:, np.newaxis]
+        rest = self._rest_states(values, parameters, trajectories.states[..., -1], observed.X)
+        energy = observed.energy - rest.energy[:, np.newaxis]
         residual = energy - energy[:, :1] - trajectories.lyapunov_change
-        members = self._members(trajectories.states, observed, energy, residual)
+        members = self._members(trajectories.states, observed, energy, residual, rest)
         with np.errstate(all="ignore"):
             outcome = outcome_of(members)
             near = self._may_have_left_range(members)
@@ -187,14 +195,20 @@ class _VariantEngine:
         names = [name for name in self.trace_names if name in available]
         return _BatchTraces({name: available[name] for name in names}, evaluated)
 
-    def _rest_energies(self, values: dict[str, Array], parameters: Array) -> Array:
-        if self.rest_energy is not None:
-            return np.full(parameters.shape[1], self.rest_energy)
-        assert self.rest_energies is not None
-        energies, found = self.rest_energies.energies(parameters)
-        for k in np.flatnonzero(~found).tolist():
-            energies[k] = nearest_rest_state(self._problem(values, k).system).energy
-        return energies
+    def _rest_states(
+        self, values: dict[str, Array], parameters: Array, last: Array, X: Array
+    ) -> RestStatesOfMembers:
+        """Return the rest states at which v of each member is zero."""
+        own = last[self.problem.system.coordinates.size :]
+        pose = [last[THETA]] if self.approached.configurations.held else [last[THETA], X[..., -1]]
+        rest = self.approached.find(parameters, np.concatenate([*pose, own]))
+        for k in np.flatnonzero(~rest.found).tolist():
+            system = self._problem(values, k).system
+            motion = system.motion(last[: system.coordinates.size, k])
+            with np.errstate(all="ignore"):
+                zero = lyapunov_zero(system, motion, own[:, k], nearest_rest_state(system))
+            rest.energy[k], rest.orientation[k] = zero.rest.energy, zero.rest.motion.Theta
+        return rest
 
     def _problem(self, values: dict[str, Array], k: int) -> Problem:
         """Return the initial value problem of member k of these values."""
@@ -202,7 +216,12 @@ class _VariantEngine:
         return problem_of(self.binding.config_of(row))
 
     def _members(
-        self, states: Array, observed: ObservedTrajectories, energy: Array, residual: Array
+        self,
+        states: Array,
+        observed: ObservedTrajectories,
+        energy: Array,
+        residual: Array,
+        rest: RestStatesOfMembers,
     ) -> MemberTrajectories:
         def along(rows: Array) -> Array:
             return np.moveaxis(rows, 0, 2)
@@ -219,6 +238,8 @@ class _VariantEngine:
             contact_velocity=along(observed.F),
             lyapunov=energy,
             energy_residual=residual,
+            energy_at_rest=rest.energy,
+            rest_orientation=rest.orientation,
             own_states={name: along(states[place]) for name, place in own_states.items()},
         )
 

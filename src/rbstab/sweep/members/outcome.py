@@ -13,6 +13,12 @@ from rbstab.store.table import Column
 SETTLED_FRACTION = 1e-3
 """A motion has settled when v stays below this fraction of v(0)."""
 
+SETTLED_ANGLE = 0.1
+"""rad: at the end, the angles of a motion that has settled are this close to those at rest."""
+
+ROUND_OFF = 1e-9
+"""How far v may be below zero, relative to its largest value. v(0) is a sum of larger energies."""
+
 SETTLED_DISTANCE = 1e-3
 """The contact point has settled when |E| stays below this distance, m."""
 
@@ -48,6 +54,8 @@ COLUMNS: dict[str, Column] = {
     },
     "lyapunov_start": _number("f8", "J", "v(0)"),
     "lyapunov_end": _number("f8", "J", "v at the end"),
+    "energy_at_rest": _number("f8", "J", "stored energy of the rest state at which v is zero"),
+    "rest_orientation": _vector("rad", "Θ of that rest state"),
     "energy_residual": _number("f8", "J", "the largest |r| of the samples"),
     "peak_contact_displacement": _vector("m", "E farthest from 0, by axis"),
     "peak_time": _vector("s", "when it is there"),
@@ -78,6 +86,8 @@ class MemberTrajectories:
         contact_velocity: F, m/s, inertial.
         lyapunov: v, shape (m, n), J.
         energy_residual: r, shape (m, n), J.
+        energy_at_rest: The stored energy of the rest state at which v is zero, shape (m,), J.
+        rest_orientation: Θ of that rest state, shape (m, 3), rad.
         own_states: The own states of the elements by name, each of shape (m, n, size).
         contact_work: ε, shape (m, n), J, if `lyapunov` is v - ε (for s = F + κE); otherwise None.
             v - ε does not end at zero, so settling times are computed from v.
@@ -93,6 +103,8 @@ class MemberTrajectories:
     contact_velocity: Array
     lyapunov: Array
     energy_residual: Array
+    energy_at_rest: Array
+    rest_orientation: Array
     own_states: dict[str, Array] = field(default_factory=dict)
     contact_work: Array | None = None
 
@@ -119,27 +131,36 @@ def outcome_of(members: MemberTrajectories) -> dict[str, Array]:
         "end_time": np.full(count, times[-1]),
         "lyapunov_start": members.lyapunov[:, 0],
         "lyapunov_end": members.lyapunov[:, -1],
+        "energy_at_rest": members.energy_at_rest,
+        "rest_orientation": members.rest_orientation,
         "energy_residual": np.abs(members.energy_residual).max(axis=1),
         "peak_contact_displacement": peak,
         "peak_time": peak_time,
         "peak_orientation": np.abs(angles),
         "smallest_regularity": np.cos(np.minimum(np.abs(angles[:, 1]), np.pi / 2)),
-        "settling_time": settling_times(times, value),
+        "settling_time": settling_times(
+            times, value, members.orientation[:, -1] - members.rest_orientation
+        ),
         "displacement_settling_time": last_above(times, distance, np.full(count, SETTLED_DISTANCE)),
     }
 
 
-def settling_times(times: Array, value: Array) -> Array:
+def settling_times(times: Array, value: Array, from_rest: Array) -> Array:
     """Return the times after which v stays below `SETTLED_FRACTION` v(0), shape (m,), s.
 
-    A time is NaN if v is not below this bound at the end, or is not finite at some sample.
+    A time is NaN if the member is not at rest at the end: v is not below this bound, or is
+    negative, or an angle is farther than `SETTLED_ANGLE` from that of the rest state. It is also
+    NaN if v is not finite at some sample.
 
     Args:
         times: Shape (n,), s.
         value: v of each member, shape (m, n), J.
+        from_rest: Θ at the end minus Θ of the rest state, shape (m, 3), rad.
     """
     settling = last_above(times, value, SETTLED_FRACTION * value[:, 0])
-    return np.where(np.isfinite(value).all(axis=1), settling, np.nan)
+    at_rest = value[:, -1] >= -ROUND_OFF * np.abs(value).max(axis=1)
+    at_rest &= np.abs(from_rest).max(axis=1) <= SETTLED_ANGLE
+    return np.where(np.isfinite(value).all(axis=1) & at_rest, settling, np.nan)
 
 
 def _peaks(times: Array, values: Array, rates: Array) -> tuple[Array, Array]:

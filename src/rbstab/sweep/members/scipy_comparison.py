@@ -18,8 +18,13 @@ MEMBERS_PER_SAMPLE = 1000
 
 _NOT_COMPARED = ("run_id", "status", "steps")
 
-_SCALE = {"energy_residual": "lyapunov_start"}
-"""For a column of errors: the column whose largest absolute value divides its differences."""
+_SCALE = {
+    "energy_residual": "lyapunov_start",
+    "energy_at_rest": "lyapunov_start",
+    "rest_orientation": "peak_orientation",
+}
+"""For a column whose values may all be round-off: the column whose largest absolute value divides
+its differences."""
 
 
 @dataclass(frozen=True)

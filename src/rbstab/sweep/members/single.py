@@ -6,7 +6,7 @@ import numpy as np
 
 from rbstab.config.build import problem_of
 from rbstab.config.schema import MIN_SCIPY_RTOL, Config
-from rbstab.experiment.record import recorded, recording_time, rest_state_of
+from rbstab.experiment.record import recorded, recording_time, zero_of
 from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
@@ -72,8 +72,8 @@ class SingleRuns:
         with np.errstate(all="ignore"):
             trajectory = engine(self._engine)(problem, None, deadline)
             try:
-                rest = rest_state_of(problem)
-                return recorded(problem, trajectory, rest.energy, deadline)
+                zero = zero_of(problem, trajectory)
+                return recorded(problem, trajectory, zero.rest, deadline)
             except Exception:
                 # Without quantities, the member still has the status of its trajectory.
                 return trajectory, {}
@@ -96,6 +96,8 @@ def trajectory_of(problem: Problem, quantities: dict[str, Array]) -> MemberTraje
     return MemberTrajectories(
         time=quantities[TIME],
         orientation_rate=rates[np.newaxis],
+        energy_at_rest=quantities["energy_at_rest"][np.newaxis],
+        rest_orientation=arrays["rest_orientation"],
         own_states={name: arrays[name] for name in problem.system.own_states},
         contact_work=arrays["contact_work"] if has_no_potential(problem.system) else None,
         **{name: arrays[name] for name in _COMMON_QUANTITIES},

@@ -1,0 +1,100 @@
+"""The rest state that a motion approaches: the Lyapunov function counts from it."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.descent import descend
+from rbstab.analysis.rest_state import (
+    RestState,
+    gradient_tolerance,
+    largest_load,
+    numerical_hessian,
+    rest_state_at,
+)
+from rbstab.mechanics.motion import Motion
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
+
+SAME_STATE = 1e-3
+"""rad and m: two rest states of equal energy that differ by less are one, found from two starts."""
+
+ENERGY_TOLERANCE = 1e-9
+"""Two energies at rest that differ by less, relative to the sum of both plus 1 J, are equal."""
+
+
+class LyapunovZero(NamedTuple):
+    """The rest state at which v = 0.
+
+    Attributes:
+        rest: The rest state.
+        approached: Whether the motion approaches it: then v cannot fall below zero. Otherwise the
+            descent from the last sample left the range of eq. 5 or found nothing, and `rest` is the
+            lowest rest state that is known.
+        is_lowest: Whether no lower rest state is known.
+    """
+
+    rest: RestState
+    approached: bool
+    is_lowest: bool
+
+
+class _SingleEnergy(NamedTuple):
+    value: Array
+    gradient: Array
+    hessian: Array
+
+
+def lyapunov_zero(system: System, motion: Motion, own: Array, nearest: RestState) -> LyapunovZero:
+    """Return the rest state that a motion approaches: descend in energy from its last sample.
+
+    The potential energy never exceeds the sum of all energies. So v, counted from the minimum in
+    which the descent ends, is not negative at the last sample, nor before it.
+
+    Args:
+        system: The smooth system of the problem.
+        motion: The last sample of the motion.
+        own: The own states of the elements there.
+        nearest: The rest state nearest to the unloaded position. If the motion approaches it, this
+            object itself is returned, so that v does not depend on where the descent began.
+    """
+    at_rest = configurations(system)
+    found = _descended(at_rest, at_rest.configuration(motion, own))
+    if found is None:
+        return LyapunovZero(nearest, approached=False, is_lowest=True)
+    lower = nearest.found and is_lower(nearest.energy, found.energy)
+    higher = nearest.found and is_lower(found.energy, nearest.energy)
+    close = nearest.found and _distance(at_rest, found, nearest) < SAME_STATE
+    if close and not (lower or higher):
+        return LyapunovZero(nearest, approached=True, is_lowest=True)
+    return LyapunovZero(found, approached=True, is_lowest=not lower)
+
+
+def is_lower(energy: Array | float, other: Array | float) -> Any:
+    """Return whether energies at rest, J, are below others, apart from round-off."""
+    return energy < other - ENERGY_TOLERANCE * (np.abs(energy) + np.abs(other) + 1.0)
+
+
+def _descended(at_rest: Configurations, q: Array) -> RestState | None:
+    """Return the rest state below a configuration; None without one in the range."""
+    if not np.isfinite(q).all():
+        return None
+
+    def energy(_rows: Array, q: Array) -> _SingleEnergy:
+        point = q[:, 0]
+        return _SingleEnergy(
+            np.array([float(at_rest.energy(point))]),
+            at_rest.gradient(point)[np.newaxis],
+            numerical_hessian(at_rest.gradient, point)[np.newaxis],
+        )
+
+    tolerance = gradient_tolerance(largest_load(at_rest, q))
+    ends, _, _ = descend(energy, q[:, np.newaxis], np.array([tolerance]))
+    found = rest_state_at(at_rest, ends[:, 0])
+    return found if found.found else None
+
+
+def _distance(at_rest: Configurations, a: RestState, b: RestState) -> float:
+    first, second = (at_rest.configuration(rest.motion, rest.own) for rest in (a, b))
+    return float(np.abs(first - second).max())

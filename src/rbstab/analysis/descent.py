@@ -1,0 +1,93 @@
+"""Descent in energy to a minimum, by a damped Newton method, for many starts at once."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+
+MAX_STEPS = 40
+
+MAX_STEP = 0.5
+"""rad and m: longer steps are cut to this, so that the descent does not leave its valley."""
+
+SHORTEST_STEP = 1e-6
+"""A step that was shortened by this factor, and still raises the energy, ends the descent."""
+
+MIN_CURVATURE = 1e-8
+"""The smallest curvature that the method divides by, relative to the largest."""
+
+ROUND_OFF = 1e-12
+"""Allowed rise of the energy in a step, relative to the energy plus 1 J."""
+
+
+class EnergyAt(Protocol):
+    """Energies with their derivatives at m points."""
+
+    @property
+    def value(self) -> Array:
+        """The energies, shape (m,), J."""
+
+    @property
+    def gradient(self) -> Array:
+        """Their gradients, shape (m, n)."""
+
+    @property
+    def hessian(self) -> Array:
+        """Their Hessians, shape (m, n, n)."""
+
+
+EnergyFunction = Callable[[Array, Array], EnergyAt]
+"""Returns the energies of the problems with the numbers `rows`, shape (k,), at q, shape (n, k)."""
+
+
+@np.errstate(all="ignore")  # comparisons with NaN are false
+def descend(energy: EnergyFunction, starts: Array, tolerance: Array) -> tuple[Array, Array, Array]:
+    """Descend from each start to a point without slope: a minimum, unless the start has no slope.
+
+    The Newton step uses the absolute values of the eigenvalues of the Hessian, so that it leads
+    downwards everywhere. It is halved as long as the energy rises.
+
+    Args:
+        energy: The energies.
+        starts: Shape (n, m).
+        tolerance: The size of the gradient at which the descent of each problem ends, shape (m,).
+
+    Returns:
+        The end points, shape (n, m); the energies there, shape (m,), J; and whether the gradient is
+        within its tolerance, shape (m,).
+    """
+    q = starts.copy()
+    rows = np.arange(q.shape[1])
+    at = energy(rows, q)
+    value, gradient, hessian = at.value.copy(), at.gradient.copy(), at.hessian.copy()
+    shortened = np.ones(len(rows))
+    for _ in range(MAX_STEPS):
+        steep = np.abs(gradient).max(axis=1) > tolerance
+        rows = np.flatnonzero(steep & (shortened > SHORTEST_STEP))
+        if not len(rows):
+            break
+        trial = q[:, rows] + shortened[rows] * _steps(gradient[rows], hessian[rows]).T
+        at = energy(rows, trial)
+        slack = ROUND_OFF * (np.abs(value[rows]) + 1.0)
+        lower = at.value <= value[rows] + slack
+        accepted = rows[lower]
+        q[:, accepted], value[accepted] = trial[:, lower], at.value[lower]
+        gradient[accepted], hessian[accepted] = at.gradient[lower], at.hessian[lower]
+        shortened[accepted] = 1.0
+        shortened[rows[~lower]] *= 0.5
+    return q, value, np.abs(gradient).max(axis=1) <= tolerance
+
+
+def _steps(gradient: Array, hessian: Array) -> Array:
+    """Return the Newton steps with the absolute values of the curvatures, shape (m, n)."""
+    finite = np.isfinite(hessian).all(axis=(1, 2), keepdims=True)
+    curvatures, axes = np.linalg.eigh(np.where(finite, hessian, 0.0))
+    sizes = np.abs(curvatures)
+    sizes = np.maximum(sizes, MIN_CURVATURE * sizes.max(axis=1, keepdims=True))
+    along = np.einsum("mik,mi->mk", axes, gradient) / sizes
+    steps = -np.einsum("mik,mk->mi", axes, along)
+    longest = np.abs(steps).max(axis=1, keepdims=True)
+    limited: Array = steps * np.minimum(1.0, MAX_STEP / longest)
+    return limited

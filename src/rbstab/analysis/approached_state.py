@@ -1,5 +1,6 @@
 """The rest state that a motion approaches: the Lyapunov function counts from it."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,8 +31,8 @@ class LyapunovZero(NamedTuple):
     Attributes:
         rest: The rest state.
         approached: Whether the motion approaches it: then v cannot fall below zero. Otherwise the
-            descent from the last sample left the range of eq. 5 or found nothing, and `rest` is the
-            lowest rest state that is known.
+            descent from the last sample left |θ2| < π/2 or found nothing, and `rest` is the
+            rest state nearest to the unloaded position.
         is_lowest: Whether no lower rest state is known.
     """
 
@@ -46,7 +47,13 @@ class _SingleEnergy(NamedTuple):
     hessian: Array
 
 
-def lyapunov_zero(system: System, motion: Motion, own: Array, nearest: RestState) -> LyapunovZero:
+def lyapunov_zero(
+    system: System,
+    motion: Motion,
+    own: Array,
+    nearest: RestState,
+    is_late: Callable[[], bool] = lambda: False,
+) -> LyapunovZero:
     """Return the rest state that a motion approaches: descend in energy from its last sample.
 
     The potential energy never exceeds the sum of all energies. So v, counted from the minimum in
@@ -58,14 +65,15 @@ def lyapunov_zero(system: System, motion: Motion, own: Array, nearest: RestState
         own: The own states of the elements there.
         nearest: The rest state nearest to the unloaded position. If the motion approaches it, this
             object itself is returned, so that v does not depend on where the descent began.
+        is_late: Returns whether the descent must end now; then it has found nothing.
     """
     at_rest = configurations(system)
-    found = _descended(at_rest, at_rest.configuration(motion, own))
+    found = _descended(at_rest, at_rest.configuration(motion, own), is_late)
     if found is None:
         return LyapunovZero(nearest, approached=False, is_lowest=True)
-    lower = nearest.found and is_lower(nearest.energy, found.energy)
-    higher = nearest.found and is_lower(found.energy, nearest.energy)
-    close = nearest.found and _distance(at_rest, found, nearest) < SAME_STATE
+    lower = nearest.is_at_rest and is_lower(nearest.energy, found.energy)
+    higher = nearest.is_at_rest and is_lower(found.energy, nearest.energy)
+    close = nearest.is_at_rest and _distance(at_rest, found, nearest) < SAME_STATE
     if close and not (lower or higher):
         return LyapunovZero(nearest, approached=True, is_lowest=True)
     return LyapunovZero(found, approached=True, is_lowest=not lower)
@@ -76,8 +84,8 @@ def is_lower(energy: Array | float, other: Array | float) -> Any:
     return energy < other - ENERGY_TOLERANCE * (np.abs(energy) + np.abs(other) + 1.0)
 
 
-def _descended(at_rest: Configurations, q: Array) -> RestState | None:
-    """Return the rest state below a configuration; None without one in the range."""
+def _descended(at_rest: Configurations, q: Array, is_late: Callable[[], bool]) -> RestState | None:
+    """Return the rest state below a configuration; None without one with |θ2| < π/2."""
     if not np.isfinite(q).all():
         return None
 
@@ -90,9 +98,9 @@ def _descended(at_rest: Configurations, q: Array) -> RestState | None:
         )
 
     tolerance = gradient_tolerance(largest_load(at_rest, q))
-    ends, _, _ = descend(energy, q[:, np.newaxis], np.array([tolerance]))
+    ends, _, _ = descend(energy, q[:, np.newaxis], np.array([tolerance]), is_late)
     found = rest_state_at(at_rest, ends[:, 0])
-    return found if found.found else None
+    return found if found.is_at_rest else None
 
 
 def _distance(at_rest: Configurations, a: RestState, b: RestState) -> float:

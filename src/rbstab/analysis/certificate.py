@@ -263,7 +263,7 @@ def _positive(run: Evidence) -> Check:
         rounding = np.maximum(ROUND_OFF, _rounding(run) / run.scale)
         bound = -float(rounding[worst])
         below = np.flatnonzero(~(run.value / run.scale >= -rounding))
-        if len(below) and run.rest.found and run.approached:
+        if len(below) and run.rest.is_at_rest and run.approached:
             at_rest = in_balls(run.exact_rest_energy)
 
             def repeat(row: int) -> _Finding:
@@ -273,7 +273,7 @@ def _positive(run: Evidence) -> Check:
 
             rows = below[run.value[below].argsort(kind="stable")]
             verdict, value, worst = _repeated(repeat, rows)
-        elif len(below) or not run.rest.found:
+        elif len(below) or not run.rest.is_at_rest:
             verdict = Verdict.UNKNOWN
     time = float(run.times[worst])
     return Check("positive", verdict, value, bound, time, "min v / v(0)")

@@ -7,7 +7,8 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 
-MAX_STEPS = 40
+MAX_STEPS = 300
+"""About five are enough near a minimum; a curved valley takes a hundred."""
 
 MAX_STEP = 0.5
 """rad and m: longer steps are cut to this, so that the descent does not leave its valley."""
@@ -43,7 +44,12 @@ EnergyFunction = Callable[[Array, Array], EnergyAt]
 
 
 @np.errstate(all="ignore")  # comparisons with NaN are false
-def descend(energy: EnergyFunction, starts: Array, tolerance: Array) -> tuple[Array, Array, Array]:
+def descend(
+    energy: EnergyFunction,
+    starts: Array,
+    tolerance: Array,
+    is_late: Callable[[], bool] = lambda: False,
+) -> tuple[Array, Array, Array]:
     """Descend from each start to a point without slope: a minimum, unless the start has no slope.
 
     The Newton step uses the absolute values of the eigenvalues of the Hessian, so that it leads
@@ -53,6 +59,7 @@ def descend(energy: EnergyFunction, starts: Array, tolerance: Array) -> tuple[Ar
         energy: The energies.
         starts: Shape (n, m).
         tolerance: The size of the gradient at which the descent of each problem ends, shape (m,).
+        is_late: Returns whether the descents must end now.
 
     Returns:
         The end points, shape (n, m); the energies there, shape (m,), J; and whether the gradient is
@@ -66,7 +73,7 @@ def descend(energy: EnergyFunction, starts: Array, tolerance: Array) -> tuple[Ar
     for _ in range(MAX_STEPS):
         steep = np.abs(gradient).max(axis=1) > tolerance
         rows = np.flatnonzero(steep & (shortened > SHORTEST_STEP))
-        if not len(rows):
+        if not len(rows) or is_late():
             break
         trial = q[:, rows] + shortened[rows] * _steps(gradient[rows], hessian[rows]).T
         at = energy(rows, trial)
@@ -75,7 +82,7 @@ def descend(energy: EnergyFunction, starts: Array, tolerance: Array) -> tuple[Ar
         accepted = rows[lower]
         q[:, accepted], value[accepted] = trial[:, lower], at.value[lower]
         gradient[accepted], hessian[accepted] = at.gradient[lower], at.hessian[lower]
-        shortened[accepted] = 1.0
+        shortened[accepted] = np.minimum(1.0, 2.0 * shortened[accepted])
         shortened[rows[~lower]] *= 0.5
     return q, value, np.abs(gradient).max(axis=1) <= tolerance
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.mechanics.attitude import in_range
+from rbstab.mechanics.attitude import in_range, is_upright
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
@@ -51,15 +51,20 @@ class RestState:
     load: float = 1.0
 
     @property
+    def is_at_rest(self) -> bool:
+        """Whether this is a rest state with |θ2| < π/2; θ1 and θ3 may be any angles."""
+        tolerance = max(GRADIENT_TOLERANCE, FORCE_ERROR * self.load)
+        return self.gradient <= tolerance and bool(is_upright(self.motion.Theta))
+
+    @property
     def found(self) -> bool:
         """Whether this is a rest state inside the range of eq. 5."""
-        tolerance = max(GRADIENT_TOLERANCE, FORCE_ERROR * self.load)
-        return self.gradient <= tolerance and bool(in_range(self.motion.Theta))
+        return self.is_at_rest and bool(in_range(self.motion.Theta))
 
     @property
     def is_accurate(self) -> bool:
         """Whether the energy is that of a rest state to round-off, also for very small loads."""
-        return self.found and self.gradient <= gradient_tolerance(self.load)
+        return self.is_at_rest and self.gradient <= gradient_tolerance(self.load)
 
 
 def nearest_rest_state(system: System) -> RestState:

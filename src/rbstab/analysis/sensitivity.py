@@ -103,7 +103,7 @@ def baseline(problem: Problem) -> Baseline:
         times[peaks[PEAKS]],
         float(sizes[peaks[LARGEST_DISTANCE], LARGEST_DISTANCE]),
         settling,
-        float(trajectory.lyapunov_integral[-1]) if rest.found else np.nan,
+        float(trajectory.lyapunov_integral[-1]) if rest.is_at_rest else np.nan,
     )
     return Baseline(problem, rest, compiled, evaluation_times, interior_peaks, value, outcome)
 
@@ -129,7 +129,7 @@ def _settling_time(
 ) -> float:
     """Return the last time at which v falls below its fraction of v(0), or NaN if there is none."""
     end = _value(problem.system, trajectory.states[-1], rest.energy)
-    settled = rest.found and len(trajectory.crossings) > 0 and end < SETTLED_FRACTION * value
+    settled = rest.is_at_rest and len(trajectory.crossings) > 0 and end < SETTLED_FRACTION * value
     return float(trajectory.crossings[-1]) if settled else np.nan
 
 

@@ -71,7 +71,10 @@ def rest_state_of(problem: Problem) -> RestState:
 
 
 def zero_of(
-    problem: Problem, trajectory: Trajectory, nearest: RestState | None = None
+    problem: Problem,
+    trajectory: Trajectory,
+    nearest: RestState | None = None,
+    deadline: Deadline | None = None,
 ) -> LyapunovZero:
     """Return the rest state at which the Lyapunov function along a trajectory is zero.
 
@@ -79,13 +82,19 @@ def zero_of(
         problem: The problem.
         trajectory: Its trajectory.
         nearest: `rest_state_of(problem)`, if it is known already.
+        deadline: The deadline of the run; None for no limit.
     """
+
+    def is_late() -> bool:
+        return deadline is not None and deadline.remaining() < -RECORDING_MARGIN
+
     system = trajectory.systems[-1] if trajectory.systems else problem.system
     last = trajectory.states[-1]
     own = last[system.coordinates.size :]
     nearest = nearest or rest_state_of(problem)
     with np.errstate(all="ignore"):
-        return lyapunov_zero(smooth_rest_system(problem), system.motion(last), own, nearest)
+        smooth, motion = smooth_rest_system(problem), system.motion(last)
+        return lyapunov_zero(smooth, motion, own, nearest, is_late)
 
 
 def zero_description(zero: LyapunovZero, proof: Proof | None) -> str:
@@ -95,11 +104,13 @@ def zero_description(zero: LyapunovZero, proof: Proof | None) -> str:
         zero: The state.
         proof: The proof of the config, if there is one.
     """
-    if not zero.rest.found:
+    if not zero.rest.is_at_rest:
         return "no rest state was found in the range of eq. 5"
     if not zero.approached:
         return "the lowest rest state that is known; the motion approaches none in the range"
     name = "the rest state that the motion approaches"
+    if not zero.rest.found:
+        name += ", outside the range of eq. 5"
     number = None if proof is None else number_of(proof, zero.rest)
     if proof is not None and number is not None:
         if len(proof.states) == 1:
@@ -133,7 +144,7 @@ def record_of(
         nearest: `rest_state_of(problem)`, if it is known already.
         deadline: The deadline of the run; None for no limit. See `recorded`.
     """
-    zero = zero_of(problem, trajectory, nearest)
+    zero = zero_of(problem, trajectory, nearest, deadline)
     with np.errstate(all="ignore"):
         trajectory, arrays = recorded(problem, trajectory, zero.rest, deadline)
         checks = certificate_of(problem, trajectory, arrays, zero)
@@ -151,7 +162,7 @@ def record_of(
         "part": Variable(("part",), parts, "1", "part of the system"),
     }
     described = {name: _variable(name, arrays[name]) for name in BY_NAME if name in arrays}
-    warnings = [] if zero.rest.found else ["no rest state was found in the range of eq. 5"]
+    warnings = [] if zero.rest.is_at_rest else ["no rest state was found in the range of eq. 5"]
     return Record(trajectory, coordinates | described, checks, zero, warnings)
 
 

@@ -45,14 +45,23 @@ def rate_matrix(Theta: Array) -> Array:
     )
 
 
+def is_upright(Theta: Array) -> Array:
+    """Return whether |θ2| < π/2: then Euler angles, shape (3,) or (3, m), rad, are regular.
+
+    θ1 and θ3 may be any angles: no equation is singular there, and the angles are never wrapped.
+    """
+    upright: Array = np.abs(Theta[1]) < math.pi / 2
+    return upright
+
+
 def in_range(Theta: Array) -> Array:
     """Return whether Euler angles are in the range of eq. 5: ±π, ±π/2 (open) and ±π.
 
     Args:
         Theta: Θ, shape (3,) or (3, m), rad.
     """
-    theta1, theta2, theta3 = np.abs(Theta)
-    inside: Array = (theta1 <= math.pi) & (theta2 < math.pi / 2) & (theta3 <= math.pi)
+    theta1, _, theta3 = np.abs(Theta)
+    inside: Array = (theta1 <= math.pi) & is_upright(Theta) & (theta3 <= math.pi)
     return inside
 
 

@@ -9,7 +9,7 @@ from rbstab.analysis.configuration import ORIENTATION, POSITION, Configurations,
 from rbstab.analysis.descent import descend
 from rbstab.analysis.rest_state import gradient_tolerance
 from rbstab.integrate.heyoka.compiled_scalar import CompiledScalar
-from rbstab.mechanics.attitude import in_range
+from rbstab.mechanics.attitude import is_upright
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
@@ -88,7 +88,7 @@ class ApproachedStates:
 
         tolerance = self._tolerances(parameters, starts)
         q, value, converged = descend(energy, starts, tolerance)
-        return q, value, converged & in_range(q[ORIENTATION])
+        return q, value, converged & is_upright(q[ORIENTATION])
 
     def _energy(self) -> CompiledScalar:
         """Return the compiled energy. It is compiled only if a member needs it."""

@@ -72,7 +72,7 @@ class SingleRuns:
         with np.errstate(all="ignore"):
             trajectory = engine(self._engine)(problem, None, deadline)
             try:
-                zero = zero_of(problem, trajectory)
+                zero = zero_of(problem, trajectory, deadline=deadline)
                 return recorded(problem, trajectory, zero.rest, deadline)
             except Exception:
                 # Without quantities, the member still has the status of its trajectory.

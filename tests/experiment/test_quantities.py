@@ -28,6 +28,8 @@ ALWAYS = {
     "energy_residual",
     "contact_work",
     "energy_at_rest",
+    "rest_orientation",
+    "rest_position",
 }
 ONLY_EMBEDDED = {"connector_state"}
 ONLY_MANIFOLD = {"constraint_position_residual", "constraint_velocity_residual"}

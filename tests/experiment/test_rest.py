@@ -11,6 +11,7 @@ from support.problems import ENGINES
 from support.systems import VARIANTS
 
 import rbstab
+from rbstab.experiment.proof import prove
 
 WEIGHT = np.array([0.0, 0.0, -410.0])
 TIED = ("permanent", "visco-elastic", "embedded")
@@ -134,3 +135,41 @@ def test_free_body_put_down_at_rest_stays_there():
     result = rbstab.simulate(paper_config("free", with_gravity=True, initial=initial, samples=11))
     np.testing.assert_allclose(result["lyapunov"], 0.0, atol=1e-12)
     np.testing.assert_allclose(result["position"], LOADED[None, :].repeat(11, 0), atol=1e-12)
+
+
+SEVERAL: dict[str, Any] = {
+    # A heavy body on soft springs, held below: it can hang to either side.
+    "body": {"mass": 41, "inertia": [10, 9, 2], "contact_point": [0.15, 0.10, -0.42]},
+    "gravity": [0, 0, -4000],
+    "controller": {
+        "variant": "permanent",
+        "K_r": [4, 4, 3.2],
+        "L_r": [60, 60, 42],
+        "K_t": [4100, 4100, 3280],
+        "L_t": [200, 200, 140],
+    },
+    "integration": {"duration": 5.0, "samples": 51},
+}
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("side", [1, -1])
+def test_v_counts_from_the_rest_state_that_a_motion_approaches(engine, side):
+    """It did count from one that the motion leaves, and was negative at the end: `violated`."""
+    start = {"orientation": [side * 2.5, 0.2, side * 0.8]}
+    changes = {"initial": start, "integration": {**SEVERAL["integration"], "engine": engine}}
+    config = rbstab.load_config(SEVERAL | changes)
+    result = rbstab.simulate(config)
+    assert np.sign(result["rest_orientation"][0]) == side
+    np.testing.assert_allclose(result["rest_orientation"], result["orientation"][-1], atol=0.7)
+    assert result["lyapunov"].min() >= 0
+    assert result.attributes["verdict"] == "consistent"
+    assert str(result.attributes["lyapunov_zero"]).startswith("the rest state that the motion")
+    # The state is one of those that are proved, and is named by its number.
+    proof = prove(config)
+    number = 1 + int(
+        np.argmin([np.abs(s.orientation - result["rest_orientation"]).max() for s in proof.states])
+    )
+    assert proof.states[number - 1].energy == pytest.approx(float(result["energy_at_rest"]))
+    named = rbstab.simulate(config, proof=proof).attributes["lyapunov_zero"]
+    assert f"number {number} of {len(proof.states)}, the lowest first, proved" in str(named)

@@ -117,6 +117,9 @@ def _print_tables(result: "Result") -> None:
     add_row(
         table, "v(0), v(end)", f"{number(s.lyapunov_start, 7)} J, {number(s.lyapunov_end, 7)} J"
     )
+    if "lyapunov_zero" in attributes:
+        add_row(table, "v = 0 at", str(attributes["lyapunov_zero"]))
+        add_row(table, "", f"Θ = {_vector(result['rest_orientation'])} rad")
     add_row(table, "max |r| / v(0)", number(s.relative_residual, 2))
     add_row(table, "peak E by axis", _vector(s.peak_contact_displacement) + " m")
     add_row(table, "max |θ2|", f"{number(s.largest_pitch)} rad")
@@ -138,7 +141,7 @@ def _print_tables(result: "Result") -> None:
     print_table(table)
 
 
-_SHOWN_ABOVE = ("title", "status", "status_detail", "verdict", "warnings")
+_SHOWN_ABOVE = ("title", "status", "status_detail", "verdict", "lyapunov_zero", "warnings")
 
 
 def _print_reference(result: "Result") -> None:

@@ -102,6 +102,12 @@ class ProgressPrinter:
                 f"{', '.join(event.folder.missing_columns)}, and continues without them. To get "
                 "them, run it into another folder (-o DIR)."
             )
+        if "energy_at_rest" in event.folder.missing_columns:
+            self._print(
+                "warning: v of the members from now on counts from the rest state that they "
+                "approach; v of the members of before, from the one nearest to the unloaded "
+                "position. They differ only if the body has several rest states."
+            )
         if self._done and not self.quiet:
             self._print(f"{self._done} of {self._total} members are already done")
         if self._bar is not None:

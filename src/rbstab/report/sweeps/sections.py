@@ -3,6 +3,7 @@
 from rbstab.report.model.document import Block, Section
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.sources import SweepFile
+from rbstab.report.sweeps.basins import basin_blocks
 from rbstab.report.sweeps.comparison import comparison_blocks
 from rbstab.report.sweeps.distributions import distribution_blocks
 from rbstab.report.sweeps.fractions import fraction_blocks
@@ -48,4 +49,8 @@ def _facts(sweep: SweepFile, members: Members) -> list[Block]:
         blocks.append(UNREADABLE)
     else:
         blocks.append(varied_table(sweep.name, members.plan))
-    return blocks + fraction_blocks(sweep.name, members)
+    return [
+        *blocks,
+        *fraction_blocks(sweep.name, members),
+        *basin_blocks(sweep.name, members),
+    ]

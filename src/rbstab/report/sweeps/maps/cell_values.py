@@ -9,6 +9,7 @@ from scipy import ndimage
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Cells, Line
+from rbstab.report.sweeps.basins import Basins
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
 from rbstab.report.sweeps.parameters import BinnedAxis
 from rbstab.report.sweeps.quantities import MemberQuantity
@@ -112,6 +113,19 @@ def outcome_cells(members: Members, grid: MapGrid) -> Cells:
     indices = np.searchsorted(occurring, members.outcomes).astype(float)
     words = tuple(OUTCOMES[code] for code in occurring.tolist())
     return _cells(grid, medians(grid, indices), Axis("outcome", categories=words))
+
+
+def basin_cells(basins: Basins, grid: MapGrid) -> Cells:
+    """Return a map of the rest states that members approach.
+
+    If a cell has more than one member, the map shows the share of those that approach the lowest
+    rest state.
+    """
+    if not grid.is_single:
+        scale = Axis("share that approaches rest state 1")
+        return replace(_cells(grid, shares(grid, basins.codes == 0), scale), span=(0.0, 1.0))
+    codes = np.where(basins.codes < 0, np.nan, basins.codes)
+    return _cells(grid, medians(grid, codes), Axis("approaches", categories=basins.labels))
 
 
 def contour_line(grid: MapGrid, values: Array, level: float, label: str) -> Line | None:

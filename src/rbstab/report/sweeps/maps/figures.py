@@ -6,8 +6,10 @@ import numpy as np
 
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Cells, Figure, Mark, Panel, Points
+from rbstab.report.sweeps.basins import basins_of
 from rbstab.report.sweeps.maps.cell_values import (
     MapGrid,
+    basin_cells,
     contour_line,
     map_grid,
     outcome_cells,
@@ -99,6 +101,9 @@ def scatter_figure(
 def _maps_of(members: Members, grid: MapGrid, quantities: list[MemberQuantity]) -> dict[str, Cells]:
     """Return the maps on a grid, by the name of their quantity."""
     maps = {quantity.name: quantity_cells(grid, quantity) for quantity in quantities}
+    basins = basins_of(members)
+    if basins is not None:
+        maps = {"basins": basin_cells(basins, grid)} | maps
     if np.count_nonzero(members.outcome_counts) > 1:
         return {"outcome": outcome_cells(members, grid)} | maps
     return maps

@@ -1,0 +1,100 @@
+"""The rest states that the members of a sweep approach: their basins of attraction."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.document import Block, Cell, Head, Table
+from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
+from rbstab.report.sweeps.table_entries import number, whole
+
+SAME_ANGLES = 0.02
+"""rad: rest states whose angles differ by less are one."""
+
+MAX_STATES = 8
+"""With more rest states there are no basins: they vary with the parameters."""
+
+
+@dataclass(frozen=True, eq=False)
+class Basins:
+    """The distinct rest states that completed members approach, lowest first.
+
+    Args:
+        energies: The stored energy of each, J.
+        orientations: Θ of each, shape (states, 3), rad.
+        codes: The number of each member's state, from 0; -1 if it did not complete; shape (n,).
+        settled: Whether each member has settled there, shape (n,).
+    """
+
+    energies: Array
+    orientations: Array
+    codes: Array
+    settled: Array
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """A name of each state: "rest state 1 (0.039, -0.058, 0)"."""
+        angles = [
+            ", ".join(f"{a + 0.0:.3g}" for a in Theta) for Theta in self.orientations.round(3)
+        ]
+        return tuple(f"rest state {k} ({text})" for k, text in enumerate(angles, start=1))
+
+
+def basins_of(members: Members) -> Basins | None:
+    """Return the basins of a sweep; None unless its members approach 2 to `MAX_STATES` states."""
+    if "rest_orientation" not in members.table.layout:
+        return None
+    Theta, energy = members.column("rest_orientation"), members.column("energy_at_rest")
+    known = members.completed & np.isfinite(Theta).all(axis=1) & np.isfinite(energy)
+    codes = np.full(len(known), -1)
+    found: list[int] = []
+    left = known.copy()
+    while left.any():
+        first = int(np.flatnonzero(left)[0])
+        same = left & (np.abs(Theta - Theta[first]).max(axis=1) < SAME_ANGLES)
+        codes[same] = len(found)
+        found.append(first)
+        left &= ~same
+        if len(found) > MAX_STATES:
+            return None
+    if len(found) < 2:
+        return None
+    order = np.argsort(energy[found], kind="stable")
+    rank = np.argsort(order)
+    chosen = np.array(found)[order]
+    numbers = np.where(codes < 0, -1, rank[codes])
+    settled = members.outcomes == OUTCOMES.index(SETTLED)
+    return Basins(energy[chosen], Theta[chosen], numbers, settled)
+
+
+def basin_blocks(name: str, members: Members) -> list[Block]:
+    """Return a table of the rest states that members approach, if there are several."""
+    basins = basins_of(members)
+    if basins is None:
+        return []
+    heads = (
+        Head("rest state"),
+        Head("Θ", "rad"),
+        Head("energy", "J", numbers=True),
+        Head("members that approach it", numbers=True),
+        Head("of these settled", numbers=True),
+    )
+    rows = []
+    for k, Theta in enumerate(basins.orientations):
+        own = basins.codes == k
+        angles = ", ".join(f"{angle + 0.0:.4g}" for angle in Theta.round(9))
+        rows.append(
+            (
+                Cell(str(k + 1)),
+                Cell(f"({angles})"),
+                number(float(basins.energies[k]), 6),
+                whole(int(own.sum())),
+                whole(int((own & basins.settled).sum())),
+            )
+        )
+    note = (
+        "The lowest first. v of a member counts from the rest state that it approaches: the end of "
+        "a descent in energy from its last sample."
+    )
+    return [Table(f"{name}-basins", "Rest states that members approach", heads, tuple(rows), note)]

@@ -1,0 +1,68 @@
+"""Protects the table and the map of the rest states that members approach."""
+
+import numpy as np
+import pytest
+from support.made_sweeps import GRID, code
+
+from rbstab.report.model.document import Table
+from rbstab.report.model.figure import Cells, Figure
+from rbstab.report.sweeps.basins import basin_blocks, basins_of
+from rbstab.report.sweeps.maps.maps import map_blocks
+
+STATES = np.array([[0.5, 0.0, 0.1], [-2.7, 0.3, -1.2]])
+
+
+def two_basins(columns):
+    """The first ten members approach the first state, the others a lower one."""
+    second = columns["run"] >= 10
+    status = np.where(columns["run"] == 19, code("step limit"), 0)
+    noise = 1e-9 * columns["run"][:, np.newaxis]
+    return {
+        "rest_orientation": STATES[second.astype(int)] + noise,
+        "energy_at_rest": np.where(second, -140.0, -120.0),
+        "status": status,
+        "settling_time": np.where(columns["run"] == 3, np.nan, 1.0),
+    }
+
+
+@pytest.fixture
+def two(members):
+    return members(GRID, two_basins)
+
+
+def test_the_states_are_listed_lowest_first(two):
+    basins = basins_of(two)
+    assert basins is not None
+    np.testing.assert_allclose(basins.orientations, STATES[::-1], atol=1e-7)
+    assert basins.codes.tolist() == [1] * 10 + [0] * 9 + [-1]
+    (table,) = basin_blocks("a", two)
+    assert isinstance(table, Table)
+    cells = [[cell.text for cell in row] for row in table.rows]
+    assert cells == [
+        ["1", "(-2.7, 0.3, -1.2)", "-140", "9", "9"],
+        ["2", "(0.5, 0, 0.1)", "-120", "10", "9"],
+    ]
+
+
+def test_the_map_is_coloured_by_the_state(two):
+    figures = [block for block in map_blocks("a", two) if isinstance(block, Figure)]
+    panels = {panel.title: panel for figure in figures for panel in figure.panels}
+    (cells,) = (mark for mark in panels["approaches"].marks if isinstance(mark, Cells))
+    assert cells.scale.categories == (
+        "rest state 1 (-2.7, 0.3, -1.2)",
+        "rest state 2 (0.5, 0, 0.1)",
+    )
+    # The second parameter, along the rows, varies fastest; the last member did not complete.
+    by_member = cells.values.T.ravel() if cells.values.shape == (4, 5) else cells.values.ravel()
+    np.testing.assert_array_equal(by_member, [1.0] * 10 + [0.0] * 9 + [np.nan])
+
+
+def test_one_state_needs_no_map(members):
+    one = members(GRID, lambda columns: {"rest_orientation": np.zeros((len(columns["run"]), 3))})
+    assert basins_of(one) is None
+    assert basin_blocks("a", one) == []
+
+
+def test_states_that_vary_with_the_parameters_are_no_basins(members):
+    many = members(GRID, lambda c: {"rest_orientation": np.outer(c["run"], [1.0, 0.0, 0.0])})
+    assert basins_of(many) is None

@@ -260,8 +260,10 @@ def test_samples_that_cannot_be_recorded_in_time_are_dropped(clock, monkeypatch,
     monkeypatch.setattr(simulate, "engine", lambda _name: leave_little_time)
     cut = simulate_problem(config, replace(problem, time_limit=7.0))
     rows = len(cut["time"])
-    # One observation and one look for each sample, until 0.1 s and the margin are used up.
-    assert rows == pytest.approx((0.1 + record.RECORDING_MARGIN) / UNIT / 2, abs=3)
+    # One observation and one look for each sample, until 0.1 s and the margin are used up; the
+    # search for the rest state that the motion approaches looks a few times, too.
+    most = (0.1 + record.RECORDING_MARGIN) / UNIT / 2
+    assert most - 12 <= rows <= most + 3
     assert cut.status == "time limit"
     assert cut.attributes["status_detail"] == (
         f"stopped after 7 s of wall time at t = {cut['time'][-1]:.9g} s"

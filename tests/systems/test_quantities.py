@@ -9,7 +9,15 @@ def test_names_are_found_and_belong_to_one_quantity():
 
 
 def test_axes_are_those_of_a_run():
-    known = {(), ("time",), ("time", "axis"), ("time", "part"), ("switch",), ("transition",)}
+    known = {
+        (),
+        ("axis",),
+        ("time",),
+        ("time", "axis"),
+        ("time", "part"),
+        ("switch",),
+        ("transition",),
+    }
     assert {quantity.dimensions for quantity in QUANTITIES} == known
 
 

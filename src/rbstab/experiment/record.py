@@ -86,7 +86,7 @@ def zero_of(
     """
 
     def is_late() -> bool:
-        return deadline is not None and deadline.remaining() < -RECORDING_MARGIN
+        return deadline is not None and deadline.is_late(RECORDING_MARGIN)
 
     system = trajectory.systems[-1] if trajectory.systems else problem.system
     last = trajectory.states[-1]

@@ -33,6 +33,13 @@ class Deadline:
         """Return whether the motion must end now, so that its samples can still be recorded."""
         return self._clock() + self.samples * self.recording_time > self._end
 
+    def is_late(self, margin: float) -> bool:
+        """Return whether the samples could be recorded only later than `margin`, s, after the end.
+
+        Then the work between the motion and the recording must stop.
+        """
+        return self.remaining() < self.samples * self.recording_time - margin
+
     def remaining(self) -> float:
         """Return the time that is left, s; it is negative after the end."""
         return self._end - self._clock()

@@ -1,6 +1,7 @@
 """Protects the list of notable members: at a border, near the range's end, near a proved level."""
 
 import shlex
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from support.sections import tables, texts
 from rbstab.report.sweeps.borders import border_pairs, notable
 from rbstab.report.sweeps.notable import replay_command
 from rbstab.report.sweeps.sections import sweep_sections
+from rbstab.sweep.members.convergence import EnergyBound
 
 X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
 DRAWN = {"design": "random", "members": 200, "seed": 5}
@@ -89,7 +91,9 @@ def test_those_that_failed_and_those_near_the_certified_level(members):
         }
 
     found = members(GRID, columns)
-    found.__dict__["levels"] = {"visco-elastic": 94.0}
+    # The energies at rest of made up members are 1 J.
+    bounds = {"visco-elastic": EnergyBound(95.0, 0.0, 0.0)}
+    found.__dict__["_certified"] = SimpleNamespace(bounds=bounds)
     why = {number: text for text, number in notable(found)}
     assert [k for k, text in why.items() if text == "v(0) nearest c*"] == [9, 10]
     assert {18, 19} <= set(why)

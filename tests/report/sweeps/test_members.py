@@ -1,5 +1,7 @@
 """Protects the reading of the members of a sweep: their outcomes, columns and proofs."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from support.configs import VISCO_ELASTIC, plain
@@ -14,7 +16,7 @@ from rbstab.report.sweeps.members import OUTCOMES, read_members
 from rbstab.report.sweeps.sections import UNREADABLE, sweep_sections
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table_file import read_table
-from rbstab.sweep.members.convergence import CONVERGENCE
+from rbstab.sweep.members.convergence import CONVERGENCE, EnergyBound
 from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
@@ -95,7 +97,9 @@ def test_the_file_is_not_changed(made):
 def test_each_variant_has_its_own_level(members):
     vary = {"controller.variant": {"values": ["free", "visco-elastic"]}} | GRID
     found = members(vary)
-    found.__dict__["levels"] = {"visco-elastic": 7.0}
+    # The energies at rest of made up members are 1 J.
+    bounds = {"visco-elastic": EnergyBound(8.0, 0.0, 0.0)}
+    found.__dict__["_certified"] = SimpleNamespace(bounds=bounds)
     assert found.level.tolist() == pytest.approx([np.nan] * 20 + [7.0] * 20, nan_ok=True)
 
 

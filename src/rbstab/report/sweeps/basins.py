@@ -35,12 +35,12 @@ class Basins:
     @property
     def labels(self) -> tuple[str, ...]:
         """A name of each state: "rest state 1 (0.039, -0.058, 0)"."""
-        angles = [
-            ", ".join(f"{a + 0.0:.3g}" for a in Theta) for Theta in self.orientations.round(3)
-        ]
-        return tuple(f"rest state {k} ({text})" for k, text in enumerate(angles, start=1))
+        return tuple(
+            f"rest state {k} ({_angles(Theta, 3)})" for k, Theta in enumerate(self.orientations, 1)
+        )
 
 
+@np.errstate(all="ignore")  # a foreign file may have any numbers
 def basins_of(members: Members) -> Basins | None:
     """Return the basins of a sweep; None unless its members approach 2 to `MAX_STATES` states."""
     if "rest_orientation" not in members.table.layout:
@@ -83,11 +83,10 @@ def basin_blocks(name: str, members: Members) -> list[Block]:
     rows = []
     for k, Theta in enumerate(basins.orientations):
         own = basins.codes == k
-        angles = ", ".join(f"{angle + 0.0:.4g}" for angle in Theta.round(9))
         rows.append(
             (
                 Cell(str(k + 1)),
-                Cell(f"({angles})"),
+                Cell(f"({_angles(Theta, 4)})"),
                 number(float(basins.energies[k]), 6),
                 whole(int(own.sum())),
                 whole(int((own & basins.settled).sum())),
@@ -98,3 +97,8 @@ def basin_blocks(name: str, members: Members) -> list[Block]:
         "a descent in energy from its last sample."
     )
     return [Table(f"{name}-basins", "Rest states that members approach", heads, tuple(rows), note)]
+
+
+def _angles(Theta: Array, digits: int) -> str:
+    # Angles below a nanoradian are only round-off.
+    return ", ".join(f"{round(angle, 9) + 0.0:.{digits}g}" for angle in Theta.tolist())

@@ -6,15 +6,16 @@ differs.
 
 import signal
 import sys
-from _thread import interrupt_main
+import time
+from _thread import interrupt_main, start_new_thread
 from collections.abc import Iterator
 from contextlib import contextmanager
-from threading import Event, Timer, main_thread
+from threading import Event, main_thread
 from typing import Any
 
 from rbstab_cli import exit_codes
 
-REPEAT_DELAY = 0.01
+REPEAT_DELAY = 0.05
 """s until an interrupt that was lost is repeated."""
 
 _terminated = Event()
@@ -46,13 +47,14 @@ def _repeat_lost_interrupt(lost: "sys.UnraisableHookArgs") -> None:
         sys.__unraisablehook__(lost)
         return
     number = signal.SIGTERM if _terminated.is_set() else signal.SIGINT
-    # Not at once: the destructor has not ended.
-    timer = Timer(REPEAT_DELAY, _interrupt_main_thread, (number,))
-    timer.daemon = True
-    timer.start()
+    # Starting a `threading.Timer` waits until its thread runs. On a busy machine the interrupt
+    # would come back meanwhile, and be dropped here.
+    start_new_thread(_interrupt_main_thread, (number,))
 
 
 def _interrupt_main_thread(number: signal.Signals) -> None:
+    # Not at once: the destructor has not ended.
+    time.sleep(REPEAT_DELAY)
     if hasattr(signal, "pthread_kill"):
         # It wakes a thread that waits.
         signal.pthread_kill(main_thread().ident or 0, number)

@@ -44,6 +44,7 @@ def evidence(system, states, **changes):
         "residual": np.zeros(len(states)),
         "energy": energy[order],
         "rest": rest,
+        "approached": True,
         "exact_rest_energy": lambda: exact_rest_energy(system, rest),
         "scale": audit_scale(value[order], energy),
         "has_potential": True,

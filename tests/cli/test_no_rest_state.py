@@ -61,6 +61,9 @@ def test_a_run_says_so_too(config: str, rbstab: Invoke) -> None:
     result = rbstab_result("results/falls.h5")
     verdicts = dict(zip(result["certificate/check"], result["certificate/verdict"], strict=True))
     assert verdicts["global stability"] == "violated"
+    told = "no rest state was found in the range of eq. 5"
+    assert told in str(result.attributes["warnings"]).splitlines()
+    assert result.attributes["lyapunov_zero"] == told
 
 
 def rbstab_result(path: str) -> rbstab.Result:

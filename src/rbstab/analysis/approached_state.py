@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.configuration import ORIENTATION, Configurations, configurations
 from rbstab.analysis.descent import descend
 from rbstab.analysis.rest_state import (
     RestState,
@@ -14,6 +14,7 @@ from rbstab.analysis.rest_state import (
     numerical_hessian,
     rest_state_at,
 )
+from rbstab.mechanics.attitude import is_upright
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
@@ -98,9 +99,13 @@ def _descended(at_rest: Configurations, q: Array, is_late: Callable[[], bool]) -
         )
 
     tolerance = gradient_tolerance(largest_load(at_rest, q))
-    ends, _, _ = descend(energy, q[:, np.newaxis], np.array([tolerance]), is_late)
+    ends, _, _ = descend(energy, q[:, np.newaxis], np.array([tolerance]), is_late, _is_upright)
     found = rest_state_at(at_rest, ends[:, 0])
     return found if found.is_at_rest else None
+
+
+def _is_upright(q: Array) -> Array:
+    return is_upright(q[ORIENTATION])
 
 
 def _distance(at_rest: Configurations, a: RestState, b: RestState) -> float:

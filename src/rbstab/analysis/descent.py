@@ -13,7 +13,7 @@ MAX_STEPS = 300
 MAX_STEP = 0.5
 """rad and m: longer steps are cut to this, so that the descent does not leave its valley."""
 
-SHORTEST_STEP = 1e-6
+SHORTEST_STEP = 1e-4
 """A step that was shortened by this factor, and still raises the energy, ends the descent."""
 
 MIN_CURVATURE = 1e-8
@@ -49,6 +49,7 @@ def descend(
     starts: Array,
     tolerance: Array,
     is_late: Callable[[], bool] = lambda: False,
+    is_inside: Callable[[Array], Array] | None = None,
 ) -> tuple[Array, Array, Array]:
     """Descend from each start to a point without slope: a minimum, unless the start has no slope.
 
@@ -60,6 +61,8 @@ def descend(
         starts: Shape (n, m).
         tolerance: The size of the gradient at which the descent of each problem ends, shape (m,).
         is_late: Returns whether the descents must end now.
+        is_inside: Returns whether points, shape (n, k), may be visited, shape (k,); default all. A
+            step to another point is shortened, like one that leads upwards.
 
     Returns:
         The end points, shape (n, m); the energies there, shape (m,), J; and whether the gradient is
@@ -79,6 +82,8 @@ def descend(
         at = energy(rows, trial)
         slack = ROUND_OFF * (np.abs(value[rows]) + 1.0)
         lower = at.value <= value[rows] + slack
+        if is_inside is not None:
+            lower &= is_inside(trial)
         accepted = rows[lower]
         q[:, accepted], value[accepted] = trial[:, lower], at.value[lower]
         gradient[accepted], hessian[accepted] = at.gradient[lower], at.hessian[lower]

@@ -15,6 +15,7 @@ import numpy as np
 
 from rbstab.analysis.approached_state import lyapunov_zero
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
+from rbstab.analysis.settling import SETTLED_FRACTION, is_at_rest
 from rbstab.integrate.heyoka.variational import (
     Tangent,
     VariationalSystem,
@@ -27,9 +28,6 @@ from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.parameters import parameters
 from rbstab.systems.system import Observation, System
-
-SETTLED_FRACTION = 1e-3
-"""A run has settled when its Lyapunov function stays below this fraction of v(0)."""
 
 
 class Outcome(NamedTuple):
@@ -128,9 +126,13 @@ def _settling_time(
     problem: Problem, rest: RestState, trajectory: VariationalTrajectory, value: float
 ) -> float:
     """Return the last time at which v falls below its fraction of v(0), or NaN if there is none."""
-    end = _value(problem.system, trajectory.states[-1], rest.energy)
-    settled = rest.is_at_rest and len(trajectory.crossings) > 0 and end < SETTLED_FRACTION * value
-    return float(trajectory.crossings[-1]) if settled else np.nan
+    last = trajectory.states[-1]
+    end = np.array([_value(problem.system, last, rest.energy)])
+    from_rest = problem.system.motion(last).Theta - rest.motion.Theta
+    near = is_at_rest(end, np.array([abs(value)]), from_rest[np.newaxis])[0]
+    settled = rest.is_at_rest and near and end[0] < SETTLED_FRACTION * value
+    crossings = trajectory.crossings
+    return float(crossings[-1]) if settled and len(crossings) > 0 else np.nan
 
 
 def derivative_along(base: Baseline, shifted: Problem) -> Outcome:

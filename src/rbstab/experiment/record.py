@@ -19,6 +19,7 @@ from rbstab.experiment.switching_record import (
 )
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Trajectory, first_samples
+from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
 from rbstab.systems.quantities import BY_NAME, RUN_DIMENSIONS
@@ -88,10 +89,12 @@ def zero_of(
     def is_late() -> bool:
         return deadline is not None and deadline.is_late(RECORDING_MARGIN)
 
+    nearest = nearest or rest_state_of(problem)
+    if trajectory.status in (RunStatus.RANGE_LEFT, RunStatus.DIVERGED):
+        return LyapunovZero(nearest, approached=False, is_lowest=True)
     system = trajectory.systems[-1] if trajectory.systems else problem.system
     last = trajectory.states[-1]
     own = last[system.coordinates.size :]
-    nearest = nearest or rest_state_of(problem)
     with np.errstate(all="ignore"):
         smooth, motion = smooth_rest_system(problem), system.motion(last)
         return lyapunov_zero(smooth, motion, own, nearest, is_late)

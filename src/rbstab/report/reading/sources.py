@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from rbstab.analysis.settling import settling_times
 from rbstab.config.schema import Config
 from rbstab.experiment.summary import Summary, lyapunov_function_of, summary_of
 from rbstab.report.model.document import Unread
@@ -18,7 +19,6 @@ from rbstab.report.reading.read_results import ReadRun, ReadSweep, read_all
 from rbstab.report.reading.untrusted import file_of
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
-from rbstab.sweep.members.outcome import settling_times
 
 MAX_LABEL_LENGTH = 48
 """Maximum number of characters of a label; labels must fit in legends."""

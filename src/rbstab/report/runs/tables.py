@@ -4,12 +4,12 @@ from collections import Counter
 from collections.abc import Sequence
 
 from rbstab.analysis.certificate import Verdict
+from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.proof import Proof
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Cell, Head, Table
 from rbstab.report.model.words import NO_VALUE, counted, listed, number
 from rbstab.report.runs.facts import RunFacts
-from rbstab.sweep.members.outcome import SETTLED_FRACTION
 
 CENTIMETRES = 100.0
 """Centimetres in a metre; reports give E in centimetres, as the paper does."""

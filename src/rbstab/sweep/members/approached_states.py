@@ -87,7 +87,9 @@ class ApproachedStates:
             return self._energy().at(parameters[:, rows], q)
 
         tolerance = self._tolerances(parameters, starts)
-        q, value, converged = descend(energy, starts, tolerance)
+        q, value, converged = descend(
+            energy, starts, tolerance, is_inside=lambda q: is_upright(q[ORIENTATION])
+        )
         return q, value, converged & is_upright(q[ORIENTATION])
 
     def _energy(self) -> CompiledScalar:

@@ -160,7 +160,9 @@ class _VariantEngine:
         parameters, starts = self.binding.parameters_and_starts(values)
         trajectories = self.ensemble.run(parameters, starts)
         observed = self.ensemble.observe(parameters, trajectories)
-        rest = self._rest_states(values, parameters, trajectories.states[..., -1], observed.X)
+        # Members that were not integrated to the end are computed by single runs.
+        last = np.where(trajectories.done, trajectories.states[..., -1], np.nan)
+        rest = self._rest_states(values, parameters, last, observed.X)
         energy = observed.energy - rest.energy[:, np.newaxis]
         residual = energy - energy[:, :1] - trajectories.lyapunov_change
         members = self._members(trajectories.states, observed, energy, residual, rest)
@@ -202,7 +204,7 @@ class _VariantEngine:
         own = last[self.problem.system.coordinates.size :]
         pose = [last[THETA]] if self.approached.configurations.held else [last[THETA], X[..., -1]]
         rest = self.approached.find(parameters, np.concatenate([*pose, own]))
-        for k in np.flatnonzero(~rest.found).tolist():
+        for k in np.flatnonzero(~rest.found & np.isfinite(last).all(axis=0)).tolist():
             system = self._problem(values, k).system
             motion = system.motion(last[: system.coordinates.size, k])
             with np.errstate(all="ignore"):

@@ -1,0 +1,66 @@
+"""When a motion has settled: it is at its rest state, and stays there."""
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+
+SETTLED_FRACTION = 1e-3
+"""A motion has settled when v stays below this fraction of v(0)."""
+
+SETTLED_ANGLE = 0.1
+"""rad: at the end, the angles of a motion that has settled are this close to those at rest."""
+
+ROUND_OFF = 1e-9
+"""How far v may be below zero, relative to its largest value. It is a sum of larger energies."""
+
+
+def settling_times(times: Array, value: Array, from_rest: Array) -> Array:
+    """Return the times after which v stays below `SETTLED_FRACTION` v(0), shape (m,), s.
+
+    A time is NaN if the member is not at rest at the end: v is not below this bound, or is
+    negative, or an angle is farther than `SETTLED_ANGLE` from that of the rest state. It is also
+    NaN if v is not finite at some sample.
+
+    Args:
+        times: Shape (n,), s.
+        value: v of each member, shape (m, n), J.
+        from_rest: Θ at the end minus Θ of the rest state, shape (m, 3), rad.
+    """
+    settling = last_above(times, value, SETTLED_FRACTION * value[:, 0])
+    at_rest = is_at_rest(value[:, -1], np.abs(value).max(axis=1), from_rest)
+    return np.where(np.isfinite(value).all(axis=1) & at_rest, settling, np.nan)
+
+
+def is_at_rest(end: Array, largest: Array, from_rest: Array) -> Array:
+    """Return whether motions end at their rest states, shape (m,), apart from the size of v.
+
+    Args:
+        end: v at the end, shape (m,), J.
+        largest: The largest |v|, shape (m,), J.
+        from_rest: Θ at the end minus Θ of the rest state, shape (m, 3), rad.
+    """
+    near: Array = np.abs(from_rest).max(axis=1) <= SETTLED_ANGLE
+    return near & (end >= -ROUND_OFF * largest)
+
+
+def last_above(times: Array, values: Array, bound: Array) -> Array:
+    """Return the last time at which a quantity is at or above its bound, shape (m,), s.
+
+    The quantity is interpolated linearly between samples. The time is 0 if the quantity is always
+    below its bound, and NaN if it is at or above the bound at the end.
+
+    Args:
+        times: Shape (n,), s.
+        values: The quantity, shape (m, n).
+        bound: The bound, shape (m,).
+    """
+    above = values >= bound[:, np.newaxis]
+    backwards = np.ascontiguousarray(above[:, ::-1])  # argmax is several times faster on it
+    last = len(times) - 1 - backwards.argmax(axis=1)
+    rows, after = np.arange(len(values)), np.minimum(last + 1, len(times) - 1)
+    value_before, value_after = values[rows, last], values[rows, after]
+    with np.errstate(all="ignore"):
+        fraction = (value_before - bound) / (value_before - value_after)
+        crossing = times[last] + fraction * (times[after] - times[last])
+    crossing = np.where(last == len(times) - 1, np.nan, crossing)
+    return np.where(above.any(axis=1), crossing, 0.0)

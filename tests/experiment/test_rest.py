@@ -172,4 +172,6 @@ def test_v_counts_from_the_rest_state_that_a_motion_approaches(engine, side):
     )
     assert proof.states[number - 1].energy == pytest.approx(float(result["energy_at_rest"]))
     named = rbstab.simulate(config, proof=proof).attributes["lyapunov_zero"]
-    assert f"number {number} of {len(proof.states)}, the lowest first, proved" in str(named)
+    assert f"number {number} of the {len(proof.states)} in the range of eq. 5, the lowest" in str(
+        named
+    )

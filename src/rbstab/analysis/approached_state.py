@@ -32,7 +32,7 @@ class LyapunovZero(NamedTuple):
     Attributes:
         rest: The rest state.
         approached: Whether the motion approaches it: then v cannot fall below zero. Otherwise the
-            descent from the last sample left |θ2| < π/2 or found nothing, and `rest` is the
+            descent from the last sample stopped at |θ2| = π/2 or found nothing, and `rest` is the
             rest state nearest to the unloaded position.
         is_lowest: Whether no lower rest state is known.
     """
@@ -57,8 +57,9 @@ def lyapunov_zero(
 ) -> LyapunovZero:
     """Return the rest state that a motion approaches: descend in energy from its last sample.
 
-    The potential energy never exceeds the sum of all energies. So v, counted from the minimum in
-    which the descent ends, is not negative at the last sample, nor before it.
+    The potential energy never exceeds the sum of all energies. So v, counted from the state in
+    which the descent ends, is not negative at the last sample. It is not negative before either,
+    because v does not increase.
 
     Args:
         system: The smooth system of the problem.

@@ -8,7 +8,8 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 
 MAX_STEPS = 300
-"""About five are enough near a minimum; a curved valley takes a hundred."""
+"""The maximum number of steps. About five are enough near a minimum, about a hundred in a curved
+valley."""
 
 MAX_STEP = 0.5
 """rad and m: longer steps are cut to this, so that the descent does not leave its valley."""
@@ -51,10 +52,11 @@ def descend(
     is_late: Callable[[], bool] = lambda: False,
     is_inside: Callable[[Array], Array] | None = None,
 ) -> tuple[Array, Array, Array]:
-    """Descend from each start to a point without slope: a minimum, unless the start has no slope.
+    """Descend from each start until the gradient is within its tolerance.
 
-    The Newton step uses the absolute values of the eigenvalues of the Hessian, so that it leads
-    downwards everywhere. It is halved as long as the energy rises.
+    The end is a minimum; or a saddle, if the gradient has no component along its downward
+    directions on the way. The Newton step uses the absolute values of the eigenvalues of the
+    Hessian, so that it leads downwards everywhere. It is halved as long as the energy rises.
 
     Args:
         energy: The energies.

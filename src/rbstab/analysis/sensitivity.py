@@ -15,7 +15,7 @@ import numpy as np
 
 from rbstab.analysis.approached_state import lyapunov_zero
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
-from rbstab.analysis.settling import SETTLED_FRACTION, is_at_rest
+from rbstab.analysis.settling import SETTLED_FRACTION, ends_near_rest
 from rbstab.integrate.heyoka.variational import (
     Tangent,
     VariationalSystem,
@@ -129,7 +129,7 @@ def _settling_time(
     last = trajectory.states[-1]
     end = np.array([_value(problem.system, last, rest.energy)])
     from_rest = problem.system.motion(last).Theta - rest.motion.Theta
-    near = is_at_rest(end, np.array([abs(value)]), from_rest[np.newaxis])[0]
+    near = ends_near_rest(end, np.array([abs(value)]), from_rest[np.newaxis])[0]
     settled = rest.is_at_rest and near and end[0] < SETTLED_FRACTION * value
     crossings = trajectory.crossings
     return float(crossings[-1]) if settled and len(crossings) > 0 else np.nan

@@ -11,7 +11,8 @@ SETTLED_ANGLE = 0.1
 """rad: at the end, the angles of a motion that has settled are this close to those at rest."""
 
 ROUND_OFF = 1e-9
-"""How far v may be below zero, relative to its largest value. It is a sum of larger energies."""
+"""v may be this far below zero, relative to the largest |v|: it is a sum of larger energies, and so
+it has round-off."""
 
 
 def settling_times(times: Array, value: Array, from_rest: Array) -> Array:
@@ -27,12 +28,14 @@ def settling_times(times: Array, value: Array, from_rest: Array) -> Array:
         from_rest: Θ at the end minus Θ of the rest state, shape (m, 3), rad.
     """
     settling = last_above(times, value, SETTLED_FRACTION * value[:, 0])
-    at_rest = is_at_rest(value[:, -1], np.abs(value).max(axis=1), from_rest)
+    at_rest = ends_near_rest(value[:, -1], np.abs(value).max(axis=1), from_rest)
     return np.where(np.isfinite(value).all(axis=1) & at_rest, settling, np.nan)
 
 
-def is_at_rest(end: Array, largest: Array, from_rest: Array) -> Array:
-    """Return whether motions end at their rest states, shape (m,), apart from the size of v.
+def ends_near_rest(end: Array, largest: Array, from_rest: Array) -> Array:
+    """Return whether motions end near their rest states, shape (m,): v not negative, angles close.
+
+    The caller checks that v is small.
 
     Args:
         end: v at the end, shape (m,), J.

@@ -110,15 +110,19 @@ def zero_description(zero: LyapunovZero, proof: Proof | None) -> str:
     if not zero.rest.is_at_rest:
         return "no rest state was found in the range of eq. 5"
     if not zero.approached:
-        return "the lowest rest state that is known; the motion approaches none in the range"
+        return (
+            "the rest state nearest to the unloaded position; none was found that the motion "
+            "approaches"
+        )
     name = "the rest state that the motion approaches"
     if not zero.rest.found:
         name += ", outside the range of eq. 5"
     number = None if proof is None else number_of(proof, zero.rest)
     if proof is not None and number is not None:
         if len(proof.states) == 1:
-            return f"{name}; there is no other, proved"
-        return f"{name}; number {number} of {len(proof.states)}, the lowest first, proved"
+            return f"{name}; proved to be the only one in the range of eq. 5"
+        count = len(proof.states)
+        return f"{name}; number {number} of the {count} in the range of eq. 5, the lowest first"
     return f"{name}; {'no' if zero.is_lowest else 'a'} lower one is known"
 
 

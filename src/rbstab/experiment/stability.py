@@ -64,18 +64,19 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
         sentences = [f"Rest states: {number} found; not proved to be all: {proof.outcome}."]
     if proof.globally_stable:
         sentences.append(
-            "Globally stable: proved for every motion that stays in the range and keeps a distance "
-            "from θ2 = ±π/2."
+            "Globally stable: proved. Every motion that stays in the range, and keeps a distance "
+            "from θ2 = ±π/2, converges to the rest state."
         )
     elif proof.proved and not count:
         sentences.append("Globally stable: false; no motion that stays in the range comes to rest.")
     elif proof.unique:
         sentences.append("Globally stable: false; the only rest state is not a minimum.")
-    elif proof.unique is False and len(proof.states) > 1:
-        other = ", ".join(f"{angle:.4g}" for angle in proof.states[1].orientation)
+    elif proof.unique is False and sum(state.proved for state in proof.states) > 1:
+        second = [state for state in proof.states if state.proved][1]
+        other = ", ".join(f"{angle:.4g}" for angle in second.orientation)
         sentences.append(f"Globally stable: false; the body can also rest at Θ = ({other}) rad.")
     elif count > 1:
-        sentences.append("Globally stable: false, if the second of these is a rest state.")
+        sentences.append("Globally stable: not decided; false if two of these are rest states.")
     else:
         sentences.append("Globally stable: not decided.")
     return sentences

@@ -48,10 +48,7 @@ def test_the_map_is_coloured_by_the_state(two):
     figures = [block for block in map_blocks("a", two) if isinstance(block, Figure)]
     panels = {panel.title: panel for figure in figures for panel in figure.panels}
     (cells,) = (mark for mark in panels["approaches"].marks if isinstance(mark, Cells))
-    assert cells.scale.categories == (
-        "rest state 1 (-2.7, 0.3, -1.2)",
-        "rest state 2 (0.5, 0, 0.1)",
-    )
+    assert cells.scale.categories == ("rest state 1", "rest state 2")
     # The second parameter, along the rows, varies fastest; the last member did not complete.
     by_member = cells.values.T.ravel() if cells.values.shape == (4, 5) else cells.values.ravel()
     np.testing.assert_array_equal(by_member, [1.0] * 10 + [0.0] * 9 + [np.nan])

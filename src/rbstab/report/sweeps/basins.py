@@ -1,4 +1,4 @@
-"""The rest states that the members of a sweep approach: their basins of attraction."""
+"""The members of a sweep, grouped by the rest state that they approach."""
 
 from dataclasses import dataclass
 
@@ -10,10 +10,10 @@ from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
 from rbstab.report.sweeps.table_entries import number, whole
 
 SAME_ANGLES = 0.02
-"""rad: rest states whose angles differ by less are one."""
+"""rad: rest states whose angles differ by less count as one."""
 
 MAX_STATES = 8
-"""With more rest states there are no basins: they vary with the parameters."""
+"""With more distinct rest states there is no table: they probably vary with the parameters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +34,8 @@ class Basins:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """A name of each state: "rest state 1 (0.039, -0.058, 0)"."""
-        return tuple(
-            f"rest state {k} ({_angles(Theta, 3)})" for k, Theta in enumerate(self.orientations, 1)
-        )
+        """A name of each state: "rest state 1"."""
+        return tuple(f"rest state {k}" for k in range(1, len(self.energies) + 1))
 
 
 @np.errstate(all="ignore")  # a foreign file may have any numbers
@@ -86,7 +84,7 @@ def basin_blocks(name: str, members: Members) -> list[Block]:
         rows.append(
             (
                 Cell(str(k + 1)),
-                Cell(f"({_angles(Theta, 4)})"),
+                Cell(f"({_angles(Theta)})"),
                 number(float(basins.energies[k]), 6),
                 whole(int(own.sum())),
                 whole(int((own & basins.settled).sum())),
@@ -94,11 +92,11 @@ def basin_blocks(name: str, members: Members) -> list[Block]:
         )
     note = (
         "The lowest first. v of a member counts from the rest state that it approaches: the end of "
-        "a descent in energy from its last sample."
+        "a descent in energy from its last sample. Members for which none was found are left out."
     )
     return [Table(f"{name}-basins", "Rest states that members approach", heads, tuple(rows), note)]
 
 
-def _angles(Theta: Array, digits: int) -> str:
+def _angles(Theta: Array) -> str:
     # Angles below a nanoradian are only round-off.
-    return ", ".join(f"{round(angle, 9) + 0.0:.{digits}g}" for angle in Theta.tolist())
+    return ", ".join(f"{round(angle, 9) + 0.0:.4g}" for angle in Theta.tolist())

@@ -4,14 +4,15 @@ from typing import BinaryIO
 
 
 class CheckedReads:
-    """A file that keeps the first error of a read: h5py drops it, or raises one of another kind.
+    """A file that keeps its first read error, because h5py drops it or raises another one.
 
     Args:
         file: A file that is open for reading.
 
     Attributes:
-        error: A copy of the first error; None without one. The error itself leads to the frames of
-            h5py, and so back to this object: h5py would never free the file, and crash at exit.
+        error: A copy of the first error, or None. The error itself must not be kept: its traceback
+            refers to h5py's frames, and these to this object. h5py would then never free the file,
+            and would crash at exit.
     """
 
     def __init__(self, file: BinaryIO) -> None:

@@ -14,12 +14,12 @@ from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
 NEAR = 0.05
-"""rad and m: a motion that ends this close to the rest state that all members share approaches it.
-Single runs always descend from their last sample, and members are compared with single runs."""
+"""rad and m: if a member ends this close to the shared rest state, it is taken to approach it,
+without a descent. Single runs always descend; the comparison with them checks this."""
 
 
 class RestStatesOfMembers(NamedTuple):
-    """Rest states of m members, as far as they were found.
+    """Rest states of m members. Where `found` is false, the other values are not those of one.
 
     Attributes:
         energy: The stored energy, shape (m,), J.

@@ -200,7 +200,10 @@ class _VariantEngine:
     def _rest_states(
         self, values: dict[str, Array], parameters: Array, last: Array, X: Array
     ) -> RestStatesOfMembers:
-        """Return the rest states at which v of each member is zero."""
+        """Return the rest states at which v of each member is zero.
+
+        The orientation is NaN where none was found that the member approaches.
+        """
         own = last[self.problem.system.coordinates.size :]
         pose = [last[THETA]] if self.approached.configurations.held else [last[THETA], X[..., -1]]
         rest = self.approached.find(parameters, np.concatenate([*pose, own]))
@@ -209,7 +212,8 @@ class _VariantEngine:
             motion = system.motion(last[: system.coordinates.size, k])
             with np.errstate(all="ignore"):
                 zero = lyapunov_zero(system, motion, own[:, k], nearest_rest_state(system))
-            rest.energy[k], rest.orientation[k] = zero.rest.energy, zero.rest.motion.Theta
+            rest.energy[k] = zero.rest.energy
+            rest.orientation[k] = zero.rest.motion.Theta if zero.approached else np.nan
         return rest
 
     def _problem(self, values: dict[str, Array], k: int) -> Problem:

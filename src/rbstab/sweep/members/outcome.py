@@ -47,7 +47,7 @@ COLUMNS: dict[str, Column] = {
     "lyapunov_start": _number("f8", "J", "v(0)"),
     "lyapunov_end": _number("f8", "J", "v at the end"),
     "energy_at_rest": _number("f8", "J", "stored energy of the rest state at which v is zero"),
-    "rest_orientation": _vector("rad", "Θ of that rest state"),
+    "rest_orientation": _vector("rad", "Θ of that rest state; NaN: the member approaches none"),
     "energy_residual": _number("f8", "J", "the largest |r| of the samples"),
     "peak_contact_displacement": _vector("m", "E farthest from 0, by axis"),
     "peak_time": _vector("s", "when it is there"),

@@ -73,7 +73,10 @@ class SingleRuns:
             trajectory = engine(self._engine)(problem, None, deadline)
             try:
                 zero = zero_of(problem, trajectory, deadline=deadline)
-                return recorded(problem, trajectory, zero.rest, deadline)
+                found = recorded(problem, trajectory, zero.rest, deadline)
+                if not zero.approached:
+                    found.quantities["rest_orientation"] = np.full(3, np.nan)
+                return found
             except Exception:
                 # Without quantities, the member still has the status of its trajectory.
                 return trajectory, {}

@@ -254,7 +254,12 @@ def test_however_few_the_samples_those_that_leave_the_range_are_known(samples):
     spins = {f"initial.angular_velocity[{axis}]": {"uniform": [-1, 1]} for axis in (0, 2)}
     spins["initial.angular_velocity[1]"] = {"uniform": [0, 40]}
     plan = plan_of("free", members=48, vary=spins, samples=samples, rtol=1e-8)
-    found = EnsembleEngine(plan, SingleRuns(plan, "heyoka")).compute(0, 48).outcome["status"]
-    expected = SingleRuns(plan, "heyoka").compute(0, 48).outcome["status"]
-    assert found.tolist() == expected.tolist()
-    assert {STATUSES[code] for code in expected} == {"completed", "range left"}
+    found = EnsembleEngine(plan, SingleRuns(plan, "heyoka")).compute(0, 48).outcome
+    expected = SingleRuns(plan, "heyoka").compute(0, 48).outcome
+    assert found["status"].tolist() == expected["status"].tolist()
+    assert {STATUSES[code] for code in expected["status"]} == {"completed", "range left"}
+    # A member that left the range approaches no rest state in it.
+    left = found["status"] == STATUSES.index("range left")
+    for outcome in (found, expected):
+        assert np.isnan(outcome["rest_orientation"]).all(axis=1).tolist() == left.tolist()
+        assert not np.isnan(outcome["energy_at_rest"]).any()

@@ -96,8 +96,10 @@ def test_a_terminated_run_says_what_is_stored(server, tmp_path):
 def test_a_signal_in_a_destructor_is_not_lost(number):
     """Python drops an exception in a destructor, and goes on."""
     code = (
-        "import os, sys, time\n"
+        "import os, signal, sys, time\n"
         "from rbstab_cli import main\n"
+        # Shells start commands in the background with SIGINT ignored.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "class Dropped:\n"
         "    def __del__(self):\n"
         "        os.kill(os.getpid(), int(sys.argv[1]))\n"

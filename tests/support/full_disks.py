@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from support.forked_commands import CommandServer
+from support.forked_commands import CommandServer, wait_until
 
 BLOCKS = 1 << 20, 1 << 12
 """Bytes of the writes that fill a disk: at first fast, then to the last page."""
@@ -42,7 +42,8 @@ class SmallDisk:
 
     def unmount(self) -> None:
         """Unmount it; its files are lost."""
-        assert self.server.ask("unmount", str(self.inside)) == "0"
+        # A worker of a command that has ended may still be in the folder for a moment.
+        assert wait_until(lambda: self.server.ask("unmount", str(self.inside)) == "0", 10.0)
 
     def resize(self, size: int) -> None:
         """Change its size, which must be enough for its files."""

@@ -11,7 +11,9 @@ from support.problems import ENGINES
 from support.systems import VARIANTS
 
 import rbstab
+from rbstab.config.build import problem_of
 from rbstab.experiment.proof import prove
+from rbstab.experiment.record import rest_state_of
 
 WEIGHT = np.array([0.0, 0.0, -410.0])
 TIED = ("permanent", "visco-elastic", "embedded")
@@ -175,3 +177,21 @@ def test_v_counts_from_the_rest_state_that_a_motion_approaches(engine, side):
     assert f"number {number} of the {len(proof.states)} in the range of eq. 5, the lowest" in str(
         named
     )
+
+
+def test_a_motion_that_ends_lower_than_the_nearest_rest_state_is_not_violated():
+    """v counted from the state nearest to Θ = 0, ended at -0.66 J, and was `violated`."""
+    changes = {
+        "gravity": [70, -134, -2000],
+        "controller": {**SEVERAL["controller"], "K_r": [8, 8, 8]},
+        "initial": {"orientation": [2.7, 0.2, 0.7]},
+        "integration": {"duration": 8.0, "samples": 81},
+    }
+    config = rbstab.load_config(SEVERAL | changes)
+    result = rbstab.simulate(config)
+    assert result["lyapunov"].min() >= 0
+    assert result.attributes["verdict"] == "consistent"
+    assert "a lower one" not in str(result.attributes["lyapunov_zero"])
+    nearest = rest_state_of(problem_of(config))
+    assert abs(nearest.motion.Theta[1]) > np.pi / 2
+    assert result["energy_at_rest"] < nearest.energy - 0.5

@@ -1,0 +1,41 @@
+"""Protects when a motion has settled: v is small, not negative, and the angles are at rest."""
+
+import numpy as np
+import pytest
+
+from rbstab.analysis.settling import settling_times
+
+TIMES = np.linspace(0, 20, 20001)
+DECAY = 5.0 * np.exp(-TIMES)
+NEAR = np.array([[0.09, -0.09, 0.0]])
+
+
+def settling(value, from_rest=NEAR):
+    return settling_times(TIMES, value[np.newaxis], np.asarray(from_rest))[0]
+
+
+def test_v_has_to_stay_below_a_thousandth():
+    assert settling(DECAY) == pytest.approx(np.log(1000), abs=1e-6)
+    assert np.isnan(settling(DECAY[:1] * np.ones(len(TIMES))))
+    assert np.isnan(settling(np.where(TIMES > 19.99, 0.006, DECAY)))
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_no_angle_may_be_far_from_rest(axis, sign):
+    """A small part of a large v(0) is much energy: the body may be far away still."""
+    far = NEAR.copy()
+    far[0, axis] = sign * 0.11
+    assert np.isnan(settling(DECAY, far))
+    far[0, axis] = np.nan
+    assert np.isnan(settling(DECAY, far))
+
+
+def test_v_below_zero_counts_from_a_state_that_is_not_approached():
+    assert np.isnan(settling(DECAY - 0.004))
+    # The round-off of v(0) is no reason.
+    assert settling(DECAY - 1e-8) == pytest.approx(np.log(1000), abs=1e-4)
+
+
+def test_v_has_to_be_a_number_everywhere():
+    assert np.isnan(settling(np.where(np.arange(len(TIMES)) == 7, np.nan, DECAY)))

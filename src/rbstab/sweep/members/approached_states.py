@@ -8,7 +8,8 @@ from rbstab.analysis.approached_state import SAME_STATE, is_lower
 from rbstab.analysis.configuration import ORIENTATION, POSITION, Configurations, configurations
 from rbstab.analysis.descent import descend
 from rbstab.analysis.rest_state import gradient_tolerance
-from rbstab.integrate.heyoka.compiled_scalar import CompiledScalar
+from rbstab.integrate.heyoka.compiled_scalar import CompiledScalar, ScalarAt
+from rbstab.integrate.heyoka.symbols import symbols_of
 from rbstab.mechanics.attitude import is_upright
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
@@ -55,7 +56,7 @@ class ApproachedStates:
     def __init__(self, system: System, shared: SharedState | None) -> None:
         self.configurations = configurations(system)
         self.shared = shared
-        self._system = system
+        _, self._offsets, _ = symbols_of(self.configurations.system)
         self._compiled: CompiledScalar | None = None
 
     def find(self, parameters: Array, last: Array) -> RestStatesOfMembers:
@@ -83,7 +84,7 @@ class ApproachedStates:
         return RestStatesOfMembers(energy, q[ORIENTATION].T, found)
 
     def _descended(self, parameters: Array, starts: Array) -> tuple[Array, Array, Array]:
-        def energy(rows: Array, q: Array):  # type: ignore[no-untyped-def]
+        def energy(rows: Array, q: Array) -> ScalarAt:
             return self._energy().at(parameters[:, rows], q)
 
         tolerance = self._tolerances(parameters, starts)
@@ -104,10 +105,9 @@ class ApproachedStates:
 
     def _tolerances(self, parameters: Array, q: Array) -> Array:
         """Return the gradient at which the descent of each member ends, shape (m,), N m and N."""
-        compiled = self._energy()
-        offset = compiled.offsets["gravity.weight"]
+        offset = self._offsets["gravity.weight"]
         weight = np.abs(parameters[offset : offset + 3]).max(axis=0)
-        load = np.maximum(weight, np.abs(compiled.at(parameters, q).gradient).max(axis=1))
+        load = np.maximum(weight, np.abs(self._energy().at(parameters, q).gradient).max(axis=1))
         return np.array([gradient_tolerance(one) for one in load.tolist()])
 
     def _shared_configurations(self, parameters: Array) -> Array:
@@ -117,6 +117,6 @@ class ApproachedStates:
         if self.shared.q is not None:
             q[:] = self.shared.q[:, np.newaxis]
         elif not self.configurations.held:
-            anchor = self._energy().offsets["anchor"]
+            anchor = self._offsets["anchor"]
             q[POSITION] = parameters[anchor : anchor + 3]
         return q

@@ -39,8 +39,8 @@ def test_the_states_are_listed_lowest_first(two):
     assert isinstance(table, Table)
     cells = [[cell.text for cell in row] for row in table.rows]
     assert cells == [
-        ["1", "(-2.7, 0.3, -1.2)", "-140", "9", "9"],
-        ["2", "(0.5, 0, 0.1)", "-120", "10", "9"],
+        ["1", "9", "9", "-140", "(-2.7, 0.3, -1.2)"],
+        ["2", "10", "9", "-120", "(0.5, 0, 0.1)"],
     ]
 
 

@@ -73,10 +73,10 @@ def basin_blocks(name: str, members: Members) -> list[Block]:
         return []
     heads = (
         Head("rest state"),
-        Head("Θ", "rad"),
+        Head("members", numbers=True),
+        Head("settled", numbers=True),
         Head("energy", "J", numbers=True),
-        Head("members that approach it", numbers=True),
-        Head("of these settled", numbers=True),
+        Head("Θ", "rad"),
     )
     rows = []
     for k, Theta in enumerate(basins.orientations):
@@ -84,10 +84,10 @@ def basin_blocks(name: str, members: Members) -> list[Block]:
         rows.append(
             (
                 Cell(str(k + 1)),
-                Cell(f"({_angles(Theta)})"),
-                number(float(basins.energies[k]), 6),
                 whole(int(own.sum())),
                 whole(int((own & basins.settled).sum())),
+                number(float(basins.energies[k]), 6),
+                Cell(f"({_angles(Theta)})"),
             )
         )
     note = (

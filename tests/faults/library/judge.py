@@ -1,8 +1,10 @@
 """Judge what a disturbed command has left: its messages and its files."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
+from urllib.parse import unquote
 
 from faults.library.contents import Content, Folder, differences, equal
 from faults.library.forks import Ended
@@ -21,6 +23,12 @@ FORBIDDEN = (
 """Texts of Python and HDF5 that no user may see, and a wrong one: only files of results fail."""
 
 ALLOWED_CODES = (0, 4)
+
+PICTURE = re.compile(r"_files/[^/]+\.png$")
+"""The end of the path of a picture of a report in Markdown."""
+
+LINK = re.compile(r"!\[[^\]]*\]\(([^)]+\.png)\)")
+"""A picture in Markdown."""
 
 
 class Reference(NamedTuple):
@@ -76,11 +84,12 @@ def file_problems(
         reference: The undisturbed command.
         files: The files.
         contents: Their content.
-        changing: The start of the names of files that may be new in another way.
+        changing: The start of the names of files that may be new in another way. A new report that
+            lacks a result also lacks its pictures (see `missing_pictures`).
     """
     before, after = reference.before, reference.digests
     for name, digest in before.items():
-        if _is_hidden(name):
+        if _is_hidden(name) or (name.startswith(changing) and PICTURE.search(name)):
             continue
         if after.get(name) == digest:
             if files.get(name) != digest:
@@ -127,6 +136,18 @@ def partial_files(files: Folder) -> Iterator[str]:
     for name in files:
         if name.endswith(".part"):
             yield f"{name} is left"
+
+
+def missing_pictures(results: Path) -> Iterator[str]:
+    """Yield the pictures that a report in Markdown shows, but that do not exist.
+
+    Args:
+        results: The folder of the report.
+    """
+    for report in results.glob("*.md"):
+        for link in LINK.findall(report.read_text()):
+            if not (results / unquote(link)).is_file():
+                yield f"{report.name} shows {link}, which does not exist"
 
 
 def _is_hidden(name: str) -> bool:

@@ -30,6 +30,7 @@ from faults.library.judge import (
     Reference,
     file_problems,
     message_problems,
+    missing_pictures,
     new_lines,
     partial_files,
     unfinished,
@@ -173,6 +174,7 @@ class Trials:
         unread = ended.code != 0 and "cannot be read" in ended.stderr
         changing = CASES[name].names_unread if unread else "-"
         problems += file_problems(reference, files, contents, changing)
+        problems += missing_pictures(work / RESULTS)
         if ended.code == 0:
             problems += unfinished(reference, contents, optional)
             if reference.prints and ended.stdout != reference.ended.stdout:

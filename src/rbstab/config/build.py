@@ -1,4 +1,4 @@
-"""Building the initial value problem of a config."""
+"""Building the initial value problem of a config, in doubles or any other kind of number."""
 
 from collections.abc import Callable
 from typing import Any
@@ -25,6 +25,14 @@ from rbstab.systems.coordinates import (
 )
 from rbstab.systems.system import System
 
+Numbers = Callable[[Array], Array]
+"""A function that converts an array of doubles to an array of a kind of number, in its shape."""
+
+
+def doubles(values: Array) -> Array:
+    """Return the values: the kind of number of all runs."""
+    return values
+
 
 def problem_of(config: Config) -> Problem:
     """Return the initial value problem of a config."""
@@ -32,7 +40,7 @@ def problem_of(config: Config) -> Problem:
     # If the weight overflows, it becomes infinite; the run then ends as diverged.
     with np.errstate(all="ignore"):
         system = system_of(config)
-        start = _initial_state(config, system)
+        start = start_of(config, system)
     return Problem(
         system=system,
         start=start,
@@ -48,17 +56,24 @@ def problem_of(config: Config) -> Problem:
     )
 
 
-def system_of(config: Config) -> System:
-    """Return the system of a config: body, gravity, both stabilizers, and a connector if any."""
-    controller = config.controller
-    mass = config.body.mass
-    body = Body(mass, _matrix(config.body.inertia), np.array(config.body.contact_point))
-    weight = mass * np.array(config.gravity)
-    K_t = _matrix(controller.K_t)
+def system_of(config: Config, numbers: Numbers = doubles) -> System:
+    """Return the system of a config: body, gravity, both stabilizers, and a connector if any.
+
+    Args:
+        config: The config.
+        numbers: The kind of number of its parameters. All that follows from them, such as the
+            weight, is computed with it. The settings of a sliding connector stay doubles.
+    """
+    controller, convert = config.controller, _conversions(numbers)
+    mass = convert["number"](config.body.mass)
+    contact_point = convert["diagonal"](config.body.contact_point)
+    body = Body(mass, convert["matrix"](config.body.inertia), contact_point)
+    weight = mass * convert["diagonal"](config.gravity)
+    K_t = convert["matrix"](controller.K_t)
     elements: list[Element] = [
         Gravity(weight),
-        *(stabilizer(**_gains(stabilizer, controller)) for stabilizer in STABILIZERS),
-        *_connector(controller),
+        *(stabilizer(**_gains(stabilizer, controller, convert)) for stabilizer in STABILIZERS),
+        *_connector(controller, convert),
     ]
     # X_e = K_t⁻¹ G is the rest position of the centre of gravity under load at Θ = 0 (5.1).
     at_equilibrium = getattr(controller, "anchor", "origin") == "equilibrium"
@@ -96,30 +111,31 @@ def _matrix(value: Any) -> Array:
     return np.diag(array) if array.ndim == 1 else array
 
 
-_CONVERSIONS: dict[str, Callable[[Any], Any]] = {
-    "matrix": _matrix,
-    "diagonal": np.array,
-    "number": lambda number: number,
-}
-"""Functions that convert the config value of a gain to the field of its element, by shape."""
+def _conversions(numbers: Numbers) -> dict[str, Callable[[Any], Any]]:
+    """Return functions that convert a config value to the field of an element, by shape."""
+    return {
+        "matrix": lambda value: numbers(_matrix(value)),
+        "diagonal": lambda value: numbers(np.array(value)),
+        "number": lambda value: numbers(np.array(value))[()],
+    }
 
 
-def _gains(element: type[Element], controller: Any) -> dict[str, Any]:
+def _gains(
+    element: type[Element], controller: Any, convert: dict[str, Callable[[Any], Any]]
+) -> dict[str, Any]:
     """Return the gains of an element by name, as arrays or numbers."""
-    gains = {}
-    for gain in element.gains:
-        value = getattr(controller, gain.name)
-        gains[gain.name] = _CONVERSIONS[gain.shape](value)
-    return gains
+    return {
+        gain.name: convert[gain.shape](getattr(controller, gain.name)) for gain in element.gains
+    }
 
 
-def _connector(controller: Any) -> list[Element]:
+def _connector(controller: Any, convert: dict[str, Callable[[Any], Any]]) -> list[Element]:
     """Return a list with the connector; it is empty for variants without a connector."""
     connector = CONNECTORS.get(controller.variant)
     if connector is None:
         return []
     settings = _sliding_settings(controller) if connector is SlidingConnector else {}
-    return [connector(**_gains(connector, controller), **settings)]
+    return [connector(**_gains(connector, controller, convert), **settings)]
 
 
 def _sliding_settings(controller: Any) -> dict[str, Any]:
@@ -158,15 +174,26 @@ def _coordinates(integration: Any) -> Coordinates:
     return by_name[integration.coordinates]
 
 
-def _initial_state(config: Config, system: System) -> Array:
+def start_of(config: Config, system: System, numbers: Numbers = doubles) -> Array:
+    """Return the initial state vector of a config, shape (system.size,).
+
+    Args:
+        config: The config.
+        system: Its system, built with the same kind of number.
+        numbers: The kind of number of the initial state.
+    """
     initial: Any = config.initial
-    Theta, Omega = np.array(initial.orientation), np.array(initial.angular_velocity)
+
+    def vector(name: str) -> Array:
+        return numbers(np.array(getattr(initial, name)))
+
+    Theta, Omega = vector("orientation"), vector("angular_velocity")
     if system.coordinates.holds_contact:
         W = np.concatenate([Theta, Omega, ZERO, ZERO])
         motion = motion_from_contact(system.body, system.anchor, W)
     else:
-        Z = np.concatenate([Theta, Omega, initial.position, initial.velocity])
+        Z = np.concatenate([Theta, Omega, vector("position"), vector("velocity")])
         motion = motion_from_centre(system.body, system.anchor, Z)
     states = (state for element in system.elements for state in element.states)
-    own = [np.array(getattr(initial, state.name)) for state in states]
+    own = [vector(state.name) for state in states]
     return system.start(motion, np.concatenate([np.zeros(0), *own]))

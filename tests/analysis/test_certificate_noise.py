@@ -474,10 +474,9 @@ def test_the_sign_of_an_eigenvalue_is_decided_exactly(monkeypatch, defect, verdi
 def test_a_run_is_no_better_than_its_worst_check():
     line = check(settled(), "audit")
     of = {verdict: line._replace(verdict=verdict) for verdict in (CONSISTENT, UNKNOWN, VIOLATED)}
-    assert overall([of[CONSISTENT], of[UNKNOWN]], proved=False) is UNKNOWN
-    assert overall([of[UNKNOWN], of[VIOLATED], of[CONSISTENT]], proved=False) is VIOLATED
-    assert overall([of[VIOLATED]], proved=True) is VIOLATED
-    assert overall([of[UNKNOWN]], proved=True) is Verdict.CERTIFIED
+    assert overall([of[CONSISTENT], of[UNKNOWN]]) is UNKNOWN
+    assert overall([of[UNKNOWN], of[VIOLATED], of[CONSISTENT]]) is VIOLATED
+    assert overall([of[CONSISTENT], of[CONSISTENT]]) is CONSISTENT
 
 
 @pytest.mark.parametrize(("samples", "expected"), [(5, 5), (51, 51), (52, 51), (120, 51)])

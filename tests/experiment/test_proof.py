@@ -135,23 +135,41 @@ def test_verdicts_of_runs():
     inside = config_of("free", initial=SLOW_START, **short)
     proof = prove(inside)
     certified = rbstab.simulate(inside, proof=proof)
-    assert certified.attributes["verdict"] == "certified"
+    assert words_of(certified) == ("consistent", "proved")
     assert certificate(certified)["certified region"] == "certified"
     without = rbstab.simulate(inside)
-    assert without.attributes["verdict"] == "consistent"
+    assert words_of(without) == ("consistent", "not decided")
     assert certificate(without)["global stability"] == "unknown"
     outside = config_of("free", **short)
     result = rbstab.simulate(outside, proof=proof)
-    assert result.attributes["verdict"] == "consistent"
+    assert words_of(result) == ("consistent", "not decided")
     assert certificate(result)["global stability"] == "certified"
     assert certificate(result)["certified region"] == "unknown"
 
 
-def test_a_run_can_be_certified_though_global_stability_is_false():
+def words_of(result):
+    """Return the verdict on the computed motion, and what is proved of the exact one."""
+    return result.attributes["verdict"], result.attributes["convergence"]
+
+
+def test_a_run_that_stops_early_does_not_borrow_the_proof():
+    config = config_of("free", initial=SLOW_START, duration=0.5, samples=6, step_limit=3)
+    result = rbstab.simulate(config, proof=prove(config))
+    assert result.status == "step limit"
+    assert words_of(result) == ("consistent", "proved")
+
+
+def test_the_verdict_on_an_inaccurate_run_is_not_that_of_the_proof():
+    config = config_of("free", initial=SLOW_START, duration=2.0, rtol=0.1, atol=1.0)
+    result = rbstab.simulate(config, proof=prove(config), prove_motion=True)
+    assert words_of(result) == ("violated", "proved")
+
+
+def test_a_start_can_be_proved_though_global_stability_is_false():
     config = config_of("permanent", scale=0.1, initial=SLOW_START, duration=0.05, samples=6)
     result = rbstab.simulate(config, proof=prove(config))
     assert certificate(result)["global stability"] == "violated"
-    assert result.attributes["verdict"] == "certified"
+    assert words_of(result) == ("consistent", "proved")
 
 
 @pytest.fixture
@@ -205,10 +223,10 @@ def test_a_finished_run_is_repeated_when_it_does_not_know_the_proof(tmp_path):
     proved = run_to_file(config, path, proof=proof)
     assert proved.computed
     assert proved.moved_aside is None
-    assert rbstab.open_result(path).attributes["verdict"] == "certified"
+    assert words_of(rbstab.open_result(path)) == ("consistent", "proved")
     assert not run_to_file(config, path, proof=proof).computed
     assert not run_to_file(config, path).computed
-    assert rbstab.open_result(path).attributes["verdict"] == "certified"
+    assert words_of(rbstab.open_result(path)) == ("consistent", "proved")
 
 
 @pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])

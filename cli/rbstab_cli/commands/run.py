@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 @click.option(
     "--prove",
     is_flag=True,
-    help="Prove the rest states and the certified region, unless DIR/proofs has this proof.",
+    help="Prove the rest states and the certified region, unless DIR/proofs has this proof; then "
+    "follow the exact motion until it is proved to converge.",
 )
 @AS_JSON
 @QUIET
@@ -138,7 +139,13 @@ class _Batch:
                 Path(label).name, config.integration.duration, wanted=not self.quiet
             ) as progress:
                 run = run_to_file(
-                    config, target, problem, force=self.force, proof=proof, progress=progress
+                    config,
+                    target,
+                    problem,
+                    force=self.force,
+                    proof=proof,
+                    prove_motion=self.prove,
+                    progress=progress,
                 )
         except EngineMissingError as error:
             raise click.UsageError(str(error)) from error
@@ -208,7 +215,7 @@ def _print_table(runs: list["FiledRun"]) -> None:
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
     numbers = ("v(0) [J]", "v(end) [J]", "|r|/v(0)", "max|E| [m]", "max|θ2| [rad]", "time [s]")
-    words = ("status", "verdict")
+    words = ("status", "verdict", "converges")
     table = new_table("file", *words, *numbers, words=words, numbers=numbers)
     for run in runs:
         s, result = summary_of(run.result), run.result
@@ -218,6 +225,7 @@ def _print_table(runs: list["FiledRun"]) -> None:
             str(run.path),
             result.status if completed else f"{result.status} at {s.end_time:.4g} s",
             str(result.attributes.get("verdict", "-")),
+            str(result.attributes.get("convergence", "-")),
             number(s.lyapunov_start),
             number(s.lyapunov_end),
             number(s.relative_residual, 2),
@@ -227,3 +235,18 @@ def _print_table(runs: list["FiledRun"]) -> None:
             style=None if completed else "yellow",
         )
     print_table(table)
+    _print_convergence(runs)
+
+
+def _print_convergence(runs: list["FiledRun"]) -> None:
+    """Print what is proved of the exact motions; a sentence that many runs share once."""
+    from rbstab.experiment.convergence.convergence import stored_convergence
+
+    sentences: dict[str, list[str]] = {}
+    for run in runs:
+        found = stored_convergence(run.result.attributes)
+        if found is not None and (found.proved is not None or found.followed):
+            sentences.setdefault(found.sentence, []).append(str(run.path))
+    for sentence, paths in sentences.items():
+        more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
+        click.echo(f"{paths[0]}{more}: {sentence}.")

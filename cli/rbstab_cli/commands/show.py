@@ -104,6 +104,7 @@ def _final_state(result: "Result") -> dict[str, list[float]]:
 
 
 def _print_tables(result: "Result") -> None:
+    from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
     from rbstab.experiment.summary import summary_of
     from rbstab_cli.output.certificate import print_certificate
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
@@ -114,6 +115,9 @@ def _print_tables(result: "Result") -> None:
     detail = f": {attributes['status_detail']}" if attributes.get("status_detail") else ""
     add_row(table, "status", result.status + detail)
     add_row(table, "verdict", str(attributes.get("verdict", "-")))
+    convergence = stored_convergence(attributes)
+    if convergence is not None:
+        add_row(table, "exact motion", convergence.sentence)
     add_row(
         table, "v(0), v(end)", f"{number(s.lyapunov_start, 7)} J, {number(s.lyapunov_end, 7)} J"
     )
@@ -136,7 +140,9 @@ def _print_tables(result: "Result") -> None:
         add_row(table, name, dimensions, variable.unit, variable.long_name)
     print_table(table)
     table = new_table("provenance", "value")
-    for name in [name for name in attributes if name not in _SHOWN_ABOVE]:
+    for name in attributes:
+        if name in _SHOWN_ABOVE or name.partition("_")[0] == ATTRIBUTE:
+            continue
         add_row(table, name, str(attributes[name]))
     print_table(table)
 

@@ -7,9 +7,16 @@ if TYPE_CHECKING:
 
 
 def run_data(result: "Result") -> dict[str, Any]:
-    """Return the attributes and the summary of a result."""
+    """Return the attributes and the summary of a result, with its convergence as one object."""
+    from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
     from rbstab.experiment.summary import summary_of
 
-    data: dict[str, Any] = dict(result.attributes)
+    data: dict[str, Any] = {
+        name: value
+        for name, value in result.attributes.items()
+        if name.partition("_")[0] != ATTRIBUTE
+    }
     data["warnings"] = str(data.get("warnings", "")).splitlines()
+    found = stored_convergence(result.attributes)
+    data[ATTRIBUTE] = None if found is None else found.as_data()
     return {**data, **summary_of(result)._asdict()}

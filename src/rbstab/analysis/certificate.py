@@ -61,10 +61,12 @@ Energies are squares of displacements and velocities, which are accurate to 1e-1
 
 
 class Verdict(StrEnum):
-    """The verdict on a check, or on a run."""
+    """The verdict on a check, or on a computed run."""
 
     CERTIFIED = "certified"
-    """Proved: the run converges to its rest state."""
+    """Proved of the exact motion. The verdict of a run is never this: it speaks of what was
+    computed. In runs that were stored before this distinction, it says that convergence is proved.
+    """
 
     CONSISTENT = "consistent"
     """Holds on this run, but is not proved for all motions."""
@@ -150,19 +152,13 @@ def checks_of(run: Evidence) -> list[Check]:
     return [_audit(run), _monotone(run), _damping(run), _positive(run), _rate(run)]
 
 
-def overall(checks: Sequence[Check], *, proved: bool) -> Verdict:
-    """Return the verdict of a run: the worst verdict of its checks.
+def overall(checks: Sequence[Check]) -> Verdict:
+    """Return the verdict of a computed run: the worst verdict of its checks.
 
-    A proof does not depend on the run, so it decides what the checks leave open.
-
-    Args:
-        checks: The checks of the run.
-        proved: Whether the run starts in a region of proved convergence.
+    What is proved of the exact motion has no part in it: the run may have stopped early, or have
+    been computed with a large tolerance.
     """
-    worst = max((check.verdict for check in checks), key=_SEVERITY.index, default=_SEVERITY[0])
-    if proved and worst is not Verdict.VIOLATED:
-        return Verdict.CERTIFIED
-    return worst
+    return max((check.verdict for check in checks), key=_SEVERITY.index, default=_SEVERITY[0])
 
 
 def _verdict(holds: bool) -> Verdict:

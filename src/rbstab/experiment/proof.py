@@ -255,3 +255,14 @@ def _corners(box: "Boxes") -> tuple[Triple, Triple]:
 def _triple(values: Array | list[float]) -> Triple:
     a, b, c = (float(value) for value in values)
     return a, b, c
+
+
+def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int | None:
+    """Return the rest state to which every motion converges that has an energy and a Θ in a box.
+
+    TEMPORARY: replaced by the regions of all minima.
+    """
+    if proof.region is None or not proof.states:
+        return None
+    inside = energy < proof.states[0].energy + proof.region.lower_bound - 1e-9
+    return 1 if inside and np.all(np.abs([low, high]) < [np.pi, np.pi / 2, np.pi]) else None

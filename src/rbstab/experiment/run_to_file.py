@@ -6,6 +6,7 @@ from typing import NamedTuple
 from rbstab.config.build import problem_of
 from rbstab.config.load import run_id
 from rbstab.config.schema import Config
+from rbstab.experiment.convergence.convergence import stored_convergence
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.run_certificate import GROUP, proved_checks
 from rbstab.experiment.simulate import simulate_problem
@@ -50,6 +51,7 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
     *,
     force: bool = False,
     proof: Proof | None = None,
+    prove_motion: bool = False,
     progress: Progress | None = None,
 ) -> FiledRun:
     """Run a config and write its result, unless the finished result exists.
@@ -63,6 +65,7 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
         problem: The problem of the config, if it is built already.
         force: Repeat a finished identical run; move a different or a better result aside.
         proof: As in `simulate`; a finished run is repeated if its certificate lacks its checks.
+        prove_motion: As in `simulate`; a finished run without such a proof is repeated.
         progress: As in `simulate`.
 
     Raises:
@@ -73,7 +76,11 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
     problem = problem or problem_of(config)
     old = existing_result(path, force=force)
     identical = old is not None and old.run_id == run_id(config)
-    if old is not None and identical and not force and _is_final(old, problem, proof):
+
+    def is_final(found: Result) -> bool:
+        return _is_final(found, problem, proof) and (not prove_motion or _is_followed(found))
+
+    if old is not None and identical and not force and is_final(old):
         # Its writer may have been killed as soon as the result was complete.
         remove_abandoned(path)
         return FiledRun(path, old, computed=False, moved_aside=None)
@@ -82,9 +89,11 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
         refuse_different(path, old)
     # Checked before the run, which may take hours.
     check_writable(aside_path(path, old) if different else path)
-    result = simulate_problem(config, problem, progress=progress, proof=proof)
+    result = simulate_problem(
+        config, problem, progress=progress, proof=proof, prove_motion=prove_motion
+    )
     # Another process may have written this file in the meantime.
-    stored = store_run(path, result, lambda found: _is_final(found, problem, proof), force=force)
+    stored = store_run(path, result, is_final, force=force)
     return FiledRun(path, stored.result, stored.written, stored.moved_aside, not stored.written)
 
 
@@ -106,6 +115,12 @@ def finished_run(
 
 def _is_final(result: Result, problem: Problem, proof: Proof | None) -> bool:
     return not depends_on_machine(result) and _has_proof(result, problem, proof)
+
+
+def _is_followed(result: Result) -> bool:
+    """Return whether a result says what this version proves of its exact motion."""
+    found = stored_convergence(result.attributes)
+    return found is not None and found.followed
 
 
 def _has_proof(result: Result, problem: Problem, proof: Proof | None) -> bool:

@@ -5,10 +5,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from rbstab.analysis.certificate import overall
 from rbstab.config.build import config_warnings, problem_of
 from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
+from rbstab.experiment.convergence.convergence import convergence_attributes
+from rbstab.experiment.convergence.enclosed_samples import (
+    computed_motion_check,
+    enclosure_variables,
+)
+from rbstab.experiment.convergence.exact_motion import (
+    MotionProof,
+    convergence_at_start,
+    prove_convergence,
+)
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.provenance import provenance
 from rbstab.experiment.record import (
@@ -19,7 +30,11 @@ from rbstab.experiment.record import (
     zero_description,
 )
 from rbstab.experiment.resolution import inverse_warnings, resolution_warnings
-from rbstab.experiment.run_certificate import certificate_variables, proved_checks, verdict_of
+from rbstab.experiment.run_certificate import (
+    certificate_variables,
+    computed_audit_bound,
+    proved_checks,
+)
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Progress
@@ -32,13 +47,15 @@ def simulate(
     *,
     progress: Progress | None = None,
     proof: Proof | None = None,
+    prove_motion: bool = False,
 ) -> Result:
     """Integrate a config and return its result; no file is written.
 
     Args:
         config: A config, or any argument that `load_config` takes.
         progress: Called after every step with the time reached, s.
-        proof: The proof of the config; without one the verdict is at best `consistent`.
+        proof: The proof of the rest states; without one, convergence is not decided.
+        prove_motion: Whether to enclose the exact motion until its convergence is decided.
 
     Returns:
         The result. `Result.status` is the status at the end; `Result.to_xarray` returns a dataset.
@@ -49,7 +66,9 @@ def simulate(
     """
     if not isinstance(config, Section):
         config = load_config(config)
-    return simulate_problem(config, problem_of(config), progress=progress, proof=proof)
+    return simulate_problem(
+        config, problem_of(config), progress=progress, proof=proof, prove_motion=prove_motion
+    )
 
 
 def simulate_problem(
@@ -58,6 +77,7 @@ def simulate_problem(
     *,
     progress: Progress | None = None,
     proof: Proof | None = None,
+    prove_motion: bool = False,
 ) -> Result:
     """Integrate the problem of a config and return its result; see `simulate`."""
     integrate = engine(config.integration.engine)
@@ -69,6 +89,12 @@ def simulate_problem(
     wall_time = time.perf_counter() - begin
     record = record_of(problem, trajectory, rest, deadline)
     trajectory = record.trajectory
+    motion = _motion_proof(config, problem, proof, prove_motion=prove_motion)
+    checks, enclosure = record.checks, {}
+    if motion.samples is not None:
+        bound = computed_audit_bound(problem)
+        checks = [*checks, computed_motion_check(motion.samples, record.variables, bound)]
+        enclosure = enclosure_variables(motion.samples)
     attributes: dict[str, str | int | float] = {
         "title": config.title,
         "variant": config.controller.variant,
@@ -84,7 +110,8 @@ def simulate_problem(
             ]
         ),
         "lyapunov_zero": zero_description(record.zero, proof),
-        "verdict": str(verdict_of(record.checks, problem, proof)),
+        "verdict": str(overall(checks)),
+        **convergence_attributes(motion.convergence),
         "run_id": run_id(config),
         "layout_version": LAYOUT_VERSION,
         "engine": config.integration.engine,
@@ -93,5 +120,14 @@ def simulate_problem(
         "wall_time": wall_time,
         **provenance(config.integration.engine),
     }
-    lines = certificate_variables([*record.checks, *proved_checks(problem, proof)])
-    return Result(record.variables | lines, attributes, resolved_yaml(config))
+    lines = certificate_variables([*checks, *proved_checks(problem, proof)])
+    return Result(record.variables | lines | enclosure, attributes, resolved_yaml(config))
+
+
+def _motion_proof(
+    config: Config, problem: Problem, proof: Proof | None, *, prove_motion: bool
+) -> MotionProof:
+    """Return what is proved of the exact motion; it is followed only if asked."""
+    if prove_motion and proof is not None:
+        return prove_convergence(config, problem, proof)
+    return MotionProof(convergence_at_start(config, problem, proof), None)

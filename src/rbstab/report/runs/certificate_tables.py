@@ -7,7 +7,7 @@ from rbstab.experiment.stored_certificate import CertificateLine
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, counted
 from rbstab.report.runs.facts import RunFacts
-from rbstab.report.runs.tables import number_cell, verdict_cell
+from rbstab.report.runs.tables import convergence_cell, number_cell, verdict_cell
 
 MAX_FULL_CERTIFICATES = 8
 """If there are more runs, only violated checks are listed."""
@@ -25,7 +25,7 @@ LINE_HEADS = (
 
 def certificate_section(facts: Sequence[RunFacts]) -> Section:
     """Return the section with the table of verdicts and the table of checks."""
-    blocks: list[Block] = [_matrix(facts)]
+    blocks: list[Block] = [*_convergence_list(facts), _matrix(facts)]
     in_full = len(facts) <= MAX_FULL_CERTIFICATES
     lines = [
         (entry, line)
@@ -45,6 +45,19 @@ def certificate_section(facts: Sequence[RunFacts]) -> Section:
     return Section("certificates", "Certificates", tuple(blocks))
 
 
+def _convergence_list(facts: Sequence[RunFacts]) -> list[Block]:
+    """Return a table with what is proved of the exact motion of each run."""
+    rows = [
+        (Cell(entry.run.label), convergence_cell(entry), Cell(entry.convergence.sentence))
+        for entry in facts
+        if entry.convergence is not None
+    ]
+    if not rows:
+        return []
+    heads = (Head("run"), Head("converges"), Head("what is proved of the exact motion"))
+    return [Table("convergence", "Convergence", heads, tuple(rows))]
+
+
 def _matrix(facts: Sequence[RunFacts]) -> Table:
     checks = list(dict.fromkeys(line.check for entry in facts for line in entry.lines))
     heads = (Head("run"), *(Head(check) for check in checks), Head("verdict of the run"))
@@ -55,8 +68,9 @@ def _matrix(facts: Sequence[RunFacts]) -> Table:
         overall = verdict_cell(entry.attribute("verdict"))
         rows.append((Cell(entry.run.label), *cells, overall))
     note = (
-        "certified: proved. consistent: held along this run, but is not proved. violated: did not "
-        "hold along this run, or is disproved. unknown: not decided, because there is no stored "
+        "The verdict of a run speaks of what was computed. consistent: held along this run, but is "
+        "not proved. violated: did not hold along this run, or is disproved. certified: proved. "
+        "unknown: not decided, because there is no stored "
         "proof, or because the numbers are too inaccurate. Numbers over v(0) are divided by a ten "
         "thousandth of the largest energy if that is larger."
     )

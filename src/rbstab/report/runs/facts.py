@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rbstab.analysis.certificate import Verdict
 from rbstab.config.build import problem_of
+from rbstab.experiment.convergence.convergence import Convergence, stored_convergence
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.proof_cache import cached_proof, proof_file
 from rbstab.experiment.run_certificate import proved_checks
@@ -27,6 +28,7 @@ class RunFacts:
         lines: The checks of its certificate.
         proof: The stored proof for its body, gravity and controller; None without one.
         inside: Whether the run starts in its certified region; None if unknown.
+        convergence: What is proved of the exact motion; None for an older result.
         comparisons: Printed values of the config's `reference`, each with the computed one.
     """
 
@@ -34,6 +36,7 @@ class RunFacts:
     lines: tuple[CertificateLine, ...]
     proof: Proof | None
     inside: bool | None
+    convergence: Convergence | None
     comparisons: tuple[ReferenceValue, ...]
 
     def attribute(self, name: str) -> str:
@@ -59,6 +62,7 @@ def _facts(run: Run, proof: Proof | None) -> RunFacts:
         lines=lines,
         proof=proof,
         inside=_inside(run, lines, proof),
+        convergence=stored_convergence(result.attributes),
         comparisons=tuple(comparisons),
     )
 

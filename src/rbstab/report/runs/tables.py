@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from rbstab.analysis.certificate import Verdict
 from rbstab.analysis.settling import SETTLED_FRACTION
+from rbstab.experiment.convergence.convergence import FALSE, NOT_DECIDED, PROVED
 from rbstab.experiment.proof import Proof
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Cell, Head, Table
@@ -19,6 +20,7 @@ HEADS = (
     Head("variant"),
     Head("status"),
     Head("verdict"),
+    Head("converges"),
     Head("v(0)", "J", numbers=True),
     Head("v(end)", "J", numbers=True),
     Head("|r|/v(0)", numbers=True),
@@ -36,7 +38,8 @@ NOTE = (
     "divided by v(0), or by a ten thousandth of the largest energy if that is larger. Peak E1, E2 "
     "and E3 are the displacements of the contact point farthest from zero, by axis. A run has "
     f"settled when v stays below {SETTLED_FRACTION:g} v(0). Rest states are those in the "
-    "range of the Euler angles. Convergence is proved in the certified region. "
+    "range of the Euler angles. The verdict speaks of the computed motion, and converges of the exact "
+    "one: proved, false, or not decided. Convergence is proved in the certified region. "
     "The last two columns need a proof stored beside the result; run rbstab stability to make one."
 )
 
@@ -61,16 +64,34 @@ def summary_table(facts: Sequence[RunFacts]) -> Table:
 
 
 def overview(facts: Sequence[RunFacts]) -> str:
-    """Return a sentence that counts runs by status and by verdict."""
+    """Return a sentence that counts runs by convergence, by status and by verdict."""
     status = Counter(entry.run.result.status for entry in facts)
     verdict = Counter(entry.attribute("verdict") or "without certificate" for entry in facts)
+    converges = Counter(_convergence(entry) for entry in facts)
     runs = counted(len(facts), "run")
-    return f"{runs}: {_counts(status)}. Verdicts: {_counts(verdict)}."
+    return (
+        f"{runs}: {_counts(status)}. Convergence of the exact motion: {_counts(converges)}. "
+        f"Verdicts on the computed motion: {_counts(verdict)}."
+    )
 
 
 def verdict_cell(verdict: str, target: str = "") -> Cell:
     """Return a cell with a verdict and its tone."""
     return Cell(verdict or NO_VALUE, tone=TONES.get(verdict, ""), target=target)
+
+
+def convergence_cell(facts: RunFacts) -> Cell:
+    """Return a cell that says whether convergence of the exact motion is proved."""
+    tones = {PROVED: "good", FALSE: "bad"}
+    word = _convergence(facts)
+    return Cell(word, tone=tones.get(word, ""), target="certificates")
+
+
+def _convergence(facts: RunFacts) -> str:
+    if facts.convergence is not None:
+        return facts.convergence.word
+    # In older results the verdict says it.
+    return PROVED if facts.attribute("verdict") == Verdict.CERTIFIED else NOT_DECIDED
 
 
 def number_cell(value: float, digits: int = 4) -> Cell:
@@ -86,6 +107,7 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
         Cell(facts.attribute("variant") or NO_VALUE),
         Cell(status if completed else f"{status} at {number(s.end_time)} s", tone=_tone(completed)),
         verdict_cell(facts.attribute("verdict"), "certificates"),
+        convergence_cell(facts),
         number_cell(s.lyapunov_start),
         number_cell(s.lyapunov_end),
         number_cell(s.relative_residual, 2),

@@ -1,0 +1,1 @@
+"""Motions proved: an enclosure of the exact motion, and the convergence that follows from it."""

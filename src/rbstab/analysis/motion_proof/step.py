@@ -1,0 +1,263 @@
+"""One step of a proved motion: from a set that holds the state to such a set a step later.
+
+The set is a parallelepiped {ȳ + Qw : |w| <= ω}: a centre, a frame, and radii in the frame
+(R. Lohner). On the step, y(t) = p(t) + e(t) with a polynomial p and, in τ = t/h,
+
+    e' = h (f(p + e) - f(p)) + h d,    d = f(p) - p',    e(0) = Qw.
+
+Φ and Ψ are polynomials in τ near the fundamental matrix of e' = hJe and its inverse, with J = ∂f/∂y
+along p. With w(τ) = Q⁻¹Ψe,
+
+    w' = Q⁻¹(Ψ' + hΨJ)e + hQ⁻¹Ψ((J̄ - J)e + d),    e = ΦQw + (I - ΦΨ)e,
+
+where J̄ is the mean of ∂f/∂y between p and p + e. The first bracket and I - ΦΨ are small, because Φ
+and Ψ are good; J̄ - J is small, because e is. A, C and G bound |Q⁻¹∫(Ψ' + hΨJ)|, |Q⁻¹Ψ| and |J̄ - J|.
+Then the error is below b on the whole step, and |w| is at most W, as soon as
+
+    W = ω + A b + hC (G b + |d|),    |ΦQ| W + |I - ΦΨ| b < b
+
+in every component: e is continuous, starts below b, and cannot be the first to reach it.
+`docs/proofs.md` has the proof.
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.motion_proof.linear_flow import (
+    Frame,
+    LinearBounds,
+    LinearFlow,
+    frame_of,
+    linear_bounds,
+    linear_flow,
+)
+from rbstab.analysis.motion_proof.rounding import error_of_products, rounded_up, upper
+from rbstab.analysis.motion_proof.taylor import (
+    Coefficients,
+    DiscBounds,
+    Field,
+    defect,
+    disc_bounds,
+    jacobian_series,
+    jacobian_slopes,
+    polynomial,
+    step_for,
+)
+from rbstab.mechanics.numbers import Array
+
+ORDER = 20
+"""The degree of p."""
+
+JACOBIAN_TERMS = 12
+"""The number of terms of J, and the degree of Φ and Ψ."""
+
+RATIO = 3.0
+"""ρ: Cauchy's estimates hold for complex times up to ρh."""
+
+TOLERANCE = 1e-17
+"""The size of the last terms of p, relative to the scale of a state."""
+
+MAX_LAST_TERM = 1e-6
+"""The allowed norm of the last term of Φ, in scaled states. It decides the length of a step where
+the system is stiff and its motion slow."""
+
+MARGIN = 1e-4
+"""The distance from p within which ∂f/∂y is bounded, relative to the scale of a state."""
+
+MAX_SPREAD = 1e-2
+"""The largest |e| that is accepted, relative to that distance."""
+
+ATTEMPTS = 12
+"""Attempts to find the bound b of one step."""
+
+TIME_GRID = 2.0**-40
+"""s: steps are multiples of this, so that the times of many steps are sums without rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class StateSet:
+    """A set of states {ȳ + Qw : |w| <= ω}.
+
+    Args:
+        centre: ȳ, exact balls, one for each state.
+        frame: Q, shape (n, n), doubles.
+        radius: ω, shape (n,).
+    """
+
+    centre: list[Any]
+    frame: Array
+    radius: Array
+
+    @property
+    def spread(self) -> Array:
+        """A bound on |y - ȳ| by state, shape (n,)."""
+        spread: Array = rounded_up(np.abs(self.frame) @ self.radius)
+        return spread
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A proved step: for 0 <= t <= h each state is within its `distance` of p(t).
+
+    Args:
+        h: Its length, s.
+        p: The coefficients of p.
+        distance: b, shape (n,).
+        end: The set that holds the state at t = h.
+    """
+
+    h: float
+    p: Coefficients
+    distance: Array
+    end: StateSet
+
+
+class _ErrorBounds(NamedTuple):
+    """b and W: bounds on |e| and on |w| for the whole step, each of shape (n,)."""
+
+    distance: Array
+    in_frame: Array
+
+
+def step_from(field: Field, start: StateSet, scale: Array, longest: float) -> Step | None:
+    """Prove one step from a set of states.
+
+    Args:
+        field: f.
+        start: The set.
+        scale: The size of each state, shape (n,); the choice has no effect on what is proved.
+        longest: The largest step, s.
+
+    Returns:
+        The step; None if no bounds were found: a shorter step may succeed.
+    """
+    frame = frame_of(start.frame)
+    if frame is None:
+        return None
+    try:
+        p = polynomial(field, start.centre, ORDER)
+        h = _on_grid(min(step_for(p, TOLERANCE, scale), longest))
+        margin = MARGIN * scale
+        bounds = disc_bounds(field, p, h, RATIO, margin)
+        if h <= 0 or not bounds.finite:
+            return None
+        flow, ratio = _flow(field, p, h, bounds, scale)
+        d = defect(field, p, flow.h, ratio, bounds)
+    except ZeroDivisionError:  # a series whose first coefficient may be zero has no inverse
+        return None
+    linear = linear_bounds(flow, frame)
+    errors = _error_bounds(linear, start.radius, flow.h * d, flow.h * bounds.jacobian, margin)
+    if errors is None:
+        return None
+    end = _end(p, flow, frame, errors, rounded_up(linear.mismatch @ errors.distance), scale)
+    return None if end is None else Step(flow.h, p, errors.distance, end)
+
+
+def _on_grid(h: float) -> float:
+    return float(np.floor(h / TIME_GRID)) * TIME_GRID
+
+
+def _flow(
+    field: Field, p: Coefficients, h: float, bounds: DiscBounds, scale: Array
+) -> tuple[LinearFlow, float]:
+    """Return Φ and Ψ of a step of at most h, and the ratio ρ of the disc to it."""
+    slopes = jacobian_slopes(field, p, JACOBIAN_TERMS)
+    flow = linear_flow(jacobian_series(slopes, JACOBIAN_TERMS, h, RATIO, bounds), h)
+    last = flow.last_term(scale)
+    if not last > MAX_LAST_TERM:
+        return flow, RATIO
+    shorter = _on_grid(h * (MAX_LAST_TERM / last) ** (1.0 / JACOBIAN_TERMS))
+    # The disc stays as it is, so the shorter step has a larger ratio; it is rounded down.
+    ratio = RATIO * h / shorter * (1.0 - 1e-12) if shorter > 0 else RATIO
+    J = jacobian_series(slopes, JACOBIAN_TERMS, shorter, ratio, bounds)
+    return linear_flow(J, shorter), ratio
+
+
+def _error_bounds(
+    linear: LinearBounds, radius: Array, hd: Array, hM: Array, margin: Array
+) -> _ErrorBounds | None:
+    """Return b and W with proved |e| < b and |w| <= W on the whole step; None if none were found.
+
+    For |e| <= s times the margin, Schwarz's lemma gives |∂f/∂y(p + σe) - ∂f/∂y(p)| <= 2 M s σ: as a
+    function of a complex factor of e, the difference is analytic, zero at zero, and at most 2M
+    within the margin. So its mean over 0 <= σ <= 1 is at most G = M s.
+
+    Args:
+        linear: The bounds of the linear part.
+        radius: ω, shape (n,).
+        hd: h times the bound on |d|, shape (n,).
+        hM: h times the bound on |∂f/∂y| within the margin, shape (n, n).
+        margin: The margin, shape (n,).
+    """
+    guess = rounded_up(linear.forward @ (radius + linear.backward @ hd))
+    for _ in range(ATTEMPTS):
+        b = 1.1 * guess + 1e-280
+        s = float(rounded_up(np.max(b / margin)))
+        if not s < MAX_SPREAD:
+            return None
+        nonlinear = rounded_up(hM @ b) * s
+        W = rounded_up(radius + linear.residual @ b + linear.backward @ (nonlinear + hd))
+        reached = rounded_up(linear.forward @ W + linear.mismatch @ b)
+        if np.all(reached < b):
+            return _ErrorBounds(b, W)
+        guess = np.maximum(guess, reached)
+    return None
+
+
+def _end(  # noqa: PLR0913, PLR0917 (the parts of one formula)
+    p: Coefficients,
+    flow: LinearFlow,
+    frame: Frame,
+    errors: _ErrorBounds,
+    mismatch: Array,
+    scale: Array,
+) -> StateSet | None:
+    """Return the set at the end in a new frame: p(h) + Φ(1)Qw + (I - ΦΨ)e.
+
+    Args:
+        p: The polynomial.
+        flow: Φ and Ψ.
+        frame: Q.
+        errors: b and W.
+        mismatch: A bound on |(I - ΦΨ)e|, shape (n,).
+        scale: The size of each state, shape (n,).
+    """
+    centre, rounding = _value(p, flow.h)
+    Phi, Phi_error = flow.forward_at_end
+    Q_size, W = np.abs(frame.matrix), errors.in_frame
+    moved = Phi @ frame.matrix
+    moved_error = error_of_products(np.abs(Phi) @ Q_size) + rounded_up(Phi_error @ Q_size)
+    new = frame_of(_frame(moved * W, scale))
+    if new is None:
+        return None
+    turned = np.abs(new.inverse @ moved) + error_of_products(np.abs(new.inverse) @ np.abs(moved))
+    turned = rounded_up(turned + new.error @ np.abs(moved))
+    beside = rounded_up(moved_error @ W + mismatch + rounding)
+    return StateSet(centre, new.matrix, rounded_up(turned @ W + new.inverse_size @ beside))
+
+
+def _value(p: Coefficients, h: float) -> tuple[list[Any], Array]:
+    """Return exact numbers near p(h), and bounds on the differences."""
+    from flint import arb
+
+    centre, rounding = [], np.zeros(len(p))
+    for i, row in enumerate(p):
+        value = arb(0)
+        for coefficient in reversed(row):
+            value = value * h + coefficient
+        centre.append(value.mid())
+        rounding[i] = upper(value - centre[-1])
+    return centre, rounding
+
+
+def _frame(edges: Array, scale: Array) -> Array:
+    """Return a frame: orthonormal in scaled states, its first axis along the longest edge."""
+    scaled = edges / scale[:, np.newaxis]
+    lengths = np.linalg.norm(scaled, axis=0)
+    order = np.argsort(-lengths, kind="stable")
+    ordered = scaled[:, order] / np.maximum(lengths[order], 1e-300)
+    orthonormal, _ = np.linalg.qr(ordered)
+    framed: Array = scale[:, np.newaxis] * orthonormal
+    return framed

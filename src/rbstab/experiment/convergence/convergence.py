@@ -1,0 +1,126 @@
+"""What is proved of the convergence of an exact motion: data, a sentence, and attributes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+METHOD_VERSION = 1
+"""To be increased when a change of the method changes what it proves."""
+
+PROVED, FALSE, NOT_DECIDED = "proved", "false", "not decided"
+
+ATTRIBUTE = "convergence"
+"""The attribute of a result that holds one of the three words; others begin with its name."""
+
+Attributes = dict[str, str | int | float]
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence:
+    """What is proved of the exact motion from the start of a config.
+
+    Args:
+        proved: True: it converges to a rest state. False: there is none in the range. None: not
+            decided.
+        rest_state: The number of that rest state, from 1 for the lowest.
+        time: From this time on, s, it is in a region of proved convergence.
+        energy: Bounds on v at that time, J: the energy above that of the rest state.
+        bound: The level of the region, J: every motion with a smaller v converges.
+        why: Why nothing is proved, and what would decide; else empty.
+        steps: The number of steps of the enclosure.
+        seconds: The time that the enclosure took, s.
+        followed: Whether the exact motion was followed, not only its start.
+    """
+
+    proved: bool | None
+    rest_state: int | None = None
+    time: float | None = None
+    energy: tuple[float, float] | None = None
+    bound: float | None = None
+    why: str = ""
+    steps: int = 0
+    seconds: float = 0.0
+    followed: bool = False
+
+    @property
+    def word(self) -> str:
+        """One of proved, false, not decided."""
+        return {True: PROVED, False: FALSE, None: NOT_DECIDED}[self.proved]
+
+    @property
+    def sentence(self) -> str:
+        """What is proved, in one sentence without a full stop."""
+        if self.proved is None:
+            return f"convergence is not decided: {self.why}"
+        if self.energy is None or self.bound is None or self.time is None:
+            return f"does not come to rest in the range, proved: {self.why}"
+        low, high = self.energy
+        middle, spread = 0.5 * (low + high), 0.5 * (high - low)
+        values = f"v = {middle:.6g} ± {spread:.0e} J < {self.bound:.6g} J"
+        begin = "from the start" if self.time == 0 else f"from t = {self.time:.4g} s"
+        effort = f", {self.steps} steps, {self.seconds:.1f} s" if self.steps else ""
+        return (
+            f"converges to rest state {self.rest_state}: proved; "
+            f"it is inside the certified region {begin} ({values}){effort}"
+        )
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the entries of its JSON."""
+        return {
+            "proved": self.proved,
+            "time": self.time,
+            "energy": None if self.energy is None else list(self.energy),
+            "bound": self.bound,
+            "rest_state": self.rest_state,
+            "why": self.why,
+            "steps": self.steps,
+        }
+
+
+def convergence_attributes(found: Convergence) -> Attributes:
+    """Return a convergence as attributes of a result; what it lacks is left out."""
+    low, high = found.energy if found.energy is not None else (None, None)
+    entries = {
+        "rest_state": found.rest_state,
+        "time": found.time,
+        "energy_low": low,
+        "energy_high": high,
+        "bound": found.bound,
+        "reason": found.why or None,
+        "steps": found.steps if found.followed else None,
+        "wall_time": found.seconds if found.followed else None,
+        "method": METHOD_VERSION if found.followed else None,
+    }
+    known = {f"{ATTRIBUTE}_{name}": value for name, value in entries.items() if value is not None}
+    return {ATTRIBUTE: found.word, **known}
+
+
+def stored_convergence(attributes: Mapping[str, Any]) -> Convergence | None:
+    """Return the convergence in the attributes of a result; None for an older result.
+
+    Raises:
+        ValueError: An attribute is not what this program writes.
+    """
+    if ATTRIBUTE not in attributes:
+        return None
+
+    def entry(name: str, kind: type) -> Any:
+        value = attributes.get(f"{ATTRIBUTE}_{name}")
+        return None if value is None else kind(value)
+
+    proved = {PROVED: True, FALSE: False, NOT_DECIDED: None}
+    word = str(attributes[ATTRIBUTE])
+    if word not in proved:
+        raise ValueError(f"{ATTRIBUTE} is {word!r}")
+    low, high = entry("energy_low", float), entry("energy_high", float)
+    return Convergence(
+        proved=proved[word],
+        rest_state=entry("rest_state", int),
+        time=entry("time", float),
+        energy=None if low is None or high is None else (low, high),
+        bound=entry("bound", float),
+        why=entry("reason", str) or "",
+        steps=entry("steps", int) or 0,
+        seconds=entry("wall_time", float) or 0.0,
+        followed=entry("method", int) == METHOD_VERSION,
+    )

@@ -1,0 +1,203 @@
+"""The convergence of the exact motion from the start of a config: what is proved of it.
+
+It does not depend on a computed run. The exact motion is enclosed step by step until its energy and
+its attitude are in a region from which every motion converges.
+"""
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.motion_proof.dual import decimals
+from rbstab.analysis.motion_proof.motion import (
+    PRECISION,
+    MotionStep,
+    Unproved,
+    angle_bounds,
+    enclosed_motion,
+    energy_bounds,
+    scale_of,
+    start_set,
+)
+from rbstab.analysis.motion_proof.rounding import upper
+from rbstab.analysis.motion_proof.step import StateSet
+from rbstab.config.build import start_of, system_of
+from rbstab.config.schema import Config
+from rbstab.elements.sliding import SlidingConnector
+from rbstab.experiment.convergence.convergence import Convergence
+from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
+from rbstab.experiment.proof import Proof, reached_state
+from rbstab.integrate.problem import Problem
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.coordinates import ReducedCoordinates
+from rbstab.systems.system import System
+
+MAX_STEPS = 2000
+"""Steps after which the enclosure of a motion ends: a limit that is the same on every machine. A
+hundred steps take some two seconds."""
+
+COMMAND = "rbstab run --prove"
+
+
+class MotionProof(NamedTuple):
+    """A convergence, and the enclosure at the samples of the run as far as it goes.
+
+    samples is None if the motion was not followed.
+    """
+
+    convergence: Convergence
+    samples: EnclosedSamples | None
+
+
+class _Start(NamedTuple):
+    """The system of balls, the set of its initial state, and a scale of its states."""
+
+    system: System
+    states: StateSet
+    scale: Array
+
+
+class _Sample(NamedTuple):
+    time: float
+    low: Array
+    high: Array
+
+
+def convergence_at_start(config: Config, problem: Problem, proof: Proof | None) -> Convergence:
+    """Return what a proof of the rest states says about the start of a config.
+
+    Args:
+        config: The config.
+        problem: Its problem.
+        proof: The proof; None if there is none.
+    """
+    refused = _refused(problem, proof)
+    if refused is not None:
+        return refused
+    assert proof is not None
+    from flint import ctx
+
+    with ctx.workprec(PRECISION):
+        start = _exact_start(config, problem)
+        inside = _convergence(proof, start.system, start.states, 0.0)
+    why = f"the start is outside every certified region; {COMMAND} follows the exact motion"
+    return inside or Convergence(None, why=why)
+
+
+def prove_convergence(
+    config: Config, problem: Problem, proof: Proof, *, to_end: bool = False
+) -> MotionProof:
+    """Enclose the exact motion of a config until it is where convergence is proved.
+
+    Args:
+        config: The config. Its numbers are taken as exact decimals.
+        problem: Its problem.
+        proof: The proof of its rest states and of their regions.
+        to_end: Whether to enclose the motion up to the last sample, whatever is proved before.
+    """
+    from flint import ctx
+
+    begin = time.perf_counter()
+    refused = _refused(problem, proof)
+    if refused is not None and (not to_end or problem.switching is not None):
+        return MotionProof(replace(refused, followed=True), None)
+    with ctx.workprec(PRECISION):
+        start = _exact_start(config, problem)
+        last = float(problem.times[-1]) if to_end else 0.0
+        found, samples, steps = _followed(start, problem.times, last, proof, refused)
+    seconds = time.perf_counter() - begin
+    convergence = replace(found, steps=steps, seconds=seconds, followed=True)
+    return MotionProof(convergence, _enclosed_samples(start.system, samples))
+
+
+def _followed(
+    start: _Start, times: Array, last: float, proof: Proof, refused: Convergence | None
+) -> tuple[Convergence, list[_Sample], int]:
+    """Follow the exact motion until its convergence is decided, and at least to a time.
+
+    Returns:
+        The convergence, the enclosed samples, and the number of steps.
+    """
+    system = start.system
+    found = refused or _convergence(proof, system, start.states, 0.0)
+    samples = [_sample(start.states.centre, start.states.spread, 0.0)]
+    now, steps = 0.0, 0
+    motion = enclosed_motion(system, start.states, start.scale)
+    while found is None or now < last:
+        if steps == MAX_STEPS:
+            why = f"after {steps} steps of the enclosure, at t = {now:.4g} s, v is still too large"
+            return found or Convergence(None, why=why), samples, steps
+        try:
+            step = next(motion)
+        except Unproved:
+            why = f"the enclosure ends at t = {now:.4g} s: no further step could be proved"
+            return found or Convergence(None, why=why), samples, steps
+        steps, now = steps + 1, step.end_time
+        samples += _samples_in(step, times)
+        found = found or _convergence(proof, system, step.step.end, now)
+    return found, samples, steps
+
+
+def _refused(problem: Problem, proof: Proof | None) -> Convergence | None:
+    """Return a convergence that no enclosure can decide, with the reason; None if one may."""
+    if any(isinstance(element, SlidingConnector) for element in problem.system.elements):
+        why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
+        return Convergence(None, why=why)
+    if proof is None:
+        return Convergence(None, why=f"no proof of the rest states is stored; {COMMAND} makes it")
+    if proof.proved and not proof.states:
+        return Convergence(False, why="there is no rest state in it")
+    if proof.region is None or not proof.region.lower_bound > 0:
+        return Convergence(None, why=f"no certified region is proved ({proof.outcome})")
+    return None
+
+
+def _exact_start(config: Config, problem: Problem) -> _Start:
+    system, doubles = system_of(config, decimals), problem.system
+    if system.coordinates.holds_contact:
+        # The exact motion of a held body stays on the submanifold: six states describe it.
+        system = replace(system, coordinates=ReducedCoordinates())
+        doubles = replace(doubles, coordinates=ReducedCoordinates())
+    with np.errstate(all="ignore"):
+        energy = float(np.abs(problem.system.observe(problem.start).energy).sum())
+    scale = scale_of(doubles, energy)
+    return _Start(system, start_set(start_of(config, system, decimals), scale), scale)
+
+
+def _convergence(proof: Proof, system: System, states: StateSet, t: float) -> Convergence | None:
+    """Return the convergence of all states of a set if it is proved, else None."""
+    low, high = energy_bounds(system, states)
+    number = reached_state(proof, high, *angle_bounds(states))
+    if number is None or proof.region is None:
+        return None
+    rest = proof.states[number - 1].energy
+    value = float(np.nextafter(low - rest, -np.inf)), float(np.nextafter(high - rest, np.inf))
+    return Convergence(
+        True, rest_state=number, time=t, energy=value, bound=proof.region.lower_bound
+    )
+
+
+def _samples_in(step: MotionStep, times: Array) -> Iterator[_Sample]:
+    """Yield the enclosures at the samples after the begin of a step, up to its end."""
+    for t in times[(times > step.time) & (times <= step.end_time)].tolist():
+        yield _sample(*step.state_at(t), t)
+
+
+def _sample(centre: list[Any], distance: Array, t: float) -> _Sample:
+    middle = np.array([float(entry) for entry in centre])
+    apart = [upper(exact - double) for exact, double in zip(centre, middle.tolist(), strict=True)]
+    reach = np.nextafter(distance + np.array(apart), np.inf)
+    return _Sample(t, np.nextafter(middle - reach, -np.inf), np.nextafter(middle + reach, np.inf))
+
+
+def _enclosed_samples(system: System, samples: list[_Sample]) -> EnclosedSamples:
+    times, low, high = (np.array(column) for column in zip(*samples, strict=True))
+    places = quantities_of(system).items()
+    return EnclosedSamples(
+        times,
+        {name: low[:, place] for name, place in places},
+        {name: high[:, place] for name, place in places},
+    )

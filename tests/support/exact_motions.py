@@ -54,7 +54,7 @@ def state_after(system, y, step: float):
 
 
 def _extrapolated(rates, y, step):
-    rows = []
+    rows: list[list[np.ndarray]] = []
     for j in range(1, COLUMNS + 1):
         row = [_midpoint_rule(rates, y, step, 2 * j)]
         for k in range(1, j):

@@ -36,6 +36,7 @@ def slope(coefficients, tau):
 
 
 FRAME = frame_of(np.array([[1.0, 0.3, 0.0], [-0.2, 2.0, 0.1], [0.0, 0.4, 0.5]]))
+assert FRAME is not None
 
 
 def test_the_flow_is_that_of_the_linear_equation():

@@ -68,6 +68,7 @@ def test_the_error_of_an_inverse(spread):
     matrix = rng.normal(size=(4, 4)) * 10.0 ** rng.uniform(-spread, spread, size=(4, 1))
     inverse = np.linalg.inv(matrix)
     bound = error_of_inverse(matrix, inverse)
+    assert bound is not None
     true = exact_inverse(exact(matrix))
     error = [
         [abs(t - x) for t, x in zip(*rows, strict=True)]

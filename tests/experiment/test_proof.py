@@ -10,6 +10,7 @@ from support.paper_runs import paper_config
 import rbstab
 from rbstab.config.build import problem_of
 from rbstab.experiment import proof_cache
+from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof import Proof, proof_id, prove, start_level, starts_inside
 from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
 from rbstab.experiment.run_to_file import finished_run, run_to_file
@@ -161,7 +162,7 @@ def test_a_run_that_stops_early_does_not_borrow_the_proof():
 
 def test_the_verdict_on_an_inaccurate_run_is_not_that_of_the_proof():
     config = config_of("free", initial=SLOW_START, duration=2.0, rtol=0.1, atol=1.0)
-    result = rbstab.simulate(config, proof=prove(config), prove_motion=True)
+    result = rbstab.simulate(config, proof=prove(config), enclose=Enclose.UNTIL_PROVED)
     assert words_of(result) == ("violated", "proved")
 
 

@@ -14,6 +14,7 @@ from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, results_folder
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
+    from rbstab.experiment.convergence.convergence import Enclose
     from rbstab.experiment.run_to_file import FiledRun
 
 
@@ -40,6 +41,11 @@ if TYPE_CHECKING:
     help="Prove the rest states and the certified region, unless DIR/proofs has this proof; then "
     "follow the exact motion until it is proved to converge.",
 )
+@click.option(
+    "--to-end",
+    is_flag=True,
+    help="With --prove: enclose the exact motion to the end of the run.",
+)
 @AS_JSON
 @QUIET
 def command(
@@ -50,6 +56,7 @@ def command(
     engine: str | None,
     force: bool,
     prove: bool,
+    to_end: bool,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -64,6 +71,8 @@ def command(
     and stored as DIR/PLAN-memberN.h5. The plan may be the copy in the sweep's folder:
     DIR/PLAN/plan.yaml.
     """
+    if to_end and not prove:
+        raise click.UsageError("--to-end needs --prove")
     if engine is not None:
         refuse_engine_change(changes)
         changes = (*changes, f"integration.engine={engine}")
@@ -73,7 +82,7 @@ def command(
         else {(str(path), path.stem): config for path, config in load_all(configs, changes).items()}
     )
     targets = _targets(loaded, output)
-    batch = _Batch(output, force=force, prove=prove, quiet=quiet)
+    batch = _Batch(output, force=force, prove=prove, to_end=to_end, quiet=quiet)
     try:
         for (label, stem), config in loaded.items():
             batch.run(label, config, targets[label, stem])
@@ -111,10 +120,13 @@ def _targets(names: Iterable[tuple[str, str]], output: Path) -> dict[tuple[str, 
 class _Batch:
     """The runs of one command, executed one after the other."""
 
-    def __init__(self, output: Path, *, force: bool, prove: bool, quiet: bool) -> None:
+    def __init__(
+        self, output: Path, *, force: bool, prove: bool, to_end: bool, quiet: bool
+    ) -> None:
         self.output = output
         self.force = force
         self.prove = prove
+        self.to_end = to_end
         self.quiet = quiet
         self.finished: list[FiledRun] = []
         self.exit_code = exit_codes.OK
@@ -144,7 +156,7 @@ class _Batch:
                     problem,
                     force=self.force,
                     proof=proof,
-                    prove_motion=self.prove,
+                    enclose=self._enclose(),
                     progress=progress,
                 )
         except EngineMissingError as error:
@@ -157,6 +169,13 @@ class _Batch:
         self._print(label, run)
         if run.result.status != RunStatus.COMPLETED and self.exit_code == exit_codes.OK:
             self.exit_code = exit_codes.NOT_COMPLETED
+
+    def _enclose(self) -> "Enclose":
+        from rbstab.experiment.convergence.convergence import Enclose
+
+        if not self.prove:
+            return Enclose.NOTHING
+        return Enclose.TO_END if self.to_end else Enclose.UNTIL_PROVED
 
     def _print(self, label: str, run: "FiledRun") -> None:
         from rbstab.integrate.status import RunStatus
@@ -245,7 +264,7 @@ def _print_convergence(runs: list["FiledRun"]) -> None:
     sentences: dict[str, list[str]] = {}
     for run in runs:
         found = stored_convergence(run.result.attributes)
-        if found is not None and (found.proved is not None or found.followed):
+        if found is not None and (found.proved is not None or found.enclosed):
             sentences.setdefault(found.sentence, []).append(str(run.path))
     for sentence, paths in sentences.items():
         more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""

@@ -158,9 +158,10 @@ def _print_reference(result: "Result") -> None:
     if not comparisons:
         return
     click.echo(f"Reference: {printable(source)}")
-    table = new_table("quantity", "printed", "computed")
+    table = new_table("quantity", "printed", "computed", "exact motion")
     for c in comparisons:
-        add_row(table, f"{c.name} [{c.unit}]", _vector(c.printed), _vector(c.computed))
+        exact = "the printed value does not follow, proved" if c.disproved else "-"
+        add_row(table, f"{c.name} [{c.unit}]", _vector(c.printed), _vector(c.computed), exact)
     print_table(table)
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from rbstab.config.build import problem_of
 from rbstab.config.load import run_id
 from rbstab.config.schema import Config
-from rbstab.experiment.convergence.convergence import stored_convergence
+from rbstab.experiment.convergence.convergence import Enclose, stored_convergence
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.run_certificate import GROUP, proved_checks
 from rbstab.experiment.simulate import simulate_problem
@@ -51,7 +51,7 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
     *,
     force: bool = False,
     proof: Proof | None = None,
-    prove_motion: bool = False,
+    enclose: Enclose = Enclose.NOTHING,
     progress: Progress | None = None,
 ) -> FiledRun:
     """Run a config and write its result, unless the finished result exists.
@@ -65,7 +65,7 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
         problem: The problem of the config, if it is built already.
         force: Repeat a finished identical run; move a different or a better result aside.
         proof: As in `simulate`; a finished run is repeated if its certificate lacks its checks.
-        prove_motion: As in `simulate`; a finished run without such a proof is repeated.
+        enclose: As in `simulate`; a finished run with a shorter enclosure is repeated.
         progress: As in `simulate`.
 
     Raises:
@@ -78,7 +78,7 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
     identical = old is not None and old.run_id == run_id(config)
 
     def is_final(found: Result) -> bool:
-        return _is_final(found, problem, proof) and (not prove_motion or _is_followed(found))
+        return _is_final(found, problem, proof) and _enclosed(found) >= enclose
 
     if old is not None and identical and not force and is_final(old):
         # Its writer may have been killed as soon as the result was complete.
@@ -89,9 +89,7 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
         refuse_different(path, old)
     # Checked before the run, which may take hours.
     check_writable(aside_path(path, old) if different else path)
-    result = simulate_problem(
-        config, problem, progress=progress, proof=proof, prove_motion=prove_motion
-    )
+    result = simulate_problem(config, problem, progress=progress, proof=proof, enclose=enclose)
     # Another process may have written this file in the meantime.
     stored = store_run(path, result, is_final, force=force)
     return FiledRun(path, stored.result, stored.written, stored.moved_aside, not stored.written)
@@ -117,10 +115,10 @@ def _is_final(result: Result, problem: Problem, proof: Proof | None) -> bool:
     return not depends_on_machine(result) and _has_proof(result, problem, proof)
 
 
-def _is_followed(result: Result) -> bool:
-    """Return whether a result says what this version proves of its exact motion."""
+def _enclosed(result: Result) -> Enclose:
+    """Return how far the exact motion of a result was enclosed, by the method of this version."""
     found = stored_convergence(result.attributes)
-    return found is not None and found.followed
+    return Enclose.NOTHING if found is None else found.enclosed
 
 
 def _has_proof(result: Result, problem: Problem, proof: Proof | None) -> bool:

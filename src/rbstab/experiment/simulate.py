@@ -10,7 +10,7 @@ from rbstab.config.build import config_warnings, problem_of
 from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
-from rbstab.experiment.convergence.convergence import convergence_attributes
+from rbstab.experiment.convergence.convergence import Enclose, convergence_attributes
 from rbstab.experiment.convergence.enclosed_samples import (
     computed_motion_check,
     enclosure_variables,
@@ -47,7 +47,7 @@ def simulate(
     *,
     progress: Progress | None = None,
     proof: Proof | None = None,
-    prove_motion: bool = False,
+    enclose: Enclose = Enclose.NOTHING,
 ) -> Result:
     """Integrate a config and return its result; no file is written.
 
@@ -55,7 +55,7 @@ def simulate(
         config: A config, or any argument that `load_config` takes.
         progress: Called after every step with the time reached, s.
         proof: The proof of the rest states; without one, convergence is not decided.
-        prove_motion: Whether to enclose the exact motion until its convergence is decided.
+        enclose: How far to enclose the exact motion; this needs the proof.
 
     Returns:
         The result. `Result.status` is the status at the end; `Result.to_xarray` returns a dataset.
@@ -67,7 +67,7 @@ def simulate(
     if not isinstance(config, Section):
         config = load_config(config)
     return simulate_problem(
-        config, problem_of(config), progress=progress, proof=proof, prove_motion=prove_motion
+        config, problem_of(config), progress=progress, proof=proof, enclose=enclose
     )
 
 
@@ -77,7 +77,7 @@ def simulate_problem(
     *,
     progress: Progress | None = None,
     proof: Proof | None = None,
-    prove_motion: bool = False,
+    enclose: Enclose = Enclose.NOTHING,
 ) -> Result:
     """Integrate the problem of a config and return its result; see `simulate`."""
     integrate = engine(config.integration.engine)
@@ -89,7 +89,7 @@ def simulate_problem(
     wall_time = time.perf_counter() - begin
     record = record_of(problem, trajectory, rest, deadline)
     trajectory = record.trajectory
-    motion = _motion_proof(config, problem, proof, prove_motion=prove_motion)
+    motion = _motion_proof(config, problem, proof, enclose)
     checks, enclosure = record.checks, {}
     if motion.samples is not None:
         bound = computed_audit_bound(problem)
@@ -125,9 +125,9 @@ def simulate_problem(
 
 
 def _motion_proof(
-    config: Config, problem: Problem, proof: Proof | None, *, prove_motion: bool
+    config: Config, problem: Problem, proof: Proof | None, enclose: Enclose
 ) -> MotionProof:
     """Return what is proved of the exact motion; it is followed only if asked."""
-    if prove_motion and proof is not None:
-        return prove_convergence(config, problem, proof)
+    if enclose and proof is not None:
+        return prove_convergence(config, problem, proof, enclose)
     return MotionProof(convergence_at_start(config, problem, proof), None)

@@ -1,11 +1,13 @@
 """Summary of a run in a few numbers, and comparison with the values printed in a source."""
 
+from decimal import Decimal
 from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.lyapunov import relative_residual
 from rbstab.analysis.peaks import signed_peak
+from rbstab.experiment.convergence.enclosed_samples import GROUP
 from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
@@ -76,13 +78,49 @@ def lyapunov_function_of(result: Result) -> Array:
     return v + work if np.array_equal(connector, -work) else v
 
 
+Triple = tuple[float, float, float]
+
+
 class ReferenceValue(NamedTuple):
-    """A printed vector and the computed one, with the name and unit of the quantity."""
+    """A printed vector and the computed one, with the name and unit of the quantity.
+
+    exact has the smallest and the largest value that the exact motion can have, by component, if it
+    was enclosed to the end of the run.
+    """
 
     name: str
     unit: str
-    printed: tuple[float, float, float]
-    computed: tuple[float, float, float]
+    printed: Triple
+    computed: Triple
+    exact: tuple[Triple, Triple] | None = None
+
+    @property
+    def disproved(self) -> bool:
+        """Whether the printed value is proved not to be that of the exact motion.
+
+        A printed number stands for all numbers that round to its digits.
+        """
+        if self.exact is None:
+            return False
+        bounds = zip(self.printed, *self.exact, strict=True)
+        return any(p + half_unit(p) < low or p - half_unit(p) > high for p, low, high in bounds)
+
+
+def half_unit(printed: float) -> float:
+    """Return half a unit of the last digit of a printed number, rounded up."""
+    exponent = int(Decimal(repr(printed)).as_tuple().exponent)
+    return 0.5000001 * 10.0**exponent
+
+
+def _exact_end(result: Result, name: str) -> tuple[Triple, Triple] | None:
+    """Return bounds on a quantity of the exact motion at the end, if the run has them."""
+    time, low, high = (f"{GROUP}/{entry}" for entry in ("time", f"{name}_low", f"{name}_high"))
+    if any(entry not in result for entry in (time, low, high)):
+        return None
+    if result[time][-1] != result["time"][-1]:
+        return None
+    (a, b, c), (d, e, f) = result[low][-1].tolist(), result[high][-1].tolist()
+    return (a, b, c), (d, e, f)
 
 
 def reference_values_of(
@@ -102,8 +140,8 @@ def reference_values_of(
         if printed is not None:
             variable = result.variables[name]
             x, y, z = variable.data[-1].tolist()
-            computed = (x, y, z)
-            values.append(ReferenceValue(f"final {name}", variable.unit, printed, computed))
+            exact = _exact_end(result, name)
+            values.append(ReferenceValue(f"final {name}", variable.unit, printed, (x, y, z), exact))
     printed = getattr(reference, "peak_contact_displacement", None)
     if printed is not None:
         computed = (summary or summary_of(result)).peak_contact_displacement

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rbstab.analysis.motion_proof.linear_flow import frame_of, linear_bounds, linear_flow
+from rbstab.analysis.motion_proof.linear_flow import Frame, frame_of, linear_bounds, linear_flow
 from rbstab.analysis.motion_proof.taylor import JacobianSeries
 
 H = 0.4
@@ -35,8 +35,13 @@ def slope(coefficients, tau):
     return sum(k * matrix * tau ** (k - 1) for k, matrix in enumerate(coefficients) if k)
 
 
-FRAME = frame_of(np.array([[1.0, 0.3, 0.0], [-0.2, 2.0, 0.1], [0.0, 0.4, 0.5]]))
-assert FRAME is not None
+def skew_frame() -> Frame:
+    frame = frame_of(np.array([[1.0, 0.3, 0.0], [-0.2, 2.0, 0.1], [0.0, 0.4, 0.5]]))
+    assert frame is not None
+    return frame
+
+
+FRAME = skew_frame()
 
 
 def test_the_flow_is_that_of_the_linear_equation():

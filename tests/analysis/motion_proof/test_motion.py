@@ -1,14 +1,18 @@
 """Enclosures of motions hold the exact motions, known to 30 digits by another method."""
 
+from dataclasses import replace
 from itertools import pairwise, product, takewhile
 
 import numpy as np
 import pytest
 from flint import arb, ctx
+from scipy.integrate import solve_ivp
 from support.configs import BY_VARIANT, plain
 from support.exact_motions import exact_decimals, middles, motion_of, state_after
 
+from rbstab.analysis.motion_proof import step as step_module
 from rbstab.analysis.motion_proof.dual import decimals
+from rbstab.analysis.motion_proof.linear_flow import LinearBounds
 from rbstab.analysis.motion_proof.motion import (
     PRECISION,
     Unproved,
@@ -19,8 +23,10 @@ from rbstab.analysis.motion_proof.motion import (
     start_set,
 )
 from rbstab.analysis.motion_proof.step import StateSet, step_from
+from rbstab.analysis.motion_proof.taylor import disc_bounds, polynomial
 from rbstab.config.build import problem_of, start_of, system_of
 from rbstab.config.load import load_config
+from rbstab.mechanics.derivatives import jacobian
 
 FULL = [[500.0, 40.0, -30.0], [40.0, 420.0, 25.0], [-30.0, 25.0, 300.0]]
 
@@ -93,36 +99,122 @@ def test_the_error_is_not_far_below_its_bound(variant):
     assert outside(exact, middle, distance) == [0.0] * len(exact)
     error = [float(abs(e - m)) / d for e, m, d in zip(exact, middle, distance, strict=True)]
     assert max(error) > 3e-3
+    assert np.all(np.abs(in_frame(exact, step.step.end)) <= step.step.end.radius)
 
 
+@pytest.mark.parametrize("variant", BY_VARIANT)
+@pytest.mark.parametrize("bits", [30, 45])
+def test_an_enclosure_in_few_bits_holds_as_well(variant, bits):
+    """There, the rounding of the centre and of the coefficients is the largest error."""
+    config = config_of(variant, 10)
+    with ctx.workprec(bits):
+        motion = enclosed_motion(*enclosure(config))
+        steps = [next(motion) for _ in range(4)]
+        middle, distance = steps[-1].state_at(steps[-1].end_time)
+    t = steps[-1].end_time
+    *_, (_, exact, change) = motion_of(config, t / 8, 8)
+    assert change < 1e-25
+    assert outside(exact, middle, distance) == [0.0] * len(exact)
+    assert np.all(np.abs(in_frame(exact, steps[-1].step.end)) <= steps[-1].step.end.radius)
+
+
+def in_frame(exact, states):
+    """Return the place of an exact state in the frame of a set."""
+    with ctx.workprec(220):
+        apart = [float(e - c) for e, c in zip(exact, states.centre, strict=True)]
+    return np.linalg.solve(states.frame, np.array(apart))
+
+
+@pytest.mark.parametrize(("size", "reached"), [(1e-7, 0.3), (1e-12, 0.999)])
 @pytest.mark.parametrize("variant", ["permanent", "visco-elastic"])
-def test_every_start_of_a_set_stays_in_it(variant):
-    """The corners of a set go through its step; the set is so large that its curvature counts."""
+def test_every_start_of_a_set_stays_in_it(variant, size, reached):
+    """For each axis of the set at the end, the two corners that reach farthest along it.
+
+    In the large set the curvature of the motion counts. In the small one the bounds are so close
+    that a part of them that is missing would be seen.
+    """
     config = config_of(variant, 4)
     with ctx.workprec(PRECISION):
         system, start, scale = enclosure(config)
         n = len(scale)
-        start = StateSet(start.centre, start.frame, np.full(n, 2e-8))
-        step = step_from(system.rates, start, scale, 0.01)
+        start = StateSet(start.centre, start.frame, np.full(n, size))
+        step = step_from(system.rates, start, scale, 0.004)
     assert step is not None
-    rng = np.random.default_rng(5)
-    corners = rng.choice([-1.0, 1.0], size=(6, n))
     with ctx.workprec(220):
         exact_system = system_of(config, exact_decimals)
-    largest = 0.0
-    for corner in corners:
-        with ctx.workprec(220):
-            shift = (start.frame @ (corner * start.radius)).tolist()
-            y = middles([c + x for c, x in zip(start.centre, shift, strict=True)])
-            end = state_after(exact_system, y, step.h)
-            from_centre = np.array(
-                [float(e - c) for e, c in zip(end, step.end.centre, strict=True)]
-            )
-        in_frame = np.linalg.solve(step.end.frame, from_centre)
-        assert np.all(np.abs(in_frame) <= step.end.radius * (1 + 1e-13))
-        assert np.all(np.abs(from_centre) <= step.end.spread)
-        largest = max(largest, float(np.max(np.abs(in_frame) / step.end.radius)))
-    assert largest > 0.3, "the set at the end is far too wide"
+    ends = {}
+    for axis in range(n):
+        for sign in (-1.0, 1.0):
+            corner = sign * np.sign(moved_frame(config, start, step)[axis])
+            with ctx.workprec(220):
+                shift = (start.frame @ (corner * start.radius)).tolist()
+                y = middles([c + x for c, x in zip(start.centre, shift, strict=True)])
+            end = in_frame(state_after(exact_system, y, step.h), step.end)
+            # The comparison is in doubles, with errors far below the smallest part of the bound.
+            assert np.all(np.abs(end) <= step.end.radius * (1 + 1e-13))
+            ends[axis, sign] = abs(end[axis]) / step.end.radius[axis]
+    assert min(ends.values()) > reached
+
+
+def moved_frame(config, start, step):
+    """Return Q1⁻¹ M Q0 by finite differences, M the Jacobian of the flow over the step."""
+    doubles, n = problem_of(config).system, len(start.radius)
+    centre = np.array([float(x) for x in start.centre])
+    columns = []
+    for column in start.frame.T:
+        ends = [
+            solve_ivp(
+                lambda _, y: doubles.rates(y),
+                (0, step.h),
+                centre + 1e-4 * sign * column,
+                rtol=1e-11,
+                atol=1e-11,
+                method="DOP853",
+            ).y[:, -1]
+            for sign in (-1, 1)
+        ]
+        columns.append((ends[1] - ends[0]) / 2e-4)
+    assert len(columns) == n
+    return np.linalg.solve(step.end.frame, np.array(columns).T)
+
+
+def test_the_bounds_of_a_step_satisfy_their_inequality():
+    rng = np.random.default_rng(11)
+    n, found = 4, 0
+    for size in (0.1, 0.3, 0.5, 0.9):
+        linear = LinearBounds(
+            residual=1e-2 * rng.uniform(0, size, (n, n)),
+            backward=np.eye(n) + rng.uniform(0, size, (n, n)),
+            forward=np.eye(n) + rng.uniform(0, size, (n, n)),
+            mismatch=rng.uniform(0, 0.4 * size, (n, n)),
+        )
+        radius, hd = rng.uniform(0, 1e-9, n), rng.uniform(0, 1e-9, n)
+        hM, margin = rng.uniform(0, 5, (n, n)), rng.uniform(1e-4, 1e-3, n)
+        bounds = step_module._error_bounds(linear, radius, hd, hM, margin)
+        if bounds is None:
+            continue
+        found += 1
+        b, W = bounds.distance, bounds.in_frame
+        G = hM * np.max(b / margin)
+        assert np.all(radius + linear.residual @ b + linear.backward @ (G @ b + hd) <= W)
+        assert np.all(linear.forward @ W + linear.mismatch @ b < b)
+    assert found > 1
+    hopeless = replace(linear, mismatch=2 * np.eye(n))
+    assert step_module._error_bounds(hopeless, radius, hd, hM, margin) is None
+
+
+def test_a_step_that_is_shortened_keeps_its_disc():
+    """The bounds are those of the disc of the longer step."""
+    config = config_of("visco-elastic", 12)
+    with ctx.workprec(PRECISION):
+        system, start, scale = enclosure(config)
+        p = polynomial(system.rates, start.centre, 6)
+        h = 2.0**-6
+        bounds = disc_bounds(system.rates, p, h, step_module.RATIO, 1e-4 * scale)
+        flow, ratio = step_module._flow(system.rates, p, h, bounds, scale)
+    assert flow.h < h
+    assert ratio * flow.h <= step_module.RATIO * h
+    assert ratio * flow.h == pytest.approx(step_module.RATIO * h)
 
 
 def test_the_energy_of_a_set():
@@ -142,6 +234,14 @@ def test_the_energy_of_a_set():
     assert low < min(energies)
     assert max(energies) < high
     assert max(energies) - min(energies) > 0.1 * (high - low)
+    # The corners along the gradient: there the curvature adds to the slope.
+    gradient = jacobian(lambda y: doubles.observe(y).energy.sum(), centre)
+    corner = np.sign(gradient @ wide.frame)
+    edge = 1e-3 * wide.frame @ corner
+    farthest = [doubles.observe(centre + x * edge).energy.sum() for x in (-1, 1)]
+    assert low <= min(farthest)
+    assert max(farthest) <= high
+    assert max(farthest) - doubles.observe(centre).energy.sum() > 0.9 * (high - low) / 2
     assert exact[0] <= doubles.observe(centre).energy.sum() * (1 + 1e-14)
     assert exact[1] - exact[0] < 1e-10
 

@@ -76,6 +76,20 @@ def test_the_terms_that_are_left_out_count():
     assert np.any(computed < seen)
 
 
+def test_terms_that_cancel_at_the_end_of_a_step_count():
+    """ẋ = t² - t³/h ends with the same slope as it begins, but p has the slope 0 in between."""
+
+    def cancelling(y):
+        t, _ = y
+        out = np.empty(2, dtype=object)
+        out[0], out[1] = 0.0 * t + 1.0, t * t - t * t * t * (1.0 / H)
+        return out
+
+    p = polynomial(cancelling, [arb(0), arb(0)], 2)
+    bounds = disc_bounds(cancelling, p, H, 8.0, MARGIN)
+    assert defect(cancelling, p, H, 8.0, bounds)[1] >= 4 / 27 * H**2
+
+
 @pytest.mark.parametrize("terms", [1, 2, 5])
 def test_the_jacobian_along_the_polynomial(terms):
     p = p_of(6)
@@ -99,6 +113,20 @@ def test_the_bounds_hold_for_complex_times_and_states():
         assert np.all(np.abs(field(y)) <= bounds.rates)
         assert np.all(np.abs(jacobian(y)) <= bounds.jacobian)
     assert bounds.finite
+
+
+def test_the_bounds_are_larger_off_the_real_axis():
+    """sin is at most 1 for real numbers only."""
+
+    def waves(y):
+        out = np.empty(2, dtype=object)
+        out[0], out[1] = 0.0 * y[0] + 1.0, (8.0 * y[0]).sin()
+        return out
+
+    p = polynomial(waves, [arb(0), arb(0)], 3)
+    bounds = disc_bounds(waves, p, H, RATIO, MARGIN)
+    assert bounds.rates[1] >= np.sinh(8 * RATIO * H)
+    assert bounds.jacobian[1, 0] >= 8 * np.cosh(8 * RATIO * H)
 
 
 def test_a_disc_that_reaches_a_pole_has_no_bounds():

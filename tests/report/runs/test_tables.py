@@ -283,6 +283,7 @@ def test_printed_and_computed_values(tmp_path):
         "(-4, 3, 6)",
         "(-5, 2, 4)",
         "(-1, -1, -2)",
+        "-",
     ]
 
 

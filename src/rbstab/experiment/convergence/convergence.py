@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any
 
 METHOD_VERSION = 1
@@ -13,6 +14,19 @@ ATTRIBUTE = "convergence"
 """The attribute of a result that holds one of the three words; others begin with its name."""
 
 Attributes = dict[str, str | int | float]
+
+
+class Enclose(IntEnum):
+    """How far the exact motion is to be enclosed. A larger number includes all smaller ones."""
+
+    NOTHING = 0
+    """Only its start is compared with the certified regions."""
+
+    UNTIL_PROVED = 1
+    """Until its convergence is proved."""
+
+    TO_END = 2
+    """Until its convergence is proved, and to the end of the run."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +43,7 @@ class Convergence:
         why: Why nothing is proved, and what would decide; else empty.
         steps: The number of steps of the enclosure.
         seconds: The time that the enclosure took, s.
-        followed: Whether the exact motion was followed, not only its start.
+        enclosed: How far the exact motion was to be enclosed.
     """
 
     proved: bool | None
@@ -40,7 +54,7 @@ class Convergence:
     why: str = ""
     steps: int = 0
     seconds: float = 0.0
-    followed: bool = False
+    enclosed: Enclose = Enclose.NOTHING
 
     @property
     def word(self) -> str:
@@ -87,9 +101,10 @@ def convergence_attributes(found: Convergence) -> Attributes:
         "energy_high": high,
         "bound": found.bound,
         "reason": found.why or None,
-        "steps": found.steps if found.followed else None,
-        "wall_time": found.seconds if found.followed else None,
-        "method": METHOD_VERSION if found.followed else None,
+        "steps": found.steps if found.enclosed else None,
+        "wall_time": found.seconds if found.enclosed else None,
+        "method": METHOD_VERSION if found.enclosed else None,
+        "enclosed": int(found.enclosed) if found.enclosed else None,
     }
     known = {f"{ATTRIBUTE}_{name}": value for name, value in entries.items() if value is not None}
     return {ATTRIBUTE: found.word, **known}
@@ -112,6 +127,7 @@ def stored_convergence(attributes: Mapping[str, Any]) -> Convergence | None:
     word = str(attributes[ATTRIBUTE])
     if word not in proved:
         raise ValueError(f"{ATTRIBUTE} is {word!r}")
+    is_current = entry("method", int) == METHOD_VERSION
     low, high = entry("energy_low", float), entry("energy_high", float)
     return Convergence(
         proved=proved[word],
@@ -122,5 +138,5 @@ def stored_convergence(attributes: Mapping[str, Any]) -> Convergence | None:
         why=entry("reason", str) or "",
         steps=entry("steps", int) or 0,
         seconds=entry("wall_time", float) or 0.0,
-        followed=entry("method", int) == METHOD_VERSION,
+        enclosed=Enclose((entry("enclosed", int) or 0) if is_current else 0),
     )

@@ -27,7 +27,7 @@ from rbstab.analysis.motion_proof.step import StateSet
 from rbstab.config.build import start_of, system_of
 from rbstab.config.schema import Config
 from rbstab.elements.sliding import SlidingConnector
-from rbstab.experiment.convergence.convergence import Convergence
+from rbstab.experiment.convergence.convergence import Convergence, Enclose
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
 from rbstab.experiment.proof import Proof, reached_state
 from rbstab.integrate.problem import Problem
@@ -88,7 +88,7 @@ def convergence_at_start(config: Config, problem: Problem, proof: Proof | None) 
 
 
 def prove_convergence(
-    config: Config, problem: Problem, proof: Proof, *, to_end: bool = False
+    config: Config, problem: Problem, proof: Proof, enclose: Enclose = Enclose.UNTIL_PROVED
 ) -> MotionProof:
     """Enclose the exact motion of a config until it is where convergence is proved.
 
@@ -96,20 +96,20 @@ def prove_convergence(
         config: The config. Its numbers are taken as exact decimals.
         problem: Its problem.
         proof: The proof of its rest states and of their regions.
-        to_end: Whether to enclose the motion up to the last sample, whatever is proved before.
+        enclose: How far to enclose it: until that is proved, or also to the last sample.
     """
     from flint import ctx
 
     begin = time.perf_counter()
-    refused = _refused(problem, proof)
+    refused, to_end = _refused(problem, proof), enclose is Enclose.TO_END
     if refused is not None and (not to_end or problem.switching is not None):
-        return MotionProof(replace(refused, followed=True), None)
+        return MotionProof(replace(refused, enclosed=enclose), None)
     with ctx.workprec(PRECISION):
         start = _exact_start(config, problem)
         last = float(problem.times[-1]) if to_end else 0.0
         found, samples, steps = _followed(start, problem.times, last, proof, refused)
     seconds = time.perf_counter() - begin
-    convergence = replace(found, steps=steps, seconds=seconds, followed=True)
+    convergence = replace(found, steps=steps, seconds=seconds, enclosed=enclose)
     return MotionProof(convergence, _enclosed_samples(start.system, samples))
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from rbstab.experiment.summary import ReferenceValue
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
-from rbstab.report.model.words import listed, number, untrusted, vector
+from rbstab.report.model.words import NO_VALUE, listed, number, untrusted, vector
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.tables import CENTIMETRES
 
@@ -15,6 +15,13 @@ HEADS = (
     Head("printed"),
     Head("computed"),
     Head("computed - printed"),
+    Head("exact motion"),
+)
+
+NOTE = (
+    "A printed number stands for all numbers that round to its digits. It does not follow if the "
+    "exact motion of this config, with its numbers as they are written, ends outside of them. "
+    "The column is empty if the motion was not enclosed to its end (rbstab run --prove --to-end)."
 )
 
 
@@ -28,7 +35,7 @@ def reference_section(facts: Sequence[RunFacts]) -> Section | None:
         return None
     if rows:
         blocks += _stopped(facts)
-        blocks.append(Table("reference", "Printed and computed values", HEADS, rows))
+        blocks.append(Table("reference", "Printed and computed values", HEADS, rows, NOTE))
     return Section("source", "Comparison with the source", tuple(blocks))
 
 
@@ -64,4 +71,13 @@ def _row(label: str, comparison: ReferenceValue) -> tuple[Cell, ...]:
         Cell(label),
         Cell(f"{comparison.name.replace('_', ' ')} [{unit}]"),
         *(Cell(vector(values)) for values in (printed, computed, differences)),
+        _exact(comparison),
     )
+
+
+def _exact(comparison: ReferenceValue) -> Cell:
+    if comparison.exact is None:
+        return Cell(NO_VALUE)
+    if comparison.disproved:
+        return Cell("the printed value does not follow, proved", tone="bad")
+    return Cell("the printed value is possible")

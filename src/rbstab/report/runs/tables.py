@@ -38,8 +38,8 @@ NOTE = (
     "divided by v(0), or by a ten thousandth of the largest energy if that is larger. Peak E1, E2 "
     "and E3 are the displacements of the contact point farthest from zero, by axis. A run has "
     f"settled when v stays below {SETTLED_FRACTION:g} v(0). Rest states are those in the "
-    "range of the Euler angles. The verdict speaks of the computed motion, and converges of the exact "
-    "one: proved, false, or not decided. Convergence is proved in the certified region. "
+    "range of the Euler angles. The verdict speaks of the computed motion, and converges of the "
+    "exact one: proved, false, or not decided. Convergence is proved in the certified region. "
     "The last two columns need a proof stored beside the result; run rbstab stability to make one."
 )
 

@@ -85,13 +85,31 @@ def test_a_config_keeps_its_meaning(name):
 
 @pytest.mark.parametrize("name", ["permanent_certified", "visco_elastic_proved"])
 def test_a_run_is_taken_as_it_stands(results, tmp_path, name):
-    """`rbstab run --prove` of the same config finds the run and its proof and writes nothing."""
+    """`rbstab run` of the same config finds the run and writes nothing."""
     shown = call("show", "--config", results / f"{name}.h5")
     (tmp_path / f"{name}.yaml").write_text(shown.stdout)
     before = bytes_below(results)
-    done = call("run", tmp_path / f"{name}.yaml", "--prove", "-o", results)
+    done = call("run", tmp_path / f"{name}.yaml", "-o", results)
     assert done.exit_code == 0, done.output
     assert bytes_below(results) == before
+
+
+@pytest.mark.parametrize("name", ["permanent_certified", "visco_elastic_proved"])
+def test_a_run_learns_what_is_proved_of_its_motion(results, tmp_path, name):
+    """`rbstab run --prove` adds it to the run; the old proof and the other runs stay."""
+    shown = call("show", "--config", results / f"{name}.h5")
+    (tmp_path / f"{name}.yaml").write_text(shown.stdout)
+    before, stored = bytes_below(results), rbstab.open_result(results / f"{name}.h5")
+    done = call("run", tmp_path / f"{name}.yaml", "--prove", "-o", results)
+    assert done.exit_code == 0, done.output
+    after, again = bytes_below(results), rbstab.open_result(results / f"{name}.h5")
+    assert {key: after[key] for key in before if key != f"{name}.h5"} == {
+        key: content for key, content in before.items() if key != f"{name}.h5"
+    }
+    assert again.attributes["convergence"] == "proved"
+    assert set(stored.variables) <= set(again.variables)
+    scale = np.abs(stored["orientation"]).max() or 1.0
+    assert np.abs(again["orientation"] - stored["orientation"]).max() < 1e-8 * scale
 
 
 @pytest.mark.parametrize("sweep", ["finished_map", "finished_variants"], indirect=True)

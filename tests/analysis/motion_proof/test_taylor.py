@@ -86,8 +86,8 @@ def test_terms_that_cancel_at_the_end_of_a_step_count():
         return out
 
     p = polynomial(cancelling, [arb(0), arb(0)], 2)
-    bounds = disc_bounds(cancelling, p, H, 8.0, MARGIN)
-    assert defect(cancelling, p, H, 8.0, bounds)[1] >= 4 / 27 * H**2
+    bounds = disc_bounds(cancelling, p, H, 64.0, MARGIN)
+    assert defect(cancelling, p, H, 64.0, bounds)[1] >= 4 / 27 * H**2
 
 
 @pytest.mark.parametrize("terms", [1, 2, 5])

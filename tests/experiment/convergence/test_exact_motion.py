@@ -1,0 +1,177 @@
+"""What is proved of the exact motions of configs, and how it is stored with their runs."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from support.paper_runs import paper_config
+
+import rbstab
+from rbstab.config.build import problem_of
+from rbstab.experiment.convergence import exact_motion
+from rbstab.experiment.convergence.convergence import (
+    Convergence,
+    Enclose,
+    convergence_attributes,
+    stored_convergence,
+)
+from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
+from rbstab.experiment.proof import prove
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+
+PAPER = {
+    "case1_permanent": 0.3604,
+    "case2_visco_elastic": 0.1731,
+    "case3_embedded": 0.1804,
+}
+"""The paper's starts, and the time, s, at which an independent trial of another method found the
+motion to be in its region. Steps end a little later."""
+
+
+def proved(config, enclose=Enclose.UNTIL_PROVED):
+    problem = problem_of(config)
+    return prove_convergence(config, problem, prove(config, problem), enclose)
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_the_motions_of_the_paper_converge(name):
+    config = rbstab.load_config(CONFIGS / "paper" / f"{name}.yaml")
+    found, samples = proved(config)
+    assert found.proved is True
+    assert found.rest_state == 1
+    assert -1e-3 < found.time - PAPER[name] < 0.01
+    low, high = found.energy
+    assert low < high < low + 1e-10
+    assert high < found.bound
+    # The energy of a computed motion at that time is inside the bounds.
+    system = problem_of(config).system
+    start = problem_of(config).start
+    end = solve_ivp(
+        lambda _, y: system.rates(y),
+        (0, found.time),
+        start,
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-13,
+    ).y[:, -1]
+    rest = prove(config).states[0].energy
+    assert system.observe(end).energy.sum() - rest == pytest.approx((low + high) / 2, abs=1e-6)
+    assert samples.times[-1] <= found.time
+    widths = [(samples.high[key] - samples.low[key]).max() for key in samples.low]
+    assert max(widths) < 1e-12
+
+
+def test_a_start_inside_needs_no_step():
+    config = rbstab.load_config(paper_config("free", initial={"angular_velocity": [1, 0, 0]}))
+    found, samples = proved(config)
+    assert (found.proved, found.time, found.steps) == (True, 0.0, 0)
+    assert samples.times.tolist() == [0.0]
+    at_start = convergence_at_start(config, problem_of(config), prove(config))
+    assert (at_start.proved, at_start.energy) == (True, found.energy)
+    assert at_start.enclosed is Enclose.NOTHING
+
+
+def test_a_start_outside_is_not_decided_without_following_it():
+    config = rbstab.load_config(paper_config("permanent"))
+    found = convergence_at_start(config, problem_of(config), prove(config))
+    assert found.proved is None
+    assert "--prove" in found.why
+
+
+@pytest.mark.parametrize("coordinates", ["manifold", "reduced"])
+def test_a_held_body_is_followed_in_its_six_states(coordinates):
+    config = rbstab.load_config(
+        paper_config("permanent", duration=0.5, samples=11, coordinates=coordinates)
+    )
+    result = rbstab.simulate(config, proof=prove(config), enclose=Enclose.TO_END)
+    assert result.attributes["convergence"] == "proved"
+    assert result["enclosure/time"].tolist() == result["time"].tolist()
+    low, high = result["enclosure/orientation_low"], result["enclosure/orientation_high"]
+    assert np.all(low <= result["orientation"] + 1e-9)
+    assert np.all(result["orientation"] - 1e-9 <= high)
+    assert "enclosure/position_low" not in result
+
+
+def test_a_wrong_computed_motion_is_found():
+    config = rbstab.load_config(paper_config("permanent", duration=0.05, samples=6))
+    given, proof = problem_of(config), prove(config)
+    motion = prove_convergence(config, given, proof, Enclose.TO_END)
+    result = rbstab.simulate(config)
+    right = exact_motion.EnclosedSamples(*motion.samples)
+    check = rbstab_check(right, result)
+    assert check.verdict == "consistent"
+    assert check.value < 1e-11
+    variables = dict(result.variables)
+    wrong = variables["angular_velocity"].data.copy()
+    wrong[3, 1] *= 1 + 1e-6
+    variables["angular_velocity"] = variables["angular_velocity"]._replace(data=wrong)
+    check = rbstab_check(right, type(result)(variables, result.attributes, result.config))
+    assert check.verdict == "violated"
+    assert check.time == result["time"][3]
+    size = np.abs(result["angular_velocity"]).max()
+    expected = 1e-6 * abs(result["angular_velocity"][3, 1]) / size
+    assert check.value == pytest.approx(expected, rel=1e-3)
+
+
+def rbstab_check(samples, result):
+    from rbstab.experiment.convergence.enclosed_samples import computed_motion_check
+
+    return computed_motion_check(samples, result.variables, 1e-8)
+
+
+def test_a_sliding_connector_is_refused_with_the_reason():
+    data = paper_config("free", controller={"variant": "sliding", "K_s": [2000.0] * 3})
+    config = rbstab.load_config(data)
+    found, samples = proved(config, Enclose.TO_END)
+    assert (found.proved, samples) == (None, None)
+    assert "sliding" in found.why
+
+
+def test_the_limit_of_steps_is_named(monkeypatch):
+    monkeypatch.setattr(exact_motion, "MAX_STEPS", 5)
+    config = rbstab.load_config(paper_config("permanent"))
+    found, samples = proved(config)
+    assert (found.proved, found.steps) == (None, 5)
+    assert "after 5 steps" in found.why
+    assert samples.times[-1] > 0
+
+
+def test_a_motion_that_cannot_be_followed_is_not_decided():
+    initial = {"orientation": [0, 1.55, 0], "angular_velocity": [0, 300, 0]}
+    config = rbstab.load_config(paper_config("permanent", initial=initial))
+    found, _ = proved(config)
+    assert found.proved is None
+    assert "the enclosure ends at t =" in found.why
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        Convergence(None, why="no proof"),
+        Convergence(False, why="there is none"),
+        Convergence(True, 2, 0.0, (1.0, 1.5), 2.0),
+        Convergence(True, 1, 0.3, (1.0, 1.5), 2.0, "", 42, 1.25, Enclose.UNTIL_PROVED),
+        Convergence(None, why="too slow", steps=3, seconds=0.5, enclosed=Enclose.TO_END),
+    ],
+)
+def test_what_is_stored_is_read_again(given):
+    again = stored_convergence(convergence_attributes(given))
+    assert again is not None
+    assert vars(again) == vars(given)
+    assert again.sentence == given.sentence
+
+
+def test_older_results_and_wrong_words():
+    assert stored_convergence({"verdict": "certified"}) is None
+    with pytest.raises(ValueError, match="convergence is 'perhaps'"):
+        stored_convergence({"convergence": "perhaps"})
+
+
+def test_the_sentence_says_what_is_proved():
+    found = Convergence(True, 1, 0.3604, (915.68, 915.680002), 1020.41, "", 42, 1.8)
+    assert found.sentence == (
+        "converges to rest state 1: proved; it is inside the certified region from t = 0.3604 s "
+        "(v = 915.68 ± 1e-06 J < 1020.41 J), 42 steps, 1.8 s"
+    )

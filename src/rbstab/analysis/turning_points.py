@@ -13,7 +13,7 @@ NODES = 4
 ROOT_STEPS = 6
 """Steps to find where the rate of an interpolant is zero."""
 
-CONVERGING = 0.5
+CONVERGING = 0.25
 """The motion is resolved if degree 5 has at most this times the error of degree 3."""
 
 UNRESOLVED = 10.0

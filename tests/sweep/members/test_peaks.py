@@ -2,10 +2,14 @@
 
 import numpy as np
 import pytest
-from support.configs import paper_config
+from support.paper_runs import paper_config
 
-from rbstab.analysis.peak_search import Samples, find_peaks
+from rbstab.analysis.peaks import peaks_at_samples
+from rbstab.config.build import problem_of
+from rbstab.integrate.heyoka.ensemble import Ensemble
+from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.sweep.members.ensemble import ensemble_engine
+from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 
@@ -15,60 +19,122 @@ MASS, STIFFNESS, DAMPING, SPEED = 5.0, 6.0e4, 40.0, 3.0
 ENGINES = {"heyoka": ensemble_engine, "scipy": SingleRuns}
 
 
-def translating(samples, engine):
-    """Return a plan of bodies that oscillate along the first axis in the stabilizer alone."""
-    controller = {
-        "variant": "free",
-        "K_t": [STIFFNESS] * 3,
-        "L_t": [DAMPING] * 3,
-        "K_r": [400.0] * 3,
-        "L_r": [60.0] * 3,
-    }
-    base = paper_config(
-        "free",
-        False,
-        controller=controller,
-        body={"mass": MASS},
-        initial={
-            "orientation": [0, 0, 0],
-            "angular_velocity": [0, 0, 0],
-            "position": [0, 0, 0],
-            "velocity": [SPEED, 0, 0],
-        },
-        duration=0.5,
-        samples=samples,
-        engine=engine,
-    )
-    return load_plan({"base": base, "vary": {"initial.velocity[0]": {"values": [SPEED, -1.0]}}})
-
-
 def columns(plan, engine):
     return ENGINES[engine](plan).compute(0, plan.members).outcome
+
+
+def translating(samples, engine):
+    """Return a plan of bodies that oscillate along the first axis in the stabilizer alone."""
+    gains = {"K_t": [STIFFNESS] * 3, "L_t": [DAMPING] * 3}
+    spin = {"angular_velocity": [0, 0, 0]}
+    settings = {"duration": 0.5, "samples": samples, "engine": engine}
+    base = paper_config("free", controller=gains, initial=spin, **settings)
+    base["body"]["mass"] = MASS
+    return load_plan({"base": base, "vary": {"initial.velocity[0]": {"values": [SPEED, -1.0]}}})
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("samples", [3, 11, 21, 51, 201])
 def test_a_translation_has_the_peak_of_its_closed_form(samples, engine):
-    """x = V/w e^(-dt) sin wt has its peak where tan wt = w/d."""
+    """The peak of x = V/w e^(-dt) sin wt is where tan wt = w/d."""
     d = DAMPING / (2 * MASS)
     w = np.sqrt(STIFFNESS / MASS - d**2)
     time = np.arctan2(w, d) / w
     peak = np.exp(-d * time) * np.sin(w * time) / w
     found = columns(translating(samples, engine), engine)
     for member, speed in enumerate((SPEED, -1.0)):
-        assert found["peak_contact_displacement"][member, 0] == pytest.approx(
-            speed * peak, rel=1e-6
-        )
+        peaks = found["peak_contact_displacement"][member]
+        assert peaks == pytest.approx([speed * peak, 0.0, 0.0], rel=1e-6, abs=1e-9)
         assert found["peak_time"][member, 0] == pytest.approx(time, abs=1e-3 / w)
         assert found["peak_contact_displacement_error"][member] <= 1e-6 * abs(speed * peak)
-    assert (found["peak_orientation"] < 1e-12).all()
+    assert (found["peak_orientation"] < 1e-9).all()
 
 
-def spinning(samples, engine, duration=2.0):
-    """Return a plan of free bodies with fast random spins."""
-    base = paper_config(
-        "free", True, initial={}, duration=duration, samples=samples, engine=engine, rtol=1e-12
-    )
+def random_spins(samples, engine="heyoka", members=16):
+    """Return a plan of bodies with fast random spins on stiff connectors."""
+    gains = {"K_c": [3e5, 2e5, 2e5]}
+    base = paper_config("visco-elastic", True, controller=gains, samples=samples, engine=engine)
     keys = [f"initial.angular_velocity[{axis}]" for axis in range(3)]
-    vary = dict.fromkeys(keys, {"uniform": [-12, 12]})
-    return load_plan({"base": base, "vary": vary, "design": "random", "members": 16, "seed": 3})
+    drawn = {"design": "random", "members": members, "seed": 5}
+    return load_plan({"base": base, "vary": dict.fromkeys(keys, {"uniform": [-15, 15]}), **drawn})
+
+
+@pytest.fixture(scope="module")
+def dense_peaks():
+    """The peaks of E and |Θ| of `random_spins` from 20,001 samples, and whether each completed."""
+    plan = random_spins(2)
+    problems = [problem_of(plan.config_of(member)) for member in range(plan.members)]
+    times = np.linspace(0.0, 2.0, 20_001)
+    ensemble = Ensemble(problems[0].system, 1e-14, times)
+    parameters = np.array([parameter_values(problem.system) for problem in problems]).T
+    starts = np.array([problem.start for problem in problems]).T
+    trajectories = ensemble.run(parameters, starts)
+    observed = ensemble.observe(parameters, trajectories)
+    E, _ = peaks_at_samples(times, observed.E, observed.F)
+    Theta, _ = peaks_at_samples(times, trajectories.states[:3], observed.Theta_rate)
+    return E.T, np.abs(Theta).T
+
+
+@pytest.mark.parametrize(
+    ("samples", "engine"),
+    [(11, "heyoka"), (21, "heyoka"), (51, "heyoka"), (201, "heyoka"), (401, "heyoka")]
+    + [(11, "scipy"), (201, "scipy")],
+)
+def test_any_number_of_samples_gives_the_peaks_of_many(samples, engine, dense_peaks):
+    E, Theta = dense_peaks
+    found = columns(random_spins(samples, engine), engine)
+    completed = found["status"] == STATUSES.index("completed")
+    assert completed.sum() > 10
+    for name, peaks in (("contact_displacement", E), ("orientation", Theta)):
+        values, error = found[f"peak_{name}"], found[f"peak_{name}_error"]
+        allowed = np.maximum(2e-6 * np.abs(peaks), 2e-9)
+        assert (np.abs(values - peaks) <= allowed)[completed].all(), name
+        largest = np.abs(peaks).max(axis=1)
+        assert (error <= np.maximum(1e-6 * largest, 1e-9))[completed].all(), name
+    regularity = np.cos(np.minimum(Theta[:, 1], np.pi / 2))
+    assert found["smallest_regularity"][completed] == pytest.approx(regularity[completed], abs=1e-5)
+
+
+def test_more_samples_do_not_change_a_trajectory():
+    plan = random_spins(201)
+    coarse, fine = columns(plan, "heyoka"), columns(random_spins(801), "heyoka")
+    for name in ("final_orientation", "final_position", "lyapunov_end", "steps"):
+        assert coarse[name].tobytes() == fine[name].tobytes(), name
+
+
+def test_peaks_that_the_cubics_show_keep_their_bits():
+    """A slow motion with many samples: the peaks are those of the cubics, bit for bit."""
+    base = paper_config(
+        "free", samples=801, engine="heyoka", initial={"angular_velocity": [1, 1, 0]}
+    )
+    plan = load_plan({"base": base, "vary": {"body.mass": {"values": [40.0, 41.0]}}})
+    found = columns(plan, "heyoka")
+    for member in range(2):
+        problem = problem_of(plan.config_of(member))
+        ensemble = Ensemble(problem.system, problem.rtol, problem.times)
+        parameters, starts = parameter_values(problem.system)[:, None], problem.start[:, None]
+        trajectories = ensemble.run(parameters, starts)
+        observed = ensemble.observe(parameters, trajectories)
+        peak, time = peaks_at_samples(problem.times, observed.E[:, 0], observed.F[:, 0])
+        assert found["peak_contact_displacement"][member] == pytest.approx(peak, rel=1e-12)
+        assert found["peak_time"][member] == pytest.approx(time, rel=1e-9)
+
+
+def test_a_sliding_member_has_a_peak_with_an_error():
+    gains = {"K_s": [20000.0] * 3, "surface": {"slope": 20.0}}
+    found = []
+    for samples in (201, 801):
+        base = paper_config(
+            "free",
+            controller={"variant": "sliding", **gains},
+            duration=0.5,
+            samples=samples,
+            engine="heyoka",
+        )
+        plan = load_plan({"base": base, "vary": {"body.mass": {"values": [40.0, 41.0]}}})
+        found.append(columns(plan, "heyoka"))
+    coarse, fine = found
+    for name in ("contact_displacement", "orientation"):
+        a, b = (np.abs(one[f"peak_{name}"]) for one in found)
+        errors = coarse[f"peak_{name}_error"] + fine[f"peak_{name}_error"]
+        assert not (np.abs(a - b).max(axis=1) > errors + 1e-6 * b.max(axis=1)).any(), (a, b, errors)

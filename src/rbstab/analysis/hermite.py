@@ -18,6 +18,14 @@ class HermitePolynomials(NamedTuple):
     nodes: Array
     coefficients: Array
 
+    def values_at(self, t: Array) -> Array:
+        """Return the values at times of shape (p,)."""
+        value = self.coefficients[-1].copy()
+        for node, coefficient in zip(self.nodes[-2::-1], self.coefficients[-2::-1], strict=True):
+            value *= t - node
+            value += coefficient
+        return value
+
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Return the values, first and second derivatives at times of shape (p,)."""
         value = self.coefficients[-1].copy()
@@ -42,9 +50,9 @@ def hermite_polynomials(times: Array, values: Array, rates: Array) -> HermitePol
     # The difference over a repeated node is the rate.
     differences = np.empty_like(repeated[1:])
     differences[::2] = rates
-    differences[1::2] = np.diff(values, axis=0) / np.diff(times, axis=0)
+    differences[1::2] = (values[1:] - values[:-1]) / (times[1:] - times[:-1])
     coefficients = [repeated[0], differences[0]]
     for order in range(2, len(nodes)):
-        differences = np.diff(differences, axis=0) / (nodes[order:] - nodes[:-order])
+        differences = (differences[1:] - differences[:-1]) / (nodes[order:] - nodes[:-order])
         coefficients.append(differences[0])
     return HermitePolynomials(nodes, np.array(coefficients))

@@ -13,7 +13,7 @@ from rbstab.analysis.peaks import indices_of_largest, peaks_at_samples
 from rbstab.analysis.turning_points import turning_points
 from rbstab.mechanics.numbers import Array
 
-RELATIVE = 1e-6
+RELATIVE = 1e-5
 """The error of a peak is at most this times the peak, or `ABSOLUTE` if that is more."""
 
 ABSOLUTE = 1e-9

@@ -10,7 +10,7 @@ from rbstab.mechanics.numbers import Array
 NODES = 4
 """The samples through which a turning point is interpolated, with their rates (degree 7)."""
 
-ROOT_STEPS = 6
+ROOT_STEPS = 3
 """Steps to find where the rate of an interpolant is zero."""
 
 CONVERGING = 0.25
@@ -23,9 +23,13 @@ MIN_MIDDLE_RATE = 0.5
 """If the rate of a cubic in its middle is less than this times the mean of its ends, the signal may
 turn twice in the interval."""
 
-JUMP = 0.2
+JUMP = 0.5
 """If the rate changes in an interval by more than this times the peak per interval, the signal may
 turn twice in it."""
+
+
+ROWS_AT_ONCE = 32
+"""Signals whose changes are in memory at once: they stay in the cache of the processor."""
 
 
 class TurningPoints(NamedTuple):
@@ -62,37 +66,45 @@ def turning_points(
         indices: The sample of each signal that is farthest from zero, shape (rows,).
     """
     rising = rates > 0
-    row, interval = np.nonzero(rising[:, 1:] != rising[:, :-1])
     longest = np.diff(times).max(initial=0.0)
-    times = np.broadcast_to(times, values.shape)
-    in_reach = _reach(times, values, rates, row, interval) >= lowest[row]
+    row, interval = _pairs(np.flatnonzero(rising[:, 1:] != rising[:, :-1]), values.shape[1] - 1)
+    excess = _excess(values, rates, row, interval, longest)
+    in_reach = excess >= lowest[row]
     row, interval = row[in_reach], interval[in_reach]
+    times = np.broadcast_to(times, values.shape)
     found = TurningPoints(row, interval, *_interpolated(times, values, rates, row, interval))
-    keys = np.unique(
-        np.concatenate(
-            [
-                _beside_largest(times, values, rates, indices),
-                _where_rate_jumps(times, rates, lowest, longest),
-            ]
-        )
-    )
-    row, interval = np.divmod(keys, values.shape[1])
-    chosen = rising[row, interval] == rising[row, interval + 1]
-    chosen &= _reach(times, values, rates, row, interval) >= lowest[row]
-    row, interval = row[chosen], interval[chosen]
-    if not len(row):
-        return found
-    end = interval + (np.abs(values[row, interval + 1]) > np.abs(values[row, interval]))
+    beside = _beside_largest(times, values, rates, indices)
+    keys = np.unique(np.concatenate([beside, _where_rate_jumps(times, rates, lowest, longest)]))
+    row, interval = _pairs(keys, values.shape[1])
+    same_sign = rising[row, interval] == rising[row, interval + 1]
+    row, interval = row[same_sign], interval[same_sign]
+    ends = row, np.array([interval, interval + 1])
+    magnitudes = np.abs(values[ends])
+    in_reach = magnitudes.max(axis=0) + longest * np.abs(rates[ends]).max(axis=0) >= lowest[row]
+    end = interval + (magnitudes[1] > magnitudes[0])
     unknown = np.full(len(row), np.inf)
     hidden = TurningPoints(row, interval, times[row, end], values[row, end], unknown)
-    return TurningPoints(*(np.concatenate(pair) for pair in zip(found, hidden, strict=True)))
+    return TurningPoints(
+        *(np.concatenate([a, b[in_reach]]) for a, b in zip(found, hidden, strict=True))
+    )
 
 
-def _reach(times: Array, values: Array, rates: Array, row: Array, interval: Array) -> Array:
-    """Return how far from zero a signal may be in each interval."""
-    ends = row, np.array([interval, interval + 1])
-    h = times[row, interval + 1] - times[row, interval]
-    return np.asarray(np.abs(values[ends]).max(axis=0) + h * np.abs(rates[ends]).max(axis=0))
+def _pairs(keys: Array, count: int) -> tuple[Array, Array]:
+    """Return the quotients and remainders of keys."""
+    row = keys // count
+    return row, keys - row * count
+
+
+def _excess(values: Array, rates: Array, row: Array, interval: Array, longest: float) -> Array:
+    """Return how far from zero a signal may turn between samples where its rate changes sign.
+
+    The bound is the larger sample, plus three times the height of the intersection of the tangents.
+    """
+    key = row * values.shape[1] + interval
+    flat, flat_rates = values.reshape(-1), rates.reshape(-1)
+    up, down = np.abs(flat_rates[key]), np.abs(flat_rates[key + 1])
+    height = 3.0 * longest * up * down / (up + down)
+    return np.asarray(np.maximum(np.abs(flat[key]), np.abs(flat[key + 1])) + height)
 
 
 def _beside_largest(times: Array, values: Array, rates: Array, indices: Array) -> Array:
@@ -110,11 +122,16 @@ def _beside_largest(times: Array, values: Array, rates: Array, indices: Array) -
 
 def _where_rate_jumps(times: Array, rates: Array, lowest: Array, longest: float) -> Array:
     """Return the intervals in which the rate changes fast, as keys."""
-    change = np.diff(rates)
-    largest = np.maximum(change.max(axis=1), -change.min(axis=1))
+    largest = np.empty(len(rates))
+    for first in range(0, len(rates), ROWS_AT_ONCE):
+        block = slice(first, first + ROWS_AT_ONCE)
+        change = rates[block, 1:] - rates[block, :-1]
+        largest[block] = np.maximum(change.max(axis=1), -change.min(axis=1))
     suspect = np.flatnonzero(longest * largest > JUMP * lowest)
     h = np.diff(times[suspect])
-    row, interval = np.nonzero(h * np.abs(change[suspect]) > JUMP * lowest[suspect, np.newaxis])
+    row, interval = np.nonzero(
+        h * np.abs(np.diff(rates[suspect])) > JUMP * lowest[suspect, np.newaxis]
+    )
     return np.asarray(suspect[row] * rates.shape[1] + interval)
 
 
@@ -128,20 +145,21 @@ def _interpolated(
         chosen = row, np.clip(first, 0, count - nodes) + np.arange(nodes)[:, np.newaxis]
         return hermite_polynomials(times[chosen], values[chosen], rates[chosen])
 
-    begin, end = times[row, interval], times[row, interval + 1]
+    ends = row, np.array([interval, interval + 1])
+    begin, end = times[ends]
     cubic = through(interval, 2)
     if count < NODES:
-        t, value, _ = _turn(cubic, begin, end, rates[row, interval])
+        t, value, _ = _turn(cubic, begin, end, rates[ends])
         return t, value, np.full(len(t), np.inf)
     best = through(interval - 1, NODES)
     quintics = [through(first, NODES - 1) for first in (interval - 1, interval)]
-    t, value, remainder = _turn(best, begin, end, rates[row, interval])
-    error_of_cubic, error_of_quintic = np.zeros((2, len(t)))
-    for point in (t, (begin + end) / 2):
-        exact = best.at(point)[0]
-        error_of_cubic = np.maximum(error_of_cubic, np.abs(cubic.at(point)[0] - exact))
-        for quintic in quintics:
-            error_of_quintic = np.maximum(error_of_quintic, np.abs(quintic.at(point)[0] - exact))
+    t, value, remainder = _turn(best, begin, end, rates[ends])
+    # The interpolants differ most in the middle of the interval.
+    middle = (begin + end) / 2
+    exact = best.values_at(middle)
+    error_of_cubic = np.abs(cubic.values_at(middle) - exact)
+    errors = [np.abs(quintic.values_at(middle) - exact) for quintic in quintics]
+    error_of_quintic = np.maximum(*errors)
     # Of a resolved motion, degree 7 has a much smaller error than degree 5.
     error = np.where(
         error_of_quintic <= CONVERGING * error_of_cubic,
@@ -153,7 +171,7 @@ def _interpolated(
 
 
 def _turn(
-    polynomials: HermitePolynomials, begin: Array, end: Array, rate: Array
+    polynomials: HermitePolynomials, begin: Array, end: Array, rates: Array
 ) -> tuple[Array, Array, Array]:
     """Return where polynomials turn, their values there, and what the values may miss.
 
@@ -161,10 +179,10 @@ def _turn(
         polynomials: Their rates have different signs at both ends.
         begin: The first end, shape (p,), s.
         end: The second end, shape (p,), s.
-        rate: The rate at the first end, shape (p,).
+        rates: The rates at both ends, shape (2, p).
     """
-    low, high, rising = begin, end, rate > 0
-    t = (begin + end) / 2
+    low, high, rising = begin, end, rates[0] > 0
+    t = begin + (end - begin) * rates[0] / (rates[0] - rates[1])
     for _ in range(ROOT_STEPS):
         _, first, second = polynomials.at(t)
         is_before = (first > 0) == rising

@@ -44,10 +44,13 @@ def test_a_translation_has_the_peak_of_its_closed_form(samples, engine):
     found = columns(translating(samples, engine), engine)
     for member, speed in enumerate((SPEED, -1.0)):
         peaks = found["peak_contact_displacement"][member]
-        assert peaks == pytest.approx([speed * peak, 0.0, 0.0], rel=1e-6, abs=1e-9)
+        assert peaks == pytest.approx([speed * peak, 0.0, 0.0], rel=1e-5, abs=1e-9)
         assert found["peak_time"][member, 0] == pytest.approx(time, abs=1e-3 / w)
-        assert found["peak_contact_displacement_error"][member] <= 1e-6 * abs(speed * peak)
+        assert found["peak_contact_displacement_error"][member] <= 1e-5 * abs(speed * peak)
     assert (found["peak_orientation"] < 1e-9).all()
+
+
+SPIN = {"uniform": [-15, 15]}
 
 
 def random_spins(samples, engine="heyoka", members=16):
@@ -56,7 +59,7 @@ def random_spins(samples, engine="heyoka", members=16):
     base = paper_config("visco-elastic", True, controller=gains, samples=samples, engine=engine)
     keys = [f"initial.angular_velocity[{axis}]" for axis in range(3)]
     drawn = {"design": "random", "members": members, "seed": 5}
-    return load_plan({"base": base, "vary": dict.fromkeys(keys, {"uniform": [-15, 15]}), **drawn})
+    return load_plan({"base": base, "vary": dict.fromkeys(keys, SPIN), **drawn})
 
 
 @pytest.fixture(scope="module")
@@ -77,8 +80,10 @@ def dense_peaks():
 
 @pytest.mark.parametrize(
     ("samples", "engine"),
-    [(11, "heyoka"), (21, "heyoka"), (51, "heyoka"), (201, "heyoka"), (401, "heyoka")]
-    + [(11, "scipy"), (201, "scipy")],
+    [
+        *((samples, "heyoka") for samples in (11, 21, 51, 201, 401)),
+        *((samples, "scipy") for samples in (11, 201)),
+    ],
 )
 def test_any_number_of_samples_gives_the_peaks_of_many(samples, engine, dense_peaks):
     E, Theta = dense_peaks
@@ -87,10 +92,10 @@ def test_any_number_of_samples_gives_the_peaks_of_many(samples, engine, dense_pe
     assert completed.sum() > 10
     for name, peaks in (("contact_displacement", E), ("orientation", Theta)):
         values, error = found[f"peak_{name}"], found[f"peak_{name}_error"]
-        allowed = np.maximum(2e-6 * np.abs(peaks), 2e-9)
+        allowed = np.maximum(1e-5 * np.abs(peaks), 2e-9)
         assert (np.abs(values - peaks) <= allowed)[completed].all(), name
         largest = np.abs(peaks).max(axis=1)
-        assert (error <= np.maximum(1e-6 * largest, 1e-9))[completed].all(), name
+        assert (error <= np.maximum(1e-5 * largest, 1e-9))[completed].all(), name
     regularity = np.cos(np.minimum(Theta[:, 1], np.pi / 2))
     assert found["smallest_regularity"][completed] == pytest.approx(regularity[completed], abs=1e-5)
 
@@ -137,4 +142,4 @@ def test_a_sliding_member_has_a_peak_with_an_error():
     for name in ("contact_displacement", "orientation"):
         a, b = (np.abs(one[f"peak_{name}"]) for one in found)
         errors = coarse[f"peak_{name}_error"] + fine[f"peak_{name}_error"]
-        assert not (np.abs(a - b).max(axis=1) > errors + 1e-6 * b.max(axis=1)).any(), (a, b, errors)
+        assert not (np.abs(a - b).max(axis=1) > errors + 1e-5 * b.max(axis=1)).any(), (a, b, errors)

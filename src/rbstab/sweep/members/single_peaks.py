@@ -14,6 +14,9 @@ from rbstab.sweep.members.ensemble_peaks import MAX_SAMPLES, PARTS, refined, ref
 STEPS_PER_INTERVAL = {"heyoka": 1, "scipy": 8}
 """The most steps between two samples that show all turning points. A Taylor step is longer."""
 
+STEPS_OF_SLIDING = 2
+"""The same for Taylor steps of a sliding member: a step ends at each sample and at each switch."""
+
 SAME_END = 1e-6
 """If a motion that is integrated again from a sample misses the next sample by more than this times
 the state, it is another motion: the chatter of a sliding connector is not repeatable."""
@@ -44,7 +47,10 @@ class SinglePeaks:
         """
         tolerance = max(self.problem.rtol, RELATIVE)
         times, states = trajectory.times, trajectory.states
-        steps = np.array([trajectory.steps // STEPS_PER_INTERVAL[self.engine]])
+        steps_per_interval = STEPS_PER_INTERVAL[self.engine]
+        if self.problem.switching is not None:
+            steps_per_interval = max(steps_per_interval, STEPS_OF_SLIDING)
+        steps = np.array([trajectory.steps // steps_per_interval])
         parts = int(refinements(steps, len(times), MAX_SAMPLES)[0])
         cubics = peaks_of_cubics(given)
         is_unknown = parts > 1

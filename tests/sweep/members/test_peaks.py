@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from support.paper_runs import paper_config
 
+from rbstab.analysis.peak_search import Samples, find_peaks
 from rbstab.analysis.peaks import peaks_at_samples
 from rbstab.config.build import problem_of
 from rbstab.integrate.heyoka.ensemble import Ensemble
@@ -64,7 +65,7 @@ def random_spins(samples, engine="heyoka", members=16):
 
 @pytest.fixture(scope="module")
 def dense_peaks():
-    """The peaks of E and |Θ| of `random_spins` from 20,001 samples, and whether each completed."""
+    """The peaks of E and |Θ| of `random_spins` from 20,001 samples, and the times of those of E."""
     plan = random_spins(2)
     problems = [problem_of(plan.config_of(member)) for member in range(plan.members)]
     times = np.linspace(0.0, 2.0, 20_001)
@@ -73,9 +74,9 @@ def dense_peaks():
     starts = np.array([problem.start for problem in problems]).T
     trajectories = ensemble.run(parameters, starts)
     observed = ensemble.observe(parameters, trajectories)
-    E, _ = peaks_at_samples(times, observed.E, observed.F)
+    E, E_time = peaks_at_samples(times, observed.E, observed.F)
     Theta, _ = peaks_at_samples(times, trajectories.states[:3], observed.Theta_rate)
-    return E.T, np.abs(Theta).T
+    return E.T, np.abs(Theta).T, E_time.T
 
 
 @pytest.mark.parametrize(
@@ -86,7 +87,7 @@ def dense_peaks():
     ],
 )
 def test_any_number_of_samples_gives_the_peaks_of_many(samples, engine, dense_peaks):
-    E, Theta = dense_peaks
+    E, Theta, E_time = dense_peaks
     found = columns(random_spins(samples, engine), engine)
     completed = found["status"] == STATUSES.index("completed")
     assert completed.sum() > 10
@@ -96,6 +97,7 @@ def test_any_number_of_samples_gives_the_peaks_of_many(samples, engine, dense_pe
         assert (np.abs(values - peaks) <= allowed)[completed].all(), name
         largest = np.abs(peaks).max(axis=1)
         assert (error <= np.maximum(1e-5 * largest, 1e-9))[completed].all(), name
+    assert (np.abs(found["peak_time"] - E_time) < 1e-3)[completed].all()
     regularity = np.cos(np.minimum(Theta[:, 1], np.pi / 2))
     assert found["smallest_regularity"][completed] == pytest.approx(regularity[completed], abs=1e-5)
 
@@ -108,21 +110,14 @@ def test_more_samples_do_not_change_a_trajectory():
 
 
 def test_peaks_that_the_cubics_show_keep_their_bits():
-    """A slow motion with many samples: the peaks are those of the cubics, bit for bit."""
-    base = paper_config(
-        "free", samples=801, engine="heyoka", initial={"angular_velocity": [1, 1, 0]}
-    )
-    plan = load_plan({"base": base, "vary": {"body.mass": {"values": [40.0, 41.0]}}})
-    found = columns(plan, "heyoka")
-    for member in range(2):
-        problem = problem_of(plan.config_of(member))
-        ensemble = Ensemble(problem.system, problem.rtol, problem.times)
-        parameters, starts = parameter_values(problem.system)[:, None], problem.start[:, None]
-        trajectories = ensemble.run(parameters, starts)
-        observed = ensemble.observe(parameters, trajectories)
-        peak, time = peaks_at_samples(problem.times, observed.E[:, 0], observed.F[:, 0])
-        assert found["peak_contact_displacement"][member] == pytest.approx(peak, rel=1e-12)
-        assert found["peak_time"][member] == pytest.approx(time, rel=1e-9)
+    times = np.linspace(0.0, 2.0, 401)
+    phase = 3.0 * times + np.arange(5)[:, np.newaxis]
+    values, rates = np.sin(phase), 3.0 * np.cos(phase)
+    found = find_peaks(Samples(times, [values], [rates]))
+    value, time = peaks_at_samples(times, values, rates)
+    assert found.value[0].tolist() == value.tolist()
+    assert found.time[0].tolist() == time.tolist()
+    assert (found.error <= 1e-5).all()
 
 
 def test_a_sliding_member_has_a_peak_with_an_error():

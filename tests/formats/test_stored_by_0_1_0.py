@@ -194,6 +194,9 @@ def test_the_stored_files_are_those_that_were_stored():
     assert digest.hexdigest() == DIGEST
 
 
+PEAKS = ("peak_contact_displacement", "peak_time", "peak_orientation", "smallest_regularity")
+
+
 def _same_table(found, expected):
     assert list(found.layout) == list(expected.layout)
     for name in expected.layout:
@@ -203,8 +206,10 @@ def _same_table(found, expected):
         scale = np.nanmax(np.abs(expected[name].astype(float)), initial=0.0) or 1.0
         # Steps may differ by one on another processor; the residual is only round-off.
         bound = {"steps": 2.0, "energy_residual": 1e-9 * expected["lyapunov_start"].max()}
+        # Version 0.1.0 read peaks from cubics, which these few samples make wrong by about this.
+        bound |= dict.fromkeys(PEAKS, 0.03)
         difference = np.abs(found[name].astype(float) - expected[name]) / (
-            1.0 if name in bound else scale
+            1.0 if name in ("steps", "energy_residual") else scale
         )
         assert np.nan_to_num(difference).max() <= bound.get(name, 1e-8), name
         assert (np.isnan(found[name]) == np.isnan(expected[name])).all(), name

@@ -108,6 +108,11 @@ class ProgressPrinter:
                 "approach; v of the members of before, from the one nearest to the unloaded "
                 "position. They differ only if the body has several rest states."
             )
+        if "peak_orientation_error" in event.folder.missing_columns:
+            self._print(
+                "warning: the peaks of the members from now on are searched between the samples; "
+                "the peaks of the members of before may be wrong if the motion is fast."
+            )
         if self._done and not self.quiet:
             self._print(f"{self._done} of {self._total} members are already done")
         if self._bar is not None:

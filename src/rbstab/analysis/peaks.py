@@ -23,7 +23,14 @@ def signed_peak(times: Array, values: Array, rates: Array) -> float:
     return float(candidates[np.abs(candidates).argmax()])
 
 
-def peaks_at_samples(times: Array, values: Array, rates: Array) -> tuple[Array, Array]:
+def indices_of_largest(values: Array) -> Array:
+    """Return the index of the value farthest from zero, or of the first NaN, on the last axis."""
+    return np.asarray(np.abs(values).argmax(axis=-1))
+
+
+def peaks_at_samples(
+    times: Array, values: Array, rates: Array, indices: Array | None = None
+) -> tuple[Array, Array]:
     """Return the peaks of many quantities, and their times.
 
     For each quantity, only the two cubics beside its largest sample are searched.
@@ -32,11 +39,12 @@ def peaks_at_samples(times: Array, values: Array, rates: Array) -> tuple[Array, 
         times: Shape (n,), s, ascending.
         values: Shape (..., n).
         rates: Their derivatives, of the same shape.
+        indices: The result of `indices_of_largest`, if it is known.
 
     Returns:
         The values farthest from zero with their signs, and their times, s, each of shape (...).
     """
-    largest = np.abs(values).argmax(axis=-1)[..., np.newaxis]
+    largest = (indices_of_largest(values) if indices is None else indices)[..., np.newaxis]
     around = np.clip(largest + np.array([-1, 0, 1]), 0, len(times) - 1)
     value, rate = (np.take_along_axis(array, around, -1) for array in (values, rates))
     start, h = times[around[..., :-1]], np.diff(times[around])

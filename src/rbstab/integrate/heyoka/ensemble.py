@@ -32,8 +32,8 @@ GRID_COMPLETED = hy.taylor_outcome.time_limit
 class EnsembleTrajectories(NamedTuple):
     """Trajectories of m members at n samples.
 
-    The states are valid until the ensemble runs again. Their memory is reused, because allocating
-    it costs as much as evaluating the states.
+    The states at the samples of the ensemble are valid until it runs again. Their memory is reused,
+    because allocating it costs as much as evaluating the states.
 
     Attributes:
         lanes: The states, shape (states, lanes, n). The lanes after the last member fill its batch.
@@ -138,24 +138,30 @@ class Ensemble:
             size = np.abs(evaluate_compiled(self.energies, starts, open_parameters)).sum(axis=0)
         return np.where((size > 0) & (size < np.inf), size, 1.0)
 
-    def run(self, parameters: Array, starts: Array) -> EnsembleTrajectories:
+    def run(
+        self, parameters: Array, starts: Array, times: Array | None = None
+    ) -> EnsembleTrajectories:
         """Integrate members over the samples.
 
         Args:
             parameters: Shape (parameters, m).
             starts: The initial states, shape (states, m).
+            times: Other samples, shape (n,), s. Trajectories at other samples stay valid. More
+                samples between the same ends do not change a trajectory.
         """
         members = starts.shape[1]
         scales = self.scales(parameters, starts)
         # Complete batches: the last lanes repeat the last member.
         full = np.minimum(np.arange(-(-members // self.batch) * self.batch), members - 1)
-        shape = (self.size + AUDIT_SIZE, len(full), len(self.times))
+        grid = self.grid if times is None else np.repeat(times[:, np.newaxis], self.batch, axis=1)
+        shape = (self.size + AUDIT_SIZE, len(full), len(grid))
         lanes = _Lanes(
             np.vstack([parameters[self.open_indices], scales])[:, full],
             np.vstack([starts, np.zeros((AUDIT_SIZE, members))])[:, full],
-            self._buffer("states", shape),
+            self._buffer("states", shape) if times is None else np.empty(shape),
             np.zeros(len(full), dtype=int),
             np.zeros(len(full), dtype=bool),
+            grid,
         )
         for first in range(0, len(full), self.batch):
             batch = slice(first, first + self.batch)
@@ -172,10 +178,10 @@ class Ensemble:
     def _integrate_batch(self, chosen: slice, lanes: "_Lanes") -> None:
         """Integrate one batch: members in all its lanes, or one member in every lane."""
         integrator = self.integrator
-        integrator.set_time(float(self.times[0]))
+        integrator.set_time(float(lanes.grid[0, 0]))
         integrator.pars[:] = lanes.parameters[: len(integrator.pars), chosen]
         integrator.state[:] = lanes.starts[:, chosen]
-        _, found = integrator.propagate_grid(self.grid, max_steps=MAX_STEPS)
+        _, found = integrator.propagate_grid(lanes.grid, max_steps=MAX_STEPS)
         used = chosen.stop - chosen.start
         lanes.states[:, chosen] = found.transpose(1, 2, 0)[:, :used]
         outcomes = integrator.propagate_res[:used]
@@ -185,17 +191,19 @@ class Ensemble:
         lanes.done[chosen] = finite & [outcome == GRID_COMPLETED for outcome, _, _, _ in outcomes]
 
     def observe(
-        self, parameters: Array, trajectories: EnsembleTrajectories
+        self, parameters: Array, trajectories: EnsembleTrajectories, *, reuse: bool = True
     ) -> ObservedTrajectories:
-        """Return the observed quantities at the samples; valid until the next call.
+        """Return the observed quantities at the samples of a run.
 
         Args:
             parameters: Shape (parameters, m).
             trajectories: The result of `run`.
+            reuse: Whether memory is reused. Then the result is valid until the next such call.
         """
         # Complete batches are complete SIMD vectors; see `evaluate_compiled`.
         size, full, samples = trajectories.lanes.shape
-        found = self._buffer("observed", (OBSERVED_SIZE, full * samples))
+        shape = (OBSERVED_SIZE, full * samples)
+        found = self._buffer("observed", shape) if reuse else np.empty(shape)
         chosen = parameters[self.open_indices][: self.observed.nparams]
         self.observed(
             trajectories.lanes.reshape(size, full * samples),
@@ -222,13 +230,17 @@ class Ensemble:
 
 
 class _Lanes(NamedTuple):
-    """Inputs and outputs of a run. The lanes are the last axis, but in `states` the middle one."""
+    """Inputs and outputs of a run. The lanes are the last axis, but in `states` the middle one.
+
+    `grid` has the samples of each lane of a batch, shape (n, batch), s.
+    """
 
     parameters: Array
     starts: Array
     states: Array
     steps: Array
     done: Array
+    grid: Array
 
 
 def parameters_and_start(system: System, start: Array) -> Array:

@@ -32,6 +32,7 @@ from rbstab.sweep.members.approached_states import (
 )
 from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.engine import MemberEngine, Shard, columns_of_failed
+from rbstab.sweep.members.ensemble_peaks import EnsemblePeaks
 from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import STATUSES, MemberTrajectories, outcome_of
 from rbstab.sweep.members.single import SingleRuns
@@ -128,6 +129,7 @@ class _VariantEngine:
         self.problem = self.binding.problem
         problem, varies = self.problem, self.binding.varies
         self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies)
+        self.peaks = EnsemblePeaks(self.ensemble, problem.rtol, SAMPLES_IN_MEMORY)
         self.approached = ApproachedStates(problem.system, self._shared_rest_state())
         has_traces = plan.keep.count(plan.members)
         self.trace_names = layout_of(plan).names
@@ -167,8 +169,9 @@ class _VariantEngine:
         residual = energy - energy[:, :1] - trajectories.lyapunov_change
         members = self._members(trajectories.states, observed, energy, residual, rest)
         with np.errstate(all="ignore"):
-            outcome = outcome_of(members)
-            near = self._may_have_left_range(members)
+            peaks = self.peaks.find(parameters, starts, trajectories, observed)
+            outcome = outcome_of(members, peaks)
+            near = self._may_have_left_range(members, outcome)
         outcome["status"] = np.full(len(near), STATUSES.index(RunStatus.COMPLETED))
         outcome["steps"] = trajectories.steps
         needs_single_run = ~trajectories.done | (trajectories.steps > self.problem.step_limit)
@@ -249,16 +252,18 @@ class _VariantEngine:
             own_states={name: along(states[place]) for name, place in own_states.items()},
         )
 
-    def _may_have_left_range(self, members: MemberTrajectories) -> Array:
+    def _may_have_left_range(self, members: MemberTrajectories, outcome: dict[str, Array]) -> Array:
         """Whether |θ2| may have reached the end of the range between samples, shape (m,)."""
         angle, rate = members.orientation[..., 1], members.orientation_rate[..., 1]
         h, end = np.diff(members.time), math.acos(self.problem.range_bound)
         farthest = np.abs(angle).max(axis=1) + h.max() * np.abs(rate).max(axis=1)
+        error = np.nan_to_num(outcome["peak_orientation_error"])
+        beyond = outcome["peak_orientation"][:, 1] + error >= end
         may_have_left = ~(farthest < end)
         # Only the few members above this rough bound need the sharper one.
         rows = np.flatnonzero(may_have_left)
         may_have_left[rows] = ~(_largest_magnitude(angle[rows], rate[rows], h) < end)
-        return may_have_left
+        return may_have_left | beyond
 
 
 def _largest_magnitude(values: Array, rates: Array, h: Array) -> Array:

@@ -1,10 +1,11 @@
 """The outcome of a member: one number or one vector for each column."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from rbstab.analysis.peaks import peaks_at_samples
+from rbstab.analysis.peak_search import Peaks, Samples, find_peaks
 from rbstab.analysis.settling import last_above, settling_times
 from rbstab.elements.registry import OWN_STATES
 from rbstab.integrate.status import RunStatus
@@ -13,6 +14,9 @@ from rbstab.store.table import Column
 
 SETTLED_DISTANCE = 1e-3
 """The contact point has settled when |E| stays below this distance, m."""
+
+E_ROWS, THETA_ROWS = slice(0, 3), slice(3, 6)
+"""The rows of E and of Θ in `Peaks`."""
 
 STATUSES = tuple(RunStatus)
 """The statuses in the order of their codes in the column `status`."""
@@ -53,6 +57,12 @@ COLUMNS: dict[str, Column] = {
     "peak_time": _vector("s", "when it is there"),
     "peak_orientation": _vector("rad", "the largest |Θ|, by axis"),
     "smallest_regularity": _number("f8", "1", "the smallest cos θ2"),
+    "peak_contact_displacement_error": _number(
+        "f8", "m", "bound of the error of the peaks of E; NaN: unknown"
+    ),
+    "peak_orientation_error": _number(
+        "f8", "rad", "bound of the error of the largest |Θ|; NaN: unknown"
+    ),
     "settling_time": _number("f8", "s", "from here v < 1e-3 v(0); NaN: it did not settle"),
     "displacement_settling_time": _number(
         "f8", "s", "from here |E| < 1 mm; NaN: it did not settle"
@@ -101,8 +111,14 @@ class MemberTrajectories:
     contact_work: Array | None = None
 
 
-def outcome_of(members: MemberTrajectories) -> dict[str, Array]:
-    """Return the columns computed from trajectories: all but `run_id`, `status` and `steps`."""
+def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[str, Array]:
+    """Return the columns computed from trajectories: all but `run_id`, `status` and `steps`.
+
+    Args:
+        members: The trajectories.
+        peaks: The peaks of `peak_samples`; default those found from the samples alone.
+    """
+    peaks = peaks or find_peaks(peak_samples(members))
     times, count = members.time, len(members.lyapunov)
     last = {
         "final_orientation": members.orientation[:, -1],
@@ -114,8 +130,7 @@ def outcome_of(members: MemberTrajectories) -> dict[str, Array]:
         values = members.own_states.get(state.name)
         missing = np.full((count, state.size), np.nan)
         last[f"final_{state.name}"] = missing if values is None else values[:, -1]
-    peak, peak_time = _peaks(times, members.contact_displacement, members.contact_velocity)
-    angles, _ = _peaks(times, members.orientation, members.orientation_rate)
+    peak, angles = peaks.value[E_ROWS].T, np.abs(peaks.value[THETA_ROWS]).T
     distance = np.linalg.norm(members.contact_displacement, axis=2)
     work = members.contact_work
     value = members.lyapunov if work is None else members.lyapunov + work
@@ -127,9 +142,11 @@ def outcome_of(members: MemberTrajectories) -> dict[str, Array]:
         "rest_orientation": members.rest_orientation,
         "energy_residual": np.abs(members.energy_residual).max(axis=1),
         "peak_contact_displacement": peak,
-        "peak_time": peak_time,
-        "peak_orientation": np.abs(angles),
-        "smallest_regularity": np.cos(np.minimum(np.abs(angles[:, 1]), np.pi / 2)),
+        "peak_time": peaks.time[E_ROWS].T,
+        "peak_orientation": angles,
+        "smallest_regularity": np.cos(np.minimum(angles[:, 1], np.pi / 2)),
+        "peak_contact_displacement_error": peaks.error[E_ROWS].max(axis=0),
+        "peak_orientation_error": peaks.error[THETA_ROWS].max(axis=0),
         "settling_time": settling_times(
             times, value, members.orientation[:, -1] - members.rest_orientation
         ),
@@ -137,7 +154,13 @@ def outcome_of(members: MemberTrajectories) -> dict[str, Array]:
     }
 
 
-def _peaks(times: Array, values: Array, rates: Array) -> tuple[Array, Array]:
-    """Return the value of each component farthest from zero, and its time, shape (m, 3)."""
-    peak, peak_time = peaks_at_samples(times, np.swapaxes(values, 1, 2), np.swapaxes(rates, 1, 2))
-    return peak, peak_time
+def peak_samples(members: MemberTrajectories) -> Samples:
+    """Return the quantities whose peaks are columns, in the order of `E_ROWS` and `THETA_ROWS`."""
+    values = members.contact_displacement, members.orientation
+    rates = members.contact_velocity, members.orientation_rate
+    return Samples(members.time, components(values), components(rates))
+
+
+def components(vectors: Iterable[Array]) -> list[Array]:
+    """Return the components of vectors, arrays of shape (..., 3), one after the other."""
+    return [vector[..., axis] for vector in vectors for axis in range(vector.shape[-1])]

@@ -16,7 +16,10 @@ ENGINE = "scipy"
 MEMBERS_PER_SAMPLE = 1000
 """One member of this many is rerun."""
 
-_NOT_COMPARED = ("run_id", "status", "steps")
+_NOT_COMPARED = (
+    *("run_id", "status", "steps"),
+    *("peak_contact_displacement_error", "peak_orientation_error"),
+)
 
 _SCALE = {
     "energy_residual": "lyapunov_start",

@@ -15,7 +15,13 @@ from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.engine import Shard, columns_of_failed
 from rbstab.sweep.members.identity import run_ids
-from rbstab.sweep.members.outcome import STATUSES, MemberTrajectories, outcome_of
+from rbstab.sweep.members.outcome import (
+    STATUSES,
+    MemberTrajectories,
+    outcome_of,
+    peak_samples,
+)
+from rbstab.sweep.members.single_peaks import SinglePeaks
 from rbstab.sweep.members.traces import TIME, copy_single_run, layout_of
 from rbstab.sweep.plan.plan import Plan
 
@@ -53,7 +59,7 @@ class SingleRuns:
                 continue
             columns["status"][index] = STATUSES.index(trajectory.status)
             columns["steps"][index] = min(trajectory.steps, np.iinfo(np.int32).max)
-            for name, values in _outcome(problem, quantities).items():
+            for name, values in self._outcome(problem, trajectory, quantities).items():
                 columns[name][index] = values[0]
             if traces is not None and selected[index] and TIME in quantities:
                 copy_single_run(traces, int(trace_rows[index]), quantities)
@@ -81,14 +87,17 @@ class SingleRuns:
                 # Without quantities, the member still has the status of its trajectory.
                 return trajectory, {}
 
-
-def _outcome(problem: Problem, quantities: dict[str, Array]) -> dict[str, Array]:
-    try:
-        with np.errstate(all="ignore"):
-            return outcome_of(trajectory_of(problem, quantities))
-    except Exception:
-        # A motion with a single sample has no outcome; its columns keep their defaults.
-        return {}
+    def _outcome(
+        self, problem: Problem, trajectory: Trajectory, quantities: dict[str, Array]
+    ) -> dict[str, Array]:
+        try:
+            with np.errstate(all="ignore"):
+                member = trajectory_of(problem, quantities)
+                search = SinglePeaks(problem, engine(self._engine), self._engine)
+                return outcome_of(member, search.find(trajectory, peak_samples(member)))
+        except Exception:
+            # A motion with a single sample has no outcome; its columns keep their defaults.
+            return {}
 
 
 def trajectory_of(problem: Problem, quantities: dict[str, Array]) -> MemberTrajectories:

@@ -1,0 +1,151 @@
+"""The peaks of members that are integrated in batches.
+
+A member is integrated again from a sample over one interval, to find a turning point that its
+samples do not show accurately enough. If there are fewer intervals than steps of the integrator,
+the samples may not show all turning points. Then the whole motion is sampled finer.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.peak_search import RELATIVE, Peaks, Samples, find_peaks, peaks_of_cubics
+from rbstab.integrate.heyoka.compiled_map import SIMD
+from rbstab.integrate.heyoka.ensemble import Ensemble, EnsembleTrajectories, ObservedTrajectories
+from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import THETA
+
+PARTS = 4
+"""The parts into which an interval is divided."""
+
+MIN_INTERVALS = 8
+"""A motion with fewer intervals is sampled finer."""
+
+INTERVALS_PER_STEP = 4
+"""If a motion is sampled finer, it has at least this many intervals for each step."""
+
+MAX_SAMPLES = 20_001
+"""Motions are not sampled finer than this. The peaks of faster ones are unknown."""
+
+
+class EnsemblePeaks(NamedTuple):
+    """The search for the peaks of the members of an ensemble.
+
+    Args:
+        ensemble: The ensemble.
+        tolerance: The tolerance of the integration. Peaks are not searched more accurately.
+        samples_in_memory: The most samples that are in memory at once.
+    """
+
+    ensemble: Ensemble
+    tolerance: float
+    samples_in_memory: int
+
+    def find(
+        self,
+        parameters: Array,
+        starts: Array,
+        trajectories: EnsembleTrajectories,
+        observed: ObservedTrajectories,
+    ) -> Peaks:
+        """Return the peaks of E and Θ. Those of members that are not done are NaN.
+
+        Args:
+            parameters: Shape (parameters, m).
+            starts: The initial states, shape (states, m).
+            trajectories: The trajectories of the members.
+            observed: Their observed quantities.
+        """
+        times = self.ensemble.times
+        length = (times[-1] - times[0]) / (len(times) - 1)
+        given = self._samples(times, length, parameters, trajectories.states, observed)
+        factors = np.where(
+            trajectories.done, refinements(trajectories.steps, len(times), MAX_SAMPLES), 0
+        )
+        if (factors == 1).all():
+            return self._peaks(given)
+        found = Peaks(*np.full((3, len(given.values), len(factors)), np.nan))
+        for factor in np.unique(factors[factors > 0]).tolist():
+            rows = np.flatnonzero(factors == factor)
+            fine = refined(times, factor)
+            size = max(SIMD, self.samples_in_memory // len(fine) // SIMD * SIMD)
+            for first in range(0, len(rows), size):
+                chosen = rows[first : first + size]
+                samples = self._samples_again(
+                    parameters[:, chosen], starts[:, chosen], fine, np.array(0.0)
+                )
+                cubics = peaks_of_cubics(_of_members(given, chosen))
+                for target, part in zip(found, self._peaks(samples, cubics), strict=True):
+                    target[:, chosen] = part
+        unknown = trajectories.steps >= MAX_SAMPLES
+        found.error[:, unknown] = np.nan
+        return found
+
+    def _peaks(self, samples: Samples, cubics: Peaks | None = None) -> Peaks:
+        return find_peaks(samples, max(self.tolerance, RELATIVE), cubics)
+
+    def _samples_again(
+        self, parameters: Array, starts: Array, after: Array, begin: Array
+    ) -> Samples:
+        """Return samples of members that start at some time.
+
+        Args:
+            parameters: Shape (parameters, m).
+            starts: The states at the start, shape (states, m).
+            after: The samples, counted from the start, shape (n,), s.
+            begin: The time of the start, of shape () or (m, 1), s.
+        """
+        trajectories = self.ensemble.run(parameters, starts, after)
+        observed = self.ensemble.observe(parameters, trajectories, reuse=False)
+        length = (after[-1] - after[0]) / (len(after) - 1)
+        samples = self._samples(begin + after, length, parameters, trajectories.states, observed)
+        for array in (*samples.values, *samples.rates):
+            array[~trajectories.done] = np.nan
+        return samples
+
+    def _samples(
+        self,
+        times: Array,
+        length: float,
+        parameters: Array,
+        states: Array,
+        observed: ObservedTrajectories,
+    ) -> Samples:
+        """Return samples that can be divided; `length` is that of all intervals, s."""
+
+        def divide(members: Array, intervals: Array) -> Samples:
+            begin = times[intervals] if times.ndim == 1 else times[members, intervals]
+            starts = states[:, members, intervals]
+            after = np.linspace(0.0, length, PARTS + 1)
+            return self._samples_again(parameters[:, members], starts, after, begin[:, np.newaxis])
+
+        values, rates = [*observed.E, *states[THETA]], [*observed.F, *observed.Theta_rate]
+        return Samples(times, values, rates, divide)
+
+
+def refinements(steps: Array, samples: int, most: int) -> Array:
+    """Return into how many parts the intervals of members are divided, shape (m,).
+
+    It is 1 if there is an interval for each step.
+
+    Args:
+        steps: The steps of members, shape (m,).
+        samples: The number of samples.
+        most: The largest number of samples.
+    """
+    needed = np.maximum(steps, MIN_INTERVALS) / (samples - 1)
+    parts = np.where(needed > 1.0, np.exp2(np.ceil(np.log2(INTERVALS_PER_STEP * needed))), 1.0)
+    return np.clip(parts, 1, max(1, (most - 1) // (samples - 1))).astype(int)
+
+
+def refined(times: Array, parts: int) -> Array:
+    """Return times with each interval divided into parts, with the same ends."""
+    return np.linspace(times[0], times[-1], parts * (len(times) - 1) + 1)
+
+
+def _of_members(samples: Samples, members: Array) -> Samples:
+    def chosen(arrays: Sequence[Array]) -> list[Array]:
+        return [array[members] for array in arrays]
+
+    return Samples(samples.times, chosen(samples.values), chosen(samples.rates))

@@ -1,0 +1,108 @@
+"""The peaks of a member that is integrated as a single run."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from rbstab.analysis.peak_search import RELATIVE, Peaks, Samples, find_peaks, peaks_of_cubics
+from rbstab.integrate.problem import Problem, Trajectory
+from rbstab.mechanics.attitude import rate_matrix
+from rbstab.mechanics.numbers import Array
+from rbstab.sweep.members.ensemble_peaks import MAX_SAMPLES, PARTS, refined, refinements
+
+STEPS_PER_INTERVAL = {"heyoka": 1, "scipy": 8}
+"""The most steps between two samples that show all turning points. A Taylor step is longer."""
+
+STEPS_OF_SLIDING = 2
+"""The same for Taylor steps of a sliding member: a step ends at each sample and at each switch."""
+
+SAME_END = 1e-6
+"""If a motion that is integrated again from a sample misses the next sample by more than this times
+the state, it is another motion: the chatter of a sliding connector is not repeatable."""
+
+
+class SinglePeaks:
+    """The search for the peaks of one single run.
+
+    Args:
+        problem: The problem.
+        integrate: Integrates a problem.
+        engine: The name of the engine.
+    """
+
+    def __init__(
+        self, problem: Problem, integrate: Callable[[Problem], Trajectory], engine: str
+    ) -> None:
+        self.problem = replace(problem, diagnosed=False)
+        self.integrate = integrate
+        self.engine = engine
+
+    def find(self, trajectory: Trajectory, given: Samples) -> Peaks:
+        """Return the peaks of a trajectory, each of shape (6, 1).
+
+        Args:
+            trajectory: The trajectory.
+            given: The samples of E and Θ along it, without `divide`.
+        """
+        tolerance = max(self.problem.rtol, RELATIVE)
+        times, states = trajectory.times, trajectory.states
+        steps_per_interval = STEPS_PER_INTERVAL[self.engine]
+        if self.problem.switching is not None:
+            steps_per_interval = max(steps_per_interval, STEPS_OF_SLIDING)
+        steps = np.array([trajectory.steps // steps_per_interval])
+        parts = int(refinements(steps, len(times), MAX_SAMPLES)[0])
+        cubics = peaks_of_cubics(given)
+        is_unknown = parts > 1
+        if parts > 1 and self.problem.switching is None:
+            fine = refined(times, parts)
+            again = self.integrate(replace(self.problem, times=fine))
+            if len(again.times) == len(fine) and (again.times == fine).all():
+                is_unknown, states = False, again.states
+                given = self._samples(fine[np.newaxis], states[np.newaxis])._replace(times=fine)
+        divide = self._divider(given.times[np.newaxis], states[np.newaxis])
+        found = find_peaks(given._replace(divide=divide), tolerance, cubics)
+        return found._replace(error=np.full_like(found.error, np.nan)) if is_unknown else found
+
+    def _divider(self, times: Array, states: Array) -> Callable[[Array, Array], Samples]:
+        """Return the function `divide` of samples.
+
+        Args:
+            times: Shape (m, n), s.
+            states: Shape (m, n, size).
+        """
+
+        def divide(members: Array, intervals: Array) -> Samples:
+            begin, end = times[members, intervals], times[members, intervals + 1]
+            finer = np.linspace(begin, end, PARTS + 1, axis=1)
+            parts = [
+                self._between(finer[row], states[member, interval], states[member, interval + 1])
+                for row, (member, interval) in enumerate(zip(members, intervals, strict=True))
+            ]
+            return self._samples(finer, np.array(parts))
+
+        return divide
+
+    def _between(self, times: Array, start: Array, end: Array) -> Array:
+        """Return the states at times between two samples; NaN if they cannot be computed."""
+        found = self.integrate(replace(self.problem, start=start, times=times))
+        unknown = np.full((len(times), len(start)), np.nan)
+        if len(found.times) != len(times) or found.times[-1] != times[-1]:
+            return unknown
+        missed = np.abs(found.states[-1] - end).max()
+        return found.states if missed <= SAME_END * max(1.0, np.abs(end).max()) else unknown
+
+    def _samples(self, times: Array, states: Array) -> Samples:
+        """Return the samples of E and Θ at states of shape (m, n, size)."""
+        shape = states.shape[:2]
+        found = np.array([self._observed(state) for state in states.reshape(-1, states.shape[2])])
+        values, rates = np.moveaxis(found, 0, -1).reshape(2, 6, *shape)
+        return Samples(times, values, rates, self._divider(times, states))
+
+    def _observed(self, state: Array) -> Array:
+        """Return E and Θ, and then their rates, shape (12,)."""
+        if not np.isfinite(state).all():
+            return np.full(12, np.nan)
+        motion = self.problem.system.motion(state)
+        Theta_rate = rate_matrix(motion.Theta) @ motion.Omega
+        return np.concatenate([motion.E, motion.Theta, motion.F, Theta_rate])

@@ -1,0 +1,140 @@
+"""Protects the peaks of members between samples: any number of samples gives the same peaks."""
+
+import numpy as np
+import pytest
+from support.paper_runs import paper_config
+
+from rbstab.analysis.peak_search import Samples, find_peaks
+from rbstab.analysis.peaks import peaks_at_samples
+from rbstab.config.build import problem_of
+from rbstab.integrate.heyoka.ensemble import Ensemble
+from rbstab.integrate.heyoka.symbols import parameter_values
+from rbstab.sweep.members.ensemble import ensemble_engine
+from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.load import load_plan
+
+MASS, STIFFNESS, DAMPING, SPEED = 5.0, 6.0e4, 40.0, 3.0
+"""kg, N/m, N s/m and m/s of a body that only translates; its frequency is 110 rad/s."""
+
+ENGINES = {"heyoka": ensemble_engine, "scipy": SingleRuns}
+
+
+def columns(plan, engine):
+    return ENGINES[engine](plan).compute(0, plan.members).outcome
+
+
+def translating(samples, engine):
+    """Return a plan of bodies that oscillate along the first axis in the stabilizer alone."""
+    gains = {"K_t": [STIFFNESS] * 3, "L_t": [DAMPING] * 3}
+    spin = {"angular_velocity": [0, 0, 0]}
+    settings = {"duration": 0.5, "samples": samples, "engine": engine}
+    base = paper_config("free", controller=gains, initial=spin, **settings)
+    base["body"]["mass"] = MASS
+    return load_plan({"base": base, "vary": {"initial.velocity[0]": {"values": [SPEED, -1.0]}}})
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("samples", [3, 11, 21, 51, 201])
+def test_a_translation_has_the_peak_of_its_closed_form(samples, engine):
+    """The peak of x = V/w e^(-dt) sin wt is where tan wt = w/d."""
+    d = DAMPING / (2 * MASS)
+    w = np.sqrt(STIFFNESS / MASS - d**2)
+    time = np.arctan2(w, d) / w
+    peak = np.exp(-d * time) * np.sin(w * time) / w
+    found = columns(translating(samples, engine), engine)
+    for member, speed in enumerate((SPEED, -1.0)):
+        peaks = found["peak_contact_displacement"][member]
+        assert peaks == pytest.approx([speed * peak, 0.0, 0.0], rel=1e-5, abs=1e-9)
+        assert found["peak_time"][member, 0] == pytest.approx(time, abs=1e-3 / w)
+        assert found["peak_contact_displacement_error"][member] <= 1e-5 * abs(speed * peak)
+    assert (found["peak_orientation"] < 1e-9).all()
+
+
+SPIN = {"uniform": [-15, 15]}
+
+
+def random_spins(samples, engine="heyoka", members=16):
+    """Return a plan of bodies with fast random spins on stiff connectors."""
+    gains = {"K_c": [3e5, 2e5, 2e5]}
+    base = paper_config("visco-elastic", True, controller=gains, samples=samples, engine=engine)
+    keys = [f"initial.angular_velocity[{axis}]" for axis in range(3)]
+    drawn = {"design": "random", "members": members, "seed": 5}
+    return load_plan({"base": base, "vary": dict.fromkeys(keys, SPIN), **drawn})
+
+
+@pytest.fixture(scope="module")
+def dense_peaks():
+    """The peaks of E and |Θ| of `random_spins` from 20,001 samples, and the times of those of E."""
+    plan = random_spins(2)
+    problems = [problem_of(plan.config_of(member)) for member in range(plan.members)]
+    times = np.linspace(0.0, 2.0, 20_001)
+    ensemble = Ensemble(problems[0].system, 1e-14, times)
+    parameters = np.array([parameter_values(problem.system) for problem in problems]).T
+    starts = np.array([problem.start for problem in problems]).T
+    trajectories = ensemble.run(parameters, starts)
+    observed = ensemble.observe(parameters, trajectories)
+    E, E_time = peaks_at_samples(times, observed.E, observed.F)
+    Theta, _ = peaks_at_samples(times, trajectories.states[:3], observed.Theta_rate)
+    return E.T, np.abs(Theta).T, E_time.T
+
+
+@pytest.mark.parametrize(
+    ("samples", "engine"),
+    [
+        *((samples, "heyoka") for samples in (11, 21, 51, 201, 401)),
+        *((samples, "scipy") for samples in (11, 201)),
+    ],
+)
+def test_any_number_of_samples_gives_the_peaks_of_many(samples, engine, dense_peaks):
+    E, Theta, E_time = dense_peaks
+    found = columns(random_spins(samples, engine), engine)
+    completed = found["status"] == STATUSES.index("completed")
+    assert completed.sum() > 10
+    for name, peaks in (("contact_displacement", E), ("orientation", Theta)):
+        values, error = found[f"peak_{name}"], found[f"peak_{name}_error"]
+        allowed = np.maximum(1e-5 * np.abs(peaks), 2e-9)
+        assert (np.abs(values - peaks) <= allowed)[completed].all(), name
+        largest = np.abs(peaks).max(axis=1)
+        assert (error <= np.maximum(1e-5 * largest, 1e-9))[completed].all(), name
+    assert (np.abs(found["peak_time"] - E_time) < 1e-3)[completed].all()
+    regularity = np.cos(np.minimum(Theta[:, 1], np.pi / 2))
+    assert found["smallest_regularity"][completed] == pytest.approx(regularity[completed], abs=1e-5)
+
+
+def test_more_samples_do_not_change_a_trajectory():
+    plan = random_spins(201)
+    coarse, fine = columns(plan, "heyoka"), columns(random_spins(801), "heyoka")
+    for name in ("final_orientation", "final_position", "lyapunov_end", "steps"):
+        assert coarse[name].tobytes() == fine[name].tobytes(), name
+
+
+def test_peaks_that_the_cubics_show_keep_their_bits():
+    times = np.linspace(0.0, 2.0, 401)
+    phase = 3.0 * times + np.arange(5)[:, np.newaxis]
+    values, rates = np.sin(phase), 3.0 * np.cos(phase)
+    found = find_peaks(Samples(times, [values], [rates]))
+    value, time = peaks_at_samples(times, values, rates)
+    assert found.value[0].tolist() == value.tolist()
+    assert found.time[0].tolist() == time.tolist()
+    assert (found.error <= 1e-5).all()
+
+
+def test_a_sliding_member_has_a_peak_with_an_error():
+    gains = {"K_s": [20000.0] * 3, "surface": {"slope": 20.0}}
+    found = []
+    for samples in (201, 801):
+        base = paper_config(
+            "free",
+            controller={"variant": "sliding", **gains},
+            duration=0.5,
+            samples=samples,
+            engine="heyoka",
+        )
+        plan = load_plan({"base": base, "vary": {"body.mass": {"values": [40.0, 41.0]}}})
+        found.append(columns(plan, "heyoka"))
+    coarse, fine = found
+    for name in ("contact_displacement", "orientation"):
+        a, b = (np.abs(one[f"peak_{name}"]) for one in found)
+        errors = coarse[f"peak_{name}_error"] + fine[f"peak_{name}_error"]
+        assert not (np.abs(a - b).max(axis=1) > errors + 1e-5 * b.max(axis=1)).any(), (a, b, errors)

@@ -54,12 +54,14 @@ class SingleRuns:
             # An error in one member must not stop the others; the member keeps its failed status.
             try:
                 problem = self._problem(self._plan.config_of(start + index))
-                trajectory, quantities = self._integrate(problem)
+                deadline = Deadline(problem.time_limit)
+                trajectory, quantities = self._integrate(problem, deadline)
             except Exception:  # noqa: S112
                 continue
             columns["status"][index] = STATUSES.index(trajectory.status)
             columns["steps"][index] = min(trajectory.steps, np.iinfo(np.int32).max)
-            for name, values in self._outcome(problem, trajectory, quantities).items():
+            found = self._outcome(problem, deadline, trajectory, quantities)
+            for name, values in found.items():
                 columns[name][index] = values[0]
             if traces is not None and selected[index] and TIME in quantities:
                 copy_single_run(traces, int(trace_rows[index]), quantities)
@@ -72,8 +74,9 @@ class SingleRuns:
             problem = replace(problem, rtol=max(problem.rtol, MIN_SCIPY_RTOL))
         return problem
 
-    def _integrate(self, problem: Problem) -> tuple[Trajectory, dict[str, Array]]:
-        deadline = Deadline(problem.time_limit)
+    def _integrate(
+        self, problem: Problem, deadline: Deadline
+    ) -> tuple[Trajectory, dict[str, Array]]:
         deadline.recording_time = recording_time(problem)
         with np.errstate(all="ignore"):
             trajectory = engine(self._engine)(problem, None, deadline)
@@ -88,12 +91,16 @@ class SingleRuns:
                 return trajectory, {}
 
     def _outcome(
-        self, problem: Problem, trajectory: Trajectory, quantities: dict[str, Array]
+        self,
+        problem: Problem,
+        deadline: Deadline,
+        trajectory: Trajectory,
+        quantities: dict[str, Array],
     ) -> dict[str, Array]:
         try:
             with np.errstate(all="ignore"):
                 member = trajectory_of(problem, quantities)
-                search = SinglePeaks(problem, engine(self._engine), self._engine)
+                search = SinglePeaks(problem, self._engine, deadline)
                 return outcome_of(member, search.find(trajectory, peak_samples(member)))
         except Exception:
             # A motion with a single sample has no outcome; its columns keep their defaults.

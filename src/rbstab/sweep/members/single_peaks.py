@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from rbstab.analysis.peak_search import RELATIVE, Peaks, Samples, find_peaks, peaks_of_cubics
+from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
@@ -27,16 +29,17 @@ class SinglePeaks:
 
     Args:
         problem: The problem.
-        integrate: Integrates a problem.
-        engine: The name of the engine.
+        engine_name: The name of the engine.
+        deadline: The deadline of the run. What is not found in time has an unknown error.
     """
 
-    def __init__(
-        self, problem: Problem, integrate: Callable[[Problem], Trajectory], engine: str
-    ) -> None:
+    def __init__(self, problem: Problem, engine_name: str, deadline: Deadline) -> None:
         self.problem = replace(problem, diagnosed=False)
-        self.integrate = integrate
-        self.engine = engine
+        self.engine = engine_name
+        self.deadline = deadline
+        self._integrate = engine(engine_name)
+        # Nothing of these motions is recorded.
+        deadline.recording_time = 0.0
 
     def find(self, trajectory: Trajectory, given: Samples) -> Peaks:
         """Return the peaks of a trajectory, each of shape (6, 1).
@@ -56,13 +59,18 @@ class SinglePeaks:
         is_unknown = parts > 1
         if parts > 1 and self.problem.switching is None:
             fine = refined(times, parts)
-            again = self.integrate(replace(self.problem, times=fine))
+            again = self.integrate(fine, self.problem.start)
             if len(again.times) == len(fine) and (again.times == fine).all():
                 is_unknown, states = False, again.states
                 given = self._samples(fine[np.newaxis], states[np.newaxis])._replace(times=fine)
         divide = self._divider(given.times[np.newaxis], states[np.newaxis])
         found = find_peaks(given._replace(divide=divide), tolerance, cubics)
         return found._replace(error=np.full_like(found.error, np.nan)) if is_unknown else found
+
+    def integrate(self, times: Array, start: Array) -> Trajectory:
+        """Return the motion from a state, sampled at some times."""
+        problem = replace(self.problem, start=start, times=times)
+        return self._integrate(problem, None, self.deadline)
 
     def _divider(self, times: Array, states: Array) -> Callable[[Array, Array], Samples]:
         """Return the function `divide` of samples.
@@ -85,8 +93,10 @@ class SinglePeaks:
 
     def _between(self, times: Array, start: Array, end: Array) -> Array:
         """Return the states at times between two samples; NaN if they cannot be computed."""
-        found = self.integrate(replace(self.problem, start=start, times=times))
         unknown = np.full((len(times), len(start)), np.nan)
+        if self.deadline.remaining() < 0:
+            return unknown
+        found = self.integrate(times, start)
         if len(found.times) != len(times) or found.times[-1] != times[-1]:
             return unknown
         missed = np.abs(found.states[-1] - end).max()

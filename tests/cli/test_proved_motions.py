@@ -1,0 +1,95 @@
+"""`rbstab run --prove` and `rbstab show` say what is proved of the exact motion."""
+
+import json
+from pathlib import Path
+
+from cli.conftest import Invoke
+
+OUTSIDE = (
+    *("--set", "controller.variant=permanent", "--set", "body.inertia=[10,8,0.4]"),
+    *("--set", "initial.angular_velocity=[16,32,-16]", "--set", "integration.duration=0.5"),
+)
+"""Nearly the first case of the paper, far outside of its certified region."""
+
+
+def test_the_sentence_stands_below_the_table(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("run", "good.yaml", "--prove", *OUTSIDE)
+    assert done.exit_code == 0, done.output
+    *_, sentence = done.stdout.strip().splitlines()
+    begin = "results/good.h5: converges to rest state 1: proved; it is inside the certified region "
+    assert sentence.startswith(begin + "from t = 0.35")
+    assert "J < 1020.4" in sentence
+    assert " steps, " in sentence
+    shown = rbstab("show", "results/good.h5")
+    assert "converges to rest state 1: proved" in shown.stdout
+    assert "computed motion" in shown.stdout
+    assert "convergence_" not in shown.stdout
+
+
+def test_json_has_it_as_one_object(folder: Path, rbstab: Invoke) -> None:
+    rbstab("run", "good.yaml", "--prove", *OUTSIDE)
+    data = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    found = data["convergence"]
+    assert found["proved"] is True
+    assert found["rest_state"] == 1
+    low, high = found["energy"]
+    assert 0 < low < high < found["bound"]
+    assert 0.35 < found["time"] < 0.37
+    assert found["why"] == ""
+    assert not any(key.startswith("convergence_") for key in data)
+    assert data["verdict"] == "consistent"
+    again = json.loads(rbstab("run", "good.yaml", "--prove", "--json", *OUTSIDE).stdout)
+    assert again[0]["convergence"] == found
+    assert again[0]["computed"] is False
+
+
+def test_a_longer_enclosure_is_added(folder: Path, rbstab: Invoke) -> None:
+    rbstab("run", "good.yaml", "--prove", *OUTSIDE)
+    first = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    longer = rbstab("run", "good.yaml", "--prove", "--to-end", "--json", *OUTSIDE)
+    assert json.loads(longer.stdout)[0]["computed"] is True
+    second = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    shapes = [data["arrays"]["enclosure/time"]["shape"] for data in (first, second)]
+    assert shapes[0][0] < shapes[1][0] == 11
+    shorter = rbstab("run", "good.yaml", "--prove", "--json", *OUTSIDE)
+    assert json.loads(shorter.stdout)[0]["computed"] is False
+
+
+def test_without_a_proof_the_reason_is_given(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("run", "good.yaml", "--json")
+    found = json.loads(done.stdout)[0]["convergence"]
+    assert found["proved"] is None
+    assert "rbstab run --prove" in found["why"]
+    assert "not decided" in rbstab("run", "good.yaml").stdout
+
+
+def test_the_end_needs_the_proof(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("run", "good.yaml", "--to-end")
+    assert done.exit_code == 2
+    assert "--to-end needs --prove" in done.stderr
+
+
+def test_a_printed_value_that_does_not_follow(folder: Path, rbstab: Invoke) -> None:
+    reference = (
+        *("--set", "reference.source=a book"),
+        *("--set", "reference.final.orientation=[0.09, -0.12, 0.3]"),
+    )
+    done = rbstab("run", "good.yaml", "--prove", "--to-end", *OUTSIDE, *reference)
+    assert done.exit_code == 0, done.output
+    assert "the printed value does not follow, proved" in rbstab("show", "results/good.h5").stdout
+    last = json.loads(rbstab("show", "results/good.h5", "--json").stdout)["final"]["orientation"]
+    rounded = [round(angle, 3) for angle in last]
+    right = f"reference.final.orientation={rounded}"
+    done = rbstab(
+        "run", "good.yaml", "--prove", "--to-end", *OUTSIDE, *reference[:2], "--set", right,
+        "-o", "other",
+    )  # fmt: skip
+    assert done.exit_code == 0, done.output
+    assert "does not follow" not in rbstab("show", "other/good.h5").stdout
+
+
+def test_equal_sentences_are_printed_once(folder: Path, rbstab: Invoke) -> None:
+    text = Path("good.yaml").read_text()
+    Path("other.yaml").write_text(text)
+    done = rbstab("run", "good.yaml", "other.yaml", "--prove")
+    assert "results/good.h5 and 1 more: converges to rest state 1: proved" in done.stdout

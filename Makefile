@@ -33,8 +33,8 @@ $(READY): pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $(READY)
 
-run: $(READY)  ## run the paper's cases, print their table, and write a report
-	$(BIN)/rbstab run configs/paper/*.yaml
+run: $(READY)  ## run the paper's cases, prove where they converge, and write a report
+	$(BIN)/rbstab run configs/paper/*.yaml --prove
 	$(BIN)/rbstab report $(PAPER) -o results/report.html
 
 test: $(READY)  ## run all tests but the long ones; those in a browser only if Chromium is installed

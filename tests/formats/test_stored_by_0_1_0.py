@@ -11,7 +11,10 @@ import yaml
 from click.testing import CliRunner
 
 import rbstab
+from rbstab.config.build import problem_of
 from rbstab.config.load import run_id
+from rbstab.experiment.proof import proof_id, starts_inside
+from rbstab.experiment.proof_cache import cached_proof
 from rbstab_cli.main import cli
 
 STORED = Path(__file__).parent / "data" / "0.1.0"
@@ -85,13 +88,34 @@ def test_a_config_keeps_its_meaning(name):
 
 @pytest.mark.parametrize("name", ["permanent_certified", "visco_elastic_proved"])
 def test_a_run_is_taken_as_it_stands(results, tmp_path, name):
-    """`rbstab run --prove` of the same config finds the run and its proof and writes nothing."""
+    """`rbstab run --prove` of the same config finds the run; it adds only a newer proof."""
     shown = call("show", "--config", results / f"{name}.h5")
     (tmp_path / f"{name}.yaml").write_text(shown.stdout)
     before = bytes_below(results)
     done = call("run", tmp_path / f"{name}.yaml", "--prove", "-o", results)
     assert done.exit_code == 0, done.output
-    assert bytes_below(results) == before
+    after = bytes_below(results)
+    assert {path: after[path] for path in before} == before
+    (added,) = set(after) - set(before)
+    assert added.startswith("proofs/")
+    again = call("run", tmp_path / f"{name}.yaml", "--prove", "-o", results)
+    assert again.exit_code == 0, again.output
+    assert bytes_below(results) == after
+
+
+@pytest.mark.parametrize("name", ["permanent_certified", "visco_elastic_proved"])
+def test_a_proof_is_read_as_it_stands(results, name):
+    """Without a newer proof, the stored one holds for run and report, as it did."""
+    stored = rbstab.open_result(STORED / "runs" / f"{name}.h5")
+    config = rbstab.load_config(yaml.safe_load(stored.config))
+    proof = cached_proof(results, config)
+    assert proof is not None
+    assert proof.id == proof_id(config, 1) != proof_id(config)
+    assert proof.region is not None
+    assert (proof.region.energy_bound, proof.regions) == (None, ())
+    assert proof.globally_stable is True
+    certified = name == "permanent_certified"
+    assert starts_inside(problem_of(config), proof) is certified
 
 
 @pytest.mark.parametrize("sweep", ["finished_map", "finished_variants"], indirect=True)

@@ -107,9 +107,9 @@ class TrigonometricForm:
     def _error(self, level: int) -> Array:
         """Bound the error of each derivative by the sum of the magnitudes of its terms.
 
-        A term is a product of a coefficient and three entries of t, each with an error of u. The
-        terms are added up in three sums of n: fewer than 4n + 8 roundings. The bound allows twice
-        as many.
+        A term is a product of a coefficient and three entries of t, each with an error of u: also
+        the coefficient, which is an exact rational number rounded once (`form_of`). The terms are
+        added up in three sums of n: fewer than 4n + 8 roundings. The bound allows twice as many.
         """
         roundings = 8 * len(self.coefficients) + 16
         magnitudes = np.zeros([3] * level)

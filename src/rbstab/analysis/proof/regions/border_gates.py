@@ -4,12 +4,15 @@ At such a point U has a local minimum on the border, and falls from there into t
 other parts of the border are left out by the signs of derivatives, with proof.
 """
 
+from itertools import islice
+from typing import NamedTuple
+
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes, hulls, joined, no_boxes, whole_range
 from rbstab.analysis.proof.certified_region import Face
 from rbstab.analysis.proof.enclosure import ROUNDING_FACTOR, enclosure
-from rbstab.analysis.proof.least_value import local_minimum, lower_bounds
+from rbstab.analysis.proof.least_value import local_minimum, lower_bounds, upper_bounds
 from rbstab.analysis.proof.regions.downhill import Landscape
 from rbstab.analysis.proof.regions.gates import Gate
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
@@ -24,35 +27,56 @@ SMALLEST = 1e-4
 DEPTHS = (0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3)
 """rad: the lengths that are tried for the first way inwards from a gate."""
 
+MAX_DESCENTS = 3
+"""So many of these lengths are tried with a whole way down."""
+
 SLICES = 16
 MARGIN = 1e-6
 """rad: a gate reaches this far beyond its boxes, so that it is a neighbourhood on the border."""
 
 
-def border_gates(landscape: Landscape, cap: float) -> list[Gate] | None:
-    """Return the gates on the border below a level.
+class BorderGate(NamedTuple):
+    """A gate on the border, and its box: small boxes in one hull, with a margin."""
+
+    gate: Gate
+    box: Boxes
+
+
+def border_gates(landscape: Landscape, cap: float) -> list[BorderGate] | None:
+    """Return the gates on the border below a level, lowest first; their `ends` are not known.
 
     Args:
-        landscape: The energy, its minima, and the range; `Gate.ends` are indices of the minima.
+        landscape: The energy, its minima, and the range.
         cap: Gates at this level or above are left out, J.
 
     Returns:
         The gates; None if the limit on the number of boxes was reached.
     """
-    form, gates = landscape.form, []
+    form, found = landscape.form, []
     for face in Face:
         suspects = _suspects(landscape, face, cap)
         if suspects is None:
             return None
         for hull in _each(hulls(suspects)):
-            inside = suspects[suspects.within(hull)]
-            lowest = float(lower_bounds(enclosure(form, inside)).min())
-            widened = _widened(hull, face, landscape.end)
-            reached = _reached(landscape, face, widened, lowest)
-            ends = None if reached is None else frozenset([reached])
+            enclosed = enclosure(form, suspects[suspects.within(hull)])
+            low, high = float(lower_bounds(enclosed).min()), float(upper_bounds(enclosed).max())
             energy, Theta = local_minimum(form, hull, hull.centre[0])
-            gates.append(Gate(energy, lowest, Theta, face=face, ends=ends))
-    return gates
+            gate = Gate(energy, low, high, Theta, face=face)
+            found.append(BorderGate(gate, _widened(hull, face, landscape.end)))
+    return sorted(found, key=lambda one: one.gate.lower_bound)
+
+
+def minimum_inside(landscape: Landscape, border: BorderGate) -> frozenset[int] | None:
+    """Return the minimum to which the way inwards from a gate leads; None if not proved."""
+    gate, face = border.box, border.gate.face
+    assert face is not None
+    slabs = (_slab(gate, face, depth) for depth in DEPTHS)
+    falling = (slab for slab in slabs if _falls_inwards(landscape.form, slab, face))
+    for slab in islice(falling, MAX_DESCENTS):
+        found = landscape.reached_minimum(_far_side(slab, face), border.gate.lower_bound)
+        if found is not None:
+            return frozenset([found])
+    return None
 
 
 @np.errstate(all="ignore")  # comparisons with NaN are false
@@ -98,26 +122,24 @@ def _cannot_touch(face: Face, boxes: Boxes, low: Array, high: Array, end: Array)
     return excluded
 
 
-def _reached(landscape: Landscape, face: Face, gate: Boxes, level: float) -> int | None:
-    """Return the minimum to which the way inwards from a gate leads; None if not proved."""
+def _slab(gate: Boxes, face: Face, depth: float) -> Boxes:
+    """Return a gate's box, extended inwards."""
     normal, sign = face.value
-    for depth in DEPTHS:
-        low, high = gate.low.copy(), gate.high.copy()
-        if sign > 0:
-            low[:, normal] -= depth
-        else:
-            high[:, normal] += depth
-        if not _falls_inwards(landscape.form, Boxes(low, high), face):
-            continue
-        # The far side of the slab, from which the way goes on.
-        if sign > 0:
-            high[:, normal] = low[:, normal]
-        else:
-            low[:, normal] = high[:, normal]
-        found = landscape.reached_minimum(Boxes(low, high), level)
-        if found is not None:
-            return found
-    return None
+    low, high = gate.low.copy(), gate.high.copy()
+    extended = low if sign > 0 else high
+    extended[:, normal] -= sign * depth
+    return Boxes(low, high)
+
+
+def _far_side(slab: Boxes, face: Face) -> Boxes:
+    """Return the side of a slab from which the way inwards goes on."""
+    normal, sign = face.value
+    low, high = slab.low.copy(), slab.high.copy()
+    if sign > 0:
+        high[:, normal] = low[:, normal]
+    else:
+        low[:, normal] = high[:, normal]
+    return Boxes(low, high)
 
 
 def _falls_inwards(form: TrigonometricForm, slab: Boxes, face: Face) -> bool:

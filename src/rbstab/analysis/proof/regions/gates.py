@@ -6,28 +6,33 @@ energy of every gate that does not lead down to other minima only (proofs.md, th
 """
 
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes, box_around
 from rbstab.analysis.proof.certified_region import Face
 from rbstab.analysis.proof.enclosure import ROUNDING_FACTOR, enclosure
-from rbstab.analysis.proof.least_value import lower_bounds
+from rbstab.analysis.proof.least_value import lower_bounds, upper_bounds
 from rbstab.analysis.proof.regions.downhill import Landscape
 from rbstab.analysis.proof.rest_states import RestPoint
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
-FIRST_STEPS = np.geomspace(0.5, 1e-5, 24)
+FIRST_STEPS = np.geomspace(0.5, 1e-5, 12)
 """rad: the lengths that are tried for the first step down from a saddle."""
+
+MAX_DESCENTS = 3
+"""So many of these lengths are tried with a whole way down."""
 
 
 @dataclass(frozen=True, eq=False)
 class Gate:
     """A place through which a component of {U < c} may first reach something else.
 
-    energy, J, is about U there, and lower_bound is proved. Theta is the place, shape (3,), or None
-    if it is not located. state is the index of a rest state, or face that of the border.
+    energy, J, is about U there, and lower_bound and upper_bound are proved. Theta is the place,
+    shape (3,), or None if it is not located. state is the index of a rest state, or face that of
+    the border.
 
     ends are the minima to which all ways down from here lead, proved. None: not proved, so the gate
     may lead to each of them.
@@ -35,6 +40,7 @@ class Gate:
 
     energy: float
     lower_bound: float
+    upper_bound: float
     Theta: Array | None
     state: int | None = None
     face: Face | None = None
@@ -45,22 +51,21 @@ class Gate:
         return self.ends is None or minimum in self.ends
 
 
-def saddle_gate(landscape: Landscape, point: RestPoint, state: int) -> Gate:
+def state_gate(form: TrigonometricForm, point: RestPoint, state: int) -> Gate:
     """Return the gate of a proved rest state that is not proved to be a minimum.
 
     Args:
-        landscape: The energy and its minima; `Gate.ends` are indices of these.
+        form: U.
         point: The rest state.
         state: Its index among the rest states.
     """
-    level = float(lower_bounds(enclosure(landscape.form, point.enclosure))[0])
-    # With a single minimum all ways down lead to it.
-    ends = _ends(landscape, point, level) if len(landscape.minima) > 1 else None
-    return Gate(point.state.energy, level, point.Theta, state=state, ends=ends)
+    enclosed = enclosure(form, point.enclosure)
+    low, high = float(lower_bounds(enclosed)[0]), float(upper_bounds(enclosed)[0])
+    return Gate(point.state.energy, low, high, point.Theta, state=state)
 
 
-def _ends(landscape: Landscape, point: RestPoint, level: float) -> frozenset[int] | None:
-    """Return the minima below a saddle; None if a way down is not proved.
+def minima_below(landscape: Landscape, point: RestPoint, level: float) -> frozenset[int] | None:
+    """Return the minima to which all ways down from a rest state lead; None if not proved.
 
     Near a rest state of index 1, {U < level} consists of two parts, on both sides along the
     direction of negative curvature. For a larger index it is one part, so one way down is enough.
@@ -78,10 +83,9 @@ def _ends(landscape: Landscape, point: RestPoint, level: float) -> frozenset[int
 
 def _end(landscape: Landscape, point: RestPoint, direction: Array, level: float) -> int | None:
     """Return the minimum to which one way down from a saddle leads; None if it is not proved."""
-    for length in FIRST_STEPS:
-        step = length * direction
-        if not _falls_along(landscape.form, point.enclosure, step):
-            continue
+    steps = (length * direction for length in FIRST_STEPS)
+    falling = (step for step in steps if _falls_along(landscape.form, point.enclosure, step))
+    for step in islice(falling, MAX_DESCENTS):
         # The saddle plus this step lies in a box of the size of the saddle's enclosure.
         reach = 2.0 * point.enclosure.radius[0] + 1e-14
         found = landscape.reached_minimum(box_around(point.Theta + step, reach), level)
@@ -110,4 +114,4 @@ def undecided_gate(form: TrigonometricForm, undecided: Boxes) -> Gate | None:
     if not len(undecided):
         return None
     lowest = float(lower_bounds(enclosure(form, undecided)).min())
-    return Gate(lowest, lowest, None)
+    return Gate(lowest, lowest, np.inf, None)

@@ -14,7 +14,13 @@ from rbstab.analysis.rest_state import RestState
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import resolved
 from rbstab.config.schema import Config
-from rbstab.experiment.proof_record import Proof, ProvedState, no_proof, proof_record
+from rbstab.experiment.proof_record import (
+    Proof,
+    ProvedRegion,
+    ProvedState,
+    no_proof,
+    proof_record,
+)
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
@@ -24,6 +30,7 @@ __all__ = [
     "PROOF_VERSION",
     "ROUND_OFF",
     "Proof",
+    "ProvedRegion",
     "ProvedState",
     "number_of",
     "proof_id",

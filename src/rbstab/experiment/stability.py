@@ -5,11 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.analysis.linearisation import Linearisation, linearise
-from rbstab.experiment.proof import Proof, ProvedState, start_level, starts_inside
+from rbstab.experiment.proof import start_level, start_state
+from rbstab.experiment.proof_record import Proof, ProvedMinimum, ProvedState
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import motion_from_centre
+
+NOT_DEEPER = 1e-6
+"""A region that is relatively deeper by less than this is not named beside the certified one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,13 +24,19 @@ class Stability:
         proof: The rest states, lowest first, and the region.
         linearisations: The linearisation at each rest state, in the same order.
         start: v(0) relative to the lowest rest state, J; None if no rest state is known.
-        inside: Whether the config starts where convergence to the lowest rest state is proved.
+        reached: The number of the rest state to which the motion from this start converges, proved;
+            None: nothing is proved for this start.
     """
 
     proof: Proof
     linearisations: tuple[Linearisation, ...]
     start: float | None
-    inside: bool
+    reached: int | None
+
+    @property
+    def inside(self) -> bool:
+        """Whether the config starts where convergence to a rest state is proved."""
+        return self.reached is not None
 
     @property
     def statements(self) -> list[str]:
@@ -44,7 +54,7 @@ def stability_of(problem: Problem, proof: Proof) -> Stability:
             rest = motion_from_centre(system.body, system.anchor, Z)
             linearisations.append(linearise(system, rest, np.array(state.connector_state)))
         start = start_level(problem, proof)
-    return Stability(proof, tuple(linearisations), start, starts_inside(problem, proof))
+    return Stability(proof, tuple(linearisations), start, start_state(problem, proof))
 
 
 def kind_of(state: ProvedState) -> str:
@@ -99,9 +109,33 @@ def _region_sentences(stability: Stability) -> list[str]:
         ]
     else:
         sentences = ["Certified region: empty."]
-    if stability.inside:
-        return [*sentences, f"This start: v(0) = {start:.6g} J is inside; convergence is proved."]
+    sentences += _minimum_sentences(stability.proof)
+    return [*sentences, _start_sentence(stability, start)]
+
+
+def _minimum_sentences(proof: Proof) -> list[str]:
+    """Return a sentence on each region that goes beyond the certified one."""
+    certified = 0.0 if proof.region is None else proof.region.lower_bound
     return [
-        *sentences,
-        f"This start: v(0) = {start:.6g} J is not inside; nothing is proved for it.",
+        f"Region of rest state {one.rest_state}: {one.lower_bound:.6g} J deep, proved. Every "
+        f"motion in it converges to this rest state; its pass is {_pass_of(one)}."
+        for one in proof.regions
+        if one.rest_state > 1 or one.lower_bound > certified * (1 + NOT_DEEPER)
     ]
+
+
+def _pass_of(region: ProvedMinimum) -> str:
+    if region.pass_state is not None:
+        return f"at rest state {region.pass_state}"
+    return "not located" if region.pass_face is None else f"on {region.pass_face}"
+
+
+def _start_sentence(stability: Stability, start: float) -> str:
+    if not stability.inside:
+        return f"This start: v(0) = {start:.6g} J is not inside; nothing is proved for it."
+    if len(stability.proof.states) == 1:
+        return f"This start: v(0) = {start:.6g} J is inside; convergence is proved."
+    return (
+        f"This start: v(0) = {start:.6g} J is inside; convergence to rest state "
+        f"{stability.reached} is proved."
+    )

@@ -112,12 +112,15 @@ def _cannot_touch(face: Face, boxes: Boxes, low: Array, high: Array, end: Array)
         end: As for `border_gates`.
     """
     normal, sign = face.value
+    outwards = (low if sign > 0 else -high)[:, normal], (high if sign > 0 else -low)[:, normal]
     # U falls outwards along the normal: then it is lower on the border than beside it.
-    excluded = high[:, normal] < 0 if sign > 0 else low[:, normal] > 0
+    excluded = outwards[1] < 0
+    # U falls inwards: at an edge, this is a direction along the other face.
+    inwards = outwards[0] > 0
     for axis in {0, 1, 2} - {normal}:
-        # U falls along the face, in a direction in which the face goes on.
-        falls_back = (low[:, axis] > 0) & (boxes.low[:, axis] > -end[axis])
-        falls_ahead = (high[:, axis] < 0) & (boxes.high[:, axis] < end[axis])
+        # U falls along the face: in a direction in which it goes on, or it ends at an edge.
+        falls_back = (low[:, axis] > 0) & (inwards | (boxes.low[:, axis] > -end[axis]))
+        falls_ahead = (high[:, axis] < 0) & (inwards | (boxes.high[:, axis] < end[axis]))
         excluded = excluded | falls_back | falls_ahead
     return excluded
 

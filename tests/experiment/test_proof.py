@@ -245,7 +245,8 @@ def test_energy_at_the_start_is_enclosed():
     assert proof.region is not None
     for above, inside in ((1e-6, False), (4e-6, False), (6e-6, True)):
         region = proof.region.model_copy(update={"energy_bound": -2562500000.0 + above})
-        limited = proof.model_copy(update={"region": region, "regions": ()})
+        changes = {"region": region, "regions": (), "unwrapped": None}
+        limited = proof.model_copy(update=changes)
         assert starts_inside(problem_of(config), limited) is inside
 
 

@@ -1,12 +1,23 @@
 """A motion is said to converge to a rest state only if its energy and its angles prove it."""
 
+from fractions import Fraction
+from functools import partial
+
 import numpy as np
 import pytest
 from support.paper_runs import paper_config
 
 import rbstab
+from rbstab.analysis.exact import in_balls
 from rbstab.config.build import problem_of
-from rbstab.experiment.proof import Proof, prove, reached_state, start_state, starts_inside
+from rbstab.experiment.proof import (
+    Proof,
+    enclosed_start,
+    prove,
+    reached_state,
+    start_state,
+    starts_inside,
+)
 from rbstab.experiment.stability import stability_of
 
 # A body on soft springs under a tilted weight: two valleys, the deeper one at θ1 > 0.
@@ -149,6 +160,20 @@ def test_a_push_over_the_pass_is_not_proved(proof):
         assert start_state(problem_of(config), proof) == number
 
 
+def test_start_is_enclosed_in_decimals():
+    """0.1 and -0.7 are no doubles; the box of Θ has the decimals inside."""
+    config = two_valleys(orientation=[0.1, -0.7, 0.3])
+    exact = problem_of(config).exact
+    assert exact is not None
+    energy, low, high = in_balls(partial(enclosed_start, exact))
+    for decimal, a, b in zip(("0.1", "-0.7", "0.3"), low, high, strict=True):
+        assert Fraction(a) < Fraction(decimal) < Fraction(b)
+        assert b - a < 1e-15
+    problem = problem_of(config)
+    seen = float(problem.system.observe(problem.start).energy.sum())
+    assert 0 < energy - seen + 1e-12 < 1e-11
+
+
 @pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])
 def test_start_is_enclosed_in_all_variants(variant):
     config = rbstab.load_config(
@@ -160,5 +185,65 @@ def test_start_is_enclosed_in_all_variants(variant):
     assert proof.region is not None
     for above, number in ((-1e-9, None), (1e-9, 1)):
         region = proof.region.model_copy(update={"energy_bound": energy + above})
-        limited = proof.model_copy(update={"region": region, "regions": ()})
-        assert start_state(problem, limited) == number
+        changes = {"region": region, "regions": (), "unwrapped": None}
+        assert start_state(problem, proof.model_copy(update=changes)) == number
+
+
+# The same body as a softer pendulum: its valleys are bounded by the half turn.
+TURNING = {**TWO_VALLEYS["controller"], "K_r": [30, 1000, 1000]}
+
+
+@pytest.fixture(scope="module")
+def turning():
+    return rbstab.load_config(TWO_VALLEYS | {"gravity": [0, 5, -100], "controller": TURNING})
+
+
+def test_unwrapped_angles_have_a_proof_of_their_own(turning):
+    proof = prove(turning)
+    wide = proof.unwrapped
+    assert wide is not None
+    assert wide.proved
+    assert wide.end[0] > np.pi
+    # Pulled to +y, the body leans to the negative side of θ1 a little deeper.
+    assert proof.states[0].orientation[0] < 0
+    assert [region.pass_face for region in proof.regions] == ["θ1 = -π", "θ1 = π"]
+    # Without wrapping, the valleys end at the top between them.
+    assert [region.pass_state for region in wide.regions] == [3, 3]
+    for inner, outer in zip(proof.regions, wide.regions, strict=True):
+        assert outer.energy_bound > inner.energy_bound + 1
+        number = inner.rest_state
+        Theta = np.array(proof.states[number - 1].orientation)
+        # Only the unwrapped region reaches this energy, and these angles.
+        energy = 0.5 * (inner.energy_bound + outer.energy_bound)
+        assert reached_state(proof, energy, Theta, Theta) == number
+        without = proof.model_copy(update={"unwrapped": None})
+        assert reached_state(without, energy, Theta, Theta) is None
+        beyond = np.array([np.sign(Theta[0]) * 3.2, 0.0, 0.0])
+        assert reached_state(proof, outer.energy_bound - 1e-3, beyond, beyond) == number
+        assert reached_state(without, outer.energy_bound - 1e-3, beyond, beyond) is None
+
+
+def test_both_ranges_are_described(turning):
+    proof = prove(turning)
+    words = " ".join(stability_of(problem_of(turning), proof).statements)
+    assert "3 rest states in the range of eq. 5, proved to be all" in words
+    assert "For all real θ1 and θ3: 3 rest states, proved" in words
+    assert "For all real θ1 and θ3: region of rest state 2" in words
+    searched = prove(turning, search_only=True)
+    assert searched.unwrapped is None
+    assert "all real" not in " ".join(stability_of(problem_of(turning), searched).statements)
+    stable = rbstab.load_config(paper_config("permanent"))
+    words = " ".join(stability_of(problem_of(stable), prove(stable)).statements)
+    assert "globally stable: every motion that keeps a distance from θ2 = ±π/2 converges" in words
+
+
+def test_rest_state_beyond_the_range_has_no_number(turning):
+    proof = prove(turning)
+    assert proof.unwrapped is not None
+    moved = proof.unwrapped.states[0].model_copy(update={"enclosure": ((4, 0, 0), (4.1, 0, 0))})
+    wide = proof.unwrapped.model_copy(update={"states": (moved, *proof.unwrapped.states[1:])})
+    other = proof.model_copy(update={"unwrapped": wide, "region": None, "regions": ()})
+    energy, Theta = proof.states[0].energy + 1e-3, np.array(proof.states[0].orientation)
+    assert reached_state(other, energy, Theta, Theta) is None
+    alone = proof.model_copy(update={"region": None, "regions": ()})
+    assert reached_state(alone, energy, Theta, Theta) == 1

@@ -4,7 +4,9 @@ import hashlib
 import json
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +17,11 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import resolved
 from rbstab.config.schema import Config
 from rbstab.experiment.proof_record import (
+    Found,
     Proof,
     ProvedRegion,
     ProvedState,
+    ProvedStates,
     no_proof,
     proof_record,
 )
@@ -25,6 +29,9 @@ from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
+
+if TYPE_CHECKING:
+    from rbstab.analysis.proof.rest_states import RestStates
 
 __all__ = [
     "PROOF_VERSION",
@@ -58,7 +65,7 @@ They can be much larger than v(0), if the body starts near its rest state under 
 """
 
 OPEN_RANGE = np.array([np.pi, np.pi / 2, np.pi])
-"""rad: the largest doubles inside the open range of eq. 5."""
+"""rad: the largest doubles inside the open range of eq. 5: they are below π and π/2."""
 
 
 def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
@@ -78,30 +85,42 @@ def prove(config: Config, problem: Problem | None = None, *, search_only: bool =
         search_only: Whether to skip the proof.
     """
     # Imported late: a run usually reads a stored proof and makes none.
-    from rbstab.analysis.proof.certified_region import certified_region
     from rbstab.analysis.proof.definite import indefinite_parameter
     from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
-    from rbstab.analysis.proof.regions.minimum_regions import minimum_regions
     from rbstab.analysis.proof.rest_states import rest_states
+    from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
 
     start_time = time.perf_counter()
     identity = proof_id(config)
+    indefinite = indefinite_parameter(system_of(config, decimals))
+    if indefinite is not None:
+        seconds = time.perf_counter() - start_time
+        return no_proof(identity, f"{indefinite} is not positive definite", seconds)
     try:
         with np.errstate(all="ignore"):
-            indefinite = indefinite_parameter(system_of(config, decimals))
-            if indefinite is not None:
-                seconds = time.perf_counter() - start_time
-                return no_proof(identity, f"{indefinite} is not positive definite", seconds)
             system = smooth_rest_system(problem or problem_of(config))
             exact_system = partial(system_of, config)
-            found = rest_states(system, exact_system, proof=not search_only)
-            region = certified_region(found)
-            regions = minimum_regions(found, region)
+            rest = rest_states(system, exact_system, proof=not search_only)
+            wide = None if search_only else unwrapped_rest_states(rest)
+            found, unwrapped = _regions_of(rest), None if wide is None else _regions_of(wide)
     except NoReducedEnergy as error:
         seconds = time.perf_counter() - start_time
         return no_proof(identity, str(error), seconds)
-    seconds = time.perf_counter() - start_time
-    return proof_record(identity, found, region, regions, seconds)
+    return proof_record(identity, found, unwrapped, time.perf_counter() - start_time)
+
+
+def _regions_of(rest: "RestStates") -> Found:
+    """Return rest states with the regions of the minima."""
+    from rbstab.analysis.proof.boxes import RANGE_END
+    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+    from rbstab.analysis.proof.certified_region import certified_region
+    from rbstab.analysis.proof.regions.minimum_regions import minimum_regions
+
+    if rest.outcome is SearchOutcome.BOX_LIMIT and np.any(rest.end > RANGE_END):
+        # Undecided boxes cover most of the range, so no region is left, but it would take long.
+        return Found(rest, None, ())
+    region = certified_region(rest)
+    return Found(rest, region, minimum_regions(rest, region))
 
 
 def start_level(problem: Problem, proof: Proof) -> float | None:
@@ -143,7 +162,7 @@ def start_state(problem: Problem, proof: Proof) -> int | None:
     """
     if proof.reduced_energy is None or problem.exact is None:
         return 1 if _starts_below(problem, proof) else None
-    start = in_balls(partial(_enclosed_start, problem.exact))
+    start = in_balls(partial(enclosed_start, problem.exact))
     return None if start is None else reached_state(proof, *start)
 
 
@@ -162,26 +181,57 @@ def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int |
     Returns:
         The number, from 1 for the lowest; None if it is not proved.
     """
-    from rbstab.analysis.proof.boxes import RANGE_END, Boxes
-    from rbstab.analysis.proof.regions.downhill import Landscape
+    number = _reached(proof, proof, OPEN_RANGE, energy, (low, high))
+    wide = proof.unwrapped
+    if number is not None or wide is None:
+        return number
+    end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
+    found = _reached(proof, wide, end, energy, (low, high))
+    return None if found is None else _same_state(proof, wide.states[found - 1])
 
-    # These doubles are below π and π/2, so the box is in the open range.
-    inside = np.all(low >= -OPEN_RANGE) and np.all(low <= high) and np.all(high <= OPEN_RANGE)
+
+def _reached(
+    proof: Proof, states: ProvedStates, end: Array, energy: float, box: tuple[Array, Array]
+) -> int | None:
+    """Return the number of the rest state in one range that every motion of a set approaches."""
+    from rbstab.analysis.proof.boxes import Boxes
+    from rbstab.analysis.proof.regions.downhill import Landscape
+    from rbstab.analysis.proof.trigonometric import MAX_ANGLE
+
+    low, high = box
+    inside = np.all(low >= -end) and np.all(low <= high) and np.all(high <= end)
     if not inside or proof.reduced_energy is None:
         return None
-    if proof.region is not None and _is_below(energy, proof.region.energy_bound):
+    if states.region is not None and _is_below(energy, states.region.energy_bound):
         return 1
-    box = Boxes(np.array([low], dtype=float), np.array([high], dtype=float))
-    for region in proof.regions:
+    whole = Boxes(np.array([low], dtype=float), np.array([high], dtype=float))
+    form = replace(proof.reduced_energy.form, reach=max(MAX_ANGLE, float(end.max())))
+    for region in states.regions:
         if not _is_below(energy, region.energy_bound):
             continue
-        corners = proof.states[region.rest_state - 1].enclosure
+        corners = states.states[region.rest_state - 1].enclosure
         minimum = Boxes(*(np.array([corner]) for corner in corners))
-        landscape = Landscape(proof.reduced_energy.form, (minimum,), RANGE_END)
+        landscape = Landscape(form, (minimum,), end)
         with np.errstate(all="ignore"):
-            reached = landscape.reached_minimum(box, region.energy_bound)
+            reached = landscape.reached_minimum(whole, region.energy_bound)
         if reached is not None:
             return region.rest_state
+    return None
+
+
+def _same_state(proof: Proof, state: ProvedState) -> int | None:
+    """Return the number of a proved rest state among those of a proof in the range of eq. 5.
+
+    Of two boxes that contain exactly one rest state each, one inside the other, both contain the
+    same.
+    """
+    low, high = np.array(state.enclosure)
+    for number, other in enumerate(proof.states, start=1):
+        other_low, other_high = np.array(other.enclosure)
+        nested = np.all(other_low <= low) and np.all(high <= other_high)
+        nested = nested or (np.all(low <= other_low) and np.all(other_high <= high))
+        if other.proved and state.proved and nested:
+            return number
     return None
 
 
@@ -189,7 +239,7 @@ def _is_below(energy: float, bound: float | None) -> bool:
     return bound is not None and energy < bound
 
 
-def _enclosed_start(
+def enclosed_start(
     exact: Callable[[Callable[[Array], Array]], tuple[System, Array]],
 ) -> tuple[float, Array, Array]:
     """Return an upper bound of the energy at the start, and a box of Θ; call it by `in_balls`."""

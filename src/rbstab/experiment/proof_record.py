@@ -1,6 +1,6 @@
 """A proof as plain data: its models, and their making from what was proved."""
 
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, NonNegativeInt, PositiveInt, model_validator
@@ -104,12 +104,12 @@ class ProvedEnergy(_Model):
         """U as a form that can be evaluated with proved errors."""
         from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
-        arrays = (self.quadratic, self.linear, self.coefficients)
-        return TrigonometricForm(*(np.array(numbers) for numbers in arrays))
+        quadratic, linear = np.array(self.quadratic), np.array(self.linear)
+        return TrigonometricForm(quadratic, linear, np.array(self.coefficients))
 
 
-class Proof(_Model):
-    """The rest states of a config, lowest first, and the certified region of the lowest.
+class ProvedStates(_Model):
+    """The rest states in a range of Θ, lowest first, and the regions of the minima.
 
     outcome describes how the search ended, or gives the reason why there is no proof. proved is
     True if `states` are proved to be all rest states. unique is True if there is exactly one (None:
@@ -117,20 +117,17 @@ class Proof(_Model):
     that may contain more rest states.
 
     region holds in all of the range. regions has a region of each minimum that has one, in the
-    order of the states; it is empty in proofs of version 1, as reduced_energy is None there.
+    order of the states.
     """
 
-    id: str
     outcome: str
     proved: bool
     unique: bool | None
     examined: NonNegativeInt
-    seconds: float
     undecided: tuple[tuple[Triple, Triple], ...]
     states: tuple[ProvedState, ...]
     region: ProvedRegion | None
     regions: tuple[ProvedMinimum, ...] = ()
-    reduced_energy: ProvedEnergy | None = None
 
     @model_validator(mode="after")
     def _check_states(self) -> Self:
@@ -154,6 +151,30 @@ class Proof(_Model):
         return self.unique and self.states[0].index == 0
 
 
+class UnwrappedStates(ProvedStates):
+    """The rest states with |θ2| < π/2 and any real θ1 and θ3, and the regions of the minima.
+
+    All of them have |Θ| < end, rad; regions end there too. They are not in `Proof.states` if they
+    are beyond the range of eq. 5. A motion leaves this range only through θ2 = ±π/2.
+    """
+
+    end: Triple
+
+
+class Proof(ProvedStates):
+    """The rest states of a config in the range of eq. 5, and the regions of the minima.
+
+    reduced_energy is U, and unwrapped has the rest states for all real θ1 and θ3. Both are None in
+    proofs of version 1, which have no `regions`. unwrapped is also None after a search without a
+    proof, and where θ1 and θ3 have no bound that is small enough for a proof.
+    """
+
+    id: str
+    seconds: float
+    reduced_energy: ProvedEnergy | None = None
+    unwrapped: UnwrappedStates | None = None
+
+
 def no_proof(identity: str, reason: str, seconds: float) -> Proof:
     """Return the record of a config that has no proof, with the reason."""
     return Proof(
@@ -169,31 +190,58 @@ def no_proof(identity: str, reason: str, seconds: float) -> Proof:
     )
 
 
-def proof_record(
-    identity: str,
-    found: "RestStates",
-    region: "CertifiedRegion | None",
-    regions: "tuple[MinimumRegion, ...]",
-    seconds: float,
-) -> Proof:
-    """Return what was proved as plain data."""
-    from rbstab.analysis.proof.boxes import hulls
+class Found(NamedTuple):
+    """What was proved in one range of Θ.
 
-    undecided = hulls(found.undecided)
-    ends = zip(undecided.low.tolist(), undecided.high.tolist(), strict=True)
+    Attributes:
+        rest: The rest states.
+        region: The region of the lowest.
+        regions: The region of each minimum.
+    """
+
+    rest: "RestStates"
+    region: "CertifiedRegion | None"
+    regions: "tuple[MinimumRegion, ...]"
+
+
+def proof_record(identity: str, found: Found, unwrapped: Found | None, seconds: float) -> Proof:
+    """Return what was proved as plain data.
+
+    Args:
+        identity: The id of the proof.
+        found: What was proved in the range of eq. 5.
+        unwrapped: The same for all real θ1 and θ3, or None.
+        seconds: The time that it took.
+    """
+    wide = None
+    if unwrapped is not None:
+        wide = UnwrappedStates(end=_triple(unwrapped.rest.end), **_entries(unwrapped))
     return Proof(
         id=identity,
-        outcome=found.outcome.value,
-        proved=found.proved,
-        unique=found.unique,
-        examined=found.examined,
         seconds=seconds,
-        undecided=tuple((_triple(low), _triple(high)) for low, high in ends),
-        states=tuple(_state(point) for point in found.states),
-        region=None if region is None else _region(region),
-        regions=tuple(_minimum(region) for region in regions),
-        reduced_energy=_energy(found.energy.form),
+        reduced_energy=_energy(found.rest.energy.form),
+        unwrapped=wide,
+        **_entries(found),
     )
+
+
+def _entries(found: Found) -> dict[str, Any]:
+    """Return the fields of `ProvedStates`."""
+    from rbstab.analysis.proof.boxes import hulls
+
+    rest, region = found.rest, found.region
+    undecided = hulls(rest.undecided)
+    ends = zip(undecided.low.tolist(), undecided.high.tolist(), strict=True)
+    return {
+        "outcome": rest.outcome.value,
+        "proved": rest.proved,
+        "unique": rest.unique,
+        "examined": rest.examined,
+        "undecided": tuple((_triple(low), _triple(high)) for low, high in ends),
+        "states": tuple(_state(point) for point in rest.states),
+        "region": None if region is None else _region(region, rest.end),
+        "regions": tuple(_minimum(one, rest.end) for one in found.regions),
+    }
 
 
 def _state(point: "RestPoint") -> ProvedState:
@@ -210,19 +258,19 @@ def _state(point: "RestPoint") -> ProvedState:
     )
 
 
-def _region(region: "CertifiedRegion") -> ProvedRegion:
+def _region(region: "CertifiedRegion", end: Array) -> ProvedRegion:
     return ProvedRegion(
         energy=region.energy,
         level=region.level,
         lower_bound=region.lower_bound,
         attained_at=_triple(region.attained_at),
-        face=None if region.face is None else _face_name(region.face),
+        face=None if region.face is None else _face_name(region.face, end),
         proved=region.proved,
         energy_bound=region.energy_bound,
     )
 
 
-def _minimum(region: "MinimumRegion") -> ProvedMinimum:
+def _minimum(region: "MinimumRegion", end: Array) -> ProvedMinimum:
     gate = region.gate
     return ProvedMinimum(
         rest_state=region.state + 1,
@@ -230,7 +278,7 @@ def _minimum(region: "MinimumRegion") -> ProvedMinimum:
         lower_bound=region.lower_bound,
         energy_bound=region.energy_bound,
         pass_state=None if gate.state is None else gate.state + 1,
-        pass_face=None if gate.face is None else _face_name(gate.face),
+        pass_face=None if gate.face is None else _face_name(gate.face, end),
         pass_at=None if gate.Theta is None else _triple(gate.Theta),
     )
 
@@ -243,10 +291,14 @@ def _energy(form: "TrigonometricForm") -> ProvedEnergy:
     )
 
 
-def _face_name(face: "Face") -> str:
+def _face_name(face: "Face", end: Array) -> str:
+    from rbstab.analysis.proof.boxes import RANGE_END
+
     axis, sign = face.value
-    end = "π/2" if axis == 1 else "π"
-    return f"θ{axis + 1} = {'-' if sign < 0 else ''}{end}"
+    name = "π/2" if axis == 1 else "π"
+    if end[axis] != RANGE_END[axis]:
+        name = f"{end[axis]:.4g}"
+    return f"θ{axis + 1} = {'-' if sign < 0 else ''}{name}"
 
 
 def _corners(box: "Boxes") -> tuple[Triple, Triple]:

@@ -1,5 +1,6 @@
 """All rest states of a system in the range of eq. 5, and whether there is exactly one."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -107,10 +108,24 @@ def rest_states(
     """
     energy = reduced_energy(system, exact_system)
     found = search(energy.form, seed)
-    if not proof:
-        points = [_point(energy, Theta) for Theta in found]
-        return RestStates(energy, _in_order(points), no_boxes(), 0, SearchOutcome.SEARCHED)
-    zeros = prove(energy.form, found, box_limit)
+    if proof:
+        return proved_rest_states(energy, RANGE_END, list(found), box_limit)
+    points = [_point(energy, Theta) for Theta in found]
+    return RestStates(energy, _in_order(points), no_boxes(), 0, SearchOutcome.SEARCHED)
+
+
+def proved_rest_states(
+    energy: ReducedEnergy, end: Array, found: Sequence[Array], box_limit: int
+) -> RestStates:
+    """Prove the rest states with -end <= Θ <= end.
+
+    Args:
+        energy: The reduced energy.
+        end: The largest |Θ|, shape (3,), rad.
+        found: Points that a search found, each of shape (3,), rad.
+        box_limit: The number of boxes at which the proof stops.
+    """
+    zeros = prove(energy.form, found, box_limit, end)
     points = [_point(energy, zero.Theta, zero.enclosure) for zero in zeros.inside]
     if zeros.outcome is not SearchOutcome.PROVED:
         # Points that could not be isolated, such as a nearly double zero, stay in the list. If all
@@ -120,7 +135,8 @@ def rest_states(
             for Theta in found
             if not any(zero.domain_contains(Theta) for zero in zeros.inside)
         ]
-    return RestStates(energy, _in_order(points), zeros.undecided, zeros.examined, zeros.outcome)
+    states = _in_order(points)
+    return RestStates(energy, states, zeros.undecided, zeros.examined, zeros.outcome, end)
 
 
 def _in_order(points: list[RestPoint]) -> tuple[RestPoint, ...]:

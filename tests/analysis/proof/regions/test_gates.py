@@ -10,7 +10,13 @@ from rbstab.analysis.proof.boxes import RANGE_END, box_around, whole_range
 from rbstab.analysis.proof.certified_region import Face
 from rbstab.analysis.proof.regions.border_gates import border_gates, minimum_inside
 from rbstab.analysis.proof.regions.downhill import Landscape
-from rbstab.analysis.proof.regions.gates import Gate, minima_below, state_gate, undecided_gate
+from rbstab.analysis.proof.regions.gates import (
+    Gate,
+    falls_along,
+    minima_below,
+    state_gate,
+    undecided_gate,
+)
 from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
@@ -68,6 +74,16 @@ def test_saddle_in_a_wide_enclosure_has_no_ways(pendulum):
     rest, landscape = pendulum
     wide = replace(rest.states[2], enclosure=box_around(np.zeros(3), 0.5))
     assert below(landscape, wide) is None
+
+
+def test_step_down_must_fall_all_along(pendulum):
+    """∂²U/∂θ1² = 50 - 100 cos θ1 at θ2 = 0: negative up to 60°."""
+    _, landscape = pendulum
+    top = box_around(np.zeros(3), 1e-9)
+    for length, falls in ((0.3, True), (0.7, True), (1.2, False), (2.0, False)):
+        assert falls_along(landscape.form, top, np.array([length, 0, 0])) is falls
+        assert falls_along(landscape.form, top, np.array([-length, 0, 0])) is falls
+    assert not falls_along(landscape.form, top, np.array([0, 0.01, 0]))
 
 
 def test_unknown_gate_leads_everywhere():

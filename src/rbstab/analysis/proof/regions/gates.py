@@ -84,7 +84,7 @@ def minima_below(landscape: Landscape, point: RestPoint, level: float) -> frozen
 def _end(landscape: Landscape, point: RestPoint, direction: Array, level: float) -> int | None:
     """Return the minimum to which one way down from a saddle leads; None if it is not proved."""
     steps = (length * direction for length in FIRST_STEPS)
-    falling = (step for step in steps if _falls_along(landscape.form, point.enclosure, step))
+    falling = (step for step in steps if falls_along(landscape.form, point.enclosure, step))
     for step in islice(falling, MAX_DESCENTS):
         # The saddle plus this step lies in a box of the size of the saddle's enclosure.
         reach = 2.0 * point.enclosure.radius[0] + 1e-14
@@ -94,7 +94,7 @@ def _end(landscape: Landscape, point: RestPoint, direction: Array, level: float)
     return None
 
 
-def _falls_along(form: TrigonometricForm, saddle: Boxes, step: Array) -> bool:
+def falls_along(form: TrigonometricForm, saddle: Boxes, step: Array) -> bool:
     """Return whether U falls all along a step from the exact saddle, proved.
 
     The slope is zero at the saddle. So U falls if d'H(Θ)d < 0 for the step d and all Θ along it.

@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from rbstab.experiment.proof import (
 from rbstab.experiment.stability import stability_of
 
 # A body on soft springs under a tilted weight: two valleys, the deeper one at θ1 > 0.
-TWO_VALLEYS = {
+TWO_VALLEYS: dict[str, Any] = {
     "body": {"mass": 1.0, "inertia": [1, 1, 1], "contact_point": [0, 0, -1]},
     "gravity": [0, 20, -100],
     "controller": {
@@ -190,12 +191,13 @@ def test_start_is_enclosed_in_all_variants(variant):
 
 
 # The same body as a softer pendulum: its valleys are bounded by the half turn.
-TURNING = {**TWO_VALLEYS["controller"], "K_r": [30, 1000, 1000]}
+TURNING: dict[str, Any] = {**TWO_VALLEYS["controller"], "K_r": [30, 1000, 1000]}
 
 
 @pytest.fixture(scope="module")
 def turning():
-    return rbstab.load_config(TWO_VALLEYS | {"gravity": [0, 5, -100], "controller": TURNING})
+    changes: dict[str, Any] = {"gravity": [0, 5, -100], "controller": TURNING}
+    return rbstab.load_config(TWO_VALLEYS | changes)
 
 
 def test_unwrapped_angles_have_a_proof_of_their_own(turning):

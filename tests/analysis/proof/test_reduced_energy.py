@@ -22,7 +22,13 @@ from support.systems import VARIANTS
 
 import rbstab
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
+from rbstab.analysis.proof.polynomial import Ring
+from rbstab.analysis.proof.reduced_energy import (
+    NoEnergyReason,
+    NoReducedEnergy,
+    eliminated,
+    reduced_energy,
+)
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import system_of as config_system
 from rbstab.elements.element import Element
@@ -276,3 +282,29 @@ def test_config_beyond_double_precision_has_no_energy():
         reduced_energy(system, partial(config_system, config))
     with pytest.raises(NoReducedEnergy, match="too large"):
         reduced_energy(system)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_energy_is_the_reduced_one_plus_a_square(variant):
+    """Π(Θ, x) = U(Θ) + ½ (x - x*)'H(x - x*): an identity between exact polynomials in all of Θ, x.
+
+    Lemma 2 of docs/proofs.md, for a config with full gains.
+    """
+    full = [[900, 20, 0.1], [20, 800.3, -30], [0.1, -30, 700]]
+    controller = {"K_t": full, "K_r": full}
+    config = rbstab.load_config(paper_config(variant, True, controller=controller))
+    at_rest = configurations(config_system(config))
+    ring = Ring(3, at_rest.size - 3)
+    x = ring.variables()[3:]
+    exact = configurations(config_system(config, ring.decimals))
+    energy = exact.energy(ring.variables())
+    reduced, minimizer = eliminated(energy)
+    square = 0 * reduced
+    for i, j in np.ndindex(len(x), len(x)):
+        # ∂²Π/∂x_i∂x_j, as Π is of second degree in x.
+        H = energy.length_coefficient(i, j) * (1 + (i == j))
+        square = square + H * (x[i] - minimizer[i]) * (x[j] - minimizer[j]) * 0.5
+    assert (energy - reduced - square).value == 0
+    assert reduced.degree == 0
+    if len(x):
+        assert (energy - reduced).value != 0

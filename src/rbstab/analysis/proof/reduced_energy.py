@@ -98,7 +98,7 @@ def _reduced(at_rest: Configurations, energy: Any, ring: Ring) -> ReducedEnergy:
         energy = ring.constant(energy)
     if not energy.known:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
-    reduced, minimizer = _eliminated(energy)
+    reduced, minimizer = eliminated(energy)
     try:
         return ReducedEnergy(
             at_rest, form_of(reduced), tuple(form_of(entry) for entry in minimizer)
@@ -116,7 +116,7 @@ def _reject_sliding(system: System) -> None:
             )
 
 
-def _eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:
+def eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:
     """Return U and x*, with b = ∂Π/∂x at x = 0 and H = ∂²Π/∂x²."""
     lengths = range(energy.ring.lengths)
     bare = energy.length_coefficient()

@@ -1,5 +1,6 @@
 """Exact arithmetic gives the energies and powers of double precision without its round-off."""
 
+from fractions import Fraction
 from functools import partial
 
 import numpy as np
@@ -11,6 +12,8 @@ from support.systems import VARIANTS, random_Z
 from rbstab.analysis.exact import (
     ball,
     balls,
+    decimal_balls,
+    decimals,
     exact_dissipation,
     exact_energy,
     exact_powers,
@@ -128,3 +131,25 @@ def test_positive_definite_agrees_with_eigenvalues():
         matrix = rng.normal(size=(3, 3)) + 1.5 * np.eye(3)
         smallest = np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0]
         assert is_positive_definite(matrix) is bool(smallest > 0)
+
+
+def test_doubles_of_a_config_mean_decimals():
+    found = decimals(np.array([[0.4, 1e-300], [-0.1, 12300.0]]))
+    expected = [[Fraction(2, 5), Fraction(1, 10**300)], [Fraction(-1, 10), Fraction(12300)]]
+    assert found.tolist() == expected
+    # A double is not the decimal, but it is the nearest one to it.
+    assert Fraction(0.4) != found[0, 0]
+    assert float(found[0, 0]) == 0.4
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan])
+def test_numbers_that_are_not_finite_mean_no_decimal(value):
+    with pytest.raises(OverflowError, match="not a finite number"):
+        decimals(np.array([1.0, value]))
+
+
+def test_balls_of_decimals_hold_the_decimal_and_not_the_double():
+    with ctx.workprec(200):
+        (found,) = decimal_balls(np.array([0.1]))
+        assert found * 10 - 1 == 0 or (found * 10).contains(1)
+        assert not found.contains(arb(0.1))

@@ -251,13 +251,30 @@ def test_one_rest_state_that_is_no_minimum_is_not_stable():
     assert any("not a minimum" in statement for statement in stability.statements)
 
 
-def test_round_off_of_large_energies_certifies_nothing():
-    """Energies of 1e9 J add up to v(0), so v(0) is known to 1e-4 J and not to 1e-9 of itself."""
+def config_of_large_energies():
+    """Return a config whose v(0) of 5e-6 J is the sum of energies of 1e9 J."""
     start = {"position": [0.0, 0.0, -1250.0], "angular_velocity": [1e-3, 0.0, 0.0]}
     plain = paper_config("free", initial=start) | {"gravity": [0.0, 0.0, -1e5]}
-    config = rbstab.load_config(plain)
-    problem = problem_of(config)
+    return rbstab.load_config(plain)
+
+
+def test_energy_at_the_start_is_enclosed():
+    """It is -(41e5 N)² / (2 · 3280 N/m) + ½ · 10 kg m² · (1e-3 rad/s)²."""
+    config = config_of_large_energies()
     proof = prove(config)
+    assert proof.region is not None
+    for above, inside in ((1e-6, False), (4e-6, False), (6e-6, True)):
+        region = proof.region.model_copy(update={"energy_bound": -2562500000.0 + above})
+        changes = {"region": region, "regions": (), "unwrapped": None}
+        limited = proof.model_copy(update=changes)
+        assert starts_inside(problem_of(config), limited) is inside
+
+
+def test_round_off_of_large_energies_certifies_nothing():
+    """A proof of version 1 has no bound of the energy, and v(0) in doubles is known to 1e-4 J."""
+    config = config_of_large_energies()
+    problem = problem_of(config)
+    proof = prove(config).model_copy(update={"reduced_energy": None, "regions": ()})
     assert proof.region is not None
     assert starts_inside(problem, proof)
     level = start_level(problem, proof)

@@ -11,7 +11,10 @@ import yaml
 from click.testing import CliRunner
 
 import rbstab
+from rbstab.config.build import problem_of
 from rbstab.config.load import run_id
+from rbstab.experiment.proof import proof_id, starts_inside
+from rbstab.experiment.proof_cache import cached_proof
 from rbstab_cli.main import cli
 
 STORED = Path(__file__).parent / "data" / "0.1.0"
@@ -95,17 +98,33 @@ def test_a_run_is_taken_as_it_stands(results, tmp_path, name):
 
 
 @pytest.mark.parametrize("name", ["permanent_certified", "visco_elastic_proved"])
+def test_a_proof_is_read_as_it_stands(results, name):
+    """Without a newer proof, the stored one holds for run and report, as it did."""
+    stored = rbstab.open_result(STORED / "runs" / f"{name}.h5")
+    config = rbstab.load_config(yaml.safe_load(stored.config))
+    proof = cached_proof(results, config)
+    assert proof is not None
+    assert proof.id == proof_id(config, 1) != proof_id(config)
+    assert proof.region is not None
+    assert (proof.region.energy_bound, proof.regions) == (None, ())
+    assert proof.globally_stable is True
+    certified = name == "permanent_certified"
+    assert starts_inside(problem_of(config), proof) is certified
+
+
+@pytest.mark.parametrize("name", ["permanent_certified", "visco_elastic_proved"])
 def test_a_run_learns_what_is_proved_of_its_motion(results, tmp_path, name):
-    """`rbstab run --prove` adds it to the run; the old proof and the other runs stay."""
+    """`rbstab run --prove` adds it to the run; a newer proof is beside the old one."""
     shown = call("show", "--config", results / f"{name}.h5")
     (tmp_path / f"{name}.yaml").write_text(shown.stdout)
     before, stored = bytes_below(results), rbstab.open_result(results / f"{name}.h5")
     done = call("run", tmp_path / f"{name}.yaml", "--prove", "-o", results)
     assert done.exit_code == 0, done.output
     after, again = bytes_below(results), rbstab.open_result(results / f"{name}.h5")
-    assert {key: after[key] for key in before if key != f"{name}.h5"} == {
-        key: content for key, content in before.items() if key != f"{name}.h5"
-    }
+    changed = {key for key in before if after[key] != before[key]}
+    assert changed == {f"{name}.h5"}
+    (added,) = set(after) - set(before)
+    assert added.startswith("proofs/")
     assert again.attributes["convergence"] == "proved"
     assert set(stored.variables) <= set(again.variables)
     scale = np.abs(stored["orientation"]).max() or 1.0

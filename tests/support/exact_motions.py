@@ -5,25 +5,16 @@ use Taylor series in 80 bits. Both take the equations from the project.
 """
 
 from collections.abc import Iterator
-from fractions import Fraction
 
 import numpy as np
-from flint import arb, ctx, fmpq
+from flint import arb, ctx
 
+from rbstab.analysis.exact import decimal_balls
 from rbstab.config.build import start_of, system_of
 
 BITS = 220
 COLUMNS = 14
 """The order of the extrapolation is twice this."""
-
-
-def exact_decimals(values):
-    """Return decimals as balls of the current precision."""
-    found = np.empty(values.shape, dtype=object)
-    for index in np.ndindex(values.shape):
-        exact = Fraction(repr(float(values[index])))
-        found[index] = arb(fmpq(exact.numerator, exact.denominator))
-    return found
 
 
 def middles(values):
@@ -37,8 +28,8 @@ def middles(values):
 def motion_of(config, step: float, steps: int) -> Iterator[tuple[float, list[arb], float]]:
     """Yield time, state, and the last change by the extrapolation, after each step."""
     with ctx.workprec(BITS):
-        system = system_of(config, exact_decimals)
-        y = middles(start_of(config, system, exact_decimals))
+        system = system_of(config, decimal_balls)
+        y = middles(start_of(config, system, decimal_balls))
     for k in range(1, steps + 1):
         with ctx.workprec(BITS):
             y, change = _extrapolated(system.rates, y, arb(step))

@@ -27,7 +27,8 @@ def stability_data(report: StabilityReport) -> dict[str, Any]:
     from rbstab_cli.output.certificate import certificate_checks
 
     stability, run = report.stability, report.run
-    proof = stability.proof.model_dump(mode="json")
+    # The reduced energy is only needed where a proof is used or checked.
+    proof = stability.proof.model_dump(mode="json", exclude={"reduced_energy"})
     states = zip(proof.pop("states"), stability.linearisations, strict=True)
     certificate = None
     if run is not None:
@@ -39,6 +40,7 @@ def stability_data(report: StabilityReport) -> dict[str, Any]:
         "statements": stability.statements,
         "start": stability.start,
         "inside": stability.inside,
+        "reached": stability.reached,
         **proof,
         "states": [{**state, "modes": mode_data(linear)} for state, linear in states],
         "certificate": certificate,

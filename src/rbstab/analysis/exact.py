@@ -2,10 +2,12 @@
 
 A ball is a number with a proved bound on its error (python-flint's `arb`). States and parameters
 are doubles, and each double is an exact ball. So the certificate can tell a wrong equation from
-terms that cancel in double precision.
+terms that cancel in double precision. Proofs take the numbers of a config as decimals instead.
 """
 
+import math
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -110,13 +112,47 @@ def balls(values: Array) -> Array:
     return entries
 
 
+def upper(number: Ball) -> float:
+    """Return a double that is not below any number of a ball; NaN for a ball of no bound."""
+    return math.nextafter(float(number.upper()), math.inf)
+
+
+def decimals(values: Array) -> Array:
+    """Return the numbers that the doubles of a config mean, as fractions: 0.4 is 2/5.
+
+    A double means the shortest decimal that reads as the same double.
+
+    Raises:
+        OverflowError: A double is not finite.
+    """
+    entries = np.empty(values.shape, dtype=object)
+    for index in np.ndindex(values.shape):
+        value = float(values[index])
+        if not math.isfinite(value):
+            raise OverflowError(f"{value} is not a finite number")
+        entries[index] = Fraction(repr(value))
+    return entries
+
+
+def decimal_balls(values: Array) -> Array:
+    """Return the numbers that the doubles of a config mean, as balls of the current precision."""
+    from flint import arb, fmpq  # imported late, as in `ball`
+
+    entries = decimals(values)
+    for index in np.ndindex(values.shape):
+        number: Any = entries[index]
+        entries[index] = arb(fmpq(number.numerator, number.denominator))
+    return entries
+
+
 def is_positive_definite(matrix: Array) -> bool:
-    """Return whether the symmetric part of a 3x3 matrix of doubles is positive definite.
+    """Return whether the symmetric part of a 3x3 matrix is positive definite.
 
     The leading principal minors are computed in rational numbers, without round-off.
-    """
-    from fractions import Fraction
 
+    Args:
+        matrix: The matrix, of doubles or of rational numbers.
+    """
     rows = [[Fraction(x) for x in row] for row in matrix.tolist()]
     (a, b, c), (_, d, e), (_, _, f) = (
         [(rows[i][j] + rows[j][i]) / 2 for j in range(3)] for i in range(3)

@@ -1,6 +1,7 @@
 """Building the initial value problem of a config, in doubles or any other kind of number."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -53,7 +54,14 @@ def problem_of(config: Config) -> Problem:
         step_limit=integration.step_limit,
         time_limit=integration.time_limit,
         switching=_switching(config.controller),
+        exact=partial(_system_and_start, config),
     )
+
+
+def _system_and_start(config: Config, numbers: Numbers) -> tuple[System, Array]:
+    """Return the system and the initial state of a config in a kind of number."""
+    system = system_of(config, numbers)
+    return system, start_of(config, system, numbers)
 
 
 def system_of(config: Config, numbers: Numbers = doubles) -> System:

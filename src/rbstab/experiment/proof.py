@@ -3,30 +3,60 @@
 import hashlib
 import json
 import time
-from typing import TYPE_CHECKING, Any, Self
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, NonNegativeInt, model_validator
 
 from rbstab.analysis.approached_state import SAME_STATE
+from rbstab.analysis.exact import ball, decimal_balls, decimals, in_balls, upper
 from rbstab.analysis.rest_state import RestState
-from rbstab.config.build import problem_of
+from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import resolved
 from rbstab.config.schema import Config
+from rbstab.experiment.proof_record import (
+    Found,
+    Proof,
+    ProvedRegion,
+    ProvedState,
+    ProvedStates,
+    no_proof,
+    proof_record,
+)
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof.boxes import Boxes
-    from rbstab.analysis.proof.certified_region import CertifiedRegion
-    from rbstab.analysis.proof.rest_states import RestPoint, RestStates
+    from rbstab.analysis.proof.rest_states import RestStates
 
-PROOF_VERSION = 1
-"""To be increased when a change of the method changes its results; older proofs are then redone."""
+__all__ = [
+    "PROOF_VERSION",
+    "ROUND_OFF",
+    "Proof",
+    "ProvedRegion",
+    "ProvedState",
+    "number_of",
+    "proof_id",
+    "prove",
+    "reached_state",
+    "start_level",
+    "start_state",
+    "starts_inside",
+]
+
+PROOF_VERSION = 2
+"""To be increased when a change of the method changes its results; older proofs are then redone.
+
+Version 1 took the doubles of a config as exact, and had no index and no regions that are proved for
+each minimum.
+"""
 
 ROUND_OFF = 1e-9
-"""Relative error allowed for v(0), which is not computed rigorously."""
+"""Relative error allowed for v(0) in doubles: in sweeps, and for proofs of version 1."""
 
 SUM_ERROR = 1e-13
 """Error allowed for v(0), relative to the sum of the absolute energies that it is computed from.
@@ -34,87 +64,15 @@ SUM_ERROR = 1e-13
 They can be much larger than v(0), if the body starts near its rest state under a load.
 """
 
-Triple = tuple[float, float, float]
+OPEN_RANGE = np.array([np.pi, np.pi / 2, np.pi])
+"""rad: the largest doubles inside the open range of eq. 5: they are below π and π/2."""
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class ProvedState(_Model):
-    """One rest state: Θ, X and D, and its potential energy, J.
-
-    index is the number of independent directions in which the energy decreases.
-
-    enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
-    """
-
-    orientation: Triple
-    position: Triple
-    connector_state: tuple[float, ...]
-    energy: float
-    index: NonNegativeInt
-    proved: bool
-    enclosure: tuple[Triple, Triple]
-
-
-class ProvedRegion(_Model):
-    """Motions with v < level converge to the lowest rest state; proved for v < lower_bound, J.
-
-    energy is c*, J. It is attained at the orientation `attained_at`: on the named face of the
-    range, or at another rest state (face None).
-    """
-
-    energy: float
-    level: float
-    lower_bound: float
-    attained_at: Triple
-    face: str | None
-    proved: bool
-
-
-class Proof(_Model):
-    """The rest states of a config, lowest first, and the certified region of the lowest.
-
-    outcome describes how the search ended, or gives the reason why there is no proof. proved is
-    True if `states` are proved to be all rest states. unique is True if there is exactly one (None:
-    not known). examined is the number of boxes that the search examined. undecided are boxes of Θ
-    that may contain more rest states.
-    """
-
-    id: str
-    outcome: str
-    proved: bool
-    unique: bool | None
-    examined: NonNegativeInt
-    seconds: float
-    undecided: tuple[tuple[Triple, Triple], ...]
-    states: tuple[ProvedState, ...]
-    region: ProvedRegion | None
-
-    @model_validator(mode="after")
-    def _check_states(self) -> Self:
-        count = len(self.states)
-        if (self.unique is not None and self.unique != (count == 1)) or (self.region and not count):
-            raise ValueError("the number of states does not fit the other entries")
-        return self
-
-    @property
-    def globally_stable(self) -> bool | None:
-        """Whether every motion that stays in the range converges to the only rest state.
-
-        By La Salle's theorem this is true if that state is a minimum, for motions that keep a
-        distance from θ2 = ±π/2: the theorem needs a closed set in which the equations are smooth.
-        None: not known.
-        """
-        return self.unique and self.states[0].index == 0
-
-
-def proof_id(config: Config) -> str:
-    """Return the identity of a proof: a digest of body, gravity and controller."""
+def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
+    """Return the identity of a proof: a digest of body, gravity, controller and version."""
     data = resolved(config)
     parts = {name: data[name] for name in ("body", "gravity", "controller")}
-    text = json.dumps([PROOF_VERSION, parts], sort_keys=True, separators=(",", ":"))
+    text = json.dumps([version, parts], sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
@@ -127,21 +85,42 @@ def prove(config: Config, problem: Problem | None = None, *, search_only: bool =
         search_only: Whether to skip the proof.
     """
     # Imported late: a run usually reads a stored proof and makes none.
-    from rbstab.analysis.proof.certified_region import certified_region
+    from rbstab.analysis.proof.definite import indefinite_parameter
     from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
     from rbstab.analysis.proof.rest_states import rest_states
+    from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
 
     start_time = time.perf_counter()
     identity = proof_id(config)
+    indefinite = indefinite_parameter(system_of(config, decimals))
+    if indefinite is not None:
+        seconds = time.perf_counter() - start_time
+        return no_proof(identity, f"{indefinite} is not positive definite", seconds)
     try:
         with np.errstate(all="ignore"):
             system = smooth_rest_system(problem or problem_of(config))
-            found = rest_states(system, proof=not search_only)
-            region = certified_region(found)
+            exact_system = partial(system_of, config)
+            rest = rest_states(system, exact_system, proof=not search_only)
+            wide = None if search_only else unwrapped_rest_states(rest)
+            found, unwrapped = _regions_of(rest), None if wide is None else _regions_of(wide)
     except NoReducedEnergy as error:
         seconds = time.perf_counter() - start_time
-        return _no_proof(identity, str(error), seconds)
-    return _proof(identity, found, region, time.perf_counter() - start_time)
+        return no_proof(identity, str(error), seconds)
+    return proof_record(identity, found, unwrapped, time.perf_counter() - start_time)
+
+
+def _regions_of(rest: "RestStates") -> Found:
+    """Return rest states with the regions of the minima."""
+    from rbstab.analysis.proof.boxes import RANGE_END
+    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+    from rbstab.analysis.proof.certified_region import certified_region
+    from rbstab.analysis.proof.regions.minimum_regions import minimum_regions
+
+    if rest.outcome is SearchOutcome.BOX_LIMIT and np.any(rest.end > RANGE_END):
+        # Undecided boxes cover most of the range, so no region is left, but it would take long.
+        return Found(rest, None, ())
+    region = certified_region(rest)
+    return Found(rest, region, minimum_regions(rest, region))
 
 
 def start_level(problem: Problem, proof: Proof) -> float | None:
@@ -169,7 +148,110 @@ def number_of(proof: Proof, rest: RestState) -> int | None:
 
 
 def starts_inside(problem: Problem, proof: Proof) -> bool:
-    """Return whether a problem starts where convergence to the lowest rest state is proved."""
+    """Return whether a problem starts where convergence to a rest state is proved."""
+    return start_state(problem, proof) is not None
+
+
+def start_state(problem: Problem, proof: Proof) -> int | None:
+    """Return the number of the rest state to which the motion of a problem converges, proved.
+
+    The energy and Θ at the start are enclosed for the exact numbers of the config.
+
+    Returns:
+        The number, from 1 for the lowest; None if it is not proved.
+    """
+    if proof.reduced_energy is None or problem.exact is None:
+        return 1 if _starts_below(problem, proof) else None
+    start = in_balls(partial(enclosed_start, problem.exact))
+    return None if start is None else reached_state(proof, *start)
+
+
+def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int | None:
+    """Return the number of the rest state to which every motion of a set converges, proved.
+
+    The set has all motions that at some time have a total energy of at most `energy`, and Θ in a
+    box. As the kinetic energy is not negative, U(Θ) <= energy there.
+
+    Args:
+        proof: The proof.
+        energy: An upper bound of kinetic plus stored energy, J.
+        low: The lower corner of the box of Θ, shape (3,), rad.
+        high: The upper corner.
+
+    Returns:
+        The number, from 1 for the lowest; None if it is not proved.
+    """
+    number = _reached(proof, proof, OPEN_RANGE, energy, (low, high))
+    wide = proof.unwrapped
+    if number is not None or wide is None:
+        return number
+    end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
+    found = _reached(proof, wide, end, energy, (low, high))
+    return None if found is None else _same_state(proof, wide.states[found - 1])
+
+
+def _reached(
+    proof: Proof, states: ProvedStates, end: Array, energy: float, box: tuple[Array, Array]
+) -> int | None:
+    """Return the number of the rest state in one range that every motion of a set approaches."""
+    from rbstab.analysis.proof.boxes import Boxes
+    from rbstab.analysis.proof.regions.downhill import Landscape
+    from rbstab.analysis.proof.trigonometric import MAX_ANGLE
+
+    low, high = box
+    inside = np.all(low >= -end) and np.all(low <= high) and np.all(high <= end)
+    if not inside or proof.reduced_energy is None:
+        return None
+    if states.region is not None and _is_below(energy, states.region.energy_bound):
+        return 1
+    whole = Boxes(np.array([low], dtype=float), np.array([high], dtype=float))
+    form = replace(proof.reduced_energy.form, reach=max(MAX_ANGLE, float(end.max())))
+    for region in states.regions:
+        if not _is_below(energy, region.energy_bound):
+            continue
+        corners = states.states[region.rest_state - 1].enclosure
+        minimum = Boxes(*(np.array([corner]) for corner in corners))
+        landscape = Landscape(form, (minimum,), end)
+        with np.errstate(all="ignore"):
+            reached = landscape.reached_minimum(whole, region.energy_bound)
+        if reached is not None:
+            return region.rest_state
+    return None
+
+
+def _same_state(proof: Proof, state: ProvedState) -> int | None:
+    """Return the number of a proved rest state among those of a proof in the range of eq. 5.
+
+    Of two boxes that contain exactly one rest state each, one inside the other, both contain the
+    same.
+    """
+    low, high = np.array(state.enclosure)
+    for number, other in enumerate(proof.states, start=1):
+        other_low, other_high = np.array(other.enclosure)
+        nested = np.all(other_low <= low) and np.all(high <= other_high)
+        nested = nested or (np.all(low <= other_low) and np.all(other_high <= high))
+        if other.proved and state.proved and nested:
+            return number
+    return None
+
+
+def _is_below(energy: float, bound: float | None) -> bool:
+    return bound is not None and energy < bound
+
+
+def enclosed_start(
+    exact: Callable[[Callable[[Array], Array]], tuple[System, Array]],
+) -> tuple[float, Array, Array]:
+    """Return an upper bound of the energy at the start, and a box of Θ; call it by `in_balls`."""
+    system, start = exact(decimal_balls)
+    energy = upper(sum(system.observe(start).energy.tolist(), ball(0.0)))
+    Theta = [ball(0.0) + angle for angle in system.motion(start).Theta]
+    low, high = [-upper(-angle) for angle in Theta], [upper(angle) for angle in Theta]
+    return energy, np.array(low), np.array(high)
+
+
+def _starts_below(problem: Problem, proof: Proof) -> bool:
+    """Return whether v(0), computed in doubles, is below the bound of a proof of version 1."""
     level = start_level(problem, proof)
     if level is None or proof.region is None:
         return False
@@ -182,87 +264,3 @@ def _start_energies(problem: Problem) -> Array:
     """Return the energy at the start by part, shape (parts,), J."""
     with np.errstate(all="ignore"):
         return problem.system.observe(problem.start).energy
-
-
-def _no_proof(identity: str, reason: str, seconds: float) -> Proof:
-    return Proof(
-        id=identity,
-        outcome=reason,
-        proved=False,
-        unique=None,
-        examined=0,
-        seconds=seconds,
-        undecided=(),
-        states=(),
-        region=None,
-    )
-
-
-def _proof(
-    identity: str, found: "RestStates", region: "CertifiedRegion | None", seconds: float
-) -> Proof:
-    from rbstab.analysis.proof.boxes import hulls
-
-    undecided = hulls(found.undecided)
-    ends = zip(undecided.low.tolist(), undecided.high.tolist(), strict=True)
-    return Proof(
-        id=identity,
-        outcome=found.outcome.value,
-        proved=found.proved,
-        unique=found.unique,
-        examined=found.examined,
-        seconds=seconds,
-        undecided=tuple((_triple(low), _triple(high)) for low, high in ends),
-        states=tuple(_state(point) for point in found.states),
-        region=None if region is None else _region(region),
-    )
-
-
-def _state(point: "RestPoint") -> ProvedState:
-    rest, box = point.state, point.enclosure
-    return ProvedState(
-        orientation=_triple(rest.motion.Theta),
-        position=_triple(rest.motion.X),
-        connector_state=tuple(map(float, rest.own)),
-        energy=rest.energy,
-        index=point.index,
-        proved=point.proved,
-        enclosure=_corners(box),
-    )
-
-
-def _region(region: "CertifiedRegion") -> ProvedRegion:
-    return ProvedRegion(
-        energy=region.energy,
-        level=region.level,
-        lower_bound=region.lower_bound,
-        attained_at=_triple(region.attained_at),
-        face=None if region.face is None else _face_name(region.face.value),
-        proved=region.proved,
-    )
-
-
-def _face_name(face: Any) -> str:
-    axis, sign = face
-    end = "π/2" if axis == 1 else "π"
-    return f"θ{axis + 1} = {'-' if sign < 0 else ''}{end}"
-
-
-def _corners(box: "Boxes") -> tuple[Triple, Triple]:
-    return _triple(box.low[0]), _triple(box.high[0])
-
-
-def _triple(values: Array | list[float]) -> Triple:
-    a, b, c = (float(value) for value in values)
-    return a, b, c
-
-
-def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int | None:
-    """Return the rest state to which every motion converges that has an energy and a Θ in a box.
-
-    TEMPORARY: replaced by the regions of all minima.
-    """
-    if proof.region is None or not proof.states:
-        return None
-    inside = energy < proof.states[0].energy + proof.region.lower_bound - 1e-9
-    return 1 if inside and np.all(np.abs([low, high]) < [np.pi, np.pi / 2, np.pi]) else None

@@ -7,7 +7,7 @@ import errno
 from pathlib import Path
 
 from rbstab.config.schema import Config
-from rbstab.experiment.proof import Proof, proof_id, prove
+from rbstab.experiment.proof import PROOF_VERSION, Proof, proof_id, prove
 from rbstab.integrate.problem import Problem
 from rbstab.store.document import read_model, write_document
 from rbstab.store.errors import NotAResultError, StoreError
@@ -19,37 +19,49 @@ NO_FILE_ERRORS = (
 """Errors of opening a path at which there is no file that can be read. Then there is no proof."""
 
 
-def proof_file(folder: Path, config: Config) -> Path:
+def proof_file(folder: Path, config: Config, version: int = PROOF_VERSION) -> Path:
     """Return the file of a config's proof in a folder of results."""
-    return folder / "proofs" / f"{proof_id(config)}.json"
+    return folder / "proofs" / f"{proof_id(config, version)}.json"
 
 
 def cached_proof(folder: Path, config: Config) -> Proof | None:
     """Return the cached proof of a config in a folder of results; None if it is missing.
 
-    A damaged file, or a file of another version, is treated as missing.
+    A proof of an older version is returned if there is no newer one. A damaged file is treated as
+    missing.
 
     Raises:
         StoreError: The disk reports an error; the proof may be whole.
     """
+    for version in range(PROOF_VERSION, 0, -1):
+        found = _cached(folder, config, version)
+        if found is not None:
+            return found
+    return None
+
+
+def _cached(folder: Path, config: Config, version: int) -> Proof | None:
+    """Return the cached proof of one version."""
     try:
-        proof = read_model(proof_file(folder, config), Proof)
+        proof = read_model(proof_file(folder, config, version), Proof)
     except NotAResultError:
         return None
     except StoreError as error:
         if isinstance(error.__cause__, OSError) and error.__cause__.errno not in NO_FILE_ERRORS:
             raise
         return None
-    return proof if proof.id == proof_id(config) else None
+    return proof if proof.id == proof_id(config, version) else None
 
 
 def proof_for(folder: Path, config: Config, problem: Problem | None = None) -> Proof:
     """Return the cached proof of a config; if there is none, make it and write it to the cache.
 
+    A proof of an older version stays in the cache, and a new one is made beside it.
+
     Raises:
         StoreError: The proof cannot be written, or the disk fails to read it.
     """
-    found = cached_proof(folder, config)
+    found = _cached(folder, config, PROOF_VERSION)
     if found is None:
         found = prove(config, problem)
         write_document(proof_file(folder, config), found.model_dump(mode="json"))

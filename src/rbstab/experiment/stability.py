@@ -5,11 +5,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.analysis.linearisation import Linearisation, linearise
-from rbstab.experiment.proof import Proof, ProvedState, start_level, starts_inside
+from rbstab.experiment.proof import start_level, start_state
+from rbstab.experiment.proof_record import Proof, ProvedMinimum, ProvedState, ProvedStates
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import motion_from_centre
+
+UNWRAPPED = "For all real θ1 and θ3"
+"""Beginning of the sentences on the range |θ2| < π/2, in which θ1 and θ3 have no bounds."""
+
+SEARCHED = "looked for, not proved"
+"""The outcome of a search without a proof (`SearchOutcome.SEARCHED`)."""
+
+NOT_DEEPER = 1e-6
+"""A region that is relatively deeper by less than this is not named beside the certified one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,18 +30,29 @@ class Stability:
         proof: The rest states, lowest first, and the region.
         linearisations: The linearisation at each rest state, in the same order.
         start: v(0) relative to the lowest rest state, J; None if no rest state is known.
-        inside: Whether the config starts where convergence to the lowest rest state is proved.
+        reached: The number of the rest state to which the motion from this start converges, proved;
+            None: nothing is proved for this start.
     """
 
     proof: Proof
     linearisations: tuple[Linearisation, ...]
     start: float | None
-    inside: bool
+    reached: int | None
+
+    @property
+    def inside(self) -> bool:
+        """Whether the config starts where convergence to a rest state is proved."""
+        return self.reached is not None
 
     @property
     def statements(self) -> list[str]:
         """Sentences on the rest states, global stability, the certified region and this start."""
-        return [*_rest_state_sentences(self.proof), *_region_sentences(self)]
+        return [
+            *_rest_state_sentences(self.proof),
+            *_region_sentences(self),
+            *_unwrapped_sentences(self.proof),
+            *_start_sentences(self),
+        ]
 
 
 def stability_of(problem: Problem, proof: Proof) -> Stability:
@@ -44,7 +65,7 @@ def stability_of(problem: Problem, proof: Proof) -> Stability:
             rest = motion_from_centre(system.body, system.anchor, Z)
             linearisations.append(linearise(system, rest, np.array(state.connector_state)))
         start = start_level(problem, proof)
-    return Stability(proof, tuple(linearisations), start, starts_inside(problem, proof))
+    return Stability(proof, tuple(linearisations), start, start_state(problem, proof))
 
 
 def kind_of(state: ProvedState) -> str:
@@ -83,8 +104,8 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
 
 
 def _region_sentences(stability: Stability) -> list[str]:
-    region, start = stability.proof.region, stability.start
-    if region is None or start is None:
+    region = stability.proof.region
+    if region is None or stability.start is None:
         return ["Certified region: none."]
     where = f"on {region.face}" if region.face else "at another rest state"
     if region.lower_bound > 0:
@@ -99,9 +120,60 @@ def _region_sentences(stability: Stability) -> list[str]:
         ]
     else:
         sentences = ["Certified region: empty."]
-    if stability.inside:
-        return [*sentences, f"This start: v(0) = {start:.6g} J is inside; convergence is proved."]
+    return [*sentences, *_minimum_sentences(stability.proof)]
+
+
+def _minimum_sentences(proof: ProvedStates, what: str = "Region") -> list[str]:
+    """Return a sentence on each region that goes beyond the certified one."""
+    certified = 0.0 if proof.region is None else proof.region.lower_bound
     return [
-        *sentences,
-        f"This start: v(0) = {start:.6g} J is not inside; nothing is proved for it.",
+        f"{what} of rest state {one.rest_state}: {one.lower_bound:.6g} J deep, proved. Every "
+        f"motion in it converges to this rest state; its pass is {_pass_of(one)}."
+        for one in proof.regions
+        if one.rest_state > 1 or one.lower_bound > certified * (1 + NOT_DEEPER)
+    ]
+
+
+def _pass_of(region: ProvedMinimum) -> str:
+    if region.pass_state is not None:
+        return f"at rest state {region.pass_state}"
+    return "not located" if region.pass_face is None else f"on {region.pass_face}"
+
+
+def _unwrapped_sentences(proof: Proof) -> list[str]:
+    """Return sentences on all real θ1 and θ3."""
+    if proof.reduced_energy is None or proof.outcome == SEARCHED:
+        return []
+    found = proof.unwrapped
+    if found is None:
+        return [f"{UNWRAPPED}: not decided; rest states may have angles too large for a proof."]
+    if not found.proved:
+        return [f"{UNWRAPPED}: not decided ({found.outcome})."]
+    count = len(found.states)
+    first = (
+        f"{UNWRAPPED}: {count or 'no'} rest state{'s' if count > 1 else ''}, proved "
+        f"({found.examined} boxes)"
+    )
+    if found.globally_stable:
+        first += "; globally stable: every motion that keeps a distance from θ2 = ±π/2 converges"
+    sentences, region = [f"{first}."], found.region
+    if region is not None and region.lower_bound > 0:
+        sentences.append(
+            f"{UNWRAPPED}: every motion with v(0) < {region.lower_bound:.6g} J converges to the "
+            f"lowest rest state, proved."
+        )
+    return [*sentences, *_minimum_sentences(found, f"{UNWRAPPED}: region")]
+
+
+def _start_sentences(stability: Stability) -> list[str]:
+    start = stability.start
+    if stability.proof.region is None or start is None:
+        return []
+    if not stability.inside:
+        return [f"This start: v(0) = {start:.6g} J is not inside; nothing is proved for it."]
+    if len(stability.proof.states) == 1:
+        return [f"This start: v(0) = {start:.6g} J is inside; convergence is proved."]
+    return [
+        f"This start: v(0) = {start:.6g} J is inside; convergence to rest state "
+        f"{stability.reached} is proved."
     ]

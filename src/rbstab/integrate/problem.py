@@ -60,6 +60,8 @@ class Problem:
         switching: The rules for a sliding connector, or None if the system has none.
         diagnosed: Whether the run of a sliding connector reports its chatter energy and
             `trusted_until`, which needs a second run.
+        exact: Builds the system and the start from the numbers of the config, in the kind of number
+            to which a function converts doubles. None: the problem is not that of a config.
     """
 
     system: System
@@ -74,6 +76,7 @@ class Problem:
     time_limit: float
     switching: Switching | None = None
     diagnosed: bool = True
+    exact: Callable[[Callable[[Array], Array]], tuple[System, Array]] | None = None
 
     def audited_start(self) -> Array:
         """Return the initial state vector, then the audit states ∫v' dt and ε, which are zero."""

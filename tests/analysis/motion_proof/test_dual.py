@@ -5,7 +5,7 @@ import pytest
 from flint import acb, arb, arb_series, ctx
 from support.configs import BY_VARIANT, plain
 
-from rbstab.analysis.motion_proof.dual import Dual, decimals, objects
+from rbstab.analysis.motion_proof.dual import Dual, decimal_duals, objects
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.mechanics.derivatives import jacobian
@@ -14,7 +14,7 @@ from rbstab.mechanics.derivatives import jacobian
 @pytest.mark.parametrize("variant", BY_VARIANT)
 def test_slopes_of_the_rates_are_their_jacobian(variant):
     config = load_config(plain(BY_VARIANT[variant]))
-    system, doubles = system_of(config, decimals), problem_of(config).system
+    system, doubles = system_of(config, decimal_duals), problem_of(config).system
     y = np.random.default_rng(3).uniform(-0.5, 0.5, system.size)
     state = objects([Dual(arb(x), {k: arb(1)}) for k, x in enumerate(y.tolist())])
     found = np.zeros((system.size, system.size))
@@ -28,7 +28,7 @@ def test_slopes_of_the_rates_are_their_jacobian(variant):
 @pytest.mark.parametrize("variant", BY_VARIANT)
 def test_a_complex_ball_and_a_series_give_the_rates(variant):
     config = load_config(plain(BY_VARIANT[variant]))
-    system, doubles = system_of(config, decimals), problem_of(config).system
+    system, doubles = system_of(config, decimal_duals), problem_of(config).system
     y = np.random.default_rng(4).uniform(-0.5, 0.5, system.size)
     slope = np.random.default_rng(5).uniform(-0.5, 0.5, system.size)
     old, ctx.cap = ctx.cap, 2
@@ -49,10 +49,10 @@ def test_a_complex_ball_and_a_series_give_the_rates(variant):
 def test_a_number_of_a_config_is_its_decimal():
     # 0.1 is not the double 0.1000000000000000055...
     with ctx.workprec(200):
-        (value,) = decimals(np.array([0.1]))
+        (value,) = decimal_duals(np.array([0.1]))
         assert value.value.contains(arb(1) / 10)
         assert not value.value.contains(arb(0.1))
-    assert decimals(np.array([[0.0, 2.0]]))[0, 0] == 0.0
+    assert decimal_duals(np.array([[0.0, 2.0]]))[0, 0] == 0.0
 
 
 def test_zeros_and_ones_are_exact():

@@ -8,10 +8,11 @@ import pytest
 from flint import arb, ctx
 from scipy.integrate import solve_ivp
 from support.configs import BY_VARIANT, plain
-from support.exact_motions import exact_decimals, middles, motion_of, state_after
+from support.exact_motions import middles, motion_of, state_after
 
+from rbstab.analysis.exact import decimal_balls
 from rbstab.analysis.motion_proof import step as step_module
-from rbstab.analysis.motion_proof.dual import decimals
+from rbstab.analysis.motion_proof.dual import decimal_duals
 from rbstab.analysis.motion_proof.linear_flow import LinearBounds
 from rbstab.analysis.motion_proof.motion import (
     PRECISION,
@@ -51,10 +52,10 @@ def config_of(variant, seed=0, **changes):
 
 def enclosure(config):
     """Return the equations, the set of the start, and the scale of the states."""
-    system, problem = system_of(config, decimals), problem_of(config)
+    system, problem = system_of(config, decimal_duals), problem_of(config)
     energy = float(np.abs(problem.system.observe(problem.start).energy).sum())
     scale = scale_of(problem.system, energy)
-    return system, start_set(start_of(config, system, decimals), scale), scale
+    return system, start_set(start_of(config, system, decimal_duals), scale), scale
 
 
 def enclosed_at(config, t):
@@ -141,7 +142,7 @@ def test_every_start_of_a_set_stays_in_it(variant, size, reached):
         step = step_from(system.rates, start, scale, 0.004)
     assert step is not None
     with ctx.workprec(220):
-        exact_system = system_of(config, exact_decimals)
+        exact_system = system_of(config, decimal_balls)
     ends = {}
     for axis in range(n):
         for sign in (-1.0, 1.0):

@@ -193,6 +193,25 @@ def test_what_is_undecided_high_up_leaves_a_region():
     assert 0.9 * corners.min() < found.lower_bound <= corners.min()
 
 
+def test_lowest_state_whose_index_is_not_proved_has_no_region():
+    rest = rest_states(paper_system("permanent"))
+    doubtful = replace(rest.states[0], index_proved=False)
+    found = region_of(replace(rest, states=(doubtful,)))
+    assert found.lower_bound == 0
+    assert found.energy_bound is None
+    assert found.level == pytest.approx(1020, abs=0.5)
+
+
+def test_energy_bound_is_the_same_level_in_total_energy(rng):
+    for variant in ("permanent", "embedded"):
+        rest = rest_states(random_rest_system(rng, variant))
+        found = region_of(rest)
+        assert found.energy_bound is not None
+        height = found.energy_bound - rest.states[0].state.energy
+        assert found.lower_bound == pytest.approx(max(height, 0.0), abs=1e-9 * found.level)
+        assert found.energy_bound <= found.energy
+
+
 def test_no_rest_state_no_region():
     rest = rest_states(paper_system("permanent"))
     assert certified_region(replace(rest, states=())) is None

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 from flint import arb, ctx
 from support.duals import arbs, energy_dual, reduced_derivatives
+from support.paper_runs import paper_config
 from support.rest import (
     DAMPING,
     HEAVY,
@@ -18,9 +20,17 @@ from support.rest import (
 )
 from support.systems import VARIANTS
 
+import rbstab
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
+from rbstab.analysis.proof.polynomial import Ring
+from rbstab.analysis.proof.reduced_energy import (
+    NoEnergyReason,
+    NoReducedEnergy,
+    eliminated,
+    reduced_energy,
+)
 from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.config.build import system_of as config_system
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.sliding import SlidingConnector
@@ -224,3 +234,77 @@ def test_spring_of_another_law_needs_no_word_of_its_own():
     spring = Spring(lambda motion: motion.Theta[0] * motion.X[0])
     system = replace(paper_system("free"), elements=(STABILIZER, spring))
     np.testing.assert_array_equal(reduced_energy(system).form.quadratic, np.diag([-1, 0, 0]))
+
+
+def loaded_free_config():
+    """Return a config whose weight and energy at rest are not the products of its doubles."""
+    gains = {"K_t": [0.9] * 3, "L_t": [1.0] * 3, "K_r": [0.9] * 3, "L_r": [1.0] * 3}
+    return rbstab.load_config(
+        {
+            "body": {"mass": 0.1, "inertia": [1, 1, 1], "contact_point": [0, 0, 0]},
+            "gravity": [0, 0, -0.3],
+            "controller": {"variant": "free", **gains},
+            "integration": {"duration": 1.0},
+        }
+    )
+
+
+def test_energy_belongs_to_the_decimals_of_a_config():
+    config = loaded_free_config()
+    system = config_system(config)
+    exact = reduced_energy(system, partial(config_system, config)).form.coefficients[0, 0, 0]
+    # ½ (0.1 · 0.3)² / 0.9 in decimals: 5e-4.
+    assert exact == -5e-4
+    assert exact != reduced_energy(system).form.coefficients[0, 0, 0]
+
+
+@pytest.mark.parametrize("variant", VARIANTS[1:])
+def test_anchor_at_the_equilibrium_balances_the_weight_exactly(variant):
+    """In doubles K_t⁻¹G is rounded, and the body would rest at a tiny angle."""
+    controller = {"anchor": "equilibrium", "K_t": [0.3, 0.7, 0.9]}
+    data = paper_config(variant, True, controller=controller)
+    config = rbstab.load_config(data | {"gravity": [0.1, 0.2, -9.81]})
+    exact = reduced_energy(config_system(config), partial(config_system, config))
+    zero = np.zeros((1, 3))
+    slope = exact.form.approximate(zero, 1)[1][0]
+    # All that is left is the last digit of the sum of the coefficients.
+    np.testing.assert_allclose(slope, 0, atol=2 * exact.form.round_off[1].max())
+    rounded = reduced_energy(config_system(config)).form.coefficients
+    assert np.any(rounded != exact.form.coefficients)
+
+
+def test_config_beyond_double_precision_has_no_energy():
+    data = paper_config("permanent", True) | {"gravity": [0.0, 0.0, -1e308]}
+    config = rbstab.load_config(data)
+    with np.errstate(all="ignore"):
+        system = config_system(config)
+    with pytest.raises(NoReducedEnergy, match="too large"):
+        reduced_energy(system, partial(config_system, config))
+    with pytest.raises(NoReducedEnergy, match="too large"):
+        reduced_energy(system)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_energy_is_the_reduced_one_plus_a_square(variant):
+    """Π(Θ, x) = U(Θ) + ½ (x - x*)'H(x - x*): an identity between exact polynomials in all of Θ, x.
+
+    Lemma 2 of docs/proofs.md, for a config with full gains.
+    """
+    full = [[900, 20, 0.1], [20, 800.3, -30], [0.1, -30, 700]]
+    controller = {"K_t": full, "K_r": full}
+    config = rbstab.load_config(paper_config(variant, True, controller=controller))
+    at_rest = configurations(config_system(config))
+    ring = Ring(3, at_rest.size - 3)
+    x = ring.variables()[3:]
+    exact = configurations(config_system(config, ring.decimals))
+    energy = exact.energy(ring.variables())
+    reduced, minimizer = eliminated(energy)
+    square = 0 * reduced
+    for i, j in np.ndindex(len(x), len(x)):
+        # ∂²Π/∂x_i∂x_j, as Π is of second degree in x.
+        H = energy.length_coefficient(i, j) * (1 + (i == j))
+        square = square + H * (x[i] - minimizer[i]) * (x[j] - minimizer[j]) * 0.5
+    assert (energy - reduced - square).value == 0
+    assert reduced.degree == 0
+    if len(x):
+        assert (energy - reduced).value != 0

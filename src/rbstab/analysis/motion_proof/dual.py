@@ -5,11 +5,11 @@ time). The equations accept duals like floats, so they give derivatives of balls
 Numbers that are not duals are exact doubles; 0.0 and 1.0 among them are not multiplied.
 """
 
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
+from rbstab.analysis.exact import decimal_balls
 from rbstab.mechanics.numbers import Array
 
 Value = Any
@@ -127,21 +127,14 @@ def _exact(number: Any) -> Value:
     return arb(number)
 
 
-def decimals(values: Array) -> Array:
+def decimal_duals(values: Array) -> Array:
     """Return each number of a config as a dual without derivatives; zeros stay doubles.
 
-    A double stands for the shortest decimal that reads as the same double: 0.4 is 2/5. The value is
-    a ball around that decimal, of the current precision.
+    The value is a ball of the current precision, around the decimal that the double means (see
+    `decimal_balls`).
     """
-    from flint import arb, fmpq
-
-    def convert(value: float) -> Any:
-        if value == 0:
-            return 0.0
-        exact = Fraction(repr(value))
-        return Dual(arb(fmpq(exact.numerator, exact.denominator)))
-
-    return objects([convert(value) for value in values.ravel().tolist()]).reshape(values.shape)
+    balls = decimal_balls(values).ravel().tolist()
+    return objects([Dual(ball) if ball != 0 else 0.0 for ball in balls]).reshape(values.shape)
 
 
 def objects(entries: list[Any]) -> Array:

@@ -72,9 +72,9 @@ def joined(parts: list[Boxes]) -> Boxes:
     )
 
 
-def whole_range() -> Boxes:
-    """Return the closed range of eq. 5 as one box."""
-    return Boxes(-RANGE_END[np.newaxis], RANGE_END[np.newaxis].copy())
+def whole_range(end: Array = RANGE_END) -> Boxes:
+    """Return the box -end <= Θ <= end; by default the closed range of eq. 5."""
+    return Boxes(-end[np.newaxis], end[np.newaxis].copy())
 
 
 def no_boxes() -> Boxes:

@@ -10,9 +10,9 @@ from enum import Enum
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import Boxes, joined, no_boxes, whole_range
+from rbstab.analysis.proof.boxes import RANGE_END, Boxes, joined, no_boxes, whole_range
 from rbstab.analysis.proof.enclosure import enclosure, inverses
-from rbstab.analysis.proof.trigonometric import MAX_ANGLE, TrigonometricForm
+from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.zero import Zero, isolated_zero, newton
 from rbstab.mechanics.numbers import Array
 
@@ -48,7 +48,7 @@ class SearchOutcome(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Zeros:
-    """The zeros of ∇U in the closed range of eq. 5.
+    """The zeros of ∇U in the closed range of eq. 5, or in another box.
 
     inside are in the open range; outside are zeros found beyond it. undecided holds the boxes that
     may contain further zeros, and the enclosures of zeros that straddle the border.
@@ -77,7 +77,7 @@ class _Search:
             failed_before = any(
                 np.abs(Theta - other).max() < CONVERGED_STEP for other in self.failed
             )
-            if known or failed_before or np.any(np.abs(Theta) > MAX_ANGLE):
+            if known or failed_before or np.any(np.abs(Theta) > self.form.reach):
                 continue
             zero = isolated_zero(self.form, Theta)
             if zero is None:
@@ -112,19 +112,23 @@ class _Search:
 
 @np.errstate(all="ignore")  # comparisons with NaN are false
 def prove(
-    form: TrigonometricForm, known: Iterable[Array] = (), box_limit: int = BOX_LIMIT
+    form: TrigonometricForm,
+    known: Iterable[Array] = (),
+    box_limit: int = BOX_LIMIT,
+    end: Array = RANGE_END,
 ) -> Zeros:
-    """Enclose every zero of ∇U in the closed range of eq. 5.
+    """Enclose every zero of ∇U in the box -end <= Θ <= end.
 
     Args:
         form: U.
         known: Points that may be zeros, each of shape (3,), rad. Each point is tested. They only
             save time: the same zeros are found without them.
         box_limit: The number of boxes at which the search stops.
+        end: The largest |Θ|, shape (3,), rad, at most `form.reach`; by default that of eq. 5.
     """
     search = _Search(form)
     search.add_zeros_at(known)
-    pending, undecided, examined = whole_range(), [], 0
+    pending, undecided, examined = whole_range(end), [], 0
     while len(pending) and examined < box_limit:
         # The last boxes are the smallest. Taking them first finds zeros early and keeps the list
         # short.
@@ -135,11 +139,12 @@ def prove(
         undecided.append(left[small])
         pending = joined([pending, left[~small].halves(axis[~small])])
     remaining = search.outside_domains(joined([no_boxes(), pending, *undecided]))
-    return _classified(search, remaining, examined, bool(len(pending)))
+    return _classified(search, remaining, examined, whole_range(end), stopped=bool(len(pending)))
 
 
-def _classified(search: _Search, undecided: Boxes, examined: int, stopped: bool) -> Zeros:
-    whole = whole_range()
+def _classified(
+    search: _Search, undecided: Boxes, examined: int, whole: Boxes, *, stopped: bool
+) -> Zeros:
     inside = [zero for zero in search.zeros if zero.enclosure.within(whole)[0]]
     outside = [zero for zero in search.zeros if not zero.enclosure.intersects(whole)[0]]
     straddling = [zero.enclosure for zero in search.zeros if zero not in [*inside, *outside]]

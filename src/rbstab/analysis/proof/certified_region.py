@@ -28,7 +28,7 @@ The first of several equal energies is reported, so the result is the same on ev
 
 
 class Face(Enum):
-    """One end of the range of eq. 5: the axis and the sign of its angle."""
+    """One end of the range of Θ: the axis and the sign of its angle."""
 
     THETA1_LOW = (0, -1)
     THETA1_HIGH = (0, 1)
@@ -39,10 +39,17 @@ class Face(Enum):
 
     @property
     def box(self) -> Boxes:
-        """The face as a box, thin along its axis; π and π/2 are no doubles, so it is not flat."""
+        """The face of the range of eq. 5 as a box."""
+        return self.box_of(RANGE_END)
+
+    def box_of(self, end: Array) -> Boxes:
+        """Return the face of the range -end <= Θ <= end as a box that is thin along its axis.
+
+        π and π/2 are no doubles, so the box is not flat.
+        """
         axis, sign = self.value
-        low, high = -RANGE_END, RANGE_END.copy()
-        outer, inner = sign * RANGE_END[axis], sign * np.nextafter(RANGE_END[axis], 0)
+        low, high = -end, end.copy()
+        outer, inner = sign * end[axis], sign * np.nextafter(end[axis], 0)
         low[axis], high[axis] = min(outer, inner), max(outer, inner)
         return Boxes(low[np.newaxis], high[np.newaxis])
 
@@ -57,6 +64,8 @@ class CertifiedRegion:
 
     lower_bound, J, is the level up to which this is proved. It is near `level` if `proved`. It is
     lower if an undecided box may contain a rest state of lower energy, and 0 if nothing is proved.
+    energy_bound, J, is the same bound for the total energy: a proved lower bound of c*, or None if
+    nothing is proved.
 
     attained_at, shape (3,), rad, is the (first) point with energy c*: on `face`, or a rest state if
     `face` is None. faces has the least energy on each face.
@@ -65,6 +74,7 @@ class CertifiedRegion:
     energy: float
     level: float
     lower_bound: float
+    energy_bound: float | None
     attained_at: Array
     face: Face | None
     faces: Mapping[Face, LeastValue]
@@ -84,7 +94,7 @@ def certified_region(rest: RestStates, box_limit: int = FACE_BOX_LIMIT) -> Certi
     if not rest.states:
         return None
     form, (lowest, *others) = rest.energy.form, rest.states
-    faces = {face: least_value(form, face.box, box_limit) for face in Face}
+    faces = {face: least_value(form, face.box_of(rest.end), box_limit) for face in Face}
     candidates: list[tuple[float, Array, Face | None]] = [
         (least.value, least.Theta, face) for face, least in faces.items()
     ]
@@ -94,10 +104,12 @@ def certified_region(rest: RestStates, box_limit: int = FACE_BOX_LIMIT) -> Certi
     _, attained_at, face = next(
         candidate for candidate in candidates if candidate[0] - energy <= tie
     )
+    bound = _proved_bound(rest, faces.values())
     return CertifiedRegion(
         energy,
         energy - lowest.state.energy,
-        _proved_level(rest, faces.values()),
+        0.0 if bound is None else _height(rest, bound),
+        bound,
         attained_at,
         face,
         faces,
@@ -105,16 +117,21 @@ def certified_region(rest: RestStates, box_limit: int = FACE_BOX_LIMIT) -> Certi
     )
 
 
-def _proved_level(rest: RestStates, faces: Iterable[LeastValue]) -> float:
-    """Return a level below which v reaches neither the border nor any other rest state."""
-    if rest.outcome is SearchOutcome.SEARCHED:
-        return 0.0
+def _proved_bound(rest: RestStates, faces: Iterable[LeastValue]) -> float | None:
+    """Return an energy below which lie neither the border nor any rest state but the lowest."""
     form, (lowest, *others) = rest.energy.form, rest.states
+    is_minimum = lowest.proved and lowest.index_proved and lowest.index == 0
+    if rest.outcome is SearchOutcome.SEARCHED or not is_minimum:
+        return None
     places = joined([rest.undecided, *(point.enclosure for point in others)])
     inside = lower_bounds(enclosure(form, places))
     at_border = [least.lower_bound for least in faces]
-    reached = min([*at_border, float(inside.min(initial=np.inf))])
-    found = form.rigorous(lowest.Theta[np.newaxis], 0)[0]
-    # This bounds the energy of the lowest rest state from above, so the level is a lower bound.
-    level = reached - float(found.values[0] + found.error)
-    return max(0.0, float(np.nextafter(level, -np.inf)))
+    return min([*at_border, float(inside.min(initial=np.inf))])
+
+
+def _height(rest: RestStates, bound: float) -> float:
+    """Return a lower bound of how far an energy is above the lowest rest state; 0 if below it."""
+    found = rest.energy.form.rigorous(rest.states[0].Theta[np.newaxis], 0)[0]
+    # This bounds the energy of the lowest rest state from above, so the height is a lower bound.
+    height = bound - float(found.values[0] + found.error)
+    return max(0.0, float(np.nextafter(height, -np.inf)))

@@ -1,6 +1,6 @@
 """The minimum of a reduced energy over a box: an attained value and a proved lower bound."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,7 +45,7 @@ def least_value(form: TrigonometricForm, box: Boxes, box_limit: int) -> LeastVal
     Returns:
         The minimum; `closed` is true if the gap is within `TOLERANCE`.
     """
-    value, Theta = _local_minimum(form, box, box.centre[0])
+    value, Theta = local_minimum(form, box, box.centre[0])
     pending, finished_bound, examined, highest = box, np.inf, 0, value
     # Even in the smallest boxes, rounding lowers the bounds by this much.
     round_off = 8 * float(form.round_off[0])
@@ -57,7 +57,7 @@ def least_value(form: TrigonometricForm, box: Boxes, box_limit: int) -> LeastVal
         if enclosed.value[best] < value:
             value, Theta = min(
                 (value, Theta),
-                _local_minimum(form, box, batch.centre[best]),
+                local_minimum(form, box, batch.centre[best]),
                 key=lambda found: found[0],
             )
         highest = max(highest, float(enclosed.value.max()))
@@ -88,6 +88,17 @@ def lower_bounds(enclosed: Enclosure) -> Array:
     lost = (cubic + rounding + drop) * ROUNDING_FACTOR
     # The subtraction is rounded too.
     return enclosed.value - lost - 1e-15 * (np.abs(enclosed.value) + lost)
+
+
+def upper_bounds(enclosed: Enclosure) -> Array:
+    """Bound U from above over each box, shape (m,): by the lower bound of -U."""
+    negated = replace(
+        enclosed,
+        value=-enclosed.value,
+        gradient=-enclosed.gradient,
+        hessian=-enclosed.hessian,
+    )
+    return -lower_bounds(negated)
 
 
 def _drop_by_magnitudes(enclosed: Enclosure) -> Array:
@@ -121,7 +132,7 @@ def _drop_by_curvature(enclosed: Enclosure) -> Array:
     return np.where(convex, fall * (1 + 1e-8) + across * r[rows, thin], np.inf)
 
 
-def _local_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[float, Array]:
+def local_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[float, Array]:
     """Return U and Θ near a local minimum in the box, by a descent from a point in it."""
     from scipy.optimize import minimize  # imported late: a search without a proof does not need it
 

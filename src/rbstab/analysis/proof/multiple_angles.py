@@ -19,7 +19,9 @@ class NotTrigonometric(Exception):
 def form_of(polynomial: Polynomial) -> TrigonometricForm:
     """Convert a polynomial without lengths to a form in multiple angles.
 
-    Each coefficient is exact and then rounded once.
+    Each coefficient is exact and then rounded once. `TrigonometricForm` counts this rounding in the
+    error of each term, so its bounds hold for the exact polynomial, whether its numbers are doubles
+    or decimals.
 
     Raises:
         NotTrigonometric: The polynomial has a term that a form cannot contain.

@@ -1,8 +1,9 @@
 """Polynomials in the sines and cosines of angles: one more kind of number for the equations.
 
 The equations accept them like floats and intervals, and return the stored energy as an exact
-polynomial. Its coefficients are rational numbers. Every double is rational, so nothing is
-rounded, and terms cancel exactly before any interval is inserted.
+polynomial. Its coefficients are rational numbers, so nothing is rounded, and terms cancel exactly
+before any interval is inserted. A parameter is either the double itself (`Ring.constants`), or the
+number that a config means (`Ring.decimals`).
 """
 
 import operator
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.exact import decimals
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def rational(number: Any) -> "fmpq":
-    """Convert a double or an integer exactly to a rational number."""
+    """Convert a double, an integer or a fraction exactly to a rational number."""
     # Imported late, here and below: only proofs need it.
     from flint import fmpq
 
@@ -62,12 +64,17 @@ class Ring:
         return fmpq_mpoly_ctx.get(names, Ordering.lex)
 
     def constant(self, number: Any) -> "Polynomial":
-        """Return the constant polynomial of a double or an integer."""
+        """Return the constant polynomial of a double, an integer or a fraction."""
         return Polynomial(self, self.context.constant(rational(number)))
 
     def constants(self, numbers: Array) -> Array:
         """Return an array of doubles as an array of polynomials of the same shape."""
         flat = [self.constant(number) for number in numbers.ravel().tolist()]
+        return np.array(flat, dtype=object).reshape(numbers.shape)
+
+    def decimals(self, numbers: Array) -> Array:
+        """Return an array of doubles of a config as polynomials: the decimals that they mean."""
+        flat = [self.constant(number) for number in decimals(numbers).ravel().tolist()]
         return np.array(flat, dtype=object).reshape(numbers.shape)
 
     def variables(self) -> Array:

@@ -1,8 +1,9 @@
 """The reduced potential energy: the stored energy at an attitude, minimized over all else."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,9 +27,14 @@ class NoEnergyReason(Enum):
     NOT_SMOOTH = "the energy K_s|E| of the sliding connector has no gradient at E = 0"
     NOT_HELD = "nothing holds the position: the energy has no single minimum over X and D"
     NOT_QUADRATIC = "the energy is not a quadratic function of X and D with constant stiffness"
+    NOT_FINITE = "the energy is too large for double precision"
     NOT_TRIGONOMETRIC = (
         "the energy is not a quadratic function of Θ plus a polynomial in its sines and cosines"
     )
+
+
+ExactSystem = Callable[[Callable[[Array], Array]], System]
+"""A function that builds a system in a kind of number, given the conversion of its doubles."""
 
 
 class NoReducedEnergy(Exception):
@@ -59,10 +65,16 @@ class ReducedEnergy:
         return np.concatenate([Theta, values])
 
 
-def reduced_energy(system: System) -> ReducedEnergy:
+def reduced_energy(system: System, exact_system: ExactSystem | None = None) -> ReducedEnergy:
     """Compute the reduced potential energy of a system from the stored energies of its elements.
 
     The stored energy is an exact polynomial, so the elimination of x is exact as well.
+
+    Args:
+        system: The system, in doubles.
+        exact_system: Builds the same system in another kind of number, from the numbers of its
+            config. Then U belongs to the decimals that these numbers mean, and all that follows
+            from them, such as the weight, is exact. By default the doubles of `system` are exact.
 
     Raises:
         NoReducedEnergy: The system has none, or it does not have the supported form.
@@ -70,13 +82,23 @@ def reduced_energy(system: System) -> ReducedEnergy:
     _reject_sliding(system)
     at_rest = configurations(system)
     ring = Ring(3, at_rest.size - 3)
-    exact = map_parameters(at_rest.system, lambda _, value: ring.constants(value))
-    energy = Configurations(exact).energy(ring.variables())
+    try:
+        if exact_system is None:
+            exact = map_parameters(at_rest.system, lambda _, value: ring.constants(value))
+        else:
+            exact = configurations(exact_system(ring.decimals)).system
+        return _reduced(at_rest, Configurations(exact).energy(ring.variables()), ring)
+    except OverflowError as error:
+        raise NoReducedEnergy(NoEnergyReason.NOT_FINITE) from error
+
+
+def _reduced(at_rest: Configurations, energy: Any, ring: Ring) -> ReducedEnergy:
+    """Return the reduced energy of a stored energy: a polynomial, or a number."""
     if not isinstance(energy, Polynomial):
         energy = ring.constant(energy)
     if not energy.known:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
-    reduced, minimizer = _eliminated(energy)
+    reduced, minimizer = eliminated(energy)
     try:
         return ReducedEnergy(
             at_rest, form_of(reduced), tuple(form_of(entry) for entry in minimizer)
@@ -94,7 +116,7 @@ def _reject_sliding(system: System) -> None:
             )
 
 
-def _eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:
+def eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:
     """Return U and x*, with b = ∂Π/∂x at x = 0 and H = ∂²Π/∂x²."""
     lengths = range(energy.ring.lengths)
     bare = energy.length_coefficient()

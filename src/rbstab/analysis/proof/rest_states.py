@@ -1,12 +1,15 @@
 """All rest states of a system in the range of eq. 5, and whether there is exactly one."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import Boxes, box_around, no_boxes
+from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around, no_boxes
 from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT, SearchOutcome, prove
-from rbstab.analysis.proof.reduced_energy import ReducedEnergy, reduced_energy
+from rbstab.analysis.proof.enclosure import enclosure
+from rbstab.analysis.proof.index import proved_index
+from rbstab.analysis.proof.reduced_energy import ExactSystem, ReducedEnergy, reduced_energy
 from rbstab.analysis.proof.search import search
 from rbstab.analysis.rest_state import RestState, rest_state_at
 from rbstab.mechanics.numbers import Array
@@ -19,13 +22,15 @@ class RestPoint:
 
     state has its Θ, X, own states, energy and remaining gradient. index is the number of negative
     eigenvalues of the Hessian of the reduced energy: 0 at a minimum. If `proved`, enclosure is one
-    box of Θ that contains exactly one rest state; else it contains only the point.
+    box of Θ that contains exactly one rest state; else it contains only the point. index_proved is
+    whether the index is proved for the exact rest state.
     """
 
     state: RestState
     index: int
     enclosure: Boxes
     proved: bool
+    index_proved: bool
 
     @property
     def Theta(self) -> Array:
@@ -43,7 +48,8 @@ class RestStates:
     """The rest states of a system in the range of eq. 5, from the lowest energy to the highest.
 
     energy is the reduced energy. undecided are boxes of Θ that may contain further rest states.
-    examined is the number of boxes that the proof examined. outcome is how the proof ended.
+    examined is the number of boxes that the proof examined. outcome is how the proof ended. end is
+    the largest |Θ| in the range, shape (3,), rad; by default that of eq. 5.
     """
 
     energy: ReducedEnergy
@@ -51,6 +57,7 @@ class RestStates:
     undecided: Boxes
     examined: int
     outcome: SearchOutcome
+    end: Array = field(default_factory=RANGE_END.copy)
 
     @property
     def proved(self) -> bool:
@@ -80,12 +87,18 @@ class RestStates:
 
 
 def rest_states(
-    system: System, *, proof: bool = True, seed: int = 0, box_limit: int = BOX_LIMIT
+    system: System,
+    exact_system: ExactSystem | None = None,
+    *,
+    proof: bool = True,
+    seed: int = 0,
+    box_limit: int = BOX_LIMIT,
 ) -> RestStates:
     """Find the rest states of a system, and prove that there are no others.
 
     Args:
         system: The system.
+        exact_system: As for `reduced_energy`.
         proof: Whether to prove it; without a proof the outcome is `SearchOutcome.SEARCHED`.
         seed: Seed of the search.
         box_limit: The number of boxes at which the proof stops.
@@ -93,12 +106,26 @@ def rest_states(
     Raises:
         NoReducedEnergy: The system has no reduced potential energy; the error gives the reason.
     """
-    energy = reduced_energy(system)
+    energy = reduced_energy(system, exact_system)
     found = search(energy.form, seed)
-    if not proof:
-        points = [_point(energy, Theta) for Theta in found]
-        return RestStates(energy, _in_order(points), no_boxes(), 0, SearchOutcome.SEARCHED)
-    zeros = prove(energy.form, found, box_limit)
+    if proof:
+        return proved_rest_states(energy, RANGE_END, list(found), box_limit)
+    points = [_point(energy, Theta) for Theta in found]
+    return RestStates(energy, _in_order(points), no_boxes(), 0, SearchOutcome.SEARCHED)
+
+
+def proved_rest_states(
+    energy: ReducedEnergy, end: Array, found: Sequence[Array], box_limit: int
+) -> RestStates:
+    """Prove the rest states with -end <= Θ <= end.
+
+    Args:
+        energy: The reduced energy.
+        end: The largest |Θ|, shape (3,), rad.
+        found: Points that a search found, each of shape (3,), rad.
+        box_limit: The number of boxes at which the proof stops.
+    """
+    zeros = prove(energy.form, found, box_limit, end)
     points = [_point(energy, zero.Theta, zero.enclosure) for zero in zeros.inside]
     if zeros.outcome is not SearchOutcome.PROVED:
         # Points that could not be isolated, such as a nearly double zero, stay in the list. If all
@@ -108,16 +135,23 @@ def rest_states(
             for Theta in found
             if not any(zero.domain_contains(Theta) for zero in zeros.inside)
         ]
-    return RestStates(energy, _in_order(points), zeros.undecided, zeros.examined, zeros.outcome)
+    states = _in_order(points)
+    return RestStates(energy, states, zeros.undecided, zeros.examined, zeros.outcome, end)
 
 
 def _in_order(points: list[RestPoint]) -> tuple[RestPoint, ...]:
     return tuple(sorted(points, key=lambda point: point.state.energy))
 
 
-def _point(energy: ReducedEnergy, Theta: Array, enclosure: Boxes | None = None) -> RestPoint:
+def _point(energy: ReducedEnergy, Theta: Array, box: Boxes | None = None) -> RestPoint:
     state = rest_state_at(energy.configurations, energy.configuration(Theta))
-    hessian = energy.form.approximate(Theta[np.newaxis], 2)[2][0]
-    index = int(np.sum(np.linalg.eigvalsh(hessian) < 0))
-    proved = enclosure is not None
-    return RestPoint(state, index, enclosure or box_around(Theta, 0.0), proved)
+    proved, index = box is not None, None
+    box = box or box_around(Theta, 0.0)
+    if proved:
+        bounds = enclosure(energy.form, box)
+        index = proved_index(bounds.hessian[0], bounds.hessian_radius[0])
+    index_proved = index is not None
+    if index is None:
+        hessian = energy.form.approximate(Theta[np.newaxis], 2)[2][0]
+        index = int(np.sum(np.linalg.eigvalsh(hessian) < 0))
+    return RestPoint(state, index, box, proved, index_proved)

@@ -23,22 +23,25 @@ round-off within a distance of 1e-4.
 
 
 @np.errstate(all="ignore")  # comparisons with NaN are false
-def search(form: TrigonometricForm, seed: int = 0, starts: int = STARTS) -> Array:
-    """Return the zeros of ∇U in the open range of eq. 5 that Newton's method reaches.
+def search(
+    form: TrigonometricForm, seed: int = 0, starts: int = STARTS, end: Array = RANGE_END
+) -> Array:
+    """Return the zeros of ∇U with |Θ| < end that Newton's method reaches.
 
     Args:
         form: U.
         seed: Seed of the random starts, which are uniform over the range; Θ = 0 is added.
         starts: Number of random starts.
+        end: The largest |Θ|, shape (3,), rad; by default that of eq. 5.
 
     Returns:
         The zeros, to round-off, shape (n, 3), rad, from the lowest energy to the highest.
     """
-    random = np.random.default_rng(seed).uniform(-RANGE_END, RANGE_END, size=(starts, 3))
+    random = np.random.default_rng(seed).uniform(-end, end, size=(starts, 3))
     points = np.concatenate([np.zeros((1, 3)), random])
     Theta, last = newton(form, points)
     at_round_off = np.abs(form.approximate(Theta, 1)[1]) <= form.round_off[1]
-    inside = np.all(np.abs(Theta) < RANGE_END, axis=1)
+    inside = np.all(np.abs(Theta) < end, axis=1)
     converged = inside & ((last < CONVERGED_STEP) | np.all(at_round_off, axis=1))
     # If several results count as one zero, keep the result with the shortest last step.
     order = np.argsort(last[converged])

@@ -17,7 +17,7 @@ ROUND_OFF = 2.0**-53
 """u: the relative error of one operation on doubles."""
 
 MAX_ANGLE = 4.0
-"""rad: the bounds on round-off hold for angles up to this, which includes the range of eq. 5."""
+"""rad: the default of `TrigonometricForm.reach`, which includes the range of eq. 5."""
 
 Counts = tuple[int, int, int]
 """The number of derivatives along each of the three axes."""
@@ -42,11 +42,14 @@ class TrigonometricForm:
         quadratic: Q, shape (3, 3), symmetric.
         linear: q, shape (3,).
         coefficients: C, shape (n, n, n), with n = 2k + 1 for the highest multiple k of an angle.
+        reach: The bounds on round-off hold for angles up to this, rad. Sine and cosine have an
+            error of u at any angle (`rigorous_basis`); only the quadratic part grows.
     """
 
     quadratic: Array
     linear: Array
     coefficients: Array
+    reach: float = MAX_ANGLE
 
     @cached_property
     def _multiples(self) -> Array:
@@ -75,7 +78,7 @@ class TrigonometricForm:
         """Return the derivatives of order 0 to `order` with proved bounds on their errors.
 
         Args:
-            Theta: The points, shape (m, 3), within ±`MAX_ANGLE`.
+            Theta: The points, shape (m, 3), within ±`reach`.
             order: At most 3.
         """
         return self.derivatives(rigorous_basis(Theta, self._multiples[-1]), Theta, order)
@@ -107,33 +110,37 @@ class TrigonometricForm:
     def _error(self, level: int) -> Array:
         """Bound the error of each derivative by the sum of the magnitudes of its terms.
 
-        A term is a product of a coefficient and three entries of t, each with an error of u. The
-        terms are added up in three sums of n: fewer than 4n + 8 roundings. The bound allows twice
-        as many.
+        A term is a product of a coefficient and three entries of t, each with an error of u: also
+        the coefficient, which is an exact rational number rounded once (`form_of`). The terms are
+        added up in three sums of n: fewer than 4n + 8 roundings. The bound allows twice as many.
         """
         roundings = 8 * len(self.coefficients) + 16
         magnitudes = np.zeros([3] * level)
         for axes in product(range(3), repeat=level):
             weights = [self._multiples.astype(float) ** count for count in _counts(axes)]
             magnitudes[axes] = np.einsum("abc,a,b,c", np.abs(self.coefficients), *weights)
-        angles = np.full((1, 3), MAX_ANGLE)
+        angles = np.full((1, 3), self.reach)
         widest = TrigonometricForm(np.abs(self.quadratic), np.abs(self.linear), self.coefficients)
         magnitudes = magnitudes + np.squeeze(widest._polynomial_part(angles, level))
         return roundings * ROUND_OFF * magnitudes + np.finfo(float).tiny
 
     @cached_property
     def fourth_derivative_bound(self) -> Array:
-        """Bounds on the fourth derivatives at any point, shape (3, 3, 3, 3).
+        """Bounds on the fourth derivatives at any point, shape (3, 3, 3, 3)."""
+        return self.trigonometric_bound(4)
+
+    def trigonometric_bound(self, order: int) -> Array:
+        """Bound the derivatives of the trigonometric part at any point, shape (3, ..., 3).
 
         The eight entries of C for a triple of multiples are multiplied by products of three unit
         vectors (cos, sin). So the Frobenius norm of these entries bounds the sum of the terms.
         """
         highest = self._multiples[-1]
-        found = np.zeros([3] * 4)
+        found = np.zeros([3] * order)
         for multiples in product(range(highest + 1), repeat=3):
             block = self.coefficients[np.ix_(*[self._multiples == k for k in multiples])]
             norm = np.sqrt(np.sum(block * block))
-            for axes in product(range(3), repeat=4):
+            for axes in product(range(3), repeat=order):
                 found[axes] += norm * np.prod([float(multiples[axis]) for axis in axes])
         return found * (1 + 1e-12)
 

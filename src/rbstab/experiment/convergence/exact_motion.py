@@ -4,6 +4,7 @@ It does not depend on a computed run. The exact motion is enclosed step by step 
 its attitude are in a region from which every motion converges.
 """
 
+import math
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,7 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.motion_proof.dual import decimals
+from rbstab.analysis.approached_state import SAME_STATE
+from rbstab.analysis.motion_proof.dual import decimal_duals
 from rbstab.analysis.motion_proof.motion import (
     PRECISION,
     MotionStep,
@@ -29,7 +31,8 @@ from rbstab.config.schema import Config
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.convergence.convergence import Convergence, Enclose
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
-from rbstab.experiment.proof import Proof, reached_state
+from rbstab.experiment.proof import ROUND_OFF, reached_state, start_level, starts_inside
+from rbstab.experiment.proof_record import Proof, Triple
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.coordinates import ReducedCoordinates
@@ -40,6 +43,8 @@ MAX_STEPS = 2000
 hundred steps take some two seconds."""
 
 COMMAND = "rbstab run --prove"
+
+OUTSIDE = f"the start is outside of every certified region; {COMMAND} follows the exact motion"
 
 
 class MotionProof(NamedTuple):
@@ -78,13 +83,14 @@ def convergence_at_start(config: Config, problem: Problem, proof: Proof | None) 
     if refused is not None:
         return refused
     assert proof is not None
+    if proof.reduced_energy is None:
+        return _by_older_proof(problem, proof)
     from flint import ctx
 
     with ctx.workprec(PRECISION):
         start = _exact_start(config, problem)
         inside = _convergence(proof, start.system, start.states, 0.0)
-    why = f"the start is outside every certified region; {COMMAND} follows the exact motion"
-    return inside or Convergence(None, why=why)
+    return inside or Convergence(None, why=OUTSIDE)
 
 
 def prove_convergence(
@@ -150,13 +156,40 @@ def _refused(problem: Problem, proof: Proof | None) -> Convergence | None:
         return Convergence(None, why=f"no proof of the rest states is stored; {COMMAND} makes it")
     if proof.proved and not proof.states:
         return Convergence(False, why="there is no rest state in it")
-    if proof.region is None or not proof.region.lower_bound > 0:
+    if not _regions(proof):
         return Convergence(None, why=f"no certified region is proved ({proof.outcome})")
     return None
 
 
+def _regions(proof: Proof) -> list[tuple[Triple, float]]:
+    """Return the regions of a proof: the Θ of their rest states, and their bounds on the energy."""
+    found = []
+    for part in (proof, proof.unwrapped):
+        if part is None:
+            continue
+        if part.region is not None and part.region.lower_bound > 0:
+            lowest = part.states[0]
+            bound = part.region.energy_bound
+            absolute = lowest.energy + part.region.lower_bound if bound is None else bound
+            found.append((lowest.orientation, absolute))
+        for region in part.regions:
+            found.append((part.states[region.rest_state - 1].orientation, region.energy_bound))
+    return found
+
+
+def _by_older_proof(problem: Problem, proof: Proof) -> Convergence:
+    """Return what a proof of version 1 says about a start: v(0) in doubles, with its margin."""
+    level = start_level(problem, proof)
+    if proof.region is None or level is None or not starts_inside(problem, proof):
+        return Convergence(None, why=OUTSIDE)
+    margin = ROUND_OFF * abs(level)
+    energy = (level - margin, level + margin)
+    bound = proof.region.lower_bound
+    return Convergence(True, rest_state=1, time=0.0, energy=energy, bound=bound)
+
+
 def _exact_start(config: Config, problem: Problem) -> _Start:
-    system, doubles = system_of(config, decimals), problem.system
+    system, doubles = system_of(config, decimal_duals), problem.system
     if system.coordinates.holds_contact:
         # The exact motion of a held body stays on the submanifold: six states describe it.
         system = replace(system, coordinates=ReducedCoordinates())
@@ -164,20 +197,28 @@ def _exact_start(config: Config, problem: Problem) -> _Start:
     with np.errstate(all="ignore"):
         energy = float(np.abs(problem.system.observe(problem.start).energy).sum())
     scale = scale_of(doubles, energy)
-    return _Start(system, start_set(start_of(config, system, decimals), scale), scale)
+    return _Start(system, start_set(start_of(config, system, decimal_duals), scale), scale)
 
 
 def _convergence(proof: Proof, system: System, states: StateSet, t: float) -> Convergence | None:
     """Return the convergence of all states of a set if it is proved, else None."""
     low, high = energy_bounds(system, states)
     number = reached_state(proof, high, *angle_bounds(states))
-    if number is None or proof.region is None:
+    if number is None:
         return None
-    rest = proof.states[number - 1].energy
-    value = float(np.nextafter(low - rest, -np.inf)), float(np.nextafter(high - rest, np.inf))
-    return Convergence(
-        True, rest_state=number, time=t, energy=value, bound=proof.region.lower_bound
+    rest = proof.states[number - 1]
+    value = (
+        math.nextafter(low - rest.energy, -math.inf),
+        math.nextafter(high - rest.energy, math.inf),
     )
+    # The smallest of the regions of this rest state that hold.
+    bounds = [
+        bound
+        for orientation, bound in _regions(proof)
+        if bound > high and np.abs(np.subtract(orientation, rest.orientation)).max() < SAME_STATE
+    ]
+    bound = math.nextafter(min(bounds) - rest.energy, -math.inf)
+    return Convergence(True, rest_state=number, time=t, energy=value, bound=bound)
 
 
 def _samples_in(step: MotionStep, times: Array) -> Iterator[_Sample]:

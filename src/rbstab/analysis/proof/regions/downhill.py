@@ -1,0 +1,150 @@
+"""Paths from a point down to a minimum, proved to stay below a level of the reduced energy."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rbstab.analysis.proof.boxes import Boxes, joined, whole_range
+from rbstab.analysis.proof.enclosure import enclosure
+from rbstab.analysis.proof.least_value import upper_bounds
+from rbstab.analysis.proof.trigonometric import TrigonometricForm
+from rbstab.mechanics.numbers import Array
+
+MAX_STEP = 0.1
+"""rad: the longest step of a descent, so that its straight steps stay below their ends."""
+
+MAX_STEPS = 1000
+SAME_POINT = 1e-6
+"""rad: a descent that ends closer than this to a minimum has reached it."""
+
+INNER = 1 - 1e-9
+"""Ways down stay in the range times this."""
+
+MAX_HALVINGS = 40
+PATH_BOX_LIMIT = 20_000
+MIN_CURVATURE_FRACTION = 1e-8
+"""Smaller curvatures, relative to the largest, count as this much in a Newton step."""
+
+
+@dataclass(frozen=True, eq=False)
+class Landscape:
+    """An energy with its minima, and the range in which ways down to them are searched.
+
+    form is U. minima are the enclosures of the minima; a minimum is known by its index in them. The
+    range is -end <= Θ <= end; ways down stay in `domain`, one box inside it.
+    """
+
+    form: TrigonometricForm
+    minima: tuple[Boxes, ...]
+    end: Array
+
+    @property
+    def domain(self) -> Boxes:
+        """The range, a little smaller, because π and π/2 are rounded outwards."""
+        return whole_range(INNER * self.end)
+
+    def reached_minimum(self, start: Boxes, level: float) -> int | None:
+        """Return a minimum that is joined to a box by a path in {U < level}, proved.
+
+        The path is a chain of boxes in the domain. U is below the level in each of them, and each
+        has a point in common with the next. So they lie in one component of {U < level}.
+
+        Args:
+            start: One box, in which the path begins. All of it must be below the level.
+            level: The level, J.
+
+        Returns:
+            The minimum; None if no path is found or its proof fails.
+        """
+        vertices = descent(self.form, start.centre[0], self.domain)
+        ends = [np.abs(vertices[-1] - minimum.centre[0]).max() for minimum in self.minima]
+        if not ends or min(ends) > SAME_POINT:
+            return None
+        reached = int(np.argmin(ends))
+        path = np.concatenate([vertices, self.minima[reached].centre])
+        both_ends = joined([start, self.minima[reached]])
+        below = stays_below(self.form, path, both_ends, level, self.domain)
+        return reached if below else None
+
+
+@np.errstate(all="ignore")  # comparisons with NaN are false
+def descent(form: TrigonometricForm, start: Array, domain: Boxes) -> Array:
+    """Descend from a point by short Newton steps, away from saddles, shape (vertices, 3).
+
+    The descent ends where it leaves the domain or finds no lower point. Nothing is proved.
+    """
+    Theta, vertices = start, [start]
+    value, gradient, hessian = _derivatives(form, Theta)
+    for _ in range(MAX_STEPS):
+        size, directions = np.linalg.eigh(hessian)
+        size = np.maximum(np.abs(size), MIN_CURVATURE_FRACTION * np.abs(size).max())
+        step = -directions @ ((directions.T @ gradient) / size)
+        length = float(np.abs(step).max())
+        step *= min(1.0, MAX_STEP / length) if length > 0 else 0.0
+        for _ in range(MAX_HALVINGS):
+            lower = form.value((Theta + step)[np.newaxis])[0] < value
+            if lower:
+                break
+            step = 0.5 * step
+        if not lower:
+            break
+        Theta = Theta + step
+        vertices.append(Theta)
+        if np.any(domain.low[0] > Theta) or np.any(domain.high[0] < Theta):
+            break
+        value, gradient, hessian = _derivatives(form, Theta)
+    return np.array(vertices)
+
+
+@np.errstate(all="ignore")  # comparisons with NaN are false
+def stays_below(
+    form: TrigonometricForm, path: Array, ends: Boxes, level: float, domain: Boxes
+) -> bool:
+    """Return whether a chain of boxes along a path is proved to lie in {U < level} and the domain.
+
+    A box that may reach the level is replaced by two smaller ones about the halves of its part of
+    the path. Only the vertices matter: halving rounds the path, and moves it a little.
+
+    Args:
+        form: U.
+        path: The vertices, shape (n, 3).
+        ends: Further boxes that must be below the level, such as one about each end.
+        level: The level, J.
+        domain: One box.
+    """
+    if not np.all(ends.within(domain)) or not _all_below(form, ends, level):
+        return False
+    begin, end, examined = path[:-1], path[1:], 0
+    for _ in range(MAX_HALVINGS):
+        boxes = Boxes(np.minimum(begin, end), np.maximum(begin, end))
+        examined += len(boxes)
+        if examined > PATH_BOX_LIMIT or not np.all(boxes.within(domain)):
+            return False
+        left = ~(_upper(form, boxes) < level)
+        if not np.any(left):
+            return True
+        begin, end = begin[left], end[left]
+        middle = 0.5 * (begin + end)
+        begin, end = np.concatenate([begin, middle]), np.concatenate([middle, end])
+    return False
+
+
+def _all_below(form: TrigonometricForm, boxes: Boxes, level: float) -> bool:
+    """Return whether U is below a level in all of some boxes, proved; wide boxes are halved."""
+    examined = 0
+    while len(boxes):
+        examined += len(boxes)
+        if examined > PATH_BOX_LIMIT or np.any(form.value(boxes.centre) >= level):
+            return False
+        boxes = boxes[~(_upper(form, boxes) < level)]
+        boxes = boxes.halves(boxes.radius.argmax(axis=1))
+    return True
+
+
+def _upper(form: TrigonometricForm, boxes: Boxes) -> Array:
+    return upper_bounds(enclosure(form, boxes))
+
+
+def _derivatives(form: TrigonometricForm, Theta: Array) -> tuple[float, Array, Array]:
+    value, gradient, hessian = form.approximate(Theta[np.newaxis], 2)
+    return float(value[0]), gradient[0], hessian[0]

@@ -1,0 +1,84 @@
+"""The rest states for all real θ1 and θ3: a box that contains all of them.
+
+θ1 and θ3 are not singular and are never wrapped: a body that turns twice about an axis has stored
+the energy of two turns. At a rest state the quadratic part of U, ½ Θ'KΘ + q'Θ, balances the
+trigonometric part, whose gradient is bounded. This bounds θ1 and θ3.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rbstab.analysis.proof.boxes import PI, RANGE_END
+from rbstab.analysis.proof.reduced_energy import ReducedEnergy
+from rbstab.analysis.proof.rest_states import RestStates, proved_rest_states
+from rbstab.analysis.proof.search import search
+from rbstab.analysis.proof.trigonometric import ROUND_OFF, TrigonometricForm
+from rbstab.mechanics.numbers import Array
+
+BOX_LIMIT = 16_000
+"""The number of boxes at which the proof stops. A soft body may have hundreds of rest states."""
+
+MARGIN = 1.001
+"""Factor on the bounds of θ1 and θ3, so that no rest state is near the border."""
+
+MAX_END = 20.0
+"""rad: wider boxes are not searched, because they take too long."""
+
+
+def unwrapped_rest_states(rest: RestStates) -> RestStates | None:
+    """Find the rest states with |θ2| < π/2 and any θ1 and θ3, and prove that there are no others.
+
+    Args:
+        rest: The rest states in the range of eq. 5.
+
+    Returns:
+        The rest states in the box `RestStates.end`, beyond which there are none; None if there is
+        no such bound, or if it is too large.
+    """
+    form = rest.energy.form
+    end = unwrapped_end(form)
+    if end is None or not np.all(end < MAX_END):
+        return None
+    # The centres of boxes and their zeros lie in the box.
+    wide = replace(form, reach=max(form.reach, float(end.max())))
+    energy = ReducedEnergy(rest.energy.configurations, wide, rest.energy.minimizer)
+    known = [point.Theta for point in rest.states if point.proved]
+    return proved_rest_states(energy, end, [*known, *search(wide, end=end)], BOX_LIMIT)
+
+
+def unwrapped_end(form: TrigonometricForm) -> Array | None:
+    """Return the largest |Θ| of a box that contains all rest states, shape (3,), rad.
+
+    With the block k of K for θ1 and θ3, ∂U/∂θ1 = ∂U/∂θ3 = 0 is
+
+        k [θ1, θ3]' = -[q1 + K12 θ2 + g1, q3 + K32 θ2 + g3]',
+
+    with |θ2| <= π/2 and the gradient g of the trigonometric part. So |k⁻¹| times the largest
+    magnitudes on the right bounds |θ1| and |θ3|. Returns None if k is not positive definite.
+    """
+    compliance = _compliance(form.quadratic[np.ix_([0, 2], [0, 2])])
+    if compliance is None:
+        return None
+    turned = np.abs(form.quadratic[[0, 2], 1]) * RANGE_END[1]
+    load = np.abs(form.linear[[0, 2]]) + turned + form.trigonometric_bound(1)[[0, 2]]
+    bound = compliance @ load * MARGIN
+    # Wide enough that U is higher there than at θ2 = ±π/2; this needs no proof.
+    top = form.value(np.array([[0.0, sign * np.pi / 2, 0.0] for sign in (-1, 1)])).max()
+    height = max(0.0, float(top)) + float(form.trigonometric_bound(0))
+    climb = np.sqrt(2.0 * height * np.diag(compliance))
+    first, third = np.maximum(np.maximum(bound, climb), PI)
+    return np.array([first, RANGE_END[1], third])
+
+
+def _compliance(block: Array) -> Array | None:
+    """Bound the magnitudes of k⁻¹, for a k whose entries are rounded once; None if not definite."""
+    from flint import arb, arb_mat  # imported late, as in `polynomial`
+
+    rows = [[arb(entry, 2 * ROUND_OFF * abs(entry)) for entry in row] for row in block.tolist()]
+    matrix = arb_mat(rows)
+    if not (rows[0][0] > 0 and matrix.det() > 0):
+        return None
+    inverse = matrix.inv()
+    magnitudes = [[float(inverse[i, j].abs_upper()) for j in range(2)] for i in range(2)]
+    return np.nextafter(np.array(magnitudes), np.inf)

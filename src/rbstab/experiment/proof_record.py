@@ -1,0 +1,310 @@
+"""A proof as plain data: its models, and their making from what was proved."""
+
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, NonNegativeInt, PositiveInt, model_validator
+
+from rbstab.mechanics.numbers import Array
+
+if TYPE_CHECKING:
+    from rbstab.analysis.proof.boxes import Boxes
+    from rbstab.analysis.proof.certified_region import CertifiedRegion, Face
+    from rbstab.analysis.proof.regions.minimum_regions import MinimumRegion
+    from rbstab.analysis.proof.rest_states import RestPoint, RestStates
+    from rbstab.analysis.proof.trigonometric import TrigonometricForm
+
+Triple = tuple[float, float, float]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ProvedState(_Model):
+    """One rest state: Θ, X and D, and its potential energy, J.
+
+    index is the number of independent directions in which the energy decreases. index_proved is
+    whether it is proved; None in proofs of version 1, which computed it in doubles.
+
+    enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
+    """
+
+    orientation: Triple
+    position: Triple
+    connector_state: tuple[float, ...]
+    energy: float
+    index: NonNegativeInt
+    proved: bool
+    enclosure: tuple[Triple, Triple]
+    index_proved: bool | None = None
+
+
+class ProvedRegion(_Model):
+    """Motions with v < level converge to the lowest rest state; proved for v < lower_bound, J.
+
+    energy is c*, J. It is attained at the orientation `attained_at`: on the named face of the
+    range, or at another rest state (face None).
+
+    energy_bound is the same bound for the sum of all energies, J: each motion that at some time is
+    in the range with less energy converges to the lowest rest state. None: not proved, or not
+    stored (version 1).
+    """
+
+    energy: float
+    level: float
+    lower_bound: float
+    attained_at: Triple
+    face: str | None
+    proved: bool
+    energy_bound: float | None = None
+
+
+class ProvedMinimum(_Model):
+    """The region of one minimum: motions in it converge to this rest state, proved.
+
+    A motion is in the region if at some time the sum of its energies is below `energy_bound`, J,
+    and its Θ is in the component of {U < energy_bound} that contains the rest state.
+
+    rest_state is its number, from 1 for the lowest. level is the height of its pass above it, J;
+    lower_bound is proved. The pass is at the rest state with the number `pass_state`, or on the
+    face `pass_face` of the range. If both are None it is not located: a box is undecided.
+    pass_at is its Θ.
+    """
+
+    rest_state: PositiveInt
+    level: float
+    lower_bound: float
+    energy_bound: float
+    pass_state: PositiveInt | None
+    pass_face: str | None
+    pass_at: Triple | None
+
+
+class ProvedEnergy(_Model):
+    """The reduced energy U of a proof, J: ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3).
+
+    t is [1, cos θ, sin θ, cos 2θ, ...]. Each number is the exact one rounded once.
+    """
+
+    quadratic: tuple[Triple, Triple, Triple]
+    linear: Triple
+    coefficients: tuple[tuple[tuple[float, ...], ...], ...]
+
+    @model_validator(mode="after")
+    def _check_shape(self) -> Self:
+        size = len(self.coefficients)
+        rows = [row for block in self.coefficients for row in block]
+        if size % 2 != 1 or any(len(part) != size for part in (*self.coefficients, *rows)):
+            raise ValueError("the coefficients have another shape")
+        return self
+
+    @property
+    def form(self) -> "TrigonometricForm":
+        """U as a form that can be evaluated with proved errors."""
+        from rbstab.analysis.proof.trigonometric import TrigonometricForm
+
+        quadratic, linear = np.array(self.quadratic), np.array(self.linear)
+        return TrigonometricForm(quadratic, linear, np.array(self.coefficients))
+
+
+class ProvedStates(_Model):
+    """The rest states in a range of Θ, lowest first, and the regions of the minima.
+
+    outcome describes how the search ended, or gives the reason why there is no proof. proved is
+    True if `states` are proved to be all rest states. unique is True if there is exactly one (None:
+    not known). examined is the number of boxes that the search examined. undecided are boxes of Θ
+    that may contain more rest states.
+
+    region holds in all of the range. regions has a region of each minimum that has one, in the
+    order of the states.
+    """
+
+    outcome: str
+    proved: bool
+    unique: bool | None
+    examined: NonNegativeInt
+    undecided: tuple[tuple[Triple, Triple], ...]
+    states: tuple[ProvedState, ...]
+    region: ProvedRegion | None
+    regions: tuple[ProvedMinimum, ...] = ()
+
+    @model_validator(mode="after")
+    def _check_states(self) -> Self:
+        count = len(self.states)
+        if (self.unique is not None and self.unique != (count == 1)) or (self.region and not count):
+            raise ValueError("the number of states does not fit the other entries")
+        if any(max(one.rest_state, one.pass_state or 1) > count for one in self.regions):
+            raise ValueError("a region belongs to a state that is not listed")
+        return self
+
+    @property
+    def globally_stable(self) -> bool | None:
+        """Whether every motion that stays in the range converges to the only rest state.
+
+        By La Salle's theorem this is true if that state is a minimum, for motions that keep a
+        distance from θ2 = ±π/2: the theorem needs a closed set in which the equations are smooth.
+        None: not known.
+        """
+        if self.unique and self.states[0].index_proved is False:
+            return None
+        return self.unique and self.states[0].index == 0
+
+
+class UnwrappedStates(ProvedStates):
+    """The rest states with |θ2| < π/2 and any real θ1 and θ3, and the regions of the minima.
+
+    All of them have |Θ| < end, rad; regions end there too. They are not in `Proof.states` if they
+    are beyond the range of eq. 5. A motion leaves this range only through θ2 = ±π/2.
+    """
+
+    end: Triple
+
+
+class Proof(ProvedStates):
+    """The rest states of a config in the range of eq. 5, and the regions of the minima.
+
+    reduced_energy is U, and unwrapped has the rest states for all real θ1 and θ3. Both are None in
+    proofs of version 1, which have no `regions`. unwrapped is also None after a search without a
+    proof, and where θ1 and θ3 have no bound that is small enough for a proof.
+    """
+
+    id: str
+    seconds: float
+    reduced_energy: ProvedEnergy | None = None
+    unwrapped: UnwrappedStates | None = None
+
+
+def no_proof(identity: str, reason: str, seconds: float) -> Proof:
+    """Return the record of a config that has no proof, with the reason."""
+    return Proof(
+        id=identity,
+        outcome=reason,
+        proved=False,
+        unique=None,
+        examined=0,
+        seconds=seconds,
+        undecided=(),
+        states=(),
+        region=None,
+    )
+
+
+class Found(NamedTuple):
+    """What was proved in one range of Θ.
+
+    Attributes:
+        rest: The rest states.
+        region: The region of the lowest.
+        regions: The region of each minimum.
+    """
+
+    rest: "RestStates"
+    region: "CertifiedRegion | None"
+    regions: "tuple[MinimumRegion, ...]"
+
+
+def proof_record(identity: str, found: Found, unwrapped: Found | None, seconds: float) -> Proof:
+    """Return what was proved as plain data.
+
+    Args:
+        identity: The id of the proof.
+        found: What was proved in the range of eq. 5.
+        unwrapped: The same for all real θ1 and θ3, or None.
+        seconds: The time that it took.
+    """
+    wide = None
+    if unwrapped is not None:
+        wide = UnwrappedStates(end=_triple(unwrapped.rest.end), **_entries(unwrapped))
+    return Proof(
+        id=identity,
+        seconds=seconds,
+        reduced_energy=_energy(found.rest.energy.form),
+        unwrapped=wide,
+        **_entries(found),
+    )
+
+
+def _entries(found: Found) -> dict[str, Any]:
+    """Return the fields of `ProvedStates`."""
+    from rbstab.analysis.proof.boxes import hulls
+
+    rest, region = found.rest, found.region
+    undecided = hulls(rest.undecided)
+    ends = zip(undecided.low.tolist(), undecided.high.tolist(), strict=True)
+    return {
+        "outcome": rest.outcome.value,
+        "proved": rest.proved,
+        "unique": rest.unique,
+        "examined": rest.examined,
+        "undecided": tuple((_triple(low), _triple(high)) for low, high in ends),
+        "states": tuple(_state(point) for point in rest.states),
+        "region": None if region is None else _region(region, rest.end),
+        "regions": tuple(_minimum(one, rest.end) for one in found.regions),
+    }
+
+
+def _state(point: "RestPoint") -> ProvedState:
+    rest, box = point.state, point.enclosure
+    return ProvedState(
+        orientation=_triple(rest.motion.Theta),
+        position=_triple(rest.motion.X),
+        connector_state=tuple(map(float, rest.own)),
+        energy=rest.energy,
+        index=point.index,
+        proved=point.proved,
+        enclosure=_corners(box),
+        index_proved=point.index_proved,
+    )
+
+
+def _region(region: "CertifiedRegion", end: Array) -> ProvedRegion:
+    return ProvedRegion(
+        energy=region.energy,
+        level=region.level,
+        lower_bound=region.lower_bound,
+        attained_at=_triple(region.attained_at),
+        face=None if region.face is None else _face_name(region.face, end),
+        proved=region.proved,
+        energy_bound=region.energy_bound,
+    )
+
+
+def _minimum(region: "MinimumRegion", end: Array) -> ProvedMinimum:
+    gate = region.gate
+    return ProvedMinimum(
+        rest_state=region.state + 1,
+        level=region.level,
+        lower_bound=region.lower_bound,
+        energy_bound=region.energy_bound,
+        pass_state=None if gate.state is None else gate.state + 1,
+        pass_face=None if gate.face is None else _face_name(gate.face, end),
+        pass_at=None if gate.Theta is None else _triple(gate.Theta),
+    )
+
+
+def _energy(form: "TrigonometricForm") -> ProvedEnergy:
+    return ProvedEnergy(
+        quadratic=form.quadratic.tolist(),
+        linear=form.linear.tolist(),
+        coefficients=form.coefficients.tolist(),
+    )
+
+
+def _face_name(face: "Face", end: Array) -> str:
+    from rbstab.analysis.proof.boxes import RANGE_END
+
+    axis, sign = face.value
+    name = "π/2" if axis == 1 else "π"
+    if end[axis] != RANGE_END[axis]:
+        name = f"{end[axis]:.4g}"
+    return f"θ{axis + 1} = {'-' if sign < 0 else ''}{name}"
+
+
+def _corners(box: "Boxes") -> tuple[Triple, Triple]:
+    return _triple(box.low[0]), _triple(box.high[0])
+
+
+def _triple(values: Array | list[float]) -> Triple:
+    a, b, c = (float(value) for value in values)
+    return a, b, c

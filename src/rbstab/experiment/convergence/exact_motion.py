@@ -15,12 +15,12 @@ import numpy as np
 from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.motion_proof.dual import decimal_duals
 from rbstab.analysis.motion_proof.motion import (
-    PRECISION,
     MotionStep,
     Unproved,
     angle_bounds,
     enclosed_motion,
     energy_bounds,
+    proof_precision,
     scale_of,
     start_set,
 )
@@ -85,9 +85,7 @@ def convergence_at_start(config: Config, problem: Problem, proof: Proof | None) 
     assert proof is not None
     if proof.reduced_energy is None:
         return _by_older_proof(problem, proof)
-    from flint import ctx
-
-    with ctx.workprec(PRECISION):
+    with proof_precision():
         start = _exact_start(config, problem)
         inside = _convergence(proof, start.system, start.states, 0.0)
     return inside or Convergence(None, why=OUTSIDE)
@@ -104,13 +102,11 @@ def prove_convergence(
         proof: The proof of its rest states and of their regions.
         enclose: How far to enclose it: until that is proved, or also to the last sample.
     """
-    from flint import ctx
-
     begin = time.perf_counter()
     refused, to_end = _refused(problem, proof), enclose is Enclose.TO_END
     if refused is not None and (not to_end or problem.switching is not None):
         return MotionProof(replace(refused, enclosed=enclose), None)
-    with ctx.workprec(PRECISION):
+    with proof_precision():
         start = _exact_start(config, problem)
         last = float(problem.times[-1]) if to_end else 0.0
         found, samples, steps = _followed(start, problem.times, last, proof, refused)
@@ -172,8 +168,10 @@ def _regions(proof: Proof) -> list[tuple[Triple, float]]:
             bound = part.region.energy_bound
             absolute = lowest.energy + part.region.lower_bound if bound is None else bound
             found.append((lowest.orientation, absolute))
-        for region in part.regions:
-            found.append((part.states[region.rest_state - 1].orientation, region.energy_bound))
+        found += [
+            (part.states[region.rest_state - 1].orientation, region.energy_bound)
+            for region in part.regions
+        ]
     return found
 
 
@@ -207,10 +205,8 @@ def _convergence(proof: Proof, system: System, states: StateSet, t: float) -> Co
     if number is None:
         return None
     rest = proof.states[number - 1]
-    value = (
-        math.nextafter(low - rest.energy, -math.inf),
-        math.nextafter(high - rest.energy, math.inf),
-    )
+    at_least = math.nextafter(low - rest.energy, -math.inf)
+    at_most = math.nextafter(high - rest.energy, math.inf)
     # The smallest of the regions of this rest state that hold.
     bounds = [
         bound
@@ -218,7 +214,7 @@ def _convergence(proof: Proof, system: System, states: StateSet, t: float) -> Co
         if bound > high and np.abs(np.subtract(orientation, rest.orientation)).max() < SAME_STATE
     ]
     bound = math.nextafter(min(bounds) - rest.energy, -math.inf)
-    return Convergence(True, rest_state=number, time=t, energy=value, bound=bound)
+    return Convergence(True, rest_state=number, time=t, energy=(at_least, at_most), bound=bound)
 
 
 def _samples_in(step: MotionStep, times: Array) -> Iterator[_Sample]:

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.motion_proof.dual import decimal_duals
 from rbstab.analysis.motion_proof.motion import (
     MotionStep,
@@ -31,8 +30,9 @@ from rbstab.config.schema import Config
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.convergence.convergence import Convergence, Enclose
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
+from rbstab.experiment.convergence.region_bounds import level_of, region_energies
 from rbstab.experiment.proof import ROUND_OFF, reached_state, start_level, starts_inside
-from rbstab.experiment.proof_record import Proof, Triple
+from rbstab.experiment.proof_record import Proof
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.coordinates import ReducedCoordinates
@@ -152,27 +152,9 @@ def _refused(problem: Problem, proof: Proof | None) -> Convergence | None:
         return Convergence(None, why=f"no proof of the rest states is stored; {COMMAND} makes it")
     if proof.proved and not proof.states:
         return Convergence(False, why="there is no rest state in it")
-    if not _regions(proof):
+    if not region_energies(proof):
         return Convergence(None, why=f"no certified region is proved ({proof.outcome})")
     return None
-
-
-def _regions(proof: Proof) -> list[tuple[Triple, float]]:
-    """Return the regions of a proof: the Θ of their rest states, and their bounds on the energy."""
-    found = []
-    for part in (proof, proof.unwrapped):
-        if part is None:
-            continue
-        if part.region is not None and part.region.lower_bound > 0:
-            lowest = part.states[0]
-            bound = part.region.energy_bound
-            absolute = lowest.energy + part.region.lower_bound if bound is None else bound
-            found.append((lowest.orientation, absolute))
-        found += [
-            (part.states[region.rest_state - 1].orientation, region.energy_bound)
-            for region in part.regions
-        ]
-    return found
 
 
 def _by_older_proof(problem: Problem, proof: Proof) -> Convergence:
@@ -207,13 +189,7 @@ def _convergence(proof: Proof, system: System, states: StateSet, t: float) -> Co
     rest = proof.states[number - 1]
     at_least = math.nextafter(low - rest.energy, -math.inf)
     at_most = math.nextafter(high - rest.energy, math.inf)
-    # The smallest of the regions of this rest state that hold.
-    bounds = [
-        bound
-        for orientation, bound in _regions(proof)
-        if bound > high and np.abs(np.subtract(orientation, rest.orientation)).max() < SAME_STATE
-    ]
-    bound = math.nextafter(min(bounds) - rest.energy, -math.inf)
+    bound = level_of(proof, number, high)
     return Convergence(True, rest_state=number, time=t, energy=(at_least, at_most), bound=bound)
 
 

@@ -101,8 +101,8 @@ def test_the_readme_shows_what_the_program_prints(
     assert without_round_off(without_time(ran.stdout)) == without_round_off(without_time(table))
     expected = shown.strip().splitlines()
     found = show.stdout.strip().splitlines()[: len(expected)]
-    found, expected = (without_time("\n".join(lines)) for lines in (found, expected))
-    assert without_round_off(found) == without_round_off(expected)
+    both = [without_time("\n".join(lines)) for lines in (found, expected)]
+    assert without_round_off(both[0]) == without_round_off(both[1])
     case, weak = "configs/paper/case1_permanent.yaml", "controller.K_r=[40,40,32]"
     monkeypatch.chdir(ROOT)
     options = ["--set", weak, "--results", str(tmp_path / "results"), "--no-run"]

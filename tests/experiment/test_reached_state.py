@@ -141,7 +141,9 @@ def test_start_in_a_valley_converges_there(proof, number):
     assert starts_inside(problem, proof)
     result = rbstab.simulate(config, proof=proof)
     assert result["orientation"][-1] == pytest.approx(minimum, abs=1e-3)
-    assert result.attributes["verdict"] == "certified"
+    words = (result.attributes["verdict"], result.attributes["convergence"])
+    assert words == ("consistent", "proved")
+    assert result.attributes["convergence_rest_state"] == number
     stability = stability_of(problem, proof)
     assert (stability.reached, stability.inside) == (number, True)
     assert f"convergence to rest state {number} is proved." in stability.statements[-1]

@@ -174,3 +174,13 @@ def test_the_sentence_says_what_is_proved():
         "converges to rest state 1: proved; it is inside the certified region from t = 0.3604 s "
         "(v = 915.68 ± 1e-06 J < 1020.41 J), 42 steps, 1.8 s"
     )
+
+
+def test_a_motion_that_rests_outside_of_every_region_is_given_up():
+    """It converges to a saddle or to a minimum without a region; more steps would not help."""
+    energies = [100.0 - 50.0 * (1 - 0.5**k) for k in range(200)]
+    assert not exact_motion._is_at_rest(energies[:40])
+    assert not exact_motion._is_at_rest(energies[:51])
+    assert exact_motion._is_at_rest(energies)
+    slowly = [100.0 - 0.001 * k for k in range(2000)]
+    assert not exact_motion._is_at_rest(slowly)

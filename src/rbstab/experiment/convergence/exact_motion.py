@@ -44,6 +44,12 @@ hundred steps take some two seconds."""
 
 COMMAND = "rbstab run --prove"
 
+PATIENCE = 50
+"""Steps over which the energy must fall by `LEAST_FALL`; otherwise the motion has come to rest."""
+
+LEAST_FALL = 1e-6
+"""Relative to the energy that the motion has lost since its start."""
+
 OUTSIDE = f"the start is outside of every certified region; {COMMAND} follows the exact motion"
 
 
@@ -127,10 +133,13 @@ def _followed(
     found = refused or _convergence(proof, system, start.states, 0.0)
     samples = [_sample(start.states.centre, start.states.spread, 0.0)]
     now, steps = 0.0, 0
+    energies = [energy_bounds(system, start.states)[0]]
     motion = enclosed_motion(system, start.states, start.scale)
     while found is None or now < last:
-        if steps == MAX_STEPS:
+        if steps == MAX_STEPS or (found is None and _is_at_rest(energies)):
             why = f"after {steps} steps of the enclosure, at t = {now:.4g} s, v is still too large"
+            if steps < MAX_STEPS:
+                why = "the motion comes to rest outside of every certified region"
             return found or Convergence(None, why=why), samples, steps
         try:
             step = next(motion)
@@ -139,8 +148,16 @@ def _followed(
             return found or Convergence(None, why=why), samples, steps
         steps, now = steps + 1, step.end_time
         samples += _samples_in(step, times)
+        energies.append(energy_bounds(system, step.step.end)[0])
         found = found or _convergence(proof, system, step.step.end, now)
     return found, samples, steps
+
+
+def _is_at_rest(energies: list[float]) -> bool:
+    """Return whether the energy, J, after each step has stopped to fall."""
+    if len(energies) <= PATIENCE:
+        return False
+    return energies[-PATIENCE - 1] - energies[-1] < LEAST_FALL * (energies[0] - energies[-1])
 
 
 def _refused(problem: Problem, proof: Proof | None) -> Convergence | None:

@@ -65,6 +65,7 @@ def checked(seed):
     assert found.energy is not None
     assert found.time is not None
     assert found.rest_state is not None
+    assert found.bound is not None
     low, high = found.energy
     assert low <= high < found.bound
     result = rbstab.simulate(config, proof=proof, enclose=Enclose.UNTIL_PROVED)

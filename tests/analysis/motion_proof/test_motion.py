@@ -276,3 +276,24 @@ def test_times_are_sums_without_rounding():
     for before, after in pairwise(steps):
         assert after.time == before.end_time
         assert (after.time * 2.0**40).is_integer()
+
+
+def test_a_system_that_is_too_stiff_for_any_step_is_given_up():
+    """Steps never have the length zero, which would not end."""
+
+    def stiff(y):
+        out = np.empty(2, dtype=object)
+        out[0], out[1] = y[0] * -1e200, y[1] * 0.0 + 1.0
+        return out
+
+    start = StateSet([arb(1e-290), arb(0)], np.eye(2), np.zeros(2))
+    assert step_from(stiff, start, np.ones(2), 0.01) is None
+
+
+@pytest.mark.parametrize("scale", [np.nan, np.inf, 0.0])
+def test_no_scale_leads_to_an_exception(scale):
+    config = config_of("permanent", 13)
+    with ctx.workprec(PRECISION), np.errstate(all="ignore"):
+        system, start, sizes = enclosure(config)
+        sizes[4] = scale
+        assert step_from(system.rates, start, sizes, 0.01) is None

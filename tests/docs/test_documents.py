@@ -84,7 +84,7 @@ def blocks(page: str) -> list[str]:
 
 def without_time(text: str) -> list[list[str]]:
     """Return the words of each line, without wall times and without the widths of enclosures."""
-    text = re.sub(r" ± \S+ J|, [0-9.]+ s(?=\.?$)", "", text.strip(), flags=re.MULTILINE)
+    text = re.sub(r", known to \S+ J|, [0-9.]+ s(?=\.?$)", "", text.strip(), flags=re.MULTILINE)
     lines = [line.split() for line in text.splitlines()]
     return [words[:-1] if words[:1] and words[0].endswith(".h5") else words for words in lines]
 

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 @click.option(
     "--prove",
     is_flag=True,
-    help="Prove the rest states and the certified region, unless DIR/proofs has this proof; then "
-    "follow the exact motion until it is proved to converge.",
+    help="Prove the rest states and their regions, or read this proof from DIR/proofs. Then "
+    "enclose the exact motion until convergence is proved, for at most 2000 steps.",
 )
 @click.option(
     "--to-end",

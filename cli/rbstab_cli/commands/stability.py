@@ -56,10 +56,9 @@ def command(
     """Find the rest states of configs, and prove where motions converge.
 
     For each CONFIG, prints: its rest states, and whether the list is proved to be complete; whether
-    "globally stable" can hold; the region in which convergence is proved, and whether the initial
-    state is inside, or else the time from which its exact motion is; the linearised system at each
-    rest state; the certificate of its run. A finished run is read from DIR; a new run is not
-    stored.
+    "globally stable" can hold; the region in which convergence is proved; whether the initial state
+    is inside, and if not, when its exact motion enters; the linearised system at each rest state;
+    the certificate of its run. A finished run is read from DIR; a new run is not stored.
     """
     from rbstab.config.build import problem_of
     from rbstab.experiment.convergence.convergence import Enclose

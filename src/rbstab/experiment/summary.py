@@ -107,8 +107,11 @@ class ReferenceValue(NamedTuple):
 
 
 def half_unit(printed: float) -> float:
-    """Return half a unit of the last digit of a printed number, rounded up."""
-    exponent = int(Decimal(repr(printed)).as_tuple().exponent)
+    """Return half a unit of the last digit of a printed number, rounded up.
+
+    A whole number may have been printed without a point, so its last digit is that of the units.
+    """
+    exponent = 0 if printed == round(printed) else int(Decimal(repr(printed)).as_tuple().exponent)
     return 0.5000001 * 10.0**exponent
 
 

@@ -11,6 +11,7 @@ from support.configs import BY_VARIANT, plain
 from support.exact_motions import middles, motion_of, state_after
 
 from rbstab.analysis.exact import decimal_balls
+from rbstab.analysis.motion_proof import motion as motion_module
 from rbstab.analysis.motion_proof import step as step_module
 from rbstab.analysis.motion_proof.dual import decimal_duals
 from rbstab.analysis.motion_proof.linear_flow import LinearBounds, frame_of
@@ -317,6 +318,16 @@ def test_a_state_between_the_ends_has_its_rounding():
         apart = [float(abs(e - m)) for e, m in zip(exact, middle, strict=True)]
     assert max(apart) > 1e-9
     assert np.all(np.array(apart) <= distance - step.step.distance)
+
+
+def test_a_motion_is_given_up_when_its_time_would_be_rounded(monkeypatch):
+    config = config_of("free", 16)
+    with ctx.workprec(PRECISION):
+        first = next(enclosed_motion(*enclosure(config)))
+        monkeypatch.setattr(motion_module, "MAX_TIME", 2.5 * first.end_time)
+        motion = enclosed_motion(*enclosure(config))
+        with pytest.raises(Unproved):
+            list(motion)
 
 
 def test_what_the_linear_flow_misses_is_in_the_set_at_the_end():

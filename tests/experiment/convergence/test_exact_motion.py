@@ -1,5 +1,6 @@
 """What is proved of the exact motions of configs, and how it is stored with their runs."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -110,6 +111,12 @@ def test_a_wrong_computed_motion_is_found():
     check = compared(motion.samples, type(result)(variables, result.attributes, result.config))
     assert check.verdict == "violated"
     assert check.time == result["time"][3]
+    nan = dict(result.variables)
+    broken = nan["orientation"].data.copy()
+    broken[2, 0] = np.nan
+    nan["orientation"] = nan["orientation"]._replace(data=broken)
+    found = compared(motion.samples, type(result)(nan, result.attributes, result.config))
+    assert found.verdict == "violated"
     size = np.abs(result["angular_velocity"]).max()
     expected = 1e-6 * abs(result["angular_velocity"][3, 1]) / size
     assert check.value == pytest.approx(expected, rel=1e-3)
@@ -126,6 +133,16 @@ def test_a_sliding_connector_is_refused_with_the_reason():
     found, samples = proved(config, Enclose.TO_END)
     assert (found.proved, samples) == (None, None)
     assert "sliding" in found.why
+
+
+def test_an_enclosure_that_ends_early_says_so(monkeypatch):
+    """Convergence is proved; what was asked for beyond it is not."""
+    monkeypatch.setattr(exact_motion, "MAX_STEPS", 45)
+    config = rbstab.load_config(paper_config("permanent"))
+    found, samples = proved(config, Enclose.TO_END)
+    assert (found.proved, found.steps) == (True, 45)
+    assert "not enclosed to the end: after 45 steps" in found.why
+    assert 0.3 < samples.times[-1] < 2.0
 
 
 def test_the_limit_of_steps_is_named(monkeypatch):
@@ -152,6 +169,7 @@ def test_a_motion_that_cannot_be_followed_is_not_decided():
         Convergence(False, why="there is none"),
         Convergence(True, 2, 0.0, (1.0, 1.5), 2.0),
         Convergence(True, 1, 0.3, (1.0, 1.5), 2.0, "", 42, 1.25, Enclose.UNTIL_PROVED),
+        Convergence(True, 1, 0.0, (1.0, 1.5), 2.0, why="not enclosed to the end: too slow"),
         Convergence(None, why="too slow", steps=3, seconds=0.5, enclosed=Enclose.TO_END),
     ],
 )
@@ -172,8 +190,15 @@ def test_the_sentence_says_what_is_proved():
     found = Convergence(True, 1, 0.3604, (915.68, 915.680002), 1020.41, "", 42, 1.8)
     assert found.sentence == (
         "converges to rest state 1: proved; it is inside the certified region from t = 0.3604 s "
-        "(v = 915.68 ± 1e-06 J < 1020.41 J), 42 steps, 1.8 s"
+        "(v = 915.68 J < 1020.41 J, known to 1e-06 J), 42 steps, 1.8 s"
     )
+    short = replace(found, why="not enclosed to the end: too slow")
+    assert short.sentence == f"{found.sentence}; not enclosed to the end: too slow"
+    # An error is never rounded down.
+    wide = replace(found, energy=(915.0, 915.024))
+    assert "known to 2e-02 J" in wide.sentence
+    wider = replace(found, energy=(900.0, 901.96))
+    assert "known to 1e+00 J" in wider.sentence
 
 
 def test_a_motion_that_rests_outside_of_every_region_is_given_up():

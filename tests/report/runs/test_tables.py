@@ -361,7 +361,8 @@ def test_a_printed_value_is_compared_with_the_exact_motion(printed, word):
 
 
 @pytest.mark.parametrize(
-    ("number", "half"), [(0.092, 5e-4), (-0.1, 0.05), (3.0, 0.05), (0.0, 0.05), (1e-4, 5e-5)]
+    ("number", "half"),
+    [(0.092, 5e-4), (-0.1, 0.05), (3.0, 0.5), (100.0, 0.5), (0.0, 0.5), (1e-4, 5e-5)],
 )
 def test_half_a_unit_of_the_last_printed_digit(number, half):
     assert half <= half_unit(number) < 1.001 * half

@@ -58,7 +58,7 @@ class LinearFlow:
         return self.forward.sum(axis=0), error_of_products(magnitude)
 
     def last_term(self, scale: Array) -> float:
-        """Return the norm of the last term of Φ, in scaled states; infinite if it has none."""
+        """Return the norm of the last term of Φ, in scaled states; infinite if it is not finite."""
         term = self.forward[-1] / scale[:, np.newaxis] * scale
         return float(np.linalg.norm(term, 2)) if np.isfinite(term).all() else np.inf
 
@@ -80,7 +80,7 @@ class LinearBounds:
     """Bounds for 0 <= τ <= 1, each of shape (n, n).
 
     Attributes:
-        residual: On |Q⁻¹ ∫(Ψ' + hΨJ)|.
+        residual: On |Q⁻¹| ∫|Ψ' + hΨJ|, with each power of τ by itself.
         backward: On |Q⁻¹Ψ|.
         forward: On |ΦQ|.
         mismatch: On |I - ΦΨ|.
@@ -113,7 +113,7 @@ def linear_bounds(flow: LinearFlow, frame: Frame) -> LinearBounds:
 
 
 def _residual(flow: LinearFlow) -> Array:
-    """Bound |∫(Ψ' + hΨJ)| over 0 to τ, for 0 <= τ <= 1, shape (n, n)."""
+    """Bound ∫|Ψ' + hΨJ| over 0 <= τ <= 1, each power of τ by itself, shape (n, n)."""
     Psi, J, h = flow.backward, flow.J, flow.h
     terms, Psi_size = len(J.middle), np.abs(Psi)
     coefficients, size = h * _product(Psi, J.middle), h * _product(Psi_size, np.abs(J.middle))

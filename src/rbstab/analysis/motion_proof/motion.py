@@ -31,6 +31,9 @@ GROWTH = 1.5
 SHORTEST_STEP = 1e-7
 """s: if no step of this length can be proved, the motion is given up."""
 
+MAX_TIME = 2.0**12
+"""s: up to here, sums of multiples of 2⁻⁴⁰ s are exact doubles; no enclosure goes on."""
+
 MIN_ENERGY = 1e-6
 """J: the energy from which the scale of the velocities is computed is at least this."""
 
@@ -53,7 +56,7 @@ class MotionStep:
 
     @property
     def end_time(self) -> float:
-        """The time at the end, s. It is exact: steps are multiples of 2⁻⁴⁰ s."""
+        """The time at the end, s. It is exact: steps are multiples of 2⁻⁴⁰ s (see `MAX_TIME`)."""
         return self.time + self.step.h
 
     def state_at(self, time: float) -> tuple[list[Any], Array]:
@@ -105,8 +108,8 @@ def enclosed_motion(system: System, start: StateSet, scale: Array) -> Iterator[M
         scale: The size of each state, shape (n,).
 
     Raises:
-        Unproved: No step could be proved, because the motion comes near cos θ2 = 0 or the set has
-            become too large.
+        Unproved: No step could be proved, because the motion comes near cos θ2 = 0, the set has
+            become too large, or the time would exceed `MAX_TIME`.
     """
     time, longest, current = 0.0, LONGEST_STEP, start
     while True:
@@ -116,6 +119,8 @@ def enclosed_motion(system: System, start: StateSet, scale: Array) -> Iterator[M
             if longest < SHORTEST_STEP:
                 raise Unproved
             continue
+        if time + step.h > MAX_TIME:
+            raise Unproved
         yield MotionStep(time, step)
         time, longest, current = time + step.h, GROWTH * step.h, step.end
 

@@ -3,7 +3,9 @@
 The set is a parallelepiped {ȳ + Qw : |w| <= ω}: a centre, a frame, and radii in the frame
 (R. Lohner). On the step, y(t) = p(t) + e(t) with a polynomial p and, in τ = t/h,
 
-    e' = h (f(p + e) - f(p)) + h d,    d = f(p) - p',    e(0) = Qw.
+    e' = h (f(p + e) - f(p)) + h d,    d = f(p) - ṗ,    e(0) = Qw.
+
+Here ' is d/dτ, and ṗ is dp/dt.
 
 Φ and Ψ are polynomials in τ near the fundamental matrix of e' = hJe and its inverse, with J = ∂f/∂y
 along p. With w(τ) = Q⁻¹Ψe,
@@ -11,7 +13,7 @@ along p. With w(τ) = Q⁻¹Ψe,
     w' = Q⁻¹(Ψ' + hΨJ)e + hQ⁻¹Ψ((J̄ - J)e + d),    e = ΦQw + (I - ΦΨ)e,
 
 where J̄ is the mean of ∂f/∂y between p and p + e. The first bracket and I - ΦΨ are small, because Φ
-and Ψ are good; J̄ - J is small, because e is. A, C and G bound |Q⁻¹∫(Ψ' + hΨJ)|, |Q⁻¹Ψ| and |J̄ - J|.
+and Ψ are good; J̄ - J is small, because e is. A, C and G bound |Q⁻¹| ∫|Ψ' + hΨJ|, |Q⁻¹Ψ|, |J̄ - J|.
 Then the error is below b on the whole step, and |w| is at most W, as soon as
 
     W = ω + A b + hC (G b + |d|),    |ΦQ| W + |I - ΦΨ| b < b
@@ -33,7 +35,12 @@ from rbstab.analysis.motion_proof.linear_flow import (
     linear_bounds,
     linear_flow,
 )
-from rbstab.analysis.motion_proof.rounding import error_of_products, rounded_up, upper
+from rbstab.analysis.motion_proof.rounding import (
+    all_moderate,
+    error_of_products,
+    rounded_up,
+    upper,
+)
 from rbstab.analysis.motion_proof.taylor import (
     Coefficients,
     DiscBounds,
@@ -144,7 +151,7 @@ def step_from(field: Field, start: StateSet, scale: Array, longest: float) -> St
         if h <= 0 or not bounds.finite:
             return None
         flow, ratio = _flow(field, p, h, bounds, scale)
-        if flow.h <= 0:
+        if flow.h <= 0 or not _is_moderate(flow, frame, bounds):
             return None
         d = defect(field, p, flow.h, ratio, bounds)
     except ZeroDivisionError:  # a series whose first coefficient may be zero has no inverse
@@ -155,6 +162,12 @@ def step_from(field: Field, start: StateSet, scale: Array, longest: float) -> St
         return None
     end = _end(p, flow, frame, errors, rounded_up(linear.mismatch @ errors.distance), scale)
     return None if end is None else Step(flow.h, p, errors.distance, end)
+
+
+def _is_moderate(flow: LinearFlow, frame: Frame, bounds: DiscBounds) -> bool:
+    """Return whether the bounds on rounding errors hold for all matrices of a step."""
+    of_flow = (flow.forward, flow.backward, flow.J.middle, flow.J.rest)
+    return all_moderate(frame.matrix, frame.inverse, bounds.jacobian, *of_flow)
 
 
 def _on_grid(h: float) -> float:
@@ -195,7 +208,7 @@ def _error_bounds(
     """
     guess = rounded_up(linear.forward @ (radius + linear.backward @ hd))
     for _ in range(ATTEMPTS):
-        b = 1.1 * guess + 1e-280
+        b = 1.1 * guess + 1e-240
         s = float(rounded_up(np.max(b / margin)))
         if not s < MAX_SPREAD:
             return None

@@ -34,13 +34,14 @@ class Convergence:
     """What is proved of the exact motion from the start of a config.
 
     Args:
-        proved: True: it converges to a rest state. False: there is none in the range. None: not
-            decided.
+        proved: True: it converges to a rest state. False: there is none. None: not decided.
         rest_state: The number of that rest state, from 1 for the lowest.
         time: From this time on, s, it is in a region of proved convergence.
-        energy: Bounds on v at that time, J: the energy above that of the rest state.
+        energy: Bounds on v at that time, J: proved bounds on the energy, less the computed energy
+            of the rest state.
         bound: The level of the region, J: every motion with a smaller v converges.
-        why: Why nothing is proved, and what would decide; else empty.
+        why: Why nothing is proved, and what would decide, or why the enclosure ended before it was
+            to end; else empty.
         steps: The number of steps of the enclosure.
         seconds: The time that the enclosure took, s.
         enclosed: How far the exact motion was to be enclosed.
@@ -67,15 +68,16 @@ class Convergence:
         if self.proved is None:
             return f"convergence is not decided: {self.why}"
         if self.energy is None or self.bound is None or self.time is None:
-            return f"does not come to rest in the range, proved: {self.why}"
+            return f"does not come to rest: proved; {self.why}"
         low, high = self.energy
         middle, spread = 0.5 * (low + high), 0.5 * (high - low)
-        values = f"v = {middle:.6g} ± {spread:.0e} J < {self.bound:.6g} J"
+        values = f"v = {middle:.6g} J < {self.bound:.6g} J, known to {_rounded_up(spread)} J"
         begin = "from the start" if self.time == 0 else f"from t = {self.time:.4g} s"
         effort = f", {self.steps} steps, {self.seconds:.1f} s" if self.steps else ""
         return (
             f"converges to rest state {self.rest_state}: proved; "
             f"it is inside the certified region {begin} ({values}){effort}"
+            + (f"; {self.why}" if self.why else "")
         )
 
     def as_data(self) -> dict[str, Any]:
@@ -89,6 +91,15 @@ class Convergence:
             "why": self.why,
             "steps": self.steps,
         }
+
+
+def _rounded_up(number: float) -> str:
+    """Return a number with one digit that is not below it."""
+    digits = f"{number:.0e}"
+    if float(digits) >= number:
+        return digits
+    exponent = int(digits.partition("e")[2])
+    return f"{float(digits) + 10.0**exponent:.0e}"
 
 
 def convergence_attributes(found: Convergence) -> Attributes:

@@ -31,7 +31,7 @@ from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.convergence.convergence import Convergence, Enclose
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
 from rbstab.experiment.convergence.region_bounds import level_of, region_energies
-from rbstab.experiment.proof import ROUND_OFF, reached_state, start_level, starts_inside
+from rbstab.experiment.proof import OPEN_RANGE, ROUND_OFF, reached_state, start_level, starts_inside
 from rbstab.experiment.proof_record import Proof
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
@@ -139,18 +139,28 @@ def _followed(
         if steps == MAX_STEPS or (found is None and _is_at_rest(energies)):
             why = f"after {steps} steps of the enclosure, at t = {now:.4g} s, v is still too large"
             if steps < MAX_STEPS:
-                why = "the motion comes to rest outside of every certified region"
-            return found or Convergence(None, why=why), samples, steps
+                why = (
+                    f"v has all but stopped to fall, outside of every certified region (by less "
+                    f"than {LEAST_FALL:g} of its loss in {PATIENCE} steps, to t = {now:.4g} s)"
+                )
+            return _ended(found, why), samples, steps
         try:
             step = next(motion)
         except Unproved:
             why = f"the enclosure ends at t = {now:.4g} s: no further step could be proved"
-            return found or Convergence(None, why=why), samples, steps
+            return _ended(found, why), samples, steps
         steps, now = steps + 1, step.end_time
         samples += _samples_in(step, times)
         energies.append(energy_bounds(system, step.step.end)[0])
         found = found or _convergence(proof, system, step.step.end, now)
     return found, samples, steps
+
+
+def _ended(found: Convergence | None, why: str) -> Convergence:
+    """Return a convergence whose enclosure ended early, with the reason."""
+    if found is None:
+        return Convergence(None, why=why)
+    return replace(found, why=f"not enclosed to the end: {why}")
 
 
 def _is_at_rest(energies: list[float]) -> bool:
@@ -167,8 +177,11 @@ def _refused(problem: Problem, proof: Proof | None) -> Convergence | None:
         return Convergence(None, why=why)
     if proof is None:
         return Convergence(None, why=f"no proof of the rest states is stored; {COMMAND} makes it")
+    wide = proof.unwrapped
+    if wide is not None and wide.proved and not wide.states:
+        return Convergence(False, why="there is no rest state with |θ2| < π/2")
     if proof.proved and not proof.states:
-        return Convergence(False, why="there is no rest state in it")
+        return Convergence(None, why="the range of eq. 5 has no rest state")
     if not region_energies(proof):
         return Convergence(None, why=f"no certified region is proved ({proof.outcome})")
     return None
@@ -200,13 +213,15 @@ def _exact_start(config: Config, problem: Problem) -> _Start:
 def _convergence(proof: Proof, system: System, states: StateSet, t: float) -> Convergence | None:
     """Return the convergence of all states of a set if it is proved, else None."""
     low, high = energy_bounds(system, states)
-    number = reached_state(proof, high, *angle_bounds(states))
+    box = angle_bounds(states)
+    number = reached_state(proof, high, *box)
     if number is None:
         return None
     rest = proof.states[number - 1]
     at_least = math.nextafter(low - rest.energy, -math.inf)
     at_most = math.nextafter(high - rest.energy, math.inf)
-    bound = level_of(proof, number, high)
+    in_range = bool(np.all(np.abs(box) <= OPEN_RANGE))
+    bound = level_of(proof, number, high, in_range=in_range)
     return Convergence(True, rest_state=number, time=t, energy=(at_least, at_most), bound=bound)
 
 

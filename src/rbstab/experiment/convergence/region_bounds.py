@@ -8,13 +8,16 @@ from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.experiment.proof_record import Proof, Triple
 
 
-def region_energies(proof: Proof) -> list[tuple[Triple, float]]:
+def region_energies(proof: Proof, *, in_range: bool = True) -> list[tuple[Triple, float]]:
     """Return the regions of a proof: the Θ of their rest states, and their bounds on the energy, J.
 
-    The regions for all real θ1 and θ3 are included.
+    Args:
+        proof: The proof.
+        in_range: Whether to include the regions in the range of eq. 5; those for all real θ1 and θ3
+            come after them.
     """
     found = []
-    for part in (proof, proof.unwrapped):
+    for part in (proof if in_range else None, proof.unwrapped):
         if part is None:
             continue
         if part.region is not None and part.region.lower_bound > 0:
@@ -29,18 +32,19 @@ def region_energies(proof: Proof) -> list[tuple[Triple, float]]:
     return found
 
 
-def level_of(proof: Proof, number: int, energy: float) -> float:
-    """Return the level of the smallest region of a rest state that holds an energy, J.
+def level_of(proof: Proof, number: int, energy: float, *, in_range: bool = True) -> float:
+    """Return the level of the region of a rest state in which a motion is, as a value of v, J.
 
     Args:
         proof: The proof.
         number: The number of the rest state, from 1 for the lowest.
         energy: The sum of all energies, J, of a motion that is in a region of this rest state.
+        in_range: Whether its Θ is in the range of eq. 5.
     """
     rest = proof.states[number - 1]
-    bounds = [
+    bound = next(
         bound
-        for orientation, bound in region_energies(proof)
+        for orientation, bound in region_energies(proof, in_range=in_range)
         if bound > energy and np.abs(np.subtract(orientation, rest.orientation)).max() < SAME_STATE
-    ]
-    return math.nextafter(min(bounds, default=energy) - rest.energy, -math.inf)
+    )
+    return math.nextafter(bound - rest.energy, -math.inf)

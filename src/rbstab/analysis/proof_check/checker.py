@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from flint import arb, arb_mat, ctx
 
 from rbstab.analysis.proof_check.cover import Cover, cover
-from rbstab.analysis.proof_check.energy import AXES, Ball, Box, Energy, Taylor
+from rbstab.analysis.proof_check.energy import AXES, Ball, Box, Energy, Taylor, square
 
 PRECISION = 128
 """Bits of a ball."""
@@ -218,7 +218,7 @@ def _index(H: Any) -> int | None:
     the minors tell the rest: if d > 0, all eigenvalues are positive if and only if t and m are.
     """
     t = sum((H[i, i] for i in AXES), arb(0))
-    m = sum((H[i, i] * H[j, j] - H[i, j] ** 2 for i in AXES for j in range(i)), arb(0))
+    m = sum((H[i, i] * H[j, j] - square(H[i, j]) for i in AXES for j in range(i)), arb(0))
     d = H.det()
     if d < 0:
         t, even = -t, 1  # -H has the other number of negative eigenvalues

@@ -30,6 +30,11 @@ def symmetric(radius: float) -> Ball:
     return arb(0, math.nextafter(radius, math.inf))
 
 
+def square(number: Ball) -> Ball:
+    """Return x². python-flint's `x**2` is NaN for a ball about 0."""
+    return number * number
+
+
 def basis(angle: Ball, highest: int) -> list[list[Ball]]:
     """Return the derivatives of t of order 0 to 3, for multiples of an angle up to `highest`."""
     rows = [[arb(int(order == 0))] for order in range(4)]
@@ -107,8 +112,8 @@ class Energy:
         for a, layer in enumerate(self.layers):
             for b, c in product(range(len(self.layers)), repeat=2):
                 multiples = ((a + 1) // 2, (b + 1) // 2, (c + 1) // 2)
-                squares[multiples] = squares.get(multiples, arb(0)) + layer[b, c] ** 2
-        return sum((k[axis] * square.abs_upper().sqrt() for k, square in squares.items()), arb(0))
+                squares[multiples] = squares.get(multiples, arb(0)) + square(layer[b, c])
+        return sum((k[axis] * total.abs_upper().sqrt() for k, total in squares.items()), arb(0))
 
 
 class Taylor:
@@ -182,7 +187,7 @@ class Taylor:
         total = self.value
         for i in AXES:
             total += self.gradient[i, 0] * d[i, 0]
-            total += bent[i, i] * d[i, 0].abs_upper() ** 2 * arb(0.25, 0.25)
+            total += bent[i, i] * square(d[i, 0].abs_upper()) * arb(0.25, 0.25)
             total += sum((bent[i, j] * d[i, 0] * d[j, 0] for j in range(i + 1, 3)), arb(0))
         return total
 

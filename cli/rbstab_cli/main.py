@@ -25,6 +25,7 @@ COMMANDS = {
     "show": "Show the content of a result.",
     "report": "Make a report of runs and sweeps.",
     "stability": "Find the rest states of configs, and prove where motions converge.",
+    "verify": "Check a proof by a program of its own.",
     "sensitivities": "Compute how a run depends on its gains, its body and its initial state.",
     "tune": "Scale gains to minimize an objective of the run.",
     "schema": "Print the JSON Schema of a config, for editors.",

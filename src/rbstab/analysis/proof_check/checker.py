@@ -6,6 +6,7 @@ and the bound of the certified region. All the rest is computed here anew, in ba
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from flint import arb, arb_mat, ctx
@@ -57,7 +58,8 @@ class Finding(NamedTuple):
         return sum(found.boxes for found in self.covers.values())
 
 
-class RestState(NamedTuple):
+@dataclass(frozen=True)
+class RestState:
     """One rest state of a proof: its number, index, box, and the point and box about it.
 
     Attributes:
@@ -127,9 +129,7 @@ def _findings(U: Energy, claims: Mapping[str, Any], range_: Range) -> Iterator[F
     ]
     wrong = [text for state in states for text in _faults(U, state, range_)] + _overlaps(states)
     wrong = wrong or _miscounts(claims, states)
-    text = f"Each of the {len(states)} enclosures contains exactly one."
-    if len(states) == 1:
-        text = "The enclosure contains exactly one."
+    text = f"{len(states)} of {len(claims['states'])} have an enclosure that contains no other one."
     yield Finding(range_.name, "rest states", not wrong, " ".join(wrong) or text)
     region = claims["region"]
     has_bound = region is not None and region["energy_bound"] is not None
@@ -235,15 +235,15 @@ def _others(
     U: Energy, states: list[RestState], claims: Mapping[str, Any], range_: Range
 ) -> Finding:
     """Cover a range by boxes that contain no rest state but those listed."""
-    domains = [_domain(U, state) for state in states]
-    undecided = [_ends(box) for box in claims["undecided"]]
+    places = {f"s{state.number}": _domain(U, state) for state in states}
+    for number, corners in enumerate(claims["undecided"], start=1):
+        places[f"u{number}"] = _ends(corners)
 
     def reason(box: Box) -> str | None:
-        """Return a letter for the reason, and the number of the state, box or component."""
-        for letter, places in (("s", domains), ("u", undecided)):
-            for number, place in enumerate(places, start=1):
-                if _within(box, place):
-                    return f"{letter}{number}"
+        """Return a place that contains a box, or a component of ∇U or Y∇U that has no zero."""
+        for name, place in places.items():
+            if _within(box, place):
+                return name
         taylor = Taylor(U, box)
         for axis, entry in enumerate(taylor.whole_gradient.entries(), start=1):
             if not entry.contains(0):
@@ -256,8 +256,9 @@ def _others(
                     return f"y{axis}"
         return None
 
-    found = cover(range_.box, reason)
-    outside = f" outside of {len(undecided)} undecided boxes" if undecided else ""
+    found = cover(range_.box, reason)._replace(places=places)
+    undecided = len(claims["undecided"])
+    outside = f" outside of {undecided} undecided boxes" if undecided else ""
     text = f"There is no other{outside}."
     if found.open is not None:
         text = f"The box {_shown(found.open)} may contain one that is not listed."
@@ -280,22 +281,25 @@ def _region(
     U: Energy, claims: Mapping[str, Any], states: list[RestState], range_: Range
 ) -> Finding:
     """Check the bound of theorem 3: the border and all other rest states are not below it."""
-    region, lowest = claims["region"], claims["states"][0]
+    region, lowest, name = claims["region"], claims["states"][0], "certified region"
+    if not (lowest["proved"] and lowest["index_proved"] and lowest["index"] == 0):
+        text = "The lowest rest state is not proved to be a minimum."
+        return Finding(range_.name, name, False, text)
     bound, wrong, covers = arb(region["energy_bound"]), list[str](), dict[str, Cover]()
     below = f"{region['energy_bound']:.10g} J"
-    if not (lowest["proved"] and lowest["index_proved"] and lowest["index"] == 0):
-        wrong = ["The lowest rest state is not proved to be a minimum."]
     for place, box, face in _places(claims, states, range_):
         covers[place] = found = cover(box, _above(U, bound, face))
         if found.open is not None:
-            energy = float(Taylor(U, found.open, face).value)
-            wrong.append(f"{place}: an energy of {energy:.10g} J is not above {below}.")
+            wrong.append(f"The energy at {place} is not shown to be at least {below}.")
+            energy = Taylor(U, found.open, face).value
+            if energy < bound:
+                wrong[-1] = f"The energy at {place} is {float(energy):.10g} J, less than {below}."
     # v counts from the lowest rest state.
     height = bound - Taylor(U, states[0].enclosure).values
     if not (region["lower_bound"] == 0 or arb(region["lower_bound"]) <= height):
-        wrong.append(f"v < {region['lower_bound']:.10g} J is more than energy < {below}.")
+        wrong.append(f"v < {region['lower_bound']:.10g} J is more than an energy below {below}.")
     text = f"Every motion with an energy below {below} converges to the lowest rest state."
-    return Finding(range_.name, "certified region", not wrong, " ".join(wrong) or text, covers)
+    return Finding(range_.name, name, not wrong, " ".join(wrong) or text, covers)
 
 
 def _places(

@@ -87,8 +87,8 @@ def cli() -> None:
     """Dynamics and Lyapunov stability of one rigid body: free, held at a point, or tied to it.
 
     Exit codes: 0 done; 2 wrong config or command line; 3 a run did not complete; 4 a result could
-    not be written or read, or a proof was refused; 130 interrupted (Ctrl-C); 141 stdout or stderr is a pipe whose reader
-    has ended, as in `rbstab show RESULT | head`; 143 terminated (SIGTERM).
+    not be written or read, or a proof was refused; 130 interrupted (Ctrl-C); 141 stdout or stderr
+    is a pipe whose reader has ended, as in `rbstab show RESULT | head`; 143 terminated (SIGTERM).
     """
 
 

@@ -74,7 +74,9 @@ def test_a_rearranged_equation_does_not(monkeypatch: pytest.MonkeyPatch) -> None
         first = motion.Theta[0]
         one = first.sin() * first.sin() + first.cos() * first.cos()
         terms = [
-            motion.Theta[j] * self.K_r[i, j] / 2 * motion.Theta[i] for j in range(3) for i in range(3)
+            motion.Theta[j] * self.K_r[i, j] / 2 * motion.Theta[i]
+            for j in range(3)
+            for i in range(3)
         ]
         return one * sum(terms)
 
@@ -104,7 +106,7 @@ def test_residues_are_numbers() -> None:
     assert (half + third - 5 / residue(6)).value == 0
     assert (0.5 - half).value == 0
     assert (-(third * 3.0) + 1).value == 0
-    assert (half * np.array([2.0, 4.0], dtype=object))[1].value == 2
+    assert (np.array([2.0, 4.0], dtype=object) * half)[1].value == 2
     angle = Residue(17, 12345)
     assert (angle.sin() * angle.sin() + angle.cos() * angle.cos()).value == 1
     assert angle.sin().value not in {0, 1, P - 1}

@@ -20,7 +20,7 @@ def test_a_proof_is_verified(proof: Path, rbstab: Invoke) -> None:
     done = rbstab("verify", str(proof))
     assert done.exit_code == 0
     assert done.stdout.startswith(f"{proof}: verified\n")
-    assert "The range of eq. 5\n    Rest states: checked. 1 of 1 have an" in done.stdout
+    assert "The range of eq. 5\n    Rest states: checked. 1 of 1 are isolated" in done.stdout
     assert "No other rest state: checked (" in done.stdout
     assert "Certified region: checked (" in done.stdout
     assert "not compared with a config" in done.stdout

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT
 from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
 from rbstab.experiment.proof import _regions_of
@@ -13,10 +14,16 @@ from rbstab.systems.system import System
 PROOF = dict[str, Any]
 
 
-def proof_of(system: System, *, wide: bool = False) -> PROOF:
-    """Return the proof of a system, with the rest states for all θ1 and θ3 if `wide`."""
+def proof_of(system: System, *, wide: bool = False, box_limit: int = BOX_LIMIT) -> PROOF:
+    """Return the proof of a system.
+
+    Args:
+        system: The system.
+        wide: Whether to add the rest states for all θ1 and θ3.
+        box_limit: The number of boxes at which the proof stops.
+    """
     with np.errstate(all="ignore"):
-        rest = rest_states(system)
+        rest = rest_states(system, box_limit=box_limit)
         unwrapped = unwrapped_rest_states(rest) if wide else None
         record = proof_record(
             "id", _regions_of(rest), None if unwrapped is None else _regions_of(unwrapped), 0.0

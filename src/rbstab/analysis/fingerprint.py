@@ -2,7 +2,8 @@
 
 The equations are evaluated with numbers modulo a prime p, which are exact and fast. Different
 equations have different values, but for an accident with a probability of about 1e-36; a
-rearranged formula has the same ones. An angle θ is a number with a sine and a cosine on s² + c² = 1.
+rearranged formula has the same ones. An angle is a number with a sine s and a cosine c that are
+chosen on s² + c² = 1.
 """
 
 import hashlib

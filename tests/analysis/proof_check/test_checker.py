@@ -140,7 +140,8 @@ def change(path: str, value: Any) -> Callable[[PROOF], None]:
         (claim_one, "does not follow"),
         (change("states.1.index", 1), "its index is 2"),
         (change("states.0.index", 2), "its index is 0"),
-        (change("region.energy_bound", 1e-4), "is not"),
+        (change("region.energy_bound", 1e-4), "is not shown to be at least"),
+        (change("region.energy_bound", 20.0), "is not shown to be at least"),
         (change("region.lower_bound", 1e-6), "is more than"),
         (change("reduced_energy.quadratic.0.0", 1e-6), "no zero of the gradient"),
         (change("reduced_energy.coefficients.1.1.1", 1e-6), "no zero of the gradient"),
@@ -234,3 +235,18 @@ def test_a_wrong_claim_on_all_angles_is_refused(wide: PROOF) -> None:
     proof["unwrapped"]["region"]["energy_bound"] += 1e-4
     (refused,) = refusals(proof)
     assert (refused.about, refused.claim) == (UNWRAPPED, "certified region")
+
+
+def test_an_unfinished_proof_is_checked_outside_of_its_undecided_boxes() -> None:
+    proof = proof_of(paper_system("permanent", 0.1), box_limit=2500)
+    assert not proof["proved"]
+    assert refusals(proof) == []
+    outside, region = check(proof)[1:]
+    assert f"outside of {len(proof['undecided'])} undecided boxes" in outside.text
+    # Its bound is below U = 0 at the minimum.
+    assert region.text.startswith("It is empty")
+    fewer = {**proof, "undecided": [], "states": proof["states"][:2]}
+    assert "may contain one that is not listed" in refusals(fewer)[0].text
+    higher = deepcopy(proof)
+    higher["region"]["energy_bound"] = 1.0
+    assert "The energy at undecided box" in refusals(higher)[0].text

@@ -99,6 +99,21 @@ def test_the_expansion_holds_in_all_of_a_box(
                     assert taylor.whole_hessian[i, j].overlaps(here[i, j])
 
 
+def test_the_third_derivatives_count() -> None:
+    """U = θ1 - sin θ1 has neither a slope nor a curvature at 0, but U(-1) = sin 1 - 1."""
+    coefficients = np.zeros((3, 3, 3))
+    coefficients[2, 0, 0] = -1.0
+    data = {
+        "quadratic": np.zeros((3, 3)).tolist(),
+        "linear": [1.0, 0.0, 0.0],
+        "coefficients": coefficients.tolist(),
+    }
+    taylor = Taylor(Energy(data), ((-1.0, 1.0), (0.0, 0.0), (0.0, 0.0)))
+    assert taylor.values.contains(arb(1).sin() - 1)
+    assert taylor.whole_gradient[0, 0].contains(1 - arb(1).cos())
+    assert taylor.whole_hessian[0, 0].contains(-arb(1).sin())
+
+
 def test_the_lower_bound_is_close_near_a_minimum_on_a_face() -> None:
     """U = ½ (Θ - c)'(Θ - c): completing the square gives the minimum itself."""
     data = {
@@ -132,16 +147,20 @@ def test_the_index_of_a_singular_matrix_is_not_known() -> None:
 
 
 def test_confinement_of_a_known_energy() -> None:
-    """U = θ1² + 2 θ3² + 5 sin θ1 + 3 θ3: the rest states have 2 |θ1| <= 5 and 4 |θ3| = 3."""
+    """U = θ1² + θ1 θ2 / 2 + 2 θ3² + 5 sin θ1 + 3 θ3.
+
+    Its rest states have 2 θ1 = -θ2 / 2 - 5 cos θ1 and 4 θ3 = -3, with |θ2| <= π/2.
+    """
     coefficients = np.zeros((3, 3, 3))
     coefficients[2, 0, 0] = 5.0
     data = {
-        "quadratic": np.diag([2.0, 0.0, 4.0]).tolist(),
+        "quadratic": [[2.0, 0.5, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 4.0]],
         "linear": [0.0, 0.0, 3.0],
         "coefficients": coefficients.tolist(),
     }
     found = Energy(data).confinement()
     assert found is not None
-    assert [float(bound) for bound in found] == pytest.approx([2.5, 0.75], rel=1e-12)
+    first = (5 + math.pi / 4) / 2
+    assert [float(bound) for bound in found] == pytest.approx([first, 0.75], rel=1e-12)
     data["quadratic"] = np.diag([2.0, 0.0, -4.0]).tolist()
     assert Energy(data).confinement() is None

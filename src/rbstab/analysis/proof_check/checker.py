@@ -129,7 +129,7 @@ def _findings(U: Energy, claims: Mapping[str, Any], range_: Range) -> Iterator[F
     ]
     wrong = [text for state in states for text in _faults(U, state, range_)] + _overlaps(states)
     wrong = wrong or _miscounts(claims, states)
-    text = f"{len(states)} of {len(claims['states'])} have an enclosure that contains no other one."
+    text = f"{len(states)} of {len(claims['states'])} are isolated, each in its enclosure."
     yield Finding(range_.name, "rest states", not wrong, " ".join(wrong) or text)
     region = claims["region"]
     has_bound = region is not None and region["energy_bound"] is not None
@@ -291,14 +291,13 @@ def _region(
         covers[place] = found = cover(box, _above(U, bound, face))
         if found.open is not None:
             wrong.append(f"The energy at {place} is not shown to be at least {below}.")
-            energy = Taylor(U, found.open, face).value
-            if energy < bound:
-                wrong[-1] = f"The energy at {place} is {float(energy):.10g} J, less than {below}."
     # v counts from the lowest rest state.
     height = bound - Taylor(U, states[0].enclosure).values
     if not (region["lower_bound"] == 0 or arb(region["lower_bound"]) <= height):
         wrong.append(f"v < {region['lower_bound']:.10g} J is more than an energy below {below}.")
     text = f"Every motion with an energy below {below} converges to the lowest rest state."
+    if not height > 0:
+        text = f"It is empty: no motion has an energy below {below}."
     return Finding(range_.name, name, not wrong, " ".join(wrong) or text, covers)
 
 
@@ -318,7 +317,7 @@ def _places(
 
 
 def _above(U: Energy, bound: Ball, face: tuple[int, Ball] | None) -> Callable[[Box], str | None]:
-    """Return the reason for a box in which U is at least the bound."""
+    """Return a function that gives the reason "b" for a box in which U is at least the bound."""
     return lambda box: "b" if Taylor(U, box, face).stays_above(bound) else None
 
 

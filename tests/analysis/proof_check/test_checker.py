@@ -205,6 +205,16 @@ def test_a_state_on_the_border_is_not_inside() -> None:
     assert "is not inside the range" in refused.text
 
 
+def test_a_range_without_rest_states() -> None:
+    """The minimum is outside, at θ1 = 4."""
+    proof = parabola((4.0, 0.0, 0.0), 0.0)
+    assert "is not inside the range" in refusals(proof)[0].text
+    empty = {**proof, "states": [], "unique": False, "region": None}
+    assert refusals(empty) == []
+    inside = {**parabola((3.0, 0.0, 0.0), 0.0), "states": [], "unique": False, "region": None}
+    assert "may contain one that is not listed" in refusals(inside)[0].text
+
+
 def test_a_double_zero_is_not_proved_by_saying_so() -> None:
     """At k2 = a the upright pendulum is about to fall; no proof isolates this rest state."""
     proof = proof_of(inverted_pendulum([100.0, 250.0, 70.0], 100.0))

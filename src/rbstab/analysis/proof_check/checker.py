@@ -60,7 +60,7 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class RestState:
-    """One rest state of a proof: its number, index, box, and the point and box about it.
+    """One rest state of a proof.
 
     Attributes:
         number: From 1.
@@ -214,21 +214,20 @@ def _residual(taylor: Taylor) -> Any:
 def _index(H: Any) -> int | None:
     """Return the number of negative eigenvalues of a regular symmetric 3x3 matrix.
 
-    The sign of its determinant d tells an even number from an odd one. The trace t and the sum m of
-    the minors tell the rest: if d > 0, all eigenvalues are positive if and only if t and m are.
+    If its determinant is positive, this number is 0 or 2. It is 0 if the trace t and the sum m of
+    the principal minors are positive, and 2 if one of them is negative. If the determinant is
+    negative, -H has a positive one, and 3 - n negative eigenvalues.
     """
+    if H.det() < 0:
+        opposite = _index(-H)
+        return None if opposite is None else 3 - opposite
     t = sum((H[i, i] for i in AXES), arb(0))
     m = sum((H[i, i] * H[j, j] - square(H[i, j]) for i in AXES for j in range(i)), arb(0))
-    d = H.det()
-    if d < 0:
-        t, even = -t, 1  # -H has the other number of negative eigenvalues
-    elif d > 0:
-        even = 0
-    else:
+    if not H.det() > 0:
         return None
     if t > 0 and m > 0:
-        return 3 if even else 0
-    return None if not (t < 0 or m < 0) else 1 if even else 2
+        return 0
+    return 2 if t < 0 or m < 0 else None
 
 
 def _others(
@@ -267,14 +266,14 @@ def _others(
 
 
 def _domain(U: Energy, state: RestState) -> Box:
-    """Return a box about an enclosure, as large as possible, with no other zero."""
-    best, radius = state.enclosure, 2.0
+    """Return a large box about an enclosure in which there is no other zero."""
+    radius = 2.0
     while radius > 1e-12:
         wide: Box = tuple((low - radius, high + radius) for low, high in state.enclosure)
         if _is_unique(Taylor(U, wide)):
             return wide
         radius *= 0.8
-    return best
+    return state.enclosure
 
 
 def _region(
@@ -296,7 +295,7 @@ def _region(
     if not (region["lower_bound"] == 0 or arb(region["lower_bound"]) <= height):
         wrong.append(f"v < {region['lower_bound']:.10g} J is more than an energy below {below}.")
     text = f"Every motion with an energy below {below} converges to the lowest rest state."
-    if not height > 0:
+    if height <= 0:
         text = f"It is empty: no motion has an energy below {below}."
     return Finding(range_.name, name, not wrong, " ".join(wrong) or text, covers)
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rbstab.config.errors import ConfigError
     from rbstab.config.load import load_config
+    from rbstab.experiment.convergence.convergence import Enclose
     from rbstab.experiment.proof import Proof, prove
     from rbstab.experiment.simulate import simulate
     from rbstab.experiment.tuning.sensitivities import Sensitivities, sensitivities
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ConfigError",
+    "Enclose",
     "Motions",
     "Proof",
     "Result",
@@ -54,6 +56,7 @@ __all__ = [
 
 _MODULES = {
     "ConfigError": "rbstab.config.errors",
+    "Enclose": "rbstab.experiment.convergence.convergence",
     "Motions": "rbstab.store.motions",
     "Proof": "rbstab.experiment.proof",
     "Result": "rbstab.store.result",

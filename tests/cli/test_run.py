@@ -12,6 +12,7 @@ import pytest
 from cli.conftest import GOOD, Invoke, start
 
 import rbstab as api
+from rbstab.experiment import run_to_file
 from rbstab.store.run_file import write_result
 
 
@@ -204,6 +205,21 @@ def test_warnings_are_said_once_for_all_configs(folder: Path, rbstab: Invoke) ->
     warnings = [line for line in done.stderr.splitlines() if line.startswith("warning")]
     assert len(warnings) == 1
     assert warnings[0].startswith("warning: a.yaml and 1 more: body.inertia: no real body")
+
+
+def test_an_interrupt_just_after_a_run_is_stored_counts_it(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = run_to_file.run_to_file
+
+    def stored_and_interrupted(*arguments: Any, **options: Any) -> None:
+        store(*arguments, **options)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run_to_file, "run_to_file", stored_and_interrupted)
+    done = rbstab("run", "good.yaml")
+    assert done.exit_code == 130
+    assert "Interrupted: 1 of 1 runs are stored." in done.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to one process")

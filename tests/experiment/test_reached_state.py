@@ -141,7 +141,9 @@ def test_start_in_a_valley_converges_there(proof, number):
     assert starts_inside(problem, proof)
     result = rbstab.simulate(config, proof=proof)
     assert result["orientation"][-1] == pytest.approx(minimum, abs=1e-3)
-    assert result.attributes["verdict"] == "certified"
+    words = (result.attributes["verdict"], result.attributes["convergence"])
+    assert words == ("consistent", "proved")
+    assert result.attributes["convergence_rest_state"] == number
     stability = stability_of(problem, proof)
     assert (stability.reached, stability.inside) == (number, True)
     assert f"convergence to rest state {number} is proved." in stability.statements[-1]
@@ -249,3 +251,19 @@ def test_rest_state_beyond_the_range_has_no_number(turning):
     assert reached_state(other, energy, Theta, Theta) is None
     alone = proof.model_copy(update={"region": None, "regions": ()})
     assert reached_state(alone, energy, Theta, Theta) == 1
+
+
+def test_angles_beyond_the_unwrapped_range_decide_nothing(turning):
+    proof = prove(turning)
+    wide = proof.unwrapped
+    assert wide is not None
+    assert wide.region is not None
+    assert wide.region.energy_bound is not None
+    energy = wide.region.energy_bound - 1e-3
+    ends = np.array([wide.end[0], np.pi / 2, wide.end[2]])
+    assert reached_state(proof, energy, -ends, ends) == 1
+    for axis in range(3):
+        beyond = ends.copy()
+        beyond[axis] = np.nextafter(ends[axis], 99)
+        assert reached_state(proof, energy, -ends, beyond) is None
+        assert reached_state(proof, energy, -beyond, ends) is None

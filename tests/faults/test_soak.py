@@ -1,5 +1,7 @@
 """Protects the soak, and with it sweeps on a cluster whose workers are killed all the time."""
 
+from typing import Any
+
 import pytest
 from support.soak import MAX_GROWTH, Soaked, soak
 
@@ -13,12 +15,19 @@ def test_a_small_soak(tmp_path):
     assert lines[0].endswith("30000 members without kills")
 
 
+def soaked(**changes: Any) -> Soaked:
+    """Return a soak without problems, changed."""
+    good = {"kills": 1, "growth": {"sweep": 0}, "gathering": {"sweep": 0}, "equal": True}
+    return Soaked(seconds=1.0, file_size=2_000_000, **{**good, **changes})
+
+
 @pytest.mark.parametrize(
     ("found", "problem"),
     [
-        (Soaked(1.0, 1, {"sweep": int(MAX_GROWTH) + 1_000_000}, equal=True), "the sweep grew by"),
-        (Soaked(1.0, 1, {"sweep": 0}, equal=False), "the results differ"),
-        (Soaked(1.0, 0, {"sweep": 0}, equal=True), "no worker was killed"),
+        (soaked(growth={"sweep": int(MAX_GROWTH) + 1_000_000}), "the sweep grew by"),
+        (soaked(gathering={"sweep": int(MAX_GROWTH) + 3_000_000}), "the sweep needed 53 MB to"),
+        (soaked(equal=False), "the results differ"),
+        (soaked(kills=0), "no worker was killed"),
     ],
 )
 def test_what_a_soak_complains_about(found, problem):

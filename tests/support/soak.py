@@ -53,14 +53,22 @@ class Memory:
         """The largest memory in the first part, bytes."""
         self.later = 0
         """The largest memory after it, bytes."""
+        self.gathering = 0
+        """The largest memory after all shards are there, bytes: then one file is made of them."""
 
-    def sample(self, *, warm: bool) -> None:
-        """Read the memory; the process may have ended."""
+    def sample(self, share: float) -> None:
+        """Read the memory; the process may have ended.
+
+        Args:
+            share: The share of the members that is done.
+        """
         try:
             size = int(self.process.memory_info().rss)
         except psutil.NoSuchProcess:
             return
-        if warm:
+        if share >= 1:
+            self.gathering = max(self.gathering, size)
+        elif share > WARM_UP:
             self.later = max(self.later, size)
         else:
             self.at_first = max(self.at_first, size)
@@ -70,16 +78,32 @@ class Memory:
         """The bytes by which it grew after the first part of the sweep."""
         return self.later - self.at_first
 
+    @property
+    def needed_for_gathering(self) -> int:
+        """The bytes by which it grew while the shards became one file."""
+        return max(0, self.gathering - max(self.at_first, self.later))
+
     def __str__(self) -> str:
-        return f"{self.name} {max(self.at_first, self.later) / 1e6:.0f} MB"
+        return f"{self.name} {max(self.at_first, self.later, self.gathering) / 1e6:.0f} MB"
 
 
 class Soaked(NamedTuple):
-    """What a soak has found: seconds, kills, growth of each process in bytes, equal results."""
+    """What a soak has found.
+
+    Attributes:
+        seconds: Its duration.
+        kills: The number of killed workers.
+        growth: The growth of each process while members were computed, bytes.
+        gathering: The growth of each process while the shards became one file, bytes.
+        file_size: The size of that file, bytes.
+        equal: Whether the results are those of an undisturbed sweep.
+    """
 
     seconds: float
     kills: int
     growth: dict[str, int]
+    gathering: dict[str, int]
+    file_size: int
     equal: bool
 
     @property
@@ -89,6 +113,11 @@ class Soaked(NamedTuple):
             f"the {name} grew by {size / 1e6:.0f} MB (at most {MAX_GROWTH / 1e6:.0f} MB)"
             for name, size in self.growth.items()
             if size > MAX_GROWTH
+        ]
+        found += [
+            f"the {name} needed {size / 1e6:.0f} MB to gather {self.file_size / 1e6:.0f} MB"
+            for name, size in self.gathering.items()
+            if size > self.file_size + MAX_GROWTH
         ]
         found += [] if self.equal else ["the results differ from those of an undisturbed sweep"]
         return found + ([] if self.kills else ["no worker was killed: the sweep is too short"])
@@ -114,9 +143,15 @@ def soak(folder: Path, members: int, kill_interval: float, say: Say = print) -> 
     say(f"{time.monotonic() - begin:6.0f} s  {members} members without kills")
     with LocalProcesses(folder) as cluster:
         kills, memories = _sweep_and_kill(folder, members, cluster, kill_interval, say)
-    growth = {memory.name: memory.growth for memory in memories}
     seconds = time.monotonic() - begin
-    return Soaked(seconds, kills, growth, _equal(folder / "plain/plan", folder / "killed/plan"))
+    return Soaked(
+        seconds,
+        kills,
+        {memory.name: memory.growth for memory in memories},
+        {memory.name: memory.needed_for_gathering for memory in memories},
+        (folder / "killed/plan/sweep.h5").stat().st_size,
+        _equal(folder / "plain/plan", folder / "killed/plan"),
+    )
 
 
 def _write_plan(path: Path, members: int) -> None:
@@ -152,7 +187,7 @@ def _sweep_and_kill(
         now = time.monotonic()
         share = done / max(1, len(shard_files_of(folder / "plain/plan/shards")))
         for memory in memories:
-            memory.sample(warm=share > WARM_UP)
+            memory.sample(share)
         if 0 < share < 1 and now - killed_at > kill_interval:
             cluster.kill(victim)
             victim, kills, killed_at = cluster.worker(), kills + 1, now
@@ -186,6 +221,8 @@ def main() -> None:
         found = soak(Path(folder), given.members, given.kill_interval)
     growth = ", ".join(f"{name} {size / 1e6:+.0f} MB" for name, size in found.growth.items())
     print(f"{found.seconds:6.0f} s  {found.kills} workers were killed; growth: {growth}")  # noqa: T201
+    needed = f"{found.gathering['sweep'] / 1e6:.0f} MB to gather {found.file_size / 1e6:.0f} MB"
+    print(f"the sweep needed {needed}")  # noqa: T201
     for problem in found.problems:
         print(f"FAILED: {problem}")  # noqa: T201
     if found.problems:

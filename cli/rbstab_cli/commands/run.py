@@ -87,7 +87,7 @@ def command(
         for (label, stem), config in loaded.items():
             batch.run(label, config, targets[label, stem])
     except KeyboardInterrupt:
-        done = len(batch.finished)
+        done = len(batch.finished) + batch.has_stored_unfinished()
         click.echo(f"Interrupted: {done} of {len(loaded)} runs are stored.", err=True)
         click.echo("Run the same command again to resume.", err=True)
         batch.exit_code = exit_codes.INTERRUPTED
@@ -129,6 +129,7 @@ class _Batch:
         self.to_end = to_end
         self.quiet = quiet
         self.finished: list[FiledRun] = []
+        self.begun: tuple[Config, Path] | None = None
         self.exit_code = exit_codes.OK
 
     def run(self, label: str, config: "Config", target: Path) -> None:
@@ -140,6 +141,7 @@ class _Batch:
         from rbstab.store.errors import StoreError
         from rbstab_cli.output.progress import progress_bar
 
+        self.begun = config, target
         problem = problem_of(config)
         try:
             proof = (
@@ -166,9 +168,24 @@ class _Batch:
             self.exit_code = exit_codes.STORAGE
             return
         self.finished.append(run)
+        self.begun = None
         self._print(label, run)
         if run.result.status != RunStatus.COMPLETED and self.exit_code == exit_codes.OK:
             self.exit_code = exit_codes.NOT_COMPLETED
+
+    def has_stored_unfinished(self) -> bool:
+        """Return whether the run that was interrupted is stored: the interrupt came afterwards."""
+        from rbstab.config.load import run_id
+        from rbstab.store.errors import StoreError
+        from rbstab.store.run_file import open_result
+
+        if self.begun is None:
+            return False
+        config, target = self.begun
+        try:
+            return open_result(target).run_id == run_id(config)
+        except StoreError:
+            return False
 
     def _enclose(self) -> "Enclose":
         from rbstab.experiment.convergence.convergence import Enclose

@@ -10,8 +10,8 @@ from rbstab_cli.arguments.options import CHANGES, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
+    from rbstab.experiment.convergence.convergence import Convergence, Enclose
     from rbstab.experiment.proof import Proof
-    from rbstab.experiment.stability import Stability
     from rbstab.integrate.problem import Problem
     from rbstab.store.result import Result
 
@@ -57,10 +57,13 @@ def command(
 
     For each CONFIG, prints: its rest states, and whether the list is proved to be complete; whether
     "globally stable" can hold; the region in which convergence is proved, and whether the initial
-    state is inside; the linearised system at each rest state; the certificate of its run. A
-    finished run is read from DIR; a new run is not stored.
+    state is inside, or else the time from which its exact motion is; the linearised system at each
+    rest state; the certificate of its run. A finished run is read from DIR; a new run is not
+    stored.
     """
     from rbstab.config.build import problem_of
+    from rbstab.experiment.convergence.convergence import Enclose
+    from rbstab.experiment.stability import stability_of
     from rbstab_cli.arguments.along import locus_points, parse_along
     from rbstab_cli.output.printed import stdout_to_file
     from rbstab_cli.output.stability_report import StabilityReport, stability_data
@@ -74,8 +77,11 @@ def command(
     reports = []
     for path, config in loaded.items():
         problem = problem_of(config)
-        stability = _stability(config, problem, results, search_only=search_only)
-        run = None if no_run else _run(path, config, problem, results, stability.proof)
+        proof = _proof(config, problem, results, search_only=search_only)
+        enclose = Enclose.NOTHING if search_only else Enclose.UNTIL_PROVED
+        run = None if no_run else _run(config, problem, results / f"{path.stem}.h5", proof, enclose)
+        found = None if search_only else _convergence(config, problem, proof, run)
+        stability = stability_of(problem, proof, found)
         points = [(along, locus_points(config, along)) for along in loci]
         reports.append(StabilityReport(path, config, stability, run, points))
     with stdout_to_file(output, force=force):
@@ -88,39 +94,47 @@ def command(
                 print_stability_report(report)
 
 
-def _stability(
-    config: "Config", problem: "Problem", results: Path, *, search_only: bool
-) -> "Stability":
+def _proof(config: "Config", problem: "Problem", results: Path, *, search_only: bool) -> "Proof":
     from rbstab.experiment.proof import prove
     from rbstab.experiment.proof_cache import cached_proof, proof_for
-    from rbstab.experiment.stability import stability_of
     from rbstab.store.errors import StoreError
 
     try:
         if search_only:
             found = cached_proof(results, config)
-            proof = found or prove(config, problem, search_only=True)
-        else:
-            proof = proof_for(results, config, problem)
+            return found or prove(config, problem, search_only=True)
+        return proof_for(results, config, problem)
     except StoreError as error:
         # Print the proof although it cannot be read or stored.
         click.echo(f"warning: {error}; the proof is not stored", err=True)
-        proof = prove(config, problem, search_only=search_only)
-    return stability_of(problem, proof)
+        return prove(config, problem, search_only=search_only)
+
+
+def _convergence(
+    config: "Config", problem: "Problem", proof: "Proof", run: "Result | None"
+) -> "Convergence":
+    """Return what is proved of the exact motion: that of the run, or else it is followed now."""
+    from rbstab.experiment.convergence.convergence import stored_convergence
+    from rbstab.experiment.convergence.exact_motion import prove_convergence
+
+    found = None if run is None else stored_convergence(run.attributes)
+    if found is not None and found.enclosed:
+        return found
+    return prove_convergence(config, problem, proof).convergence
 
 
 def _run(
-    path: Path, config: "Config", problem: "Problem", results: Path, proof: "Proof"
+    config: "Config", problem: "Problem", file: Path, proof: "Proof", enclose: "Enclose"
 ) -> "Result":
     """Return the stored run of a config if it has finished, or else integrate it."""
     from rbstab.experiment.run_to_file import finished_run
     from rbstab.experiment.simulate import simulate_problem
     from rbstab.integrate.engines import EngineMissingError
 
-    found = finished_run(config, problem, results / f"{path.stem}.h5", proof=proof)
+    found = finished_run(config, problem, file, proof=proof)
     if found is not None:
         return found
     try:
-        return simulate_problem(config, problem, proof=proof)
+        return simulate_problem(config, problem, proof=proof, enclose=enclose)
     except EngineMissingError as error:
         raise click.UsageError(str(error)) from error

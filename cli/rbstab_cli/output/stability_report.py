@@ -40,6 +40,7 @@ def stability_data(report: StabilityReport) -> dict[str, Any]:
         "statements": stability.statements,
         "start": stability.start,
         "inside": stability.inside,
+        "convergence": None if stability.convergence is None else stability.convergence.as_data(),
         "reached": stability.reached,
         **proof,
         "states": [{**state, "modes": mode_data(linear)} for state, linear in states],

@@ -15,7 +15,8 @@ from rbstab.analysis.certificate import (
 )
 from rbstab.analysis.exact import exact_rest_energy
 from rbstab.analysis.lyapunov import audit_scale
-from rbstab.experiment.proof import Proof, start_level, starts_inside
+from rbstab.experiment.convergence.region_bounds import level_of
+from rbstab.experiment.proof import Proof, start_level, start_state
 from rbstab.experiment.switching_record import has_no_potential, smooth_rest_system
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
@@ -77,10 +78,15 @@ def proved_checks(problem: Problem, proof: Proof | None) -> list[Check]:
     verdicts = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
     verdict = verdicts[proof.globally_stable]
     stable = stable._replace(verdict=verdict, value=float(len(proof.states)))
-    level = start_level(problem, proof)
-    if proof.region is not None and level is not None:
-        inside = Verdict.CERTIFIED if starts_inside(problem, proof) else Verdict.UNKNOWN
-        region = region._replace(verdict=inside, value=level, bound=proof.region.lower_bound)
+    level, number = start_level(problem, proof), start_state(problem, proof)
+    if level is not None and number is not None:
+        # v(0) counts from the rest state of the region.
+        energy = level + proof.states[0].energy
+        value = energy - proof.states[number - 1].energy
+        bound = level_of(proof, number, energy)
+        region = region._replace(verdict=Verdict.CERTIFIED, value=value, bound=bound)
+    elif level is not None and proof.region is not None:
+        region = region._replace(value=level, bound=proof.region.lower_bound)
     return [stable, region]
 
 

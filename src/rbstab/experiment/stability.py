@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.analysis.linearisation import Linearisation, linearise
+from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.proof import start_level, start_state
 from rbstab.experiment.proof_record import Proof, ProvedMinimum, ProvedState, ProvedStates
 from rbstab.experiment.switching_record import smooth_rest_system
@@ -32,12 +33,14 @@ class Stability:
         start: v(0) relative to the lowest rest state, J; None if no rest state is known.
         reached: The number of the rest state to which the motion from this start converges, proved;
             None: nothing is proved for this start.
+        convergence: What is proved of the exact motion from this start; None if that was not asked.
     """
 
     proof: Proof
     linearisations: tuple[Linearisation, ...]
     start: float | None
     reached: int | None
+    convergence: Convergence | None = None
 
     @property
     def inside(self) -> bool:
@@ -55,8 +58,16 @@ class Stability:
         ]
 
 
-def stability_of(problem: Problem, proof: Proof) -> Stability:
-    """Return the stability of a problem, derived from a proof (or a search)."""
+def stability_of(
+    problem: Problem, proof: Proof, convergence: Convergence | None = None
+) -> Stability:
+    """Return the stability of a problem, derived from a proof (or a search).
+
+    Args:
+        problem: The problem.
+        proof: The proof.
+        convergence: What is proved of its exact motion, if it was followed.
+    """
     system = smooth_rest_system(problem)
     linearisations = []
     with np.errstate(all="ignore"):
@@ -65,7 +76,8 @@ def stability_of(problem: Problem, proof: Proof) -> Stability:
             rest = motion_from_centre(system.body, system.anchor, Z)
             linearisations.append(linearise(system, rest, np.array(state.connector_state)))
         start = start_level(problem, proof)
-    return Stability(proof, tuple(linearisations), start, start_state(problem, proof))
+    reached = start_state(problem, proof)
+    return Stability(proof, tuple(linearisations), start, reached, convergence)
 
 
 def kind_of(state: ProvedState) -> str:
@@ -169,6 +181,11 @@ def _start_sentences(stability: Stability) -> list[str]:
     start = stability.start
     if stability.proof.region is None or start is None:
         return []
+    convergence = stability.convergence
+    if not stability.inside and convergence is not None:
+        its = "Its" if convergence.proved is None else "Its exact motion"
+        outside = f"This start: v(0) = {start:.6g} J is not inside."
+        return [outside, f"{its} {convergence.sentence}."]
     if not stability.inside:
         return [f"This start: v(0) = {start:.6g} J is not inside; nothing is proved for it."]
     if len(stability.proof.states) == 1:

@@ -13,7 +13,7 @@ from support.exact_motions import middles, motion_of, state_after
 from rbstab.analysis.exact import decimal_balls
 from rbstab.analysis.motion_proof import step as step_module
 from rbstab.analysis.motion_proof.dual import decimal_duals
-from rbstab.analysis.motion_proof.linear_flow import LinearBounds
+from rbstab.analysis.motion_proof.linear_flow import LinearBounds, frame_of
 from rbstab.analysis.motion_proof.motion import (
     PRECISION,
     Unproved,
@@ -276,3 +276,63 @@ def test_times_are_sums_without_rounding():
     for before, after in pairwise(steps):
         assert after.time == before.end_time
         assert (after.time * 2.0**40).is_integer()
+
+
+@pytest.mark.parametrize("rate", [1e15, 1e30])
+def test_a_system_that_is_too_stiff_for_any_step_is_given_up(rate):
+    """Steps never have the length zero, which would not end, and infinite terms are no error."""
+
+    def stiff(y):
+        out = np.empty(2, dtype=object)
+        out[0], out[1] = y[0] * -rate, y[1] * 0.0 + 1.0
+        return out
+
+    start = StateSet([arb(0), arb(0)], np.eye(2), np.zeros(2))
+    with np.errstate(all="ignore"):
+        assert step_from(stiff, start, np.ones(2), 0.01) is None
+
+
+@pytest.mark.parametrize("scale", [np.nan, np.inf, 0.0])
+def test_no_scale_leads_to_an_exception(scale):
+    config = config_of("permanent", 13)
+    with ctx.workprec(PRECISION), np.errstate(all="ignore"):
+        system, start, sizes = enclosure(config)
+        sizes[4] = scale
+        assert step_from(system.rates, start, sizes, 0.01) is None
+
+
+def test_a_state_between_the_ends_has_its_rounding():
+    """In few bits the value of the polynomial is rounded much; the distance includes that."""
+    config = config_of("free", 14)
+    with ctx.workprec(PRECISION):
+        step = next(enclosed_motion(*enclosure(config)))
+    t = step.time + 0.6 * step.step.h
+    with ctx.workprec(20):
+        middle, distance = step.state_at(t)
+    with ctx.workprec(220):
+        powers = [arb(t) ** k for k in range(len(step.step.p[0]))]
+        exact = [
+            sum((c * x for c, x in zip(row, powers, strict=True)), arb(0)) for row in step.step.p
+        ]
+        apart = [float(abs(e - m)) for e, m in zip(exact, middle, strict=True)]
+    assert max(apart) > 1e-9
+    assert np.all(np.array(apart) <= distance - step.step.distance)
+
+
+def test_what_the_linear_flow_misses_is_in_the_set_at_the_end():
+    config = config_of("permanent", 15)
+    with ctx.workprec(PRECISION):
+        system, start, scale = enclosure(config)
+        p = polynomial(system.rates, start.centre, 20)
+        h = 2.0**-8
+        bounds = disc_bounds(system.rates, p, h, step_module.RATIO, 1e-4 * scale)
+        flow, _ = step_module._flow(system.rates, p, h, bounds, scale)
+        frame = frame_of(start.frame)
+        assert frame is not None
+        errors = step_module._ErrorBounds(np.zeros(6), np.full(6, 1e-12))
+        missed = 1e-3 * scale
+        end = step_module._end(p, flow, frame, errors, missed, scale)
+    assert end is not None
+    for axis in range(6):
+        corner = np.linalg.solve(end.frame, missed * np.eye(6)[axis])
+        assert np.all(np.abs(corner) <= end.radius)

@@ -16,6 +16,7 @@ from rbstab.experiment.convergence.convergence import (
     convergence_attributes,
     stored_convergence,
 )
+from rbstab.experiment.convergence.enclosed_samples import computed_motion_check
 from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
 from rbstab.experiment.proof import prove
 
@@ -99,15 +100,14 @@ def test_a_wrong_computed_motion_is_found():
     given, proof = problem_of(config), prove(config)
     motion = prove_convergence(config, given, proof, Enclose.TO_END)
     result = rbstab.simulate(config)
-    right = exact_motion.EnclosedSamples(*motion.samples)
-    check = rbstab_check(right, result)
+    check = compared(motion.samples, result)
     assert check.verdict == "consistent"
     assert check.value < 1e-11
     variables = dict(result.variables)
     wrong = variables["angular_velocity"].data.copy()
     wrong[3, 1] *= 1 + 1e-6
     variables["angular_velocity"] = variables["angular_velocity"]._replace(data=wrong)
-    check = rbstab_check(right, type(result)(variables, result.attributes, result.config))
+    check = compared(motion.samples, type(result)(variables, result.attributes, result.config))
     assert check.verdict == "violated"
     assert check.time == result["time"][3]
     size = np.abs(result["angular_velocity"]).max()
@@ -115,14 +115,13 @@ def test_a_wrong_computed_motion_is_found():
     assert check.value == pytest.approx(expected, rel=1e-3)
 
 
-def rbstab_check(samples, result):
-    from rbstab.experiment.convergence.enclosed_samples import computed_motion_check
-
+def compared(samples, result):
     return computed_motion_check(samples, result.variables, 1e-8)
 
 
 def test_a_sliding_connector_is_refused_with_the_reason():
-    data = paper_config("free", controller={"variant": "sliding", "K_s": [2000.0] * 3})
+    gains = {"K_s": [2000.0] * 3, "surface": "position"}
+    data = paper_config("free", controller={"variant": "sliding", **gains})
     config = rbstab.load_config(data)
     found, samples = proved(config, Enclose.TO_END)
     assert (found.proved, samples) == (None, None)
@@ -175,3 +174,13 @@ def test_the_sentence_says_what_is_proved():
         "converges to rest state 1: proved; it is inside the certified region from t = 0.3604 s "
         "(v = 915.68 ± 1e-06 J < 1020.41 J), 42 steps, 1.8 s"
     )
+
+
+def test_a_motion_that_rests_outside_of_every_region_is_given_up():
+    """It converges to a saddle or to a minimum without a region; more steps would not help."""
+    energies = [100.0 - 50.0 * (1 - 0.5**k) for k in range(200)]
+    assert not exact_motion._is_at_rest(energies[:40])
+    assert not exact_motion._is_at_rest(energies[:51])
+    assert exact_motion._is_at_rest(energies)
+    slowly = [100.0 - 0.001 * k for k in range(2000)]
+    assert not exact_motion._is_at_rest(slowly)

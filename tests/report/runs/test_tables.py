@@ -20,6 +20,7 @@ from support.made_runs import (
 from rbstab.config.load import load_config
 from rbstab.experiment.proof import Proof, ProvedRegion, ProvedState, proof_id
 from rbstab.experiment.proof_cache import proof_file
+from rbstab.experiment.summary import ReferenceValue, half_unit
 from rbstab.report.model.document import Section, Table
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.runs.certificate_tables import MAX_FULL_CERTIFICATES, certificate_section
@@ -30,7 +31,7 @@ from rbstab.report.runs.provenance_tables import (
     provenance_section,
     warnings_section,
 )
-from rbstab.report.runs.reference_tables import reference_section
+from rbstab.report.runs.reference_tables import _row, reference_section
 from rbstab.report.runs.tables import overview, summary_table
 from rbstab.store.document import write_document
 from rbstab.store.result import Result
@@ -281,9 +282,9 @@ def test_printed_and_computed_values(tmp_path):
         "a",
         "peak contact displacement [cm]",
         "(-4, 3, 6)",
+        "-",
         "(-5, 2, 4)",
         "(-1, -1, -2)",
-        "-",
     ]
 
 
@@ -344,3 +345,23 @@ def test_of_many_runs_the_command_is_said_once(tmp_path):
     section = provenance_section(facts(*paths))
     assert [b.name for b in section.blocks if isinstance(b, Table)] == ["versions", "origins"]
     assert "rbstab show RESULT --config" in str(section.blocks[-1])
+
+
+@pytest.mark.parametrize(
+    ("printed", "word"),
+    [((0.1, 0.2, 0.3), "disproved"), ((0.01, -0.02, 0.03), "possible")],
+)
+def test_a_printed_value_is_compared_with_the_exact_motion(printed, word):
+    """A printed 0.01 stands for all numbers from 0.005 to 0.015."""
+    exact = ((0.0051, -0.0249, 0.0251), (0.0052, -0.0248, 0.0349))
+    value = ReferenceValue("final orientation", "rad", printed, (0.0, 0.0, 0.0), exact)
+    assert value.disproved is (word == "disproved")
+    (row,) = [_row("a", value)]
+    assert row[3].text == word
+
+
+@pytest.mark.parametrize(
+    ("number", "half"), [(0.092, 5e-4), (-0.1, 0.05), (3.0, 0.05), (0.0, 0.05), (1e-4, 5e-5)]
+)
+def test_half_a_unit_of_the_last_printed_digit(number, half):
+    assert half <= half_unit(number) < 1.001 * half

@@ -58,8 +58,9 @@ class LinearFlow:
         return self.forward.sum(axis=0), error_of_products(magnitude)
 
     def last_term(self, scale: Array) -> float:
-        """Return the norm of the last term of Φ, in scaled states."""
-        return float(np.linalg.norm(self.forward[-1] / scale[:, np.newaxis] * scale, 2))
+        """Return the norm of the last term of Φ, in scaled states; infinite if it has none."""
+        term = self.forward[-1] / scale[:, np.newaxis] * scale
+        return float(np.linalg.norm(term, 2)) if np.isfinite(term).all() else np.inf
 
 
 def linear_flow(J: JacobianSeries, h: float) -> LinearFlow:

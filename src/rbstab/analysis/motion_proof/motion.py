@@ -1,6 +1,7 @@
 """The enclosure of a whole motion, step by step, with its energy."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,6 +33,15 @@ SHORTEST_STEP = 1e-7
 
 MIN_ENERGY = 1e-6
 """J: the energy from which the scale of the velocities is computed is at least this."""
+
+
+@contextmanager
+def proof_precision() -> Iterator[None]:
+    """Return a context in which balls have `PRECISION` bits; motions are enclosed in it."""
+    from flint import ctx
+
+    with ctx.workprec(PRECISION):
+        yield
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +97,7 @@ def start_set(start: Array, scale: Array) -> StateSet:
 def enclosed_motion(system: System, start: StateSet, scale: Array) -> Iterator[MotionStep]:
     """Yield the proved steps of a motion, one after the other, without an end.
 
-    Call it, and use what it yields, with balls of `PRECISION` bits.
+    Call it, and use what it yields, in `proof_precision`.
 
     Args:
         system: The system; its parameters are duals or doubles.

@@ -144,6 +144,8 @@ def step_from(field: Field, start: StateSet, scale: Array, longest: float) -> St
         if h <= 0 or not bounds.finite:
             return None
         flow, ratio = _flow(field, p, h, bounds, scale)
+        if flow.h <= 0:
+            return None
         d = defect(field, p, flow.h, ratio, bounds)
     except ZeroDivisionError:  # a series whose first coefficient may be zero has no inverse
         return None

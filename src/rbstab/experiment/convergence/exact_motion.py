@@ -12,15 +12,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.motion_proof.dual import decimal_duals
 from rbstab.analysis.motion_proof.motion import (
-    PRECISION,
     MotionStep,
     Unproved,
     angle_bounds,
     enclosed_motion,
     energy_bounds,
+    proof_precision,
     scale_of,
     start_set,
 )
@@ -31,8 +30,9 @@ from rbstab.config.schema import Config
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.convergence.convergence import Convergence, Enclose
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
+from rbstab.experiment.convergence.region_bounds import level_of, region_energies
 from rbstab.experiment.proof import ROUND_OFF, reached_state, start_level, starts_inside
-from rbstab.experiment.proof_record import Proof, Triple
+from rbstab.experiment.proof_record import Proof
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.coordinates import ReducedCoordinates
@@ -43,6 +43,12 @@ MAX_STEPS = 2000
 hundred steps take some two seconds."""
 
 COMMAND = "rbstab run --prove"
+
+PATIENCE = 50
+"""Steps over which the energy must fall by `LEAST_FALL`; otherwise the motion has come to rest."""
+
+LEAST_FALL = 1e-6
+"""Relative to the energy that the motion has lost since its start."""
 
 OUTSIDE = f"the start is outside of every certified region; {COMMAND} follows the exact motion"
 
@@ -85,9 +91,7 @@ def convergence_at_start(config: Config, problem: Problem, proof: Proof | None) 
     assert proof is not None
     if proof.reduced_energy is None:
         return _by_older_proof(problem, proof)
-    from flint import ctx
-
-    with ctx.workprec(PRECISION):
+    with proof_precision():
         start = _exact_start(config, problem)
         inside = _convergence(proof, start.system, start.states, 0.0)
     return inside or Convergence(None, why=OUTSIDE)
@@ -104,13 +108,11 @@ def prove_convergence(
         proof: The proof of its rest states and of their regions.
         enclose: How far to enclose it: until that is proved, or also to the last sample.
     """
-    from flint import ctx
-
     begin = time.perf_counter()
     refused, to_end = _refused(problem, proof), enclose is Enclose.TO_END
     if refused is not None and (not to_end or problem.switching is not None):
         return MotionProof(replace(refused, enclosed=enclose), None)
-    with ctx.workprec(PRECISION):
+    with proof_precision():
         start = _exact_start(config, problem)
         last = float(problem.times[-1]) if to_end else 0.0
         found, samples, steps = _followed(start, problem.times, last, proof, refused)
@@ -131,10 +133,13 @@ def _followed(
     found = refused or _convergence(proof, system, start.states, 0.0)
     samples = [_sample(start.states.centre, start.states.spread, 0.0)]
     now, steps = 0.0, 0
+    energies = [energy_bounds(system, start.states)[0]]
     motion = enclosed_motion(system, start.states, start.scale)
     while found is None or now < last:
-        if steps == MAX_STEPS:
+        if steps == MAX_STEPS or (found is None and _is_at_rest(energies)):
             why = f"after {steps} steps of the enclosure, at t = {now:.4g} s, v is still too large"
+            if steps < MAX_STEPS:
+                why = "the motion comes to rest outside of every certified region"
             return found or Convergence(None, why=why), samples, steps
         try:
             step = next(motion)
@@ -143,8 +148,16 @@ def _followed(
             return found or Convergence(None, why=why), samples, steps
         steps, now = steps + 1, step.end_time
         samples += _samples_in(step, times)
+        energies.append(energy_bounds(system, step.step.end)[0])
         found = found or _convergence(proof, system, step.step.end, now)
     return found, samples, steps
+
+
+def _is_at_rest(energies: list[float]) -> bool:
+    """Return whether the energy, J, after each step has stopped to fall."""
+    if len(energies) <= PATIENCE:
+        return False
+    return energies[-PATIENCE - 1] - energies[-1] < LEAST_FALL * (energies[0] - energies[-1])
 
 
 def _refused(problem: Problem, proof: Proof | None) -> Convergence | None:
@@ -156,25 +169,9 @@ def _refused(problem: Problem, proof: Proof | None) -> Convergence | None:
         return Convergence(None, why=f"no proof of the rest states is stored; {COMMAND} makes it")
     if proof.proved and not proof.states:
         return Convergence(False, why="there is no rest state in it")
-    if not _regions(proof):
+    if not region_energies(proof):
         return Convergence(None, why=f"no certified region is proved ({proof.outcome})")
     return None
-
-
-def _regions(proof: Proof) -> list[tuple[Triple, float]]:
-    """Return the regions of a proof: the Θ of their rest states, and their bounds on the energy."""
-    found = []
-    for part in (proof, proof.unwrapped):
-        if part is None:
-            continue
-        if part.region is not None and part.region.lower_bound > 0:
-            lowest = part.states[0]
-            bound = part.region.energy_bound
-            absolute = lowest.energy + part.region.lower_bound if bound is None else bound
-            found.append((lowest.orientation, absolute))
-        for region in part.regions:
-            found.append((part.states[region.rest_state - 1].orientation, region.energy_bound))
-    return found
 
 
 def _by_older_proof(problem: Problem, proof: Proof) -> Convergence:
@@ -207,18 +204,10 @@ def _convergence(proof: Proof, system: System, states: StateSet, t: float) -> Co
     if number is None:
         return None
     rest = proof.states[number - 1]
-    value = (
-        math.nextafter(low - rest.energy, -math.inf),
-        math.nextafter(high - rest.energy, math.inf),
-    )
-    # The smallest of the regions of this rest state that hold.
-    bounds = [
-        bound
-        for orientation, bound in _regions(proof)
-        if bound > high and np.abs(np.subtract(orientation, rest.orientation)).max() < SAME_STATE
-    ]
-    bound = math.nextafter(min(bounds) - rest.energy, -math.inf)
-    return Convergence(True, rest_state=number, time=t, energy=value, bound=bound)
+    at_least = math.nextafter(low - rest.energy, -math.inf)
+    at_most = math.nextafter(high - rest.energy, math.inf)
+    bound = level_of(proof, number, high)
+    return Convergence(True, rest_state=number, time=t, energy=(at_least, at_most), bound=bound)
 
 
 def _samples_in(step: MotionStep, times: Array) -> Iterator[_Sample]:

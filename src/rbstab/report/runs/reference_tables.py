@@ -13,15 +13,15 @@ HEADS = (
     Head("run"),
     Head("quantity"),
     Head("printed"),
+    Head("is"),
     Head("computed"),
     Head("computed - printed"),
-    Head("exact motion"),
 )
 
 NOTE = (
-    "A printed number stands for all numbers that round to its digits. It does not follow if the "
-    "exact motion of this config, with its numbers as they are written, ends outside of them. "
-    "The column is empty if the motion was not enclosed to its end (rbstab run --prove --to-end)."
+    "disproved: the exact motion of this config, with its numbers as they are written, is proved "
+    "to end elsewhere. A printed number stands for all numbers that round to its digits. The "
+    "column is empty if the motion was not enclosed to its end (rbstab run --prove --to-end)."
 )
 
 
@@ -70,8 +70,9 @@ def _row(label: str, comparison: ReferenceValue) -> tuple[Cell, ...]:
     return (
         Cell(label),
         Cell(f"{comparison.name.replace('_', ' ')} [{unit}]"),
-        *(Cell(vector(values)) for values in (printed, computed, differences)),
+        Cell(vector(printed)),
         _exact(comparison),
+        *(Cell(vector(values)) for values in (computed, differences)),
     )
 
 
@@ -79,5 +80,5 @@ def _exact(comparison: ReferenceValue) -> Cell:
     if comparison.exact is None:
         return Cell(NO_VALUE)
     if comparison.disproved:
-        return Cell("the printed value does not follow, proved", tone="bad")
-    return Cell("the printed value is possible")
+        return Cell("disproved", tone="bad")
+    return Cell("possible")

@@ -1,12 +1,11 @@
 """The region of each minimum ends at its pass, and every motion in it converges to the minimum."""
 
-import heapq
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from support.landscapes import end_of_flow, flooded
 from support.problems import problem, solve
 from support.rest import HEAVY, inverted_pendulum, paper_system, soft_body
 
@@ -106,36 +105,6 @@ def test_region_reaches_beyond_a_border_that_lies_behind_a_saddle(soft):
     assert regions[0].lower_bound > 0.5
 
 
-def flooded(form, rest, state, shape=(63, 33, 63)):
-    """Return the least energy at which paths on a grid lead from a state to others or the border.
-
-    Every path on the grid is a path, so no proved level can be higher.
-    """
-    axes = [np.linspace(-end, end, n) for end, n in zip(RANGE_END, shape, strict=True)]
-    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    parts = np.array_split(nodes, 20)
-    U = np.concatenate([form.value(part) for part in parts]).reshape(shape)
-    node_of = [
-        tuple(int(np.abs(axis - x).argmin()) for axis, x in zip(axes, point.Theta, strict=True))
-        for point in rest.states
-    ]
-    minima = {node_of[k] for k, point in enumerate(rest.states) if point.stable} - {node_of[state]}
-    level, seen, queue = -np.inf, {node_of[state]}, [(U[node_of[state]], node_of[state])]
-    while queue:
-        energy, node = heapq.heappop(queue)
-        level = max(level, energy)
-        at_border = any(k in {0, n - 1} for k, n in zip(node, shape, strict=True))
-        if at_border or node in minima:
-            return level
-        for axis in range(3):
-            for step in (-1, 1):
-                other = tuple(k + step * (axis == j) for j, k in enumerate(node))
-                if other not in seen:
-                    seen.add(other)
-                    heapq.heappush(queue, (U[other], other))
-    raise AssertionError("the border is always reached")
-
-
 @pytest.mark.parametrize("case", SOFT)
 def test_no_path_on_a_grid_leaves_a_region(soft, case):
     rest, regions = soft[case]
@@ -144,15 +113,6 @@ def test_no_path_on_a_grid_leaves_a_region(soft, case):
         assert lowest >= region.energy_bound
         # A grid of 0.1 rad is this close to the pass.
         assert lowest - region.energy_bound < 0.05 * max(abs(lowest), 20.0)
-
-
-def ends_of_flow(form, start):
-    """Return the end of the flow along -∇U."""
-
-    def downhill(_, Theta):
-        return -form.approximate(Theta[np.newaxis], 1)[1][0]
-
-    return solve_ivp(downhill, (0, 200), start, method="LSODA", rtol=1e-9, atol=1e-9).y[:, -1]
 
 
 @pytest.mark.parametrize("case", SOFT)
@@ -170,7 +130,7 @@ def test_flow_from_the_pass_ends_in_the_minimum(soft, case):
         else:
             axis, sign = gate.face.value
             starts = [gate.Theta - sign * 1e-3 * np.eye(3)[axis]]
-        apart = [np.abs(ends_of_flow(form, s) - rest.states[state].Theta).max() for s in starts]
+        apart = [np.abs(end_of_flow(form, s) - rest.states[state].Theta).max() for s in starts]
         assert min(apart) < 1e-4
 
 

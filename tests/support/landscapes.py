@@ -1,0 +1,47 @@
+"""Energies as landscapes, without any bounds: floods on a grid, and the flow along -∇U."""
+
+import heapq
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from rbstab.analysis.proof.boxes import RANGE_END
+
+
+def flooded(form, rest, state, shape=(63, 33, 63)):
+    """Return the least energy at which paths on a grid lead from a state to others or the border.
+
+    Every path on the grid is a path, so no proved level can be higher.
+    """
+    axes = [np.linspace(-end, end, n) for end, n in zip(RANGE_END, shape, strict=True)]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    parts = np.array_split(nodes, 20)
+    U = np.concatenate([form.value(part) for part in parts]).reshape(shape)
+    node_of = [
+        tuple(int(np.abs(axis - x).argmin()) for axis, x in zip(axes, point.Theta, strict=True))
+        for point in rest.states
+    ]
+    minima = {node_of[k] for k, point in enumerate(rest.states) if point.stable} - {node_of[state]}
+    level, seen, queue = -np.inf, {node_of[state]}, [(U[node_of[state]], node_of[state])]
+    while queue:
+        energy, node = heapq.heappop(queue)
+        level = max(level, energy)
+        at_border = any(k in {0, n - 1} for k, n in zip(node, shape, strict=True))
+        if at_border or node in minima:
+            return level
+        for axis in range(3):
+            for step in (-1, 1):
+                other = tuple(k + step * (axis == j) for j, k in enumerate(node))
+                if other not in seen:
+                    seen.add(other)
+                    heapq.heappush(queue, (U[other], other))
+    raise AssertionError("the border is always reached")
+
+
+def end_of_flow(form, start):
+    """Return the end of the flow along -∇U."""
+
+    def downhill(_, Theta):
+        return -form.approximate(Theta[np.newaxis], 1)[1][0]
+
+    return solve_ivp(downhill, (0, 200), start, method="LSODA", rtol=1e-9, atol=1e-9).y[:, -1]

@@ -8,7 +8,7 @@ NOT_COMPLETED = 3
 """At least one run did not complete; its status is stored with it."""
 
 STORAGE = 4
-"""At least one result could not be written or read."""
+"""At least one result could not be written or read, or a proof was refused by `rbstab verify`."""
 
 INTERRUPTED = 130
 """Ctrl-C; finished runs and shards are stored."""

@@ -25,6 +25,7 @@ COMMANDS = {
     "show": "Show the content of a result.",
     "report": "Make a report of runs and sweeps.",
     "stability": "Find the rest states of configs, and prove where motions converge.",
+    "verify": "Check a proof by a program of its own.",
     "sensitivities": "Compute how a run depends on its gains, its body and its initial state.",
     "tune": "Scale gains to minimize an objective of the run.",
     "schema": "Print the JSON Schema of a config, for editors.",
@@ -86,8 +87,8 @@ def cli() -> None:
     """Dynamics and Lyapunov stability of one rigid body: free, held at a point, or tied to it.
 
     Exit codes: 0 done; 2 wrong config or command line; 3 a run did not complete; 4 a result could
-    not be written or read; 130 interrupted (Ctrl-C); 141 stdout or stderr is a pipe whose reader
-    has ended, as in `rbstab show RESULT | head`; 143 terminated (SIGTERM).
+    not be written or read, or a proof was refused; 130 interrupted (Ctrl-C); 141 stdout or stderr
+    is a pipe whose reader has ended, as in `rbstab show RESULT | head`; 143 terminated (SIGTERM).
     """
 
 

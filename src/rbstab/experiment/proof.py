@@ -6,12 +6,13 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.exact import ball, decimal_balls, decimals, in_balls, upper
+from rbstab.analysis.fingerprint import fingerprint
 from rbstab.analysis.rest_state import RestState
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import resolved
@@ -48,12 +49,15 @@ __all__ = [
     "starts_inside",
 ]
 
-PROOF_VERSION = 2
+PROOF_VERSION = 3
 """To be increased when a change of the method changes its results; older proofs are then redone.
 
 Version 1 took the doubles of a config as exact, and had no index and no regions that are proved for
-each minimum.
+each minimum. Ids of versions 1 and 2 have no fingerprint of the equations.
 """
+
+FINGERPRINT_VERSION = 3
+"""The first version whose ids have a fingerprint of the equations."""
 
 ROUND_OFF = 1e-9
 """Relative error allowed for v(0) in doubles: in sweeps, and for proofs of version 1."""
@@ -69,10 +73,16 @@ OPEN_RANGE = np.array([np.pi, np.pi / 2, np.pi])
 
 
 def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
-    """Return the identity of a proof: a digest of body, gravity, controller and version."""
+    """Return the identity of a proof: a digest of body, gravity, controller and version.
+
+    From version 3 on it depends on the equations too, by their `fingerprint`: if the equations are
+    changed, older proofs are not found.
+    """
     data = resolved(config)
-    parts = {name: data[name] for name in ("body", "gravity", "controller")}
-    text = json.dumps([version, parts], sort_keys=True, separators=(",", ":"))
+    parts: list[Any] = [version, {name: data[name] for name in ("body", "gravity", "controller")}]
+    if version >= FINGERPRINT_VERSION:
+        parts.append(fingerprint(partial(system_of, config)))
+    text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 

@@ -1,0 +1,134 @@
+"""`rbstab verify`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rbstab_cli import exit_codes
+from rbstab_cli.arguments.configs import load_all
+from rbstab_cli.arguments.options import AS_JSON, CHANGES, REPLACE_FILE
+
+if TYPE_CHECKING:
+    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.verification.verify import Verification
+
+
+@click.command("verify")
+@click.argument("proof", metavar="PROOF", type=click.Path(path_type=Path))
+@click.option(
+    "--config",
+    "config_path",
+    metavar="CONFIG",
+    type=click.Path(path_type=Path),
+    help="Also check that PROOF is the proof of this config.",
+)
+@CHANGES
+@click.option(
+    "--certificate",
+    metavar="FILE",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write all boxes by which PROOF was checked, with their reasons, to FILE as JSON.",
+)
+@REPLACE_FILE
+@AS_JSON
+def command(
+    proof: Path,
+    config_path: Path | None,
+    changes: tuple[str, ...],
+    certificate: Path | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Check a proof by a program of its own.
+
+    PROOF is a file of DIR/proofs, as `rbstab stability` writes it. The checker shares no bounds and
+    no arithmetic with the program that made the proof: it computes all of them anew, in balls of
+    128 bits. If a claim is wrong or cannot be confirmed, the exit code is 4.
+    """
+    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.verification.verify import verify
+    from rbstab.store.document import read_model
+    from rbstab.store.errors import StoreError
+    from rbstab_cli.output.text_file import check_target, write_text
+
+    if changes and config_path is None:
+        raise click.UsageError("--set changes a config; give it with --config.")
+    if certificate is not None:
+        check_target(certificate, force=force)
+    config = None if config_path is None else load_all([config_path], changes)[config_path]
+    try:
+        stored = read_model(proof, Proof)
+    except StoreError as error:
+        click.echo(f"error: {error}", err=True)
+        raise click.exceptions.Exit(exit_codes.STORAGE) from error
+    found = verify(stored, config)
+    if as_json:
+        from rbstab_cli.output.json_output import print_json
+
+        print_json(_data(proof, stored, found))
+    else:
+        _print(proof, found)
+    if certificate is not None:
+        from rbstab_cli.output.json_output import as_json_text
+
+        write_text(certificate, as_json_text(_certificate(stored, found)) + "\n", force=force)
+    if not found.verified:
+        raise click.exceptions.Exit(exit_codes.STORAGE)
+
+
+def _print(path: Path, found: "Verification") -> None:
+    click.echo(f"{path}: {'verified' if found.verified else 'REFUSED'}")
+    about = None
+    for finding in found.findings:
+        if finding.about != about:
+            about = finding.about
+            click.echo(f"\n  {about[0].upper()}{about[1:]}")
+        boxes = f" ({finding.boxes:,} boxes)" if finding.boxes else ""
+        verdict = "checked" if finding.verified else "REFUSED"
+        claim = finding.claim[0].upper() + finding.claim[1:]
+        click.echo(f"    {claim}: {verdict}{boxes}. {finding.text}")
+    if found.unchecked:
+        click.echo("\n  Not checked")
+        for text in found.unchecked:
+            click.echo(f"    {text}")
+
+
+def _data(path: Path, proof: "Proof", found: "Verification") -> dict[str, Any]:
+    """Return the findings as data for JSON."""
+    return {
+        "proof": str(path),
+        "id": proof.id,
+        "verified": found.verified,
+        "findings": [
+            {
+                "about": finding.about,
+                "claim": finding.claim,
+                "verified": finding.verified,
+                "text": finding.text,
+                "boxes": finding.boxes,
+            }
+            for finding in found.findings
+        ],
+        "unchecked": found.unchecked,
+    }
+
+
+def _certificate(proof: "Proof", found: "Verification") -> dict[str, Any]:
+    """Return all covers as data for JSON; docs/proofs.md describes them."""
+    return {
+        "id": proof.id,
+        "verified": found.verified,
+        "covers": [
+            {
+                "about": finding.about,
+                "claim": finding.claim,
+                "place": place,
+                "box": cover.box,
+                "places": cover.places,
+                "tree": " ".join(cover.tree),
+            }
+            for finding in found.findings
+            for place, cover in finding.covers.items()
+        ],
+    }

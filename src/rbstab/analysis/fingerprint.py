@@ -1,0 +1,117 @@
+"""A fingerprint of the equations of a system: their values at one point of a finite field.
+
+The equations are evaluated with numbers modulo a prime p, which are exact and fast. Different
+equations have different values, but for an accident with a probability of about 1e-36; a
+rearranged formula has the same ones. An angle is a number with a sine s and a cosine c that are
+chosen on s² + c² = 1.
+"""
+
+import hashlib
+import operator
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from rbstab.analysis.configuration import configurations
+from rbstab.analysis.exact import decimals
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
+
+P = 2**127 - 1
+"""The prime p."""
+
+
+class Residue:
+    """A number modulo p. Its sine and cosine are known only if it is an angle.
+
+    Args:
+        value: The number.
+        half: tan θ/2 of an angle, or None.
+    """
+
+    __slots__ = ("half", "value")
+
+    def __init__(self, value: int, half: int | None = None) -> None:
+        self.value, self.half = value % P, half
+
+    def sin(self) -> "Residue":
+        """Return 2h/(1 + h²)."""
+        h = self._tangent()
+        return Residue(2 * h * pow(1 + h * h, -1, P))
+
+    def cos(self) -> "Residue":
+        """Return (1 - h²)/(1 + h²)."""
+        h = self._tangent()
+        return Residue((1 - h * h) * pow(1 + h * h, -1, P))
+
+    def _tangent(self) -> int:
+        if self.half is None:
+            raise TypeError("the sine of a number that is not one of the angles")
+        return self.half
+
+    def _combine(self, other: Any, operation: Callable[[int, int], int]) -> "Residue":
+        if isinstance(other, np.ndarray):
+            return NotImplemented  # numpy takes over, entry by entry
+        return Residue(operation(self.value, residue(other).value))
+
+    def __add__(self, other: Any) -> "Residue":
+        return self._combine(other, operator.add)
+
+    def __sub__(self, other: Any) -> "Residue":
+        return self._combine(other, operator.sub)
+
+    def __rsub__(self, other: Any) -> "Residue":
+        return -self + other
+
+    def __mul__(self, other: Any) -> "Residue":
+        return self._combine(other, operator.mul)
+
+    def __truediv__(self, other: Any) -> "Residue":
+        return self._combine(other, lambda one, two: one * pow(two, -1, P))
+
+    def __rtruediv__(self, other: Any) -> "Residue":
+        return NotImplemented if isinstance(other, np.ndarray) else residue(other) / self
+
+    def __neg__(self) -> "Residue":
+        return Residue(-self.value)
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+
+def residue(number: Any) -> Residue:
+    """Return a double, an integer or a fraction modulo p, exactly."""
+    if isinstance(number, Residue):
+        return number
+    numerator, denominator = number.as_integer_ratio()
+    return Residue(numerator if denominator == 1 else numerator * pow(denominator, -1, P))
+
+
+def residues(values: Array) -> Array:
+    """Return the numbers that the doubles of a config mean, modulo p."""
+    entries = decimals(values)
+    for index in np.ndindex(values.shape):
+        entries[index] = residue(entries[index])
+    return entries
+
+
+def fingerprint(exact_system: Callable[[Callable[[Array], Array]], System]) -> str:
+    """Return a digest of the rates, energies, dissipations and forces of a system at one state.
+
+    Args:
+        exact_system: Builds the system in a kind of number from the doubles of its config. The
+            choice among coordinates that mean the same has no effect.
+    """
+    system = configurations(exact_system(residues)).system
+    y = np.array([_some(f"state {index}") for index in range(system.size)], dtype=object)
+    y[:3] = [Residue(y[i].value, _some(f"angle {i}").value) for i in range(3)]
+    seen = system.observe(y)
+    parts = (system.rates(y), seen.energy, seen.dissipation, seen.contact_force)
+    values = [[residue(entry).value for entry in part.tolist()] for part in parts]
+    return hashlib.sha256(repr(values).encode()).hexdigest()[:32]
+
+
+def _some(name: str) -> Residue:
+    """Return a number that belongs to a name."""
+    return Residue(int.from_bytes(hashlib.sha256(name.encode()).digest()))

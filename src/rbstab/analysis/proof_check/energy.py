@@ -1,0 +1,212 @@
+"""The reduced energy U of a proof in balls, and its Taylor expansion over a box.
+
+    U = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3),    t = [1, cos θ, sin θ, cos 2θ, ...]
+
+A ball (python-flint's `arb`) is a number with a bound on its error. Each result contains the exact
+value for every U whose numbers round to the stored doubles.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import combinations_with_replacement, product
+from typing import Any
+
+from flint import arb, arb_mat
+
+Box = tuple[tuple[float, float], ...]
+"""The ends of θ1, θ2 and θ3, rad."""
+
+Ball = Any
+AXES = range(3)
+
+
+def rounded(number: float) -> Ball:
+    """Return a ball with all real numbers that round to a double."""
+    return arb(number, abs(number) * 2.0**-53 + 5e-324)
+
+
+def symmetric(radius: float) -> Ball:
+    """Return the ball about 0 with a radius, rounded up."""
+    return arb(0, math.nextafter(radius, math.inf))
+
+
+def square(number: Ball) -> Ball:
+    """Return x². python-flint's `x**2` is NaN for a ball about 0."""
+    return number * number
+
+
+def basis(angle: Ball, highest: int) -> list[list[Ball]]:
+    """Return the derivatives of t of order 0 to 3, for multiples of an angle up to `highest`."""
+    rows = [[arb(int(order == 0))] for order in range(4)]
+    for k in range(1, highest + 1):
+        sine, cosine = (k * angle).sin_cos()
+        turns = [cosine, -sine, -cosine, sine]  # the derivatives of cos; those of sin lag by one
+        for order, row in enumerate(rows):
+            row += [k**order * turns[order], k**order * turns[order - 1]]
+    return rows
+
+
+class Energy:
+    """U with all its derivatives up to order 3.
+
+    Args:
+        data: `reduced_energy` of a proof: quadratic, linear and coefficients.
+
+    Raises:
+        ValueError: Q is not symmetric.
+    """
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        Q = data["quadratic"]
+        if any(Q[i][j] != Q[j][i] for i in AXES for j in AXES):
+            raise ValueError("the quadratic part of the reduced energy is not symmetric")
+        self.quadratic = [[rounded(entry) for entry in row] for row in Q]
+        self.linear = [rounded(entry) for entry in data["linear"]]
+        self.layers = [
+            arb_mat([[rounded(entry) for entry in row] for row in layer])
+            for layer in data["coefficients"]
+        ]
+
+    def derivatives(self, Theta: Sequence[Ball]) -> dict[tuple[int, ...], Ball]:
+        """Return the derivatives at a ball of Θ by their axes, in rising order: (0, 0, 2), ..."""
+        first, second, third = (arb_mat(basis(angle, len(self.layers) // 2)) for angle in Theta)
+        third = third.transpose()
+        # All derivatives along axes 2 and 3, one row for each t_a.
+        rows = arb_mat([(second * layer * third).entries() for layer in self.layers])
+        table = first * rows
+        found = {}
+        for order in range(4):
+            for axes in combinations_with_replacement(AXES, order):
+                p, q, r = (axes.count(axis) for axis in AXES)
+                found[axes] = table[p, 4 * q + r]
+        slopes = [sum((row[j] * Theta[j] for j in AXES), arb(0)) for row in self.quadratic]
+        for i in AXES:
+            found[()] += (slopes[i] / 2 + self.linear[i]) * Theta[i]
+            found[i,] += slopes[i] + self.linear[i]
+            for j in range(i, 3):
+                found[i, j] += self.quadratic[i][j]
+        return found
+
+    def confinement(self) -> list[Ball] | None:
+        """Bound |θ1| and |θ3| at all rest states with |θ2| <= π/2; None if k is not definite.
+
+        k [θ1, θ3]' = -[q1 + K12 θ2 + ∂p/∂θ1, q3 + K32 θ2 + ∂p/∂θ3]' with the periodic part p.
+        """
+        Q = self.quadratic
+        k = arb_mat([[Q[i][j] for j in (0, 2)] for i in (0, 2)])
+        if not (k[0, 0] > 0 and k.det() > 0):
+            return None
+        inverse = k.inv()
+        load = [
+            abs(self.linear[j]) + abs(Q[j][1]) * arb.pi() / 2 + self._steepest(j) for j in (0, 2)
+        ]
+        return [sum((abs(inverse[i, j]) * load[j] for j in (0, 1)), arb(0)) for i in (0, 1)]
+
+    def _steepest(self, axis: int) -> Ball:
+        """Bound |∂p/∂θ| along an axis.
+
+        The terms with the same multiples of the angles are a product of the (at most eight)
+        coefficients and three unit vectors [cos, sin], so the norm of the coefficients bounds them.
+        """
+        squares: dict[tuple[int, ...], Ball] = {}
+        for a, layer in enumerate(self.layers):
+            for b, c in product(range(len(self.layers)), repeat=2):
+                multiples = ((a + 1) // 2, (b + 1) // 2, (c + 1) // 2)
+                squares[multiples] = squares.get(multiples, arb(0)) + square(layer[b, c])
+        return sum((k[axis] * total.abs_upper().sqrt() for k, total in squares.items()), arb(0))
+
+
+class Taylor:
+    """U over a box, expanded about its centre m up to third order, with δ = Θ - m.
+
+    value, gradient (3x1) and hessian (3x3) are those at m. change is the 3x3 matrix Tδ, with the
+    third derivatives T over the whole box. So, for all Θ in the box,
+
+        U = value + gradient'δ + ½ δ'(hessian + Tδ/3)δ
+        ∇U = gradient + (hessian + Tδ/2)δ               H = hessian + Tδ.
+
+    Args:
+        U: The energy.
+        box: The box.
+        face: An axis and its exact value, a ball. The box is then flat along this axis.
+    """
+
+    def __init__(self, U: Energy, box: Box, face: tuple[int, Ball] | None = None) -> None:
+        middle = [low / 2 + high / 2 for low, high in box]
+        centre = [arb(point) for point in middle]
+        step = [symmetric(max(b - m, m - a)) for m, (a, b) in zip(middle, box, strict=True)]
+        whole = [point + ball for point, ball in zip(centre, step, strict=True)]
+        self.free = [axis for axis in AXES if face is None or axis != face[0]]
+        if face is not None:
+            axis, value = face
+            centre[axis], whole[axis], step[axis] = value, value, arb(0)
+        at_centre, third = U.derivatives(centre), U.derivatives(whole)
+        self.centre, self.step = centre, arb_mat([[entry] for entry in step])
+        self.value = at_centre[()]
+        self.gradient = arb_mat([[at_centre[i,]] for i in AXES])
+        self.hessian = arb_mat([[at_centre[min(i, j), max(i, j)] for j in AXES] for i in AXES])
+        self.change = arb_mat(
+            [
+                [sum((third[axes_of(i, j, k)] * step[k] for k in AXES), arb(0)) for j in AXES]
+                for i in AXES
+            ]
+        )
+
+    @property
+    def whole_hessian(self) -> Any:
+        """The Hessian over the box."""
+        return self.hessian + self.change
+
+    @property
+    def whole_gradient(self) -> Any:
+        """The gradient over the box."""
+        return self.gradient + self.slope * self.step
+
+    @property
+    def slope(self) -> Any:
+        """The matrix S with ∇U = gradient + Sδ over the box."""
+        return self.hessian + self.change / 2
+
+    @property
+    def inverse(self) -> Any:
+        """A matrix Y near the inverse of the Hessian at m; None if there is none."""
+        try:
+            inverse = self.hessian.mid().inv().mid()
+        except ZeroDivisionError:
+            return None
+        return inverse if all(entry.is_finite() for entry in inverse.entries()) else None
+
+    def stays_above(self, bound: Ball) -> bool:
+        """Return whether U >= bound is proved for all of the box."""
+        return bool(self.values >= bound) or bool(self._by_squares() >= bound)
+
+    @property
+    def values(self) -> Ball:
+        """A ball with all values of U over the box: the sum of its terms, with δ_i² >= 0."""
+        d, bent = self.step, self.hessian + self.change / 3
+        total = self.value
+        for i in AXES:
+            total += self.gradient[i, 0] * d[i, 0]
+            total += bent[i, i] * square(d[i, 0].abs_upper()) * arb(0.25, 0.25)
+            total += sum((bent[i, j] * d[i, 0] * d[j, 0] for j in range(i + 1, 3)), arb(0))
+        return total
+
+    def _by_squares(self) -> Ball:
+        """Bound U by its unbounded minimum: gradient'δ + ½ δ'Hδ >= -½ gradient'H⁻¹gradient."""
+        H = arb_mat([[self.hessian[i, j] for j in self.free] for i in self.free])
+        g = arb_mat([[self.gradient[i, 0]] for i in self.free])
+        size = len(self.free)
+        leading = (arb_mat([[H[i, j] for j in range(n)] for i in range(n)]) for n in range(1, size))
+        if not all(minor.det() > 0 for minor in [*leading, H]):
+            return arb("nan")
+        try:
+            fall = g.transpose() * H.inv() * g / 2
+        except ZeroDivisionError:
+            return arb("nan")
+        cubic = self.step.transpose() * self.change * self.step / 6
+        return self.value - fall[0, 0] + cubic[0, 0]
+
+
+def axes_of(*axes: int) -> tuple[int, ...]:
+    """Return axes in rising order."""
+    return tuple(sorted(axes))

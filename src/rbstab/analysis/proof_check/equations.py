@@ -1,0 +1,58 @@
+"""Compare the reduced energy of a proof with the equations of a system, at some points.
+
+The equations are evaluated in balls, and the minimum over x = [X, D] is computed from their values
+alone. So a mistake in the exact polynomials of the prover would show here.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from flint import arb, arb_mat
+
+from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.exact import decimal_balls, in_balls
+from rbstab.analysis.proof_check.energy import Ball, Energy
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
+
+POINTS = tuple((0.37 * k - 1.9, 0.21 * k - 1.0, 1.7 - 0.43 * k) for k in range(9))
+"""Θ at which both are compared, rad."""
+
+
+def agrees_with_equations(
+    energy: Mapping[str, Any], exact_system: Callable[[Callable[[Array], Array]], System]
+) -> bool:
+    """Return whether U has the values that follow from the equations.
+
+    Args:
+        energy: `reduced_energy` of a proof.
+        exact_system: Builds the system in a kind of number from the doubles of its config.
+    """
+
+    def compare() -> bool:
+        U, at_rest = Energy(energy), configurations(exact_system(decimal_balls))
+        return all(
+            _least_energy(at_rest, Theta).overlaps(U.derivatives([arb(x) for x in Theta])[()])
+            for Theta in POINTS
+        )
+
+    return bool(in_balls(compare))
+
+
+def _least_energy(at_rest: Configurations, Theta: tuple[float, ...]) -> Ball:
+    """Return the least stored energy over x, as it is quadratic in x: e = c + b'x + ½ x'Hx."""
+    size = at_rest.size - 3
+
+    def energy(*lengths: int) -> Ball:
+        """Return e with 1 added to the entries of x with these indices."""
+        x = [arb(lengths.count(index)) for index in range(size)]
+        return arb(0) + at_rest.energy(np.array([*map(arb, Theta), *x], dtype=object))
+
+    c = energy()
+    if size == 0:
+        return c
+    single = [energy(i) - c for i in range(size)]
+    rows = [[energy(i, j) - c - single[i] - single[j] for j in range(size)] for i in range(size)]
+    b = arb_mat([[single[i] - rows[i][i] / 2] for i in range(size)])
+    return c - (b.transpose() * arb_mat(rows).inv() * b)[0, 0] / 2

@@ -1,0 +1,1 @@
+"""Verify a stored proof by the checker, and compare it with a config."""

@@ -1,0 +1,107 @@
+"""Verify a proof by the checker of `analysis/proof_check`, and compare it with a config."""
+
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.exact import decimals
+from rbstab.config.build import problem_of, system_of
+from rbstab.config.schema import Config
+from rbstab.experiment.proof import PROOF_VERSION, Proof, proof_id
+from rbstab.experiment.switching_record import smooth_rest_system
+
+if TYPE_CHECKING:
+    from rbstab.analysis.proof_check.checker import Finding
+
+CONFIG = "the config"
+
+
+class Verification(NamedTuple):
+    """The result of verifying a proof.
+
+    Attributes:
+        findings: The claims that were checked.
+        unchecked: What was not checked, as sentences.
+    """
+
+    findings: "list[Finding]"
+    unchecked: list[str]
+
+    @property
+    def verified(self) -> bool:
+        """Whether all claims that were checked are verified."""
+        return all(finding.verified for finding in self.findings)
+
+
+def verify(proof: Proof, config: Config | None = None) -> Verification:
+    """Check a proof, and whether it is one of a config.
+
+    Args:
+        proof: The proof.
+        config: The config; None to check the proof for its own energy U alone.
+    """
+    from rbstab.analysis.proof_check.checker import IN_RANGE, Finding, check
+
+    if proof.reduced_energy is None:
+        text = "The file has no reduced energy U. Make the proof again with `rbstab stability`."
+        if not proof.states:
+            text = f"There is no proof: {proof.outcome}."
+        return Verification([Finding(IN_RANGE, "energy", False, text)], [])
+    findings = check(proof.model_dump(mode="json"))
+    if config is not None:
+        findings = [*_config_findings(proof, config), *findings]
+    return Verification(findings, list(_unchecked(proof, config)))
+
+
+def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
+    """Check that the proof is that of the config, and the hypotheses of its theorems."""
+    from rbstab.analysis.proof.definite import indefinite_parameter
+    from rbstab.analysis.proof.reduced_energy import NoReducedEnergy, reduced_energy
+    from rbstab.analysis.proof_check.checker import Finding
+    from rbstab.analysis.proof_check.equations import agrees_with_equations
+
+    same_id = proof.id in {proof_id(config, version) for version in range(2, PROOF_VERSION + 1)}
+    text = "The id of the proof is that of the config."
+    if not same_id:
+        text = "The id of the proof is not that of the config: it was made for another one."
+    yield Finding(CONFIG, "id", same_id, text)
+    indefinite = indefinite_parameter(system_of(config, decimals))
+    text = "Mass, inertia and damping are positive definite."
+    if indefinite is not None:
+        text = f"{indefinite} is not positive definite."
+    yield Finding(CONFIG, "hypotheses", indefinite is None, text)
+    exact, stored = partial(system_of, config), proof.reduced_energy
+    assert stored is not None
+    try:
+        found = reduced_energy(smooth_rest_system(problem_of(config)), exact).form
+    except NoReducedEnergy as error:
+        yield Finding(CONFIG, "energy", False, f"The config has no reduced energy: {error}.")
+        return
+    form = stored.form
+    pairs = [
+        (found.quadratic, form.quadratic),
+        (found.linear, form.linear),
+        (found.coefficients, form.coefficients),
+    ]
+    same = all(np.array_equal(one, other) for one, other in pairs)
+    same = same and agrees_with_equations(stored.model_dump(mode="json"), exact)
+    text = "The energy U of the proof is that of the config: all its coefficients agree."
+    if not same:
+        text = "The energy U of the proof is not that of the config."
+    yield Finding(CONFIG, "energy", same, text)
+
+
+def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:
+    """Yield what was not checked, as sentences."""
+    if config is None:
+        yield "The energy U was not compared with a config; use --config CONFIG."
+    wide = proof.unwrapped
+    if not proof.proved:
+        yield "The proof does not claim to list all rest states in the range of eq. 5."
+    if wide is not None and not wide.proved:
+        yield "The proof does not claim to list all rest states with any θ1 and θ3."
+    if proof.regions or (wide is not None and wide.regions):
+        yield "The regions of single minima (theorem 5)."
+    yield "Values in doubles, which are not proved: Θ, X, own states, energies and levels."

@@ -1,0 +1,80 @@
+"""Protects `rbstab verify`: its output, its exit codes, and refusals of edited files."""
+
+import json
+from pathlib import Path
+
+import pytest
+from cli.conftest import Invoke
+
+from rbstab.store.document import read_document, write_document
+
+
+@pytest.fixture
+def proof(folder: Path, rbstab: Invoke) -> Path:
+    assert rbstab("stability", "good.yaml", "--no-run").exit_code == 0
+    (path,) = (folder / "results" / "proofs").iterdir()
+    return path
+
+
+def test_a_proof_is_verified(proof: Path, rbstab: Invoke) -> None:
+    done = rbstab("verify", str(proof))
+    assert done.exit_code == 0
+    assert done.stdout.startswith(f"{proof}: verified\n")
+    assert "The range of eq. 5\n    Rest states: checked. 1 of 1 are isolated" in done.stdout
+    assert "No other rest state: checked (" in done.stdout
+    assert "Certified region: checked (" in done.stdout
+    assert "not compared with a config" in done.stdout
+    assert "REFUSED" not in done.stdout
+    with_config = rbstab("verify", str(proof), "--config", "good.yaml")
+    assert with_config.exit_code == 0
+    assert "all its coefficients agree" in with_config.stdout
+    assert "not compared with a config" not in with_config.stdout
+
+
+@pytest.mark.parametrize("key", ["lower_bound", "energy_bound"])
+def test_a_larger_bound_with_a_new_digest_is_refused(proof: Path, rbstab: Invoke, key: str) -> None:
+    data = read_document(proof)
+    data["region"][key] *= 1 + 1e-6
+    write_document(proof, data)
+    done = rbstab("verify", str(proof))
+    assert done.exit_code == 4
+    assert done.stdout.startswith(f"{proof}: REFUSED\n")
+    assert "Certified region: REFUSED" in done.stdout
+
+
+def test_an_edit_without_a_new_digest_is_damage(proof: Path, rbstab: Invoke) -> None:
+    text = proof.read_text()
+    proof.write_text(text.replace('"lower_bound": 4', '"lower_bound": 5', 1))
+    assert proof.read_text() != text
+    done = rbstab("verify", str(proof))
+    assert done.exit_code == 4
+    assert "is damaged" in done.stderr
+    assert rbstab("verify", "missing.json").exit_code == 4
+
+
+def test_another_config_is_refused(proof: Path, rbstab: Invoke) -> None:
+    changes = ("--set", "body.contact_point=[0.15, 0.10, -0.43]")
+    done = rbstab("verify", str(proof), "--config", "good.yaml", *changes)
+    assert done.exit_code == 4
+    assert "it was made for another one" in done.stdout
+    assert rbstab("verify", str(proof), *changes).exit_code == 2
+
+
+def test_json_and_certificate(proof: Path, rbstab: Invoke) -> None:
+    done = rbstab("verify", str(proof), "--json", "--certificate", "boxes.json")
+    assert done.exit_code == 0
+    data = json.loads(done.stdout)
+    assert data["verified"] is True
+    assert data["id"] == proof.stem
+    boxes = {(one["about"], one["claim"]): one["boxes"] for one in data["findings"]}
+    certificate = json.loads(Path("boxes.json").read_text())
+    assert certificate["id"] == proof.stem
+    for about in ("the range of eq. 5", "all θ1 and θ3"):
+        parts = [one for one in certificate["covers"] if one["about"] == about]
+        assert len(parts) == 7
+        counted = sum(len(one["tree"].split()) for one in parts)
+        assert counted == boxes[about, "no other rest state"] + boxes[about, "certified region"]
+    again = rbstab("verify", str(proof), "--certificate", "boxes.json")
+    assert again.exit_code == 4
+    assert "already exists" in again.stderr
+    assert rbstab("verify", str(proof), "--certificate", "boxes.json", "--force").exit_code == 0

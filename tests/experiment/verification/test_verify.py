@@ -1,0 +1,94 @@
+"""Protects the check of a proof against a config: its id, its hypotheses and its energy."""
+
+from pathlib import Path
+
+import pytest
+from support.paper_runs import CASE_NAMES, CASES, paper_config
+
+import rbstab
+from rbstab.config.load import load_config
+from rbstab.experiment.proof import Proof, proof_id, prove
+from rbstab.experiment.proof_record import no_proof
+from rbstab.experiment.verification.verify import CONFIG, Verification, verify
+
+PAPER = sorted((Path(__file__).parents[3] / "configs" / "paper").glob("*.yaml"))
+
+
+def refused(found: Verification) -> list[str]:
+    assert found.verified == all(finding.verified for finding in found.findings)
+    return [finding.claim for finding in found.findings if not finding.verified]
+
+
+@pytest.mark.parametrize("path", PAPER, ids=lambda path: path.stem)
+def test_the_proofs_of_the_paper_s_configs_are_verified(path: Path) -> None:
+    config = load_config(path)
+    found = verify(prove(config), config)
+    assert refused(found) == []
+    claims = {(finding.about, finding.claim) for finding in found.findings}
+    assert {(CONFIG, "id"), (CONFIG, "hypotheses"), (CONFIG, "energy")} < claims
+    assert len(claims) == 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("variant", "with_gravity"), CASES, ids=CASE_NAMES)
+def test_the_proofs_of_all_variants_are_verified(variant: str, with_gravity: bool) -> None:
+    config = rbstab.load_config(paper_config(variant, with_gravity))
+    assert refused(verify(prove(config), config)) == []
+
+
+@pytest.fixture(scope="module")
+def proof() -> Proof:
+    return prove(rbstab.load_config(paper_config("embedded", with_gravity=True)))
+
+
+@pytest.mark.parametrize(
+    "body", [{"mass": 41.000001}, {"contact_point": [0.15, 0.1000001, -0.42]}], ids=str
+)
+def test_another_energy_is_refused(proof: Proof, body: dict[str, object]) -> None:
+    data = paper_config("embedded", with_gravity=True)
+    changed = rbstab.load_config({**data, "body": {**data["body"], **body}})
+    found = verify(proof, changed)
+    assert refused(found) == ["id", "energy"]
+    # Nor does the right id hide it.
+    relabelled = proof.model_copy(update={"id": proof_id(changed)})
+    assert refused(verify(relabelled, changed)) == ["energy"]
+
+
+@pytest.mark.parametrize("place", ["quadratic", "linear", "coefficients"])
+def test_a_changed_coefficient_is_refused(proof: Proof, place: str) -> None:
+    config = rbstab.load_config(paper_config("embedded", with_gravity=True))
+    data = proof.model_dump(mode="json")
+    part = data["reduced_energy"][place]
+    while isinstance(part[0], list):
+        part = part[0]
+    part[0] = part[0] * (1 + 1e-15) + 1e-300
+    found = verify(Proof.model_validate(data), config)
+    assert refused(found) == ["energy"]
+
+
+def test_damping_is_a_hypothesis(proof: Proof) -> None:
+    """Damping has no effect on U, but without it no theorem holds. No file has such a config."""
+    config = rbstab.load_config(paper_config("embedded", with_gravity=True))
+    undamped = config.controller.model_copy(update={"L_r": (60.0, 60.0, 0.0)})
+    config = config.model_copy(update={"controller": undamped})
+    relabelled = proof.model_copy(update={"id": proof_id(config)})
+    assert refused(verify(relabelled, config)) == ["hypotheses"]
+
+
+def test_what_was_not_checked_is_listed(proof: Proof) -> None:
+    config = rbstab.load_config(paper_config("embedded", with_gravity=True))
+    alone, compared = verify(proof).unchecked, verify(proof, config).unchecked
+    assert alone[0] == "The energy U was not compared with a config; use --config CONFIG."
+    assert alone[1:] == compared
+    assert any("theorem 5" in text for text in compared) == bool(proof.regions)
+
+
+def test_a_file_without_a_proof_is_refused(proof: Proof) -> None:
+    none = no_proof("id", "the mass is not positive definite", 0.0)
+    (finding,) = verify(none).findings
+    assert not finding.verified
+    assert finding.text == "There is no proof: the mass is not positive definite."
+    old = proof.model_copy(update={"reduced_energy": None})
+    (finding,) = verify(old).findings
+    assert not finding.verified
+    assert "Make the proof again" in finding.text

@@ -1,0 +1,57 @@
+"""Proofs as plain data: those of systems, and small ones that are written by hand."""
+
+from typing import Any
+
+import numpy as np
+
+from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT
+from rbstab.analysis.proof.rest_states import rest_states
+from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
+from rbstab.experiment.proof import _regions_of
+from rbstab.experiment.proof_record import proof_record
+from rbstab.systems.system import System
+
+PROOF = dict[str, Any]
+
+
+def proof_of(system: System, *, wide: bool = False, box_limit: int = BOX_LIMIT) -> PROOF:
+    """Return the proof of a system.
+
+    Args:
+        system: The system.
+        wide: Whether to add the rest states for all θ1 and θ3.
+        box_limit: The number of boxes at which the proof stops.
+    """
+    with np.errstate(all="ignore"):
+        rest = rest_states(system, box_limit=box_limit)
+        unwrapped = unwrapped_rest_states(rest) if wide else None
+        record = proof_record(
+            "id", _regions_of(rest), None if unwrapped is None else _regions_of(unwrapped), 0.0
+        )
+    return record.model_dump(mode="json")
+
+
+def parabola(centre: tuple[float, float, float], bound: float) -> PROOF:
+    """Return a proof for U = ½ |Θ - centre|², J, with a certified region up to a bound."""
+    box = [[x - 1e-9 for x in centre], [x + 1e-9 for x in centre]]
+    return {
+        "reduced_energy": {
+            "quadratic": np.eye(3).tolist(),
+            "linear": [-x for x in centre],
+            "coefficients": [[[0.5 * sum(x * x for x in centre)]]],
+        },
+        "proved": True,
+        "unique": True,
+        "undecided": [],
+        "states": [
+            {
+                "orientation": list(centre),
+                "index": 0,
+                "index_proved": True,
+                "proved": True,
+                "enclosure": box,
+            }
+        ],
+        "region": {"lower_bound": bound - 1e-9, "energy_bound": bound},
+        "unwrapped": None,
+    }

@@ -11,9 +11,9 @@ from rbstab.analysis.motion_proof.rounding import (
     all_moderate,
     error_of_inverse,
     error_of_products,
+    magnitude_of,
     middle_and_radius,
     rounded_up,
-    upper,
 )
 
 
@@ -29,15 +29,15 @@ from rbstab.analysis.motion_proof.rounding import (
 )
 def test_the_upper_bound_is_above_every_number_of_a_ball(ball, largest):
     """A ball that contains zero is neither equal to zero nor different from it."""
-    assert largest <= upper(ball) <= largest * (1 + 1e-7) + 1e-300
-    assert upper(ball) > 0
+    assert largest <= magnitude_of(ball) <= largest * (1 + 1e-7) + 1e-300
+    assert magnitude_of(ball) > 0
 
 
 def test_zero_and_what_is_not_finite():
-    assert upper(arb(0)) == 0.0
-    assert upper(arb("nan")) == math.inf
-    assert upper(1 / arb(0, 1)) == math.inf
-    assert upper(arb("1e400")) == math.inf
+    assert magnitude_of(arb(0)) == 0.0
+    assert magnitude_of(arb("nan")) == math.inf
+    assert magnitude_of(1 / arb(0, 1)) == math.inf
+    assert magnitude_of(arb("1e400")) == math.inf
 
 
 def test_a_ball_is_within_its_radius_of_its_middle():

@@ -10,9 +10,9 @@ import numpy as np
 from rbstab.analysis.motion_proof.dual import Dual, objects
 from rbstab.analysis.motion_proof.rounding import (
     error_of_products,
+    magnitude_of,
     middle_and_radius,
     rounded_up,
-    upper,
 )
 from rbstab.analysis.motion_proof.step import StateSet, Step, step_from
 from rbstab.mechanics.numbers import Array
@@ -74,7 +74,7 @@ class MotionStep:
             for coefficient in reversed(row):
                 value = value * t + coefficient
             values.append(value.mid())
-            distance[i] += upper(value - values[-1])
+            distance[i] += magnitude_of(value - values[-1])
         return values, rounded_up(distance)
 
 
@@ -93,7 +93,9 @@ def start_set(start: Array, scale: Array) -> StateSet:
 
     balls = [entry.value if isinstance(entry, Dual) else arb(float(entry)) for entry in start]
     centre = [ball.mid() for ball in balls]
-    radius = np.array([upper(ball - middle) for ball, middle in zip(balls, centre, strict=True)])
+    radius = np.array(
+        [magnitude_of(ball - middle) for ball, middle in zip(balls, centre, strict=True)]
+    )
     return StateSet(centre, np.diag(scale), rounded_up(radius / scale))
 
 
@@ -170,7 +172,9 @@ def _ball(value: float) -> Any:
 def angle_bounds(states: StateSet) -> tuple[Array, Array]:
     """Return the smallest and the largest Θ of a set, rounded outwards, each of shape (3,), rad."""
     middle = np.array([float(entry) for entry in states.centre[THETA]])
-    error = np.array([upper(c - m) for c, m in zip(states.centre[THETA], middle, strict=True)])
+    error = np.array(
+        [magnitude_of(c - m) for c, m in zip(states.centre[THETA], middle, strict=True)]
+    )
     reach = rounded_up(states.spread[THETA] + error)
     return np.nextafter(middle - reach, -np.inf), np.nextafter(middle + reach, np.inf)
 

@@ -50,7 +50,7 @@ def error_of_products(magnitude: Any) -> Any:
     return RELATIVE_ERROR * rounded_up(magnitude) + UNDERFLOW
 
 
-def upper(value: Any) -> float:
+def magnitude_of(value: Any) -> float:
     """Return a double that is at least the absolute value of each number in a ball.
 
     Args:
@@ -72,7 +72,7 @@ def middle_and_radius(value: Any) -> tuple[float, float]:
         value: An `arb`.
     """
     middle = float(value.mid())
-    return middle, upper(value - middle)
+    return middle, magnitude_of(value - middle)
 
 
 def error_of_inverse(matrix: Array, inverse: Array) -> Array | None:

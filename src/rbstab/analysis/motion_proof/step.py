@@ -38,8 +38,8 @@ from rbstab.analysis.motion_proof.linear_flow import (
 from rbstab.analysis.motion_proof.rounding import (
     all_moderate,
     error_of_products,
+    magnitude_of,
     rounded_up,
-    upper,
 )
 from rbstab.analysis.motion_proof.taylor import (
     Coefficients,
@@ -263,7 +263,7 @@ def _value(p: Coefficients, h: float) -> tuple[list[Any], Array]:
         for coefficient in reversed(row):
             value = value * h + coefficient
         centre.append(value.mid())
-        rounding[i] = upper(value - centre[-1])
+        rounding[i] = magnitude_of(value - centre[-1])
     return centre, rounding
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.motion_proof.dual import Dual, objects
-from rbstab.analysis.motion_proof.rounding import middle_and_radius, rounded_up, upper
+from rbstab.analysis.motion_proof.rounding import magnitude_of, middle_and_radius, rounded_up
 from rbstab.mechanics.numbers import Array
 
 Field = Callable[[Array], Array]
@@ -80,7 +80,7 @@ def step_for(p: Coefficients, tolerance: float, scale: Array) -> float:
     order = len(p[0]) - 1
     step = np.inf
     for k in (order - 1, order):
-        size = max(upper(row[k]) / s for row, s in zip(p, scale.tolist(), strict=True))
+        size = max(magnitude_of(row[k]) / s for row, s in zip(p, scale.tolist(), strict=True))
         if size > 0:
             step = min(step, (tolerance / size) ** (1.0 / k))
     return step
@@ -118,7 +118,7 @@ def defect(field: Field, p: Coefficients, h: float, ratio: float, bounds: DiscBo
             if k + 1 < len(row):
                 term = term - (k + 1) * row[k + 1]
             total = total + abs(term) * power
-        found[i] = rounded_up(upper(total) + bounds.rates[i] * rest)
+        found[i] = rounded_up(magnitude_of(total) + bounds.rates[i] * rest)
     return found
 
 
@@ -179,9 +179,9 @@ def disc_bounds(field: Field, p: Coefficients, h: float, ratio: float, margin: A
     n = len(p)
     size, jacobian = np.zeros(n), np.zeros((n, n))
     for i, rate in enumerate(field(objects(state))):
-        size[i] = upper(rate.value) if isinstance(rate, Dual) else abs(rate)
+        size[i] = magnitude_of(rate.value) if isinstance(rate, Dual) else abs(rate)
         for j, slope in getattr(rate, "slopes", {}).items():
-            jacobian[i, j] = upper(slope)
+            jacobian[i, j] = magnitude_of(slope)
     return DiscBounds(size, jacobian)
 
 

@@ -23,7 +23,7 @@ from rbstab.analysis.motion_proof.motion import (
     scale_of,
     start_set,
 )
-from rbstab.analysis.motion_proof.rounding import upper
+from rbstab.analysis.motion_proof.rounding import magnitude_of
 from rbstab.analysis.motion_proof.step import StateSet
 from rbstab.config.build import start_of, system_of
 from rbstab.config.schema import Config
@@ -233,7 +233,9 @@ def _samples_in(step: MotionStep, times: Array) -> Iterator[_Sample]:
 
 def _sample(centre: list[Any], distance: Array, t: float) -> _Sample:
     middle = np.array([float(entry) for entry in centre])
-    apart = [upper(exact - double) for exact, double in zip(centre, middle.tolist(), strict=True)]
+    apart = [
+        magnitude_of(exact - double) for exact, double in zip(centre, middle.tolist(), strict=True)
+    ]
     reach = np.nextafter(distance + np.array(apart), np.inf)
     return _Sample(t, np.nextafter(middle - reach, -np.inf), np.nextafter(middle + reach, np.inf))
 

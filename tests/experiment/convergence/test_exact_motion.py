@@ -141,7 +141,7 @@ def test_an_enclosure_that_ends_early_says_so(monkeypatch):
     config = rbstab.load_config(paper_config("permanent"))
     found, samples = proved(config, Enclose.TO_END)
     assert (found.proved, found.steps) == (True, 45)
-    assert "not enclosed to the end: after 45 steps" in found.why
+    assert found.why.startswith("not enclosed to the end: 45 steps of the enclosure reach t = 0.")
     assert 0.3 < samples.times[-1] < 2.0
 
 
@@ -150,7 +150,7 @@ def test_the_limit_of_steps_is_named(monkeypatch):
     config = rbstab.load_config(paper_config("permanent"))
     found, samples = proved(config)
     assert (found.proved, found.steps) == (None, 5)
-    assert "after 5 steps" in found.why
+    assert "v is too large after 5 steps" in found.why
     assert samples.times[-1] > 0
 
 
@@ -209,3 +209,15 @@ def test_a_motion_that_rests_outside_of_every_region_is_given_up():
     assert exact_motion._is_at_rest(energies)
     slowly = [100.0 - 0.001 * k for k in range(2000)]
     assert not exact_motion._is_at_rest(slowly)
+
+
+def test_an_enclosure_without_a_region_keeps_both_reasons(monkeypatch):
+    monkeypatch.setattr(exact_motion, "MAX_STEPS", 3)
+    config = rbstab.load_config(paper_config("permanent"))
+    problem = problem_of(config)
+    bare = prove(config).model_copy(update={"region": None, "regions": (), "unwrapped": None})
+    found, samples = prove_convergence(config, problem, bare, Enclose.TO_END)
+    assert found.proved is None
+    assert found.why.startswith("no certified region is proved")
+    assert "not enclosed to the end: 3 steps" in found.why
+    assert samples.times[-1] > 0

@@ -137,8 +137,10 @@ def _followed(
     motion = enclosed_motion(system, start.states, start.scale)
     while found is None or now < last:
         if steps == MAX_STEPS or (found is None and _is_at_rest(energies)):
-            why = f"after {steps} steps of the enclosure, at t = {now:.4g} s, v is still too large"
-            if steps < MAX_STEPS:
+            why = f"v is too large after {steps} steps of the enclosure, at t = {now:.4g} s"
+            if found is not None:
+                why = f"{steps} steps of the enclosure reach t = {now:.4g} s"
+            elif steps < MAX_STEPS:
                 why = (
                     f"v has all but stopped to fall, outside of every certified region (by less "
                     f"than {LEAST_FALL:g} of its loss in {PATIENCE} steps, to t = {now:.4g} s)"
@@ -160,7 +162,8 @@ def _ended(found: Convergence | None, why: str) -> Convergence:
     """Return a convergence whose enclosure ended early, with the reason."""
     if found is None:
         return Convergence(None, why=why)
-    return replace(found, why=f"not enclosed to the end: {why}")
+    reasons = [found.why] if found.why else []
+    return replace(found, why="; ".join([*reasons, f"not enclosed to the end: {why}"]))
 
 
 def _is_at_rest(energies: list[float]) -> bool:

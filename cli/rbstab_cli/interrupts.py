@@ -37,6 +37,16 @@ def handle_interrupts() -> None:
     sys.unraisablehook = _repeat_lost_interrupt
 
 
+def stop_handling() -> None:
+    """Let SIGTERM and Ctrl-C end the process from now on: its work is done.
+
+    Otherwise one in the last milliseconds would end Python with a traceback.
+    """
+    for number in (signal.SIGTERM, signal.SIGINT):
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, signal.SIG_DFL)
+
+
 def _repeat_lost_interrupt(lost: "sys.UnraisableHookArgs") -> None:
     """Interrupt again after an interrupt that Python has dropped.
 

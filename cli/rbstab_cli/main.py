@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from rbstab_cli import exit_codes
-from rbstab_cli.interrupts import handle_interrupts, interrupted_code
+from rbstab_cli.interrupts import handle_interrupts, interrupted_code, stop_handling
 from rbstab_cli.streams import (
     ReaderGoneError,
     discard_output,
@@ -97,6 +97,17 @@ def main() -> None:
     prepare_streams()
     handle_interrupts()
     try:
+        code = _flushed_exit_code()
+    except KeyboardInterrupt:
+        # The command was done; only its last line or the flushing of its output was interrupted.
+        code = interrupted_code()
+    stop_handling()
+    sys.exit(code)
+
+
+def _flushed_exit_code() -> int:
+    """Run the command line, write out all that it printed, and return its exit code."""
+    try:
         code = _exit_code()
         flush_streams()
     except (ReaderGoneError, BrokenPipeError):
@@ -109,7 +120,7 @@ def main() -> None:
         with suppress(OSError):
             click.echo(f"error: {_reason(error)}", err=True)
         discard_output()
-    sys.exit(code)
+    return code
 
 
 def _exit_code() -> int:

@@ -166,7 +166,7 @@ def test_plan(reader, folder, count):
 def test_proof(reader, tmp_path, count):
     config = stored_config(open_result(STORED_RUN)).config
     assert config is not None
-    path = proof_file(tmp_path, config)
+    path = proof_file(tmp_path, config, 1)
     path.parent.mkdir()
     run = Path(shutil.copy(STORED_RUN, tmp_path / "a.h5"))
     shutil.copy(STORED_PROOFS / path.name, path)

@@ -220,4 +220,5 @@ def test_an_enclosure_without_a_region_keeps_both_reasons(monkeypatch):
     assert found.proved is None
     assert found.why.startswith("no certified region is proved")
     assert "not enclosed to the end: 3 steps" in found.why
+    assert samples is not None
     assert samples.times[-1] > 0

@@ -10,12 +10,18 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
 
+import psutil
 from faults.hostile.attempts import Attempt
 
 TESTS = Path(__file__).parents[2]
 
 PATIENCE = 90.0
 """s; after this time a command counts as hanging. The promise is 5 s on an idle machine."""
+
+
+MAX_HELD = 250e6
+"""Bytes. A process that holds more after an attempt is replaced: it has the libraries of all
+commands so far, and what Python keeps of earlier attempts. A user reads in a fresh process."""
 
 
 class Reader:
@@ -43,6 +49,8 @@ class Reader:
             code = process.wait()
             self.close()
             return Attempt(f"crash {code}", "", 0.0, 0)
+        if psutil.Process(process.pid).memory_info().rss > MAX_HELD:
+            self.close()
         return Attempt(**json.loads(line))
 
     def close(self) -> None:

@@ -42,9 +42,11 @@ def level_of(proof: Proof, number: int, energy: float, *, in_range: bool = True)
         in_range: Whether its Θ is in the range of eq. 5.
     """
     rest = proof.states[number - 1]
-    bound = next(
+    bounds = [
         bound
         for orientation, bound in region_energies(proof, in_range=in_range)
-        if bound > energy and np.abs(np.subtract(orientation, rest.orientation)).max() < SAME_STATE
-    )
+        if np.abs(np.subtract(orientation, rest.orientation)).max() < SAME_STATE
+    ]
+    # An energy in doubles can be above its bound by round-off, although the exact one is below.
+    bound = next((bound for bound in bounds if bound > energy), max(bounds, default=energy))
     return math.nextafter(bound - rest.energy, -math.inf)

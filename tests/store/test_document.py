@@ -60,7 +60,7 @@ def test_what_is_no_document(tmp_path, content):
 def test_bytes_that_are_no_text(tmp_path):
     path = tmp_path / "a.json"
     path.write_bytes(b"\xff\xfe\xfa")
-    with pytest.raises(NotAResultError):
+    with pytest.raises(NotAResultError, match="is not a text file"):
         read_document(path)
 
 

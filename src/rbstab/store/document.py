@@ -60,7 +60,11 @@ def read_document(path: Path) -> dict[str, Any]:
         data = json.loads(content.decode(), parse_constant=_refuse, parse_float=_finite)
         written = data.pop("digest")
         intact = bool(written == _digest(data))
-    except (ValueError, KeyError, AttributeError, TypeError, RecursionError) as error:
+    except UnicodeDecodeError as error:
+        raise NotAResultError(f"{path} is damaged: it is not a text file") from error
+    except KeyError as error:
+        raise NotAResultError(f"{path} is damaged: it has no digest") from error
+    except (ValueError, AttributeError, TypeError, RecursionError) as error:
         raise NotAResultError(f"{path} is damaged: {error}") from error
     if not intact:
         raise NotAResultError(f"{path} is damaged: its content does not match its digest")

@@ -205,15 +205,19 @@ def test_the_bounds_of_a_step_satisfy_their_inequality():
     assert step_module._error_bounds(hopeless, radius, hd, hM, margin) is None
 
 
+def first_flow(config, order, h):
+    """Return start, scale, polynomial, linear flow and ratio of a first step."""
+    system, start, scale = enclosure(config)
+    p = polynomial(system.rates, start.centre, order)
+    bounds = disc_bounds(system.rates, p, h, step_module.RATIO, 1e-4 * scale)
+    return start, scale, p, *step_module._flow(system.rates, p, h, bounds, scale)
+
+
 def test_a_step_that_is_shortened_keeps_its_disc():
     """The bounds are those of the disc of the longer step."""
-    config = config_of("visco-elastic", 12)
+    h = 2.0**-6
     with ctx.workprec(PRECISION):
-        system, start, scale = enclosure(config)
-        p = polynomial(system.rates, start.centre, 6)
-        h = 2.0**-6
-        bounds = disc_bounds(system.rates, p, h, step_module.RATIO, 1e-4 * scale)
-        flow, ratio = step_module._flow(system.rates, p, h, bounds, scale)
+        *_, flow, ratio = first_flow(config_of("visco-elastic", 12), 6, h)
     assert flow.h < h
     assert ratio * flow.h <= step_module.RATIO * h
     assert ratio * flow.h == pytest.approx(step_module.RATIO * h)
@@ -331,13 +335,8 @@ def test_a_motion_is_given_up_when_its_time_would_be_rounded(monkeypatch):
 
 
 def test_what_the_linear_flow_misses_is_in_the_set_at_the_end():
-    config = config_of("permanent", 15)
     with ctx.workprec(PRECISION):
-        system, start, scale = enclosure(config)
-        p = polynomial(system.rates, start.centre, 20)
-        h = 2.0**-8
-        bounds = disc_bounds(system.rates, p, h, step_module.RATIO, 1e-4 * scale)
-        flow, _ = step_module._flow(system.rates, p, h, bounds, scale)
+        start, scale, p, flow, _ = first_flow(config_of("permanent", 15), 20, 2.0**-8)
         frame = frame_of(start.frame)
         assert frame is not None
         errors = step_module._ErrorBounds(np.zeros(6), np.full(6, 1e-12))

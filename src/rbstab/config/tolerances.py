@@ -1,0 +1,171 @@
+"""Tolerances of the numbers of a config: `--within controller.K_r=±20%`.
+
+A config with tolerances means every config whose numbers lie between the bounds.
+"""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from rbstab.config.entries import Entry, entries_of, entries_under
+from rbstab.config.errors import ConfigError, ConfigProblem, Location, shortened
+from rbstab.config.load import resolved, validated
+from rbstab.config.overrides import parse_key
+from rbstab.config.schema import Config
+from rbstab.config.source import Path, Source
+
+OPTION = "--within"
+
+SECTIONS = ("body", "controller", "gravity", "initial")
+"""The sections whose numbers can have a tolerance."""
+
+_SIZE = re.compile(r"(?:±|\+/-|\+-)(?P<number>[0-9.]+(?:[eE][+-]?[0-9]{1,3})?)(?P<percent>%?)")
+
+LARGEST = 10**100
+"""Tolerances are below this."""
+
+_EXPECTED = "expected KEY=±SIZE or KEY=±SIZE%, such as controller=±20% or body.contact_point=±0.01"
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """The bounds of an independent number of a config: middle ± radius, both included.
+
+    Args:
+        entry: The number, and where it is in the config.
+        middle: The decimal that the number means.
+        radius: The largest difference from it, above 0.
+    """
+
+    entry: Entry
+    middle: Fraction
+    radius: Fraction
+
+    @property
+    def section(self) -> str:
+        """The section of the config, such as `initial`."""
+        return str(self.entry.paths[0][0])
+
+    @property
+    def low(self) -> Fraction:
+        """The lower bound."""
+        return self.middle - self.radius
+
+    @property
+    def high(self) -> Fraction:
+        """The upper bound."""
+        return self.middle + self.radius
+
+
+def tolerances_of(config: Config, texts: Iterable[str]) -> tuple[Tolerance, ...]:
+    """Return the tolerances of a config.
+
+    A key may be a number, a vector, a matrix, or one of `SECTIONS`; the size then holds for each of
+    its numbers. A size in percent is relative to each number, so a number that is 0 stays 0.
+
+    Args:
+        config: The config.
+        texts: Texts `KEY=±SIZE` or `KEY=±SIZE%`; `+-` and `+/-` may stand for ±.
+
+    Raises:
+        ConfigError: A text is wrong, two give bounds for the same number, or a bound is not valid.
+    """
+    problems: list[ConfigProblem] = []
+    found: dict[Path, Tolerance] = {}
+    for text in texts:
+        try:
+            new = _tolerances_in(config, text)
+        except ConfigError as error:
+            problems += error.problems
+            continue
+        twice = [one.entry.key for one in new if one.entry.paths[0] in found]
+        if twice:
+            problems.append(_problem(text, f"gives a second tolerance of {twice[0]}"))
+            continue
+        problems += _invalid_bounds(config, text, new)
+        found |= {one.entry.paths[0]: one for one in new}
+    if problems:
+        raise ConfigError(problems)
+    return tuple(found.values())
+
+
+def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
+    key, _, size = text.partition("=")
+    match = _SIZE.fullmatch(size.strip())
+    number = None if match is None else _decimal(match["number"])
+    if match is None or number is None:
+        raise ConfigError([_problem(text, "is not a tolerance", _EXPECTED)])
+    entries = _entries_at(config, key)
+    if not entries:
+        sections = ", ".join(SECTIONS)
+        expected = f"expected a key of {sections} that this config has"
+        raise ConfigError([_problem(text, f"{shortened(key)} has no numbers", expected)])
+    found = []
+    for entry in entries:
+        middle = Fraction(repr(entry.value))
+        radius = abs(middle) * number / 100 if match["percent"] else number
+        if radius > 0:
+            found.append(Tolerance(entry, middle, radius))
+    if not found:
+        raise ConfigError([_problem(text, "is a tolerance of 0", "expected a size above 0")])
+    return found
+
+
+def _decimal(digits: str) -> Fraction | None:
+    """Return a number that a double can hold as well; None if the digits are no such number."""
+    try:
+        number = Fraction(digits)
+    except ValueError:
+        return None
+    return number if number < LARGEST else None
+
+
+def _entries_at(config: Config, key: str) -> tuple[Entry, ...]:
+    """Return the numbers of a key; none if the config has none there."""
+    path = parse_key(key)
+    if path is None or path[0] not in SECTIONS:
+        return ()
+    of_sections = (*entries_of(config), *entries_under(config, ("gravity",)))
+    return tuple(
+        entry for entry in of_sections if any(own[: len(path)] == path for own in entry.paths)
+    )
+
+
+def _invalid_bounds(config: Config, text: str, found: list[Tolerance]) -> list[ConfigProblem]:
+    """Return the problems of a config with all numbers at one of their bounds."""
+    problems = {}
+    for word, bounds in (
+        ("low", {path: one.low for one in found for path in one.entry.paths}),
+        ("high", {path: one.high for one in found for path in one.entry.paths}),
+    ):
+        data = resolved(config)
+        for path, bound in bounds.items():
+            _put(data, path, float(bound))
+        try:
+            validated(Source(data, {(): Location(_name(text))}))
+        except ConfigError as error:
+            for problem in error.problems:
+                key = (problem.key, problem.problem)
+                problems[key] = ConfigProblem(
+                    Location(_name(text)),
+                    problem.key,
+                    f"at the {word} end of the tolerance: {problem.problem}",
+                    problem.expected,
+                )
+    return list(problems.values())
+
+
+def _put(data: Any, path: Path, value: float) -> None:
+    for part in path[:-1]:
+        data = data[part]
+    data[path[-1]] = value
+
+
+def _name(text: str) -> str:
+    return f"{OPTION} {shortened(text)}"
+
+
+def _problem(text: str, problem: str, expected: str = "") -> ConfigProblem:
+    return ConfigProblem(Location(_name(text)), "", problem, expected)

@@ -1,0 +1,106 @@
+"""Tolerances of numbers: `--within KEY=±SIZE`."""
+
+from fractions import Fraction
+
+import pytest
+
+from rbstab.config.errors import ConfigError
+from rbstab.config.load import load_config
+from rbstab.config.tolerances import tolerances_of
+
+CONFIG = load_config(
+    {
+        "body": {
+            "mass": 41,
+            "inertia": [[10, 0.5, 0], [0.5, 8, 0], [0, 0, 0.4]],
+            "contact_point": [0.15, 0, -0.42],
+        },
+        "controller": {
+            "variant": "permanent",
+            "K_t": [4100, 4100, 3280],
+            "L_t": [492, 492, 369],
+            "K_r": [400, 400, 320],
+            "L_r": [60, 60, 42],
+        },
+        "initial": {"angular_velocity": [16, 32, -16]},
+        "integration": {"duration": 2},
+    }
+)
+
+
+def bounds(*texts: str) -> dict[str, tuple[Fraction, Fraction]]:
+    return {one.entry.key: (one.low, one.high) for one in tolerances_of(CONFIG, texts)}
+
+
+def problems(*texts: str) -> list[str]:
+    with pytest.raises(ConfigError) as error:
+        tolerances_of(CONFIG, texts)
+    return [str(problem) for problem in error.value.problems]
+
+
+@pytest.mark.parametrize("sign", ["±", "+-", "+/-"])
+def test_a_size_holds_for_each_number_of_a_key(sign: str) -> None:
+    assert bounds(f"initial.angular_velocity={sign}0.5") == {
+        "initial.angular_velocity[0]": (Fraction(31, 2), Fraction(33, 2)),
+        "initial.angular_velocity[1]": (Fraction(63, 2), Fraction(65, 2)),
+        "initial.angular_velocity[2]": (Fraction(-33, 2), Fraction(-31, 2)),
+    }
+
+
+def test_numbers_and_sizes_are_exact_decimals() -> None:
+    found = bounds("body.contact_point[0]=±0.1")
+    assert found == {"body.contact_point[0]": (Fraction(1, 20), Fraction(1, 4))}
+
+
+def test_a_percentage_is_of_each_number_and_leaves_zeros_alone() -> None:
+    found = bounds("body.contact_point=±10%")
+    assert found == {
+        "body.contact_point[0]": (Fraction("0.135"), Fraction("0.165")),
+        "body.contact_point[2]": (Fraction("-0.462"), Fraction("-0.378")),
+    }
+
+
+def test_a_section_stands_for_all_its_numbers() -> None:
+    names = {key.partition("[")[0] for key in bounds("controller=±20%")}
+    assert names == {f"controller.{name}" for name in ("K_t", "L_t", "K_r", "L_r")}
+
+
+def test_a_matrix_stays_symmetric() -> None:
+    (one,) = tolerances_of(CONFIG, ["body.inertia[1][0]=±0.1"])
+    assert one.entry.paths == (("body", "inertia", 0, 1), ("body", "inertia", 1, 0))
+
+
+def test_gravity_can_have_a_tolerance() -> None:
+    assert bounds("gravity[2]=±1") == {"gravity[2]": (Fraction(-1), Fraction(1))}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("body.mass=3", "is not a tolerance"),
+        ("body.mass", "is not a tolerance"),
+        ("body.mass=±", "is not a tolerance"),
+        ("body.mass=±1.2.3", "is not a tolerance"),
+        ("body.mass=±1e400", "is not a tolerance"),
+        ("body.mass=±-1", "is not a tolerance"),
+        ("body.mass=±0", "is a tolerance of 0"),
+        ("gravity=±20%", "is a tolerance of 0"),
+        ("integration.duration=±1", "integration.duration has no numbers"),
+        ("controller.variant=±1", "controller.variant has no numbers"),
+        ("initial.position=±1", "initial.position has no numbers"),
+        ("=±1", "has no numbers"),
+        ("body.mass=±41", "body.mass: at the low end of the tolerance: is 0"),
+        ("initial.orientation=±4", "at the high end of the tolerance: θ1 = 4 rad"),
+        ("body.inertia[0][1]=±20", "is not positive definite"),
+    ],
+)
+def test_a_wrong_text_says_what_is_wrong(text: str, expected: str) -> None:
+    found = problems(text)
+    assert found[0].startswith(f"--within {text}:1:1: ")
+    assert any(expected in line for line in found)
+
+
+def test_all_wrong_texts_are_named_at_once() -> None:
+    found = problems("body.mass=±1", "body.mass=3", "body=±1%", "foo=±1")
+    assert len(found) == 3
+    assert any("gives a second tolerance of body.mass" in line for line in found)

@@ -136,13 +136,17 @@ def decimals(values: Array) -> Array:
 
 def decimal_balls(values: Array) -> Array:
     """Return the numbers that the doubles of a config mean, as balls of the current precision."""
-    from flint import arb, fmpq  # imported late, as in `ball`
-
     entries = decimals(values)
     for index in np.ndindex(values.shape):
-        number: Any = entries[index]
-        entries[index] = arb(fmpq(number.numerator, number.denominator))
+        entries[index] = fraction_ball(entries[index])
     return entries
+
+
+def fraction_ball(number: Fraction) -> Ball:
+    """Return a fraction as a ball of the current precision."""
+    from flint import arb, fmpq  # imported late, as in `ball`
+
+    return arb(fmpq(number.numerator, number.denominator))
 
 
 def is_positive_definite(matrix: Array) -> bool:

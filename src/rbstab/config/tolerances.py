@@ -49,6 +49,11 @@ class Tolerance:
         return str(self.entry.paths[0][0])
 
     @property
+    def bounds(self) -> tuple[str, str]:
+        """Both bounds as exact decimals: the numbers and sizes of a tolerance are decimals."""
+        return _decimal_text(self.low), _decimal_text(self.high)
+
+    @property
     def low(self) -> Fraction:
         """The lower bound."""
         return self.middle - self.radius
@@ -111,6 +116,16 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
     if not found:
         raise ConfigError([_problem(text, "is a tolerance of 0", "expected a size above 0")])
     return found
+
+
+def _decimal_text(number: Fraction) -> str:
+    """Return a fraction, whose denominator divides a power of 10, as a decimal."""
+    places = 0
+    while number.denominator > 1:
+        number, places = number * 10, places + 1
+    sign, digits = "-" if number < 0 else "", str(abs(number.numerator)).zfill(places + 1)
+    whole, rest = digits[: len(digits) - places], digits[len(digits) - places :]
+    return f"{sign}{whole}.{rest}" if places else f"{sign}{whole}"
 
 
 def _decimal(digits: str) -> Fraction | None:

@@ -104,3 +104,17 @@ def test_all_wrong_texts_are_named_at_once() -> None:
     found = problems("body.mass=±1", "body.mass=3", "body=±1%", "foo=±1")
     assert len(found) == 3
     assert any("gives a second tolerance of body.mass" in line for line in found)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("body.contact_point[0]=±10%", ("0.135", "0.165")),
+        ("body.contact_point[2]=±1e-3", ("-0.421", "-0.419")),
+        ("body.mass=±1", ("40", "42")),
+        ("gravity[1]=±0.05", ("-0.05", "0.05")),
+    ],
+)
+def test_bounds_are_written_as_exact_decimals(text: str, expected: tuple[str, str]) -> None:
+    (one,) = tolerances_of(CONFIG, [text])
+    assert one.bounds == expected

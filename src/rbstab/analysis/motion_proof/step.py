@@ -240,8 +240,24 @@ def _end(  # noqa: PLR0913, PLR0917 (the parts of one formula)
         scale: The size of each state, shape (n,).
     """
     centre, rounding = _value(p, flow.h)
+    moved = moved_frame(flow, frame, errors.in_frame, mismatch + rounding, scale)
+    return None if moved is None else StateSet(centre, *moved)
+
+
+def moved_frame(
+    flow: LinearFlow, frame: Frame, W: Array, apart: Array, scale: Array
+) -> tuple[Array, Array] | None:
+    """Return a new frame, and radii in it, of all Φ(1)Qw + r with |w| <= W and |r| <= `apart`.
+
+    Args:
+        flow: Φ.
+        frame: Q.
+        W: Shape (n,).
+        apart: Shape (n,).
+        scale: The size of each state, shape (n,).
+    """
     Phi, Phi_error = flow.forward_at_end
-    Q_size, W = np.abs(frame.matrix), errors.in_frame
+    Q_size = np.abs(frame.matrix)
     moved = Phi @ frame.matrix
     moved_error = error_of_products(np.abs(Phi) @ Q_size) + rounded_up(Phi_error @ Q_size)
     new = frame_of(_frame(moved * W, scale))
@@ -249,8 +265,8 @@ def _end(  # noqa: PLR0913, PLR0917 (the parts of one formula)
         return None
     turned = np.abs(new.inverse @ moved) + error_of_products(np.abs(new.inverse) @ np.abs(moved))
     turned = rounded_up(turned + new.error @ np.abs(moved))
-    beside = rounded_up(moved_error @ W + mismatch + rounding)
-    return StateSet(centre, new.matrix, rounded_up(turned @ W + new.inverse_size @ beside))
+    beside = rounded_up(moved_error @ W + apart)
+    return new.matrix, rounded_up(turned @ W + new.inverse_size @ beside)
 
 
 def _value(p: Coefficients, h: float) -> tuple[list[Any], Array]:

@@ -4,7 +4,6 @@ It does not depend on a computed run. The exact motion is enclosed step by step 
 its attitude are in a region from which every motion converges.
 """
 
-import math
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -20,29 +19,25 @@ from rbstab.analysis.motion_proof.motion import (
     enclosed_motion,
     energy_bounds,
     proof_precision,
-    scale_of,
     start_set,
 )
 from rbstab.analysis.motion_proof.rounding import magnitude_of
 from rbstab.analysis.motion_proof.step import StateSet
-from rbstab.config.build import start_of, system_of
+from rbstab.config.build import start_of
 from rbstab.config.schema import Config
-from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.convergence.convergence import Convergence, Enclose
+from rbstab.experiment.convergence.decisions import COMMAND, convergence_in, refusal
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
-from rbstab.experiment.convergence.region_bounds import level_of, region_energies
-from rbstab.experiment.proof import OPEN_RANGE, ROUND_OFF, reached_state, start_level, starts_inside
+from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
+from rbstab.experiment.proof import ROUND_OFF, start_level, starts_inside
 from rbstab.experiment.proof_record import Proof
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.coordinates import ReducedCoordinates
 from rbstab.systems.system import System
 
 MAX_STEPS = 2000
 """Steps after which the enclosure of a motion ends: a limit that is the same on every machine. A
 hundred steps take some two seconds."""
-
-COMMAND = "rbstab run --prove"
 
 PATIENCE = 50
 """Steps over which the energy must fall by `LEAST_FALL`; otherwise the motion has come to rest."""
@@ -85,7 +80,7 @@ def convergence_at_start(config: Config, problem: Problem, proof: Proof | None) 
         problem: Its problem.
         proof: The proof; None if there is none.
     """
-    refused = _refused(problem, proof)
+    refused = refusal(problem, proof)
     if refused is not None:
         return refused
     assert proof is not None
@@ -109,7 +104,7 @@ def prove_convergence(
         enclose: How far to enclose it: until that is proved, or also to the last sample.
     """
     begin = time.perf_counter()
-    refused, to_end = _refused(problem, proof), enclose is Enclose.TO_END
+    refused, to_end = refusal(problem, proof), enclose is Enclose.TO_END
     if refused is not None and (not to_end or problem.switching is not None):
         return MotionProof(replace(refused, enclosed=enclose), None)
     with proof_precision():
@@ -173,23 +168,6 @@ def _is_at_rest(energies: list[float]) -> bool:
     return energies[-PATIENCE - 1] - energies[-1] < LEAST_FALL * (energies[0] - energies[-1])
 
 
-def _refused(problem: Problem, proof: Proof | None) -> Convergence | None:
-    """Return a convergence that no enclosure can decide, with the reason; None if one may."""
-    if any(isinstance(element, SlidingConnector) for element in problem.system.elements):
-        why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
-        return Convergence(None, why=why)
-    if proof is None:
-        return Convergence(None, why=f"no proof of the rest states is stored; {COMMAND} makes it")
-    wide = proof.unwrapped
-    if wide is not None and wide.proved and not wide.states:
-        return Convergence(False, why="there is no rest state with |θ2| < π/2")
-    if proof.proved and not proof.states:
-        return Convergence(None, why="the range of eq. 5 has no rest state")
-    if not region_energies(proof):
-        return Convergence(None, why=f"no certified region is proved ({proof.outcome})")
-    return None
-
-
 def _by_older_proof(problem: Problem, proof: Proof) -> Convergence:
     """Return what a proof of version 1 says about a start: v(0) in doubles, with its margin."""
     level = start_level(problem, proof)
@@ -202,30 +180,13 @@ def _by_older_proof(problem: Problem, proof: Proof) -> Convergence:
 
 
 def _exact_start(config: Config, problem: Problem) -> _Start:
-    system, doubles = system_of(config, decimal_duals), problem.system
-    if system.coordinates.holds_contact:
-        # The exact motion of a held body stays on the submanifold: six states describe it.
-        system = replace(system, coordinates=ReducedCoordinates())
-        doubles = replace(doubles, coordinates=ReducedCoordinates())
-    with np.errstate(all="ignore"):
-        energy = float(np.abs(problem.system.observe(problem.start).energy).sum())
-    scale = scale_of(doubles, energy)
+    system, scale = enclosed_system(config, decimal_duals), state_scale(problem)
     return _Start(system, start_set(start_of(config, system, decimal_duals), scale), scale)
 
 
 def _convergence(proof: Proof, system: System, states: StateSet, t: float) -> Convergence | None:
     """Return the convergence of all states of a set if it is proved, else None."""
-    low, high = energy_bounds(system, states)
-    box = angle_bounds(states)
-    number = reached_state(proof, high, *box)
-    if number is None:
-        return None
-    rest = proof.states[number - 1]
-    at_least = math.nextafter(low - rest.energy, -math.inf)
-    at_most = math.nextafter(high - rest.energy, math.inf)
-    in_range = bool(np.all(np.abs(box) <= OPEN_RANGE))
-    bound = level_of(proof, number, high, in_range=in_range)
-    return Convergence(True, rest_state=number, time=t, energy=(at_least, at_most), bound=bound)
+    return convergence_in(proof, energy_bounds(system, states), angle_bounds(states), t)
 
 
 def _samples_in(step: MotionStep, times: Array) -> Iterator[_Sample]:

@@ -1,0 +1,226 @@
+"""The equations of a system as a graph, so that they can be evaluated for many numbers at once.
+
+The nodes are the variables, products, inverses, sines and cosines. Between them stand sums with
+constant factors, which are balls. The graph is traced from the equations of the house: a `Form` is
+one more kind of number.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from rbstab.analysis.exact import decimal_balls
+from rbstab.analysis.motion_proof.dual import objects
+from rbstab.mechanics.numbers import Array
+
+VARIABLE, PRODUCT, INVERSE, SINE, COSINE = "variable", "product", "inverse", "sine", "cosine"
+
+Key = tuple[Any, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A node: its kind, and the forms from which it is computed."""
+
+    kind: str
+    operands: tuple["Form", ...]
+
+
+class Form:
+    """A number: a constant plus nodes with constant factors.
+
+    Args:
+        graph: The graph of the nodes.
+        terms: The factor of each node, a ball, by the number of the node.
+        constant: The constant, a ball.
+    """
+
+    __slots__ = ("constant", "graph", "terms")
+
+    def __init__(self, graph: "Graph", terms: dict[int, Any], constant: Any) -> None:
+        self.graph, self.terms, self.constant = graph, terms, constant
+
+    def __add__(self, other: Any) -> Any:
+        if isinstance(other, np.ndarray):
+            return NotImplemented  # numpy takes over, entry by entry
+        other = self.graph.form(other)
+        terms = dict(self.terms)
+        for node, factor in other.terms.items():
+            if node not in terms:
+                terms[node] = factor
+                continue
+            total = terms[node] + factor
+            if total == 0:
+                del terms[node]
+            else:
+                terms[node] = total
+        return Form(self.graph, terms, self.constant + other.constant)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> "Form":
+        return self._scaled(-1)
+
+    def __sub__(self, other: Any) -> Any:
+        return NotImplemented if isinstance(other, np.ndarray) else self + -1 * other
+
+    def __rsub__(self, other: Any) -> Any:
+        return NotImplemented if isinstance(other, np.ndarray) else -self + other
+
+    def __mul__(self, other: Any) -> Any:
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        other = self.graph.form(other)
+        if not other.terms:
+            return self._scaled(other.constant)
+        if not self.terms:
+            return other._scaled(self.constant)
+        (a, factor), (b, other_factor) = self._without_factor(), other._without_factor()
+        product = self.graph.node(PRODUCT, *sorted((a, b), key=lambda one: one.key))
+        return product._scaled(factor * other_factor)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        return self * self.graph.form(other).inverse()
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return NotImplemented if isinstance(other, np.ndarray) else self.inverse() * other
+
+    def inverse(self) -> "Form":
+        """Return 1/x."""
+        if not self.terms:
+            return Form(self.graph, {}, 1 / self.constant)
+        whole, factor = self._without_factor()
+        return self.graph.node(INVERSE, whole)._scaled(1 / factor)
+
+    def sin(self) -> "Form":
+        """Return the sine."""
+        return self._of_angle(SINE)
+
+    def cos(self) -> "Form":
+        """Return the cosine."""
+        return self._of_angle(COSINE)
+
+    def _of_angle(self, kind: str) -> "Form":
+        if not self.terms:
+            sine, cosine = self.constant.sin_cos()
+            return Form(self.graph, {}, sine if kind == SINE else cosine)
+        return self.graph.node(kind, self)
+
+    def _scaled(self, factor: Any) -> "Form":
+        if factor == 0:
+            return self.graph.form(0.0)
+        if factor == 1:
+            return self
+        terms = {node: one * factor for node, one in self.terms.items()}
+        return Form(self.graph, terms, self.constant * factor)
+
+    def _without_factor(self) -> tuple["Form", Any]:
+        """Return a node without its factor, and the factor; a sum stays as it is, with 1."""
+        if len(self.terms) == 1 and self.constant == 0:
+            ((node, factor),) = self.terms.items()
+            return self.graph.only(node), factor
+        return self, 1
+
+    @property
+    def key(self) -> Key:
+        """A key that only equal forms share."""
+        terms = sorted((node, *_ball_key(factor)) for node, factor in self.terms.items())
+        return (tuple(terms), _ball_key(self.constant))
+
+
+def _ball_key(ball: Any) -> Key:
+    return tuple(int(x) for part in (ball.mid(), ball.rad()) for x in part.man_exp())
+
+
+@dataclass(eq=False)
+class Graph:
+    """The nodes of some functions, in an order in which they can be computed."""
+
+    nodes: list[Node] = field(default_factory=list)
+    _known: dict[Key, int] = field(default_factory=dict)
+    _derivatives: dict[tuple[int, int], Form] = field(default_factory=dict)
+
+    def variables(self, count: int) -> Array:
+        """Add variables, and return them as an object array of forms."""
+        first = len(self.nodes)
+        self.nodes += [Node(VARIABLE, ()) for _ in range(count)]
+        return objects([self.only(first + k) for k in range(count)])
+
+    def form(self, number: Any) -> Form:
+        """Return a double or a form as a form.
+
+        Raises:
+            TypeError: It is a number of another kind.
+        """
+        from flint import arb  # imported late: most runs need no balls
+
+        if isinstance(number, Form):
+            return number
+        if not isinstance(number, float | int | arb):
+            raise TypeError(f"a form cannot be combined with {type(number).__name__}")
+        return Form(self, {}, arb(number))
+
+    def only(self, node: int) -> Form:
+        """Return a node as a form."""
+        from flint import arb
+
+        return Form(self, {node: arb(1)}, arb(0))
+
+    def node(self, kind: str, *operands: Form) -> Form:
+        """Return a node as a form; equal nodes are made once."""
+        key = (kind, *(operand.key for operand in operands))
+        if key not in self._known:
+            self._known[key] = len(self.nodes)
+            self.nodes.append(Node(kind, operands))
+        return self.only(self._known[key])
+
+    def numbers(self, values: Array) -> Array:
+        """Return the numbers of a config as constants; forms stay as they are.
+
+        This is a kind of number for `system_of` and `start_of`.
+        """
+        entries = [
+            entry if isinstance(entry, Form) else self.form(decimal_balls(np.array(entry))[()])
+            for entry in values.ravel().tolist()
+        ]
+        return objects(entries).reshape(values.shape)
+
+    def derivative(self, of: Form, by: int) -> Form:
+        """Return the derivative of a form by a variable, with nodes of this graph."""
+        total = self.form(0.0)
+        for node, factor in of.terms.items():
+            total = total + self._node_derivative(node, by)._scaled(factor)
+        return total
+
+    def _node_derivative(self, node: int, by: int) -> Form:
+        key = (node, by)
+        if key not in self._derivatives:
+            self._derivatives[key] = self._new_derivative(node, by)
+        return self._derivatives[key]
+
+    def _new_derivative(self, node: int, by: int) -> Form:
+        kind, operands = self.nodes[node].kind, self.nodes[node].operands
+        if kind == VARIABLE:
+            return self.form(1.0 if node == by else 0.0)
+        slopes = [self.derivative(operand, by) for operand in operands]
+        if kind == PRODUCT:
+            (a, b), (da, db) = operands, slopes
+            found: Form = da * b + a * db
+            return found
+        (slope,) = slopes
+        if kind == INVERSE:
+            inverse = self.only(node)
+            return -(inverse * inverse * slope)
+        (angle,) = operands
+        return angle.cos() * slope if kind == SINE else -(angle.sin() * slope)
+
+
+def traced(function: Callable[[Array], Array], graph: Graph, variables: Array) -> tuple[Form, ...]:
+    """Return the entries of a function of variables as forms of a graph."""
+    return tuple(graph.form(entry) for entry in np.ravel(function(variables)))

@@ -1,0 +1,55 @@
+"""When the convergence of exact motions is decided: by a region of a proof, or never."""
+
+import math
+
+import numpy as np
+
+from rbstab.elements.sliding import SlidingConnector
+from rbstab.experiment.convergence.convergence import Convergence
+from rbstab.experiment.convergence.region_bounds import level_of, region_energies
+from rbstab.experiment.proof import OPEN_RANGE, reached_state
+from rbstab.experiment.proof_record import Proof
+from rbstab.integrate.problem import Problem
+from rbstab.mechanics.numbers import Array
+
+COMMAND = "rbstab run --prove"
+
+
+def refusal(problem: Problem, proof: Proof | None) -> Convergence | None:
+    """Return a convergence that no enclosure can decide, with the reason; None if one may."""
+    if any(isinstance(element, SlidingConnector) for element in problem.system.elements):
+        why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
+        return Convergence(None, why=why)
+    if proof is None:
+        return Convergence(None, why=f"no proof of the rest states is stored; {COMMAND} makes it")
+    wide = proof.unwrapped
+    if wide is not None and wide.proved and not wide.states:
+        return Convergence(False, why="there is no rest state with |θ2| < π/2")
+    if proof.proved and not proof.states:
+        return Convergence(None, why="the range of eq. 5 has no rest state")
+    if not region_energies(proof):
+        return Convergence(None, why=f"no certified region is proved ({proof.outcome})")
+    return None
+
+
+def convergence_in(
+    proof: Proof, energy: tuple[float, float], box: tuple[Array, Array], t: float
+) -> Convergence | None:
+    """Return the convergence of all motions of a set if it is proved, else None.
+
+    Args:
+        proof: The proof of the rest states and of their regions.
+        energy: Bounds on the sum of all energies, J.
+        box: The smallest and the largest Θ, each of shape (3,), rad.
+        t: The time, s.
+    """
+    low, high = energy
+    number = reached_state(proof, high, *box)
+    if number is None:
+        return None
+    rest = proof.states[number - 1]
+    at_least = math.nextafter(low - rest.energy, -math.inf)
+    at_most = math.nextafter(high - rest.energy, math.inf)
+    in_range = bool(np.all(np.abs(box) <= OPEN_RANGE))
+    bound = level_of(proof, number, high, in_range=in_range)
+    return Convergence(True, rest_state=number, time=t, energy=(at_least, at_most), bound=bound)

@@ -1,0 +1,36 @@
+"""The system whose exact motions are enclosed, and the size of its states."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rbstab.analysis.motion_proof.motion import scale_of
+from rbstab.config.build import Numbers, system_of
+from rbstab.config.schema import Config
+from rbstab.integrate.problem import Problem
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.coordinates import ReducedCoordinates
+from rbstab.systems.system import System
+
+
+def enclosed_system(config: Config, numbers: Numbers) -> System:
+    """Return the system of a config in a kind of number; a held body has its six states.
+
+    The exact motion of a held body stays on the submanifold, so these six states describe it.
+    """
+    system = system_of(config, numbers)
+    return _with_six_states(system) if system.coordinates.holds_contact else system
+
+
+def state_scale(problem: Problem) -> Array:
+    """Return the size of each state of the enclosed system, shape (n,)."""
+    system = problem.system
+    with np.errstate(all="ignore"):
+        energy = float(np.abs(system.observe(problem.start).energy).sum())
+    return scale_of(
+        _with_six_states(system) if system.coordinates.holds_contact else system, energy
+    )
+
+
+def _with_six_states(system: System) -> System:
+    return replace(system, coordinates=ReducedCoordinates())

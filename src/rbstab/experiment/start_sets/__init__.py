@@ -1,0 +1,1 @@
+"""Proofs of convergence for all starts within tolerances."""

@@ -1,0 +1,180 @@
+"""Prove that the motions from all starts within tolerances converge."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
+from functools import partial
+
+import numpy as np
+
+from rbstab.analysis.motion_proof.motion import proof_precision
+from rbstab.analysis.motion_proof.sets.equations import Equations, equations_of
+from rbstab.analysis.motion_proof.sets.models import TooWide
+from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
+from rbstab.analysis.motion_proof.sets.set_motion import MAX_STEPS, Followed, Part, followed, whole
+from rbstab.config.build import problem_of
+from rbstab.config.schema import Config
+from rbstab.config.tolerances import Tolerance
+from rbstab.experiment.convergence.convergence import Convergence
+from rbstab.experiment.convergence.decisions import convergence_in, refusal
+from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
+from rbstab.experiment.proof_record import Proof
+from rbstab.experiment.start_sets.start_set import start_set_of
+from rbstab.experiment.start_sets.starts_record import (
+    VERSION,
+    ProvedPart,
+    StartsProof,
+    bounds_of,
+    starts_id,
+)
+from rbstab.processes.workers import worker_pool
+
+MAX_PARTS = 64
+"""The most parts into which the starts are divided: a limit that is the same on every machine."""
+
+Progress = Callable[[float, int], None]
+"""Called with the fraction of the starts that is proved, and the number of parts to be followed."""
+
+
+class _Follower:
+    """Follows parts of the starts of one config.
+
+    Args:
+        config: The config.
+        proof: The proof of its rest states and of their regions.
+    """
+
+    def __init__(self, config: Config, proof: Proof) -> None:
+        self.proof, self.scale = proof, state_scale(problem_of(config))
+        with proof_precision():
+            self.equations: Equations = equations_of(partial(enclosed_system, config))
+
+    def follow(self, start: MotionSet) -> Followed:
+        """Follow the motions from a set of starts."""
+        with proof_precision():
+            return followed(self.equations, start, self.scale, self._decision)
+
+    def _decision(self, states: MotionSet, t: float) -> Convergence | None:
+        """Return the convergence of all motions of a set; None if it is not proved."""
+        try:
+            energy = states.bounds(self.equations.energy)
+        except TooWide:
+            return None
+        return convergence_in(self.proof, energy, states.angle_bounds(), t)
+
+
+def prove_starts(  # noqa: PLR0913 (options by name)
+    config: Config,
+    tolerances: Sequence[Tolerance],
+    proof: Proof,
+    *,
+    max_parts: int = MAX_PARTS,
+    processes: int = 1,
+    progress: Progress | None = None,
+) -> StartsProof:
+    """Prove that the motions from all starts within tolerances converge.
+
+    All starts are followed together. Where that fails, they are halved, and both halves are
+    followed from the start. The result does not depend on the number of processes.
+
+    Args:
+        config: The config.
+        tolerances: Tolerances of its initial state, and of nothing else.
+        proof: The proof of its rest states and of their regions.
+        max_parts: The most parts.
+        processes: The largest number of worker processes.
+        progress: Called after each part that is decided.
+    """
+    begin = time.perf_counter()
+    problem = problem_of(config)
+    refused = refusal(problem, proof)
+    parts: list[ProvedPart] = []
+    examined, steps, why = 0, 0, "" if refused is None else refused.why
+    waiting: list[Part] = []
+    if refused is None:
+        with proof_precision():
+            waiting = [whole(start_set_of(config, tolerances, state_scale(problem)))]
+    given_up = 0
+    while waiting and len(parts) + len(waiting) + given_up <= max_parts:
+        halves: list[Part] = []
+        for part, result in _all_followed(config, proof, waiting, processes):
+            examined, steps = examined + 1, steps + result.steps
+            if result.decision is not None:
+                parts.append(_proved_part(part, result))
+            elif result.variable is None:
+                given_up += 1
+                why = f"v is too large after {MAX_STEPS} steps, at t = {result.time:.4g} s"
+            else:
+                halves += part.halves(result.variable)
+            if progress is not None:
+                progress(_fraction(parts), len(waiting) + len(halves))
+        waiting = halves
+    if waiting:
+        why = f"more than {max_parts} parts would be needed"
+    return StartsProof(
+        id=starts_id(config, tolerances, max_parts),
+        version=VERSION,
+        tolerances=bounds_of(tolerances),
+        parts=tuple(parts),
+        fraction=_fraction(parts),
+        examined=examined,
+        steps=steps,
+        why=why,
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def _proved_part(part: Part, result: Followed) -> ProvedPart:
+    found: Convergence = result.decision
+    assert found.rest_state is not None
+    assert found.energy is not None
+    assert found.bound is not None
+    return ProvedPart(
+        low=tuple(part.low.tolist()),
+        high=tuple(part.high.tolist()),
+        rest_state=found.rest_state,
+        time=result.time,
+        energy=found.energy,
+        bound=found.bound,
+        steps=result.steps,
+    )
+
+
+def _fraction(parts: list[ProvedPart]) -> float:
+    """Return the volume of parts in that of the whole: a sum of powers of two, without rounding."""
+    sides = [np.subtract(part.high, part.low) / 2 for part in parts]
+    return float(sum(side.prod() for side in sides))
+
+
+def _all_followed(
+    config: Config, proof: Proof, parts: list[Part], processes: int
+) -> Iterator[tuple[Part, Followed]]:
+    """Follow parts, in worker processes if there are several; yield them in their order."""
+    left = list(parts)
+    if processes > 1 and len(parts) > 1:
+        # If a worker dies (out of memory, say), its pool breaks: the rest runs in this process.
+        with (
+            suppress(BrokenProcessPool),
+            worker_pool(min(processes, len(parts)), _set_up, config, proof) as pool,
+        ):
+            for result in pool.map(_follow, [part.start for part in parts]):
+                yield left.pop(0), result
+    follower = _Follower(config, proof) if left else None
+    for part in left:
+        assert follower is not None
+        yield part, follower.follow(part.start)
+
+
+_follower: _Follower | None = None
+"""Follows the parts of a worker process; set by `_set_up`."""
+
+
+def _set_up(config: Config, proof: Proof) -> None:
+    global _follower  # noqa: PLW0603 (the state of a worker between tasks)
+    _follower = _Follower(config, proof)
+
+
+def _follow(start: MotionSet) -> Followed:
+    assert _follower is not None
+    return _follower.follow(start)

@@ -1,0 +1,178 @@
+"""What is proved of all starts within tolerances: data, a sentence, and its file."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt
+
+from rbstab.analysis.fingerprint import fingerprint
+from rbstab.config.build import system_of
+from rbstab.config.load import resolved
+from rbstab.config.schema import Config
+from rbstab.config.tolerances import Tolerance
+from rbstab.experiment.convergence.convergence import NOT_DECIDED, PROVED
+from rbstab.experiment.proof import proof_id
+from rbstab.experiment.proof_cache import NO_FILE_ERRORS
+from rbstab.store.document import read_model, write_document
+from rbstab.store.errors import NotAResultError, StoreError
+
+VERSION = 1
+"""To be increased when a change of the method changes its results. Older files are not used."""
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class StartTolerance(_Model):
+    """The bounds of one number of the initial state, as exact decimals in text."""
+
+    key: str
+    low: str
+    high: str
+
+
+class ProvedPart(_Model):
+    """A part of the starts of which every motion converges, proved.
+
+    Number i of the tolerances is its middle plus its radius times z_i, with low <= z_i <= high.
+    From `time` on, s, all motions of the part are in the region of a rest state; v there, J, is in
+    `energy`, below `bound`.
+    """
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    rest_state: PositiveInt
+    time: NonNegativeFloat
+    energy: tuple[float, float]
+    bound: float
+    steps: NonNegativeInt
+
+
+class StartsProof(_Model):
+    """A proof of convergence for all starts within tolerances.
+
+    fraction is the part of the starts of which it is proved, by volume: 1 if it is proved of all.
+    examined and steps count all parts that were followed.
+    """
+
+    id: str
+    version: PositiveInt
+    tolerances: tuple[StartTolerance, ...]
+    parts: tuple[ProvedPart, ...]
+    fraction: NonNegativeFloat
+    examined: NonNegativeInt
+    steps: NonNegativeInt
+    why: str
+    seconds: NonNegativeFloat
+
+    @property
+    def proved(self) -> bool | None:
+        """Whether every start converges; None if it is not decided."""
+        return True if self.fraction == 1.0 else None
+
+    @property
+    def rest_states(self) -> tuple[int, ...]:
+        """The numbers of the rest states to which motions converge."""
+        return tuple(sorted({part.rest_state for part in self.parts}))
+
+    @property
+    def sentence(self) -> str:
+        """What is proved, as a sentence."""
+        if not self.proved:
+            share = f"proved for {100 * self.fraction:.4g} % of them; " if self.parts else ""
+            return f"Every start within the tolerances: {NOT_DECIDED}; {share}{self.why}."
+        states = " or ".join(map(str, self.rest_states))
+        inside = "inside from the start"
+        if self.time > 0:
+            inside = f"inside the certified region from t = {self.time:.4g} s at the latest"
+        low, high = self.energy
+        effort = f"{len(self.parts)} part{'s' if len(self.parts) > 1 else ''}, {self.steps} steps"
+        return (
+            f"Every start within the tolerances converges to rest state {states}: {PROVED}; "
+            f"{inside} (v from {low:.6g} to {high:.6g} J < {self.bound:.6g} J), {effort}, "
+            f"{self.seconds:.1f} s."
+        )
+
+    @property
+    def time(self) -> float:
+        """The time, s, from which all motions of all parts are in a region."""
+        return max((part.time for part in self.parts), default=0.0)
+
+    @property
+    def energy(self) -> tuple[float, float]:
+        """The smallest and the largest v, J, of any part when it is in a region."""
+        return min(part.energy[0] for part in self.parts), max(
+            part.energy[1] for part in self.parts
+        )
+
+    @property
+    def bound(self) -> float:
+        """The lowest level, J, of the regions that the parts reach."""
+        return min(part.bound for part in self.parts)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the entries of its JSON."""
+        found = self.model_dump(mode="json", exclude={"id", "version", "seconds"})
+        return {"proved": self.proved, "rest_states": list(self.rest_states), **found}
+
+
+def bounds_of(tolerances: Sequence[Tolerance]) -> tuple[StartTolerance, ...]:
+    """Return tolerances as plain data."""
+    return tuple(
+        StartTolerance(key=one.entry.key, low=one.bounds[0], high=one.bounds[1])
+        for one in tolerances
+    )
+
+
+def starts_id(config: Config, tolerances: Sequence[Tolerance], max_parts: int) -> str:
+    """Return the identity of a proof of all starts within tolerances.
+
+    It is a digest of the body, the gravity, the controller, the initial state, the tolerances, the
+    method and the equations.
+    """
+    parts = [
+        VERSION,
+        max_parts,
+        proof_id(config),
+        resolved(config)["initial"],
+        [one.model_dump() for one in bounds_of(tolerances)],
+        fingerprint(partial(system_of, config)),
+    ]
+    text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def starts_file(folder: Path, identity: str) -> Path:
+    """Return the file of such a proof in a folder of results."""
+    return folder / "proofs" / f"starts-{identity}.json"
+
+
+def stored_starts(folder: Path, identity: str) -> StartsProof | None:
+    """Return a stored proof; None if it is missing or damaged.
+
+    Raises:
+        StoreError: The disk reports an error; the proof may be whole.
+    """
+    try:
+        found = read_model(starts_file(folder, identity), StartsProof)
+    except NotAResultError:
+        return None
+    except StoreError as error:
+        if isinstance(error.__cause__, OSError) and error.__cause__.errno not in NO_FILE_ERRORS:
+            raise
+        return None
+    return found if found.id == identity else None
+
+
+def store_starts(folder: Path, proof: StartsProof) -> None:
+    """Write a proof to a folder of results.
+
+    Raises:
+        StoreError: It cannot be written.
+    """
+    write_document(starts_file(folder, proof.id), proof.model_dump(mode="json"))

@@ -138,7 +138,8 @@ def decimal_balls(values: Array) -> Array:
     """Return the numbers that the doubles of a config mean, as balls of the current precision."""
     entries = decimals(values)
     for index in np.ndindex(values.shape):
-        entries[index] = fraction_ball(entries[index])
+        number: Any = entries[index]
+        entries[index] = fraction_ball(number)
     return entries
 
 

@@ -91,8 +91,15 @@ def test_entries_that_are_too_large_for_the_bounds():
 
 
 def test_an_inverse_that_is_not_proved():
-    assert error_of_inverse(np.eye(2), 2.1 * np.eye(2)) is None
-    assert error_of_inverse(np.eye(2), np.full((2, 2), np.nan)) is None
+    assert np.isinf(error_of_inverse(np.eye(2), 2.1 * np.eye(2))).all()
+    assert np.isinf(error_of_inverse(np.eye(2), np.full((2, 2), np.nan))).all()
+
+
+def test_many_inverses_at_once():
+    matrices = np.array([np.eye(2), 3 * np.eye(2)])
+    errors = error_of_inverse(matrices, np.array([np.eye(2), 2 * np.eye(2)]))
+    assert np.isfinite(errors[0]).all()
+    assert np.isinf(errors[1]).all()
 
 
 def exact_inverse(rows):

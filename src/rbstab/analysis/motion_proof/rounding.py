@@ -75,20 +75,24 @@ def middle_and_radius(value: Any) -> tuple[float, float]:
     return middle, magnitude_of(value - middle)
 
 
-def error_of_inverse(matrix: Array, inverse: Array) -> Array | None:
+def error_of_inverse(matrix: Array, inverse: Array) -> Array:
     """Return a bound on |M⁻¹ - X| for a computed inverse X of a matrix M of doubles.
 
     With E = I - XM and its row sum norm η < 1, M⁻¹ = (I - E)⁻¹X and |M⁻¹ - X| <= η/(1 - η) 1 1'|X|.
 
+    Args:
+        matrix: M, shape (..., n, n).
+        inverse: X, in the same shape.
+
     Returns:
-        The bound, shape (n, n); None if it is not proved that M has an inverse.
+        The bound, shape (..., n, n); infinite if it is not proved that M has an inverse.
     """
-    n = len(matrix)
-    magnitude = np.abs(inverse) @ np.abs(matrix) + np.eye(n)
-    defect = np.abs(np.eye(n) - inverse @ matrix) + error_of_products(magnitude)
-    norm = float(rounded_up(defect.sum(axis=1).max()))
-    if not norm < 0.5:  # a NaN fails as well
-        return None
-    columns = rounded_up(np.abs(inverse).sum(axis=0))
-    bound: Array = rounded_up(norm / (1.0 - norm) * np.ones((n, 1)) * columns)
-    return bound
+    identity = np.eye(matrix.shape[-1])
+    magnitude = np.abs(inverse) @ np.abs(matrix) + identity
+    defect = np.abs(identity - inverse @ matrix) + error_of_products(magnitude)
+    norm = rounded_up(defect.sum(axis=-1).max(axis=-1))
+    proved = norm < 0.5  # a NaN fails as well
+    columns = rounded_up(np.abs(inverse).sum(axis=-2))
+    ratio = np.where(proved, norm / (1.0 - norm), np.inf)[..., np.newaxis, np.newaxis]
+    bound = rounded_up(ratio * columns[..., np.newaxis, :] * np.ones_like(matrix))
+    return np.where(proved[..., np.newaxis, np.newaxis], bound, np.inf)

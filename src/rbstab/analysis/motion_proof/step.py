@@ -32,6 +32,7 @@ from rbstab.analysis.motion_proof.linear_flow import (
     LinearBounds,
     LinearFlow,
     frame_of,
+    frames_of,
     linear_bounds,
     linear_flow,
 )
@@ -180,7 +181,7 @@ def _flow(
     """Return Φ and Ψ of a step of at most h, and the ratio ρ of the disc to it."""
     slopes = jacobian_slopes(field, p, JACOBIAN_TERMS)
     flow = linear_flow(jacobian_series(slopes, JACOBIAN_TERMS, h, RATIO, bounds), h)
-    last = flow.last_term(scale)
+    last = float(flow.last_term(scale))
     if not last > MAX_LAST_TERM:
         return flow, RATIO
     shorter = _on_grid(h * (MAX_LAST_TERM / last) ** (1.0 / JACOBIAN_TERMS))
@@ -256,17 +257,27 @@ def moved_frame(
         apart: Shape (n,).
         scale: The size of each state, shape (n,).
     """
+    matrix, radius = moved_frames(flow, frame, W, apart, scale)
+    return (matrix, radius) if np.isfinite(radius).all() else None
+
+
+def moved_frames(
+    flow: LinearFlow, frame: Frame, W: Array, apart: Array, scale: Array
+) -> tuple[Array, Array]:
+    """Return what `moved_frame` does, for many motions at once.
+
+    All arrays may have a further axis in front. A radius that is not finite is no bound.
+    """
     Phi, Phi_error = flow.forward_at_end
-    Q_size = np.abs(frame.matrix)
+    Q_size, W = np.abs(frame.matrix), W[..., np.newaxis]
     moved = Phi @ frame.matrix
     moved_error = error_of_products(np.abs(Phi) @ Q_size) + rounded_up(Phi_error @ Q_size)
-    new = frame_of(_frame(moved * W, scale))
-    if new is None:
-        return None
+    new = frames_of(_frame(moved * np.swapaxes(W, -2, -1), scale))
     turned = np.abs(new.inverse @ moved) + error_of_products(np.abs(new.inverse) @ np.abs(moved))
     turned = rounded_up(turned + new.error @ np.abs(moved))
-    beside = rounded_up(moved_error @ W + apart)
-    return new.matrix, rounded_up(turned @ W + new.inverse_size @ beside)
+    beside = rounded_up(moved_error @ W + apart[..., np.newaxis])
+    radius: Array = rounded_up(turned @ W + new.inverse_size @ beside)[..., 0]
+    return new.matrix, radius
 
 
 def _value(p: Coefficients, h: float) -> tuple[list[Any], Array]:
@@ -285,10 +296,12 @@ def _value(p: Coefficients, h: float) -> tuple[list[Any], Array]:
 
 def _frame(edges: Array, scale: Array) -> Array:
     """Return a frame: orthonormal in scaled states, its first axis along the longest edge."""
-    scaled = edges / scale[:, np.newaxis]
-    lengths = np.linalg.norm(scaled, axis=0)
-    order = np.argsort(-lengths, kind="stable")
-    ordered = scaled[:, order] / np.maximum(lengths[order], 1e-300)
+    scaled = edges / scale[..., np.newaxis]
+    scaled = np.where(np.isfinite(scaled), scaled, 0.0)
+    lengths = np.linalg.norm(scaled, axis=-2)
+    order = np.argsort(-lengths, axis=-1, kind="stable")[..., np.newaxis, :]
+    unit = scaled / np.maximum(lengths, 1e-300)[..., np.newaxis, :]
+    ordered = np.take_along_axis(unit, order, axis=-1)
     orthonormal, _ = np.linalg.qr(ordered)
-    framed: Array = scale[:, np.newaxis] * orthonormal
+    framed: Array = scale[..., np.newaxis] * orthonormal
     return framed

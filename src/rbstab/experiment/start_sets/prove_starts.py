@@ -10,7 +10,6 @@ import numpy as np
 
 from rbstab.analysis.motion_proof.motion import proof_precision
 from rbstab.analysis.motion_proof.sets.equations import Equations, equations_of
-from rbstab.analysis.motion_proof.sets.models import TooWide
 from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
 from rbstab.analysis.motion_proof.sets.set_motion import MAX_STEPS, Followed, Part, followed, whole
 from rbstab.config.build import problem_of
@@ -28,6 +27,7 @@ from rbstab.experiment.start_sets.starts_record import (
     bounds_of,
     starts_id,
 )
+from rbstab.mechanics.numbers import Array
 from rbstab.processes.workers import worker_pool
 
 MAX_PARTS = 64
@@ -52,16 +52,15 @@ class _Follower:
 
     def follow(self, start: MotionSet) -> Followed:
         """Follow the motions from a set of starts."""
-        with proof_precision():
-            return followed(self.equations, start, self.scale, self._decision)
+        (found,) = followed(self.equations, start, self.scale, self._decide)
+        return found
 
-    def _decision(self, states: MotionSet, t: float) -> Convergence | None:
-        """Return the convergence of all motions of a set; None if it is not proved."""
-        try:
-            energy = states.bounds(self.equations.energy)
-        except TooWide:
-            return None
-        return convergence_in(self.proof, energy, states.angle_bounds(), t)
+    def _decide(self, states: MotionSet, times: Array) -> list[Convergence | None]:
+        """Return the convergence of all motions of each set; None if it is not proved."""
+        lows, highs = states.bounds(self.equations.energy)
+        boxes = zip(*states.angle_bounds(), strict=True)
+        rows = zip(lows.tolist(), highs.tolist(), boxes, times.tolist(), strict=True)
+        return [convergence_in(self.proof, (low, high), box, t) for low, high, box, t in rows]
 
 
 def prove_starts(  # noqa: PLR0913 (options by name)

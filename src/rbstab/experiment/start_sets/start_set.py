@@ -33,7 +33,7 @@ def monomials_of(variables: int) -> Monomials:
 
 
 def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) -> MotionSet:
-    """Return the set of all starts; call it in `proof_precision`.
+    """Return the set of all starts, as the only one; call it in `proof_precision`.
 
     The number with the i-th tolerance is middle + radius z_i, with |z_i| <= 1.
 
@@ -54,9 +54,10 @@ def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) 
     space = monomials_of(len(tolerances))
     forms = traced(lambda _: start, graph, z)
     found = evaluated(program(graph, forms), [_variable(space, i) for i in range(len(tolerances))])
-    remainder = np.array([one.remainder[0] for one in found])
-    polynomial = np.array([one.polynomial[:, 0] for one in found])
-    return MotionSet(space, polynomial, np.diag(scale), rounded_up(remainder / scale))
+    remainder = np.array([[one.remainder[0] for one in found]])
+    polynomial = np.array([[one.polynomial[:, 0] for one in found]])
+    frame = np.diag(scale)[np.newaxis]
+    return MotionSet(space, polynomial, frame, rounded_up(remainder / scale))
 
 
 def _variable(space: Monomials, index: int) -> Model:

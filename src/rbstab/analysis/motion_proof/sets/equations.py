@@ -6,10 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.motion_proof.dual import decimal_duals
 from rbstab.analysis.motion_proof.sets.graph import Form, Graph, traced
 from rbstab.analysis.motion_proof.sets.models import Program, program
-from rbstab.analysis.motion_proof.taylor import Field
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
@@ -21,14 +19,12 @@ class Equations(NamedTuple):
     """The equations ẏ = f(y) of a system.
 
     Attributes:
-        field: f, for duals of balls.
         rates: f as a program.
         jacobian: The entries of ∂f/∂y that are not zero, as a program.
         places: Their rows and columns.
         energy: The sum of all energies, as a program.
     """
 
-    field: Field
     rates: Program
     jacobian: Program
     places: tuple[tuple[int, int], ...]
@@ -53,7 +49,6 @@ def equations_of(exact_system: ExactSystem) -> Equations:
     }
     energy = traced(partial(_total_energy, system), graph, variables)
     return Equations(
-        exact_system(decimal_duals).rates,
         program(graph, rates),
         program(graph, slopes.values()),
         tuple(slopes),

@@ -18,7 +18,7 @@ class Monomials:
 
     Args:
         variables: The number of variables.
-        degree: The highest degree, at least 1.
+        degree: The highest degree; 0 for polynomials that do not depend on z.
     """
 
     variables: int

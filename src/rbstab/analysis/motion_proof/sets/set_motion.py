@@ -1,6 +1,6 @@
 """All motions from a set of starts, step by step. Where no step is proved, the set is halved."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from rbstab.analysis.motion_proof.sets.equations import Equations
 from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
-from rbstab.analysis.motion_proof.sets.set_step import set_step
+from rbstab.analysis.motion_proof.sets.set_step import FOR_SETS, Orders, SetSteps, set_steps
 from rbstab.mechanics.numbers import Array
 
 FIRST_STEP = 0.004
@@ -25,6 +25,10 @@ MAX_ERROR = 1e-2
 
 MAX_STEPS = 500
 """Steps after which a set is given up. The motions of the paper need some 120."""
+
+
+Decide = Callable[[MotionSet, Array], Sequence[Any]]
+"""Returns what is decided of each of several sets at its time, shape (sets,), s; None: nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +55,12 @@ class Part:
 
 
 class Followed(NamedTuple):
-    """What came of a part.
+    """What came of a set of starts.
 
     Attributes:
         steps: The number of steps.
         time: The time at their end, s. It is rounded; what is proved does not depend on it.
-        decision: What is decided of the part; None if nothing is.
+        decision: What is decided of the set; None if nothing is.
         variable: The number of the z along which to halve it; None if it is decided or given up.
     """
 
@@ -67,39 +71,92 @@ class Followed(NamedTuple):
 
 
 def whole(states: MotionSet) -> Part:
-    """Return all starts as a part."""
+    """Return all starts of one set as a part."""
     ones = np.ones(states.space.variables)
     return Part(-ones, ones, states)
 
 
-def followed(
-    equations: Equations,
-    start: MotionSet,
-    scale: Array,
-    decision_of: Callable[[MotionSet, float], Any],
-) -> Followed:
-    """Follow a set of motions until it is decided, or has to be halved.
+@dataclass(frozen=True, eq=False)
+class _Running:
+    """The sets that are still followed; all arrays have one entry for each.
 
-    Call it in `proof_precision`.
+    number is the place of the set among all starts. longest is the largest next step, and largest
+    the largest step so far, s.
+    """
+
+    number: Array
+    states: MotionSet
+    steps: Array
+    time: Array
+    longest: Array
+    largest: Array
+
+    def __getitem__(self, chosen: Array) -> "_Running":
+        parts = (self.steps, self.time, self.longest, self.largest)
+        return _Running(self.number[chosen], self.states[chosen], *(part[chosen] for part in parts))
+
+    def ended(self, k: int, decision: Any = None, variable: int | None = None) -> Followed:
+        """Return what came of the k-th set."""
+        return Followed(int(self.steps[k]), float(self.time[k]), decision, variable)
+
+
+def followed(  # noqa: PLR0913, PLR0917 (two of them are options)
+    equations: Equations,
+    starts: MotionSet,
+    scale: Array,
+    decide: Decide,
+    max_steps: int = MAX_STEPS,
+    orders: Orders = FOR_SETS,
+) -> list[Followed]:
+    """Follow several sets of motions until each is decided, or has to be halved.
+
+    What is found of a set does not depend on the others.
 
     Args:
         equations: The equations.
-        start: The set of the starts.
+        starts: The sets of the starts.
         scale: The size of each state, shape (n,).
-        decision_of: Returns what is decided of a set at a time; None if nothing is.
+        decide: Returns what is decided of sets.
+        max_steps: The most steps of a set.
+        orders: How far the series of the steps go.
     """
-    states, time, longest, largest = start, 0.0, FIRST_STEP, 0.0
-    for steps in range(MAX_STEPS + 1):
-        decision = decision_of(states, time)
-        if decision is not None:
-            return Followed(steps, time, decision)
-        step = None
-        while step is None and longest >= SHORTEST * max(largest, FIRST_STEP / 8):
-            step = set_step(equations, states, scale, longest)
-            longest = longest / 2
-        if step is None or not np.all(step.end.error <= MAX_ERROR * scale):
-            variable = int(states.nonlinearity(scale).argmax())
-            return Followed(steps, time, variable=variable)
-        states, time, longest = step.end, time + step.h, GROWTH * step.h
-        largest = max(largest, step.h)
-    return Followed(MAX_STEPS, time)
+    found: dict[int, Followed] = {}
+    zero = np.zeros(len(starts))
+    running = _Running(
+        np.arange(len(starts)), starts, zero.astype(int), zero, zero + FIRST_STEP, zero
+    )
+    while len(running.number):
+        decisions = decide(running.states, running.time)
+        left = np.ones(len(decisions), dtype=bool)
+        for k, decision in enumerate(decisions):
+            if decision is not None or running.steps[k] >= max_steps:
+                found[int(running.number[k])] = running.ended(k, decision)
+                left[k] = False
+        running = running[left]
+        if len(running.number):
+            step = set_steps(equations, running.states, scale, running.longest, orders)
+            running = _moved(running, step, scale, found)
+    return [found[number] for number in range(len(starts))]
+
+
+def _moved(running: _Running, step: SetSteps, scale: Array, found: dict[int, Followed]) -> _Running:
+    """Return the sets after one more step; those that have to be halved are put into `found`."""
+    shorter = running.longest / 2
+    narrow = np.all(step.end.error <= MAX_ERROR * scale, axis=-1)
+    again = shorter >= SHORTEST * np.maximum(running.largest, FIRST_STEP / 8)
+    lost = np.where(step.proved, ~narrow, ~again)
+    for k in np.flatnonzero(lost).tolist():
+        nonlinear = running.states[k : k + 1].nonlinearity(scale)[0]
+        variable = int(nonlinear.argmax()) if len(nonlinear) else None
+        found[int(running.number[k])] = running.ended(k, variable=variable)
+    moved = step.proved
+    states = running.states.replaced(moved, step.end)
+    new = _Running(
+        running.number,
+        states,
+        running.steps + moved,
+        running.time + np.where(moved, step.h, 0.0),
+        np.where(moved, GROWTH * step.h, shorter),
+        np.where(moved, np.maximum(running.largest, step.h), running.largest),
+    )
+    return new[~lost]

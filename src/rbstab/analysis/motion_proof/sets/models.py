@@ -237,11 +237,11 @@ def convolved(a: Array, b: Array) -> Array:
     if a.size == b.size == terms:  # one series: much faster
         return np.convolve(a.ravel(), b.ravel())[:terms].reshape(a.shape)
     # With τ as the first axis, the inner loops are long.
-    a, b = (np.ascontiguousarray(np.moveaxis(one, -1, 0)) for one in (a, b))
-    found = a[0] * b
+    first, second = (np.ascontiguousarray(one.reshape(-1, terms).T) for one in (a, b))
+    found = first[0] * second
     for k in range(1, terms):
-        found[k:] += a[k] * b[: terms - k]
-    return np.moveaxis(found, 0, -1)
+        found[k:] += first[k] * second[: terms - k]
+    return found.T.reshape(a.shape)
 
 
 def _product(space: Monomials, a: Array, b: Array) -> Array:

@@ -237,8 +237,7 @@ def _rest(ratio: float, terms: int) -> float:
 
 def _is_moderate(entries: Array) -> Array:
     """Return for each set whether the bounds on rounding errors hold for all its entries."""
-    moderate: Array = (np.abs(entries) <= LARGEST).reshape(len(entries), -1).all(axis=1)
-    return moderate
+    return np.asarray((np.abs(entries) <= LARGEST).reshape(len(entries), -1).all(axis=1))
 
 
 def _times(matrix: Array, vector: Array) -> Array:

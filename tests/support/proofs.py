@@ -53,5 +53,6 @@ def parabola(centre: tuple[float, float, float], bound: float) -> PROOF:
             }
         ],
         "region": {"lower_bound": bound - 1e-9, "energy_bound": bound},
+        "regions": [],
         "unwrapped": None,
     }

@@ -9,7 +9,8 @@ import pytest
 from support.proofs import PROOF, parabola, proof_of
 from support.rest import inverted_pendulum, paper_system, soft_body, system_of
 
-from rbstab.analysis.proof_check.checker import UNWRAPPED, Finding, check
+from rbstab.analysis.proof_check.checker import check
+from rbstab.analysis.proof_check.findings import UNWRAPPED, Finding
 
 HALF_PI = np.pi / 2
 
@@ -192,11 +193,11 @@ def test_a_region_needs_a_minimum(leaning: PROOF) -> None:
     proof = deepcopy(leaning)
     proof["states"].reverse()
     (refused,) = refusals(proof)
-    assert refused.text == "The lowest rest state is not proved to be a minimum."
+    assert refused.text == "Rest state 1 is not proved to be a minimum."
     proof["states"].reverse()
     proof["states"][0]["index_proved"] = False
     (refused,) = refusals(proof)
-    assert refused.text == "The lowest rest state is not proved to be a minimum."
+    assert refused.text == "Rest state 1 is not proved to be a minimum."
 
 
 def test_a_state_on_the_border_is_not_inside() -> None:

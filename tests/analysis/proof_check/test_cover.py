@@ -5,9 +5,9 @@ import pytest
 from support.proofs import PROOF, proof_of
 from support.rest import paper_system
 
+from rbstab.analysis.proof_check.boxes import Box
 from rbstab.analysis.proof_check.checker import check
 from rbstab.analysis.proof_check.cover import Cover, cover
-from rbstab.analysis.proof_check.energy import Box
 from rbstab.experiment.proof_record import ProvedEnergy
 from rbstab.mechanics.numbers import Array
 

@@ -44,7 +44,10 @@ def gap(box: Box, other: Box) -> float:
 
 def touches(box: Box, other: Box) -> bool:
     """Return whether two boxes have a common point. Boxes have their ends."""
-    return all(box[i][0] <= other[i][1] and other[i][0] <= box[i][1] for i in AXES)
+    for (low, high), (other_low, other_high) in zip(box, other, strict=True):
+        if low > other_high or other_low > high:
+            return False
+    return True
 
 
 def shown(box: Box) -> str:

@@ -28,6 +28,9 @@ PRECISION = 128
 PLACE_LIMIT = 1000
 """The most rest states and undecided boxes in a range. A proof has some hundred at most."""
 
+FARTHEST_END = 100
+"""rad: the largest end of θ1 and θ3. Proofs end at 20."""
+
 
 def check(proof: Mapping[str, Any]) -> list[Finding]:
     """Check the rest states of a proof and its regions, for both ranges of Θ.
@@ -44,7 +47,8 @@ def check(proof: Mapping[str, Any]) -> list[Finding]:
             for finding in _all_findings(Energy(proof["reduced_energy"]), proof):
                 findings.append(finding)
         except ValueError as error:
-            findings.append(Finding(IN_RANGE, "energy", False, f"{error}."))
+            text = str(error)
+            findings.append(Finding(IN_RANGE, "energy", False, f"{text[0].upper()}{text[1:]}."))
         except TooLongError as error:
             about = findings[-1].about if findings else IN_RANGE
             findings.append(Finding(about, "time", False, f"{error}."))
@@ -56,13 +60,18 @@ def _all_findings(U: Energy, proof: Mapping[str, Any]) -> Iterator[Finding]:
     yield from _findings(U, proof, range_with(IN_RANGE, (arb.pi(), half, arb.pi())))
     if wide is not None:
         range_ = range_with(UNWRAPPED, (arb(wide["end"][0]), half, arb(wide["end"][2])))
-        yield _confined(U, range_)
-        yield from _findings(U, wide, range_)
+        confined = _confined(U, range_)
+        yield confined
+        if confined.verified:
+            yield from _findings(U, wide, range_)
 
 
 def _confined(U: Energy, range_: Range) -> Finding:
     """Check by theorem 6 that there is no rest state beyond the ends of θ1 and θ3."""
     bound, (first, _, third) = U.confinement(), range_.ends
+    if not (first < FARTHEST_END and third < FARTHEST_END):
+        text = f"The range of θ1 or θ3 goes beyond {FARTHEST_END} rad: too far to be checked."
+        return Finding(range_.name, "ends", False, text)
     verified = bound is not None and bool(bound[0] < first) and bool(bound[1] < third)
     claim = f"All of them have |θ1| < {float(first):.5g} and |θ3| < {float(third):.5g} rad"
     text = f"{claim}." if verified else f"{claim}: this could not be confirmed."

@@ -24,6 +24,14 @@ MOST_EVALUATIONS = 5_000_000
 """So often U is evaluated at most; this takes some ten minutes."""
 
 
+_ORDERS = {
+    axes: tuple(axes.count(axis) for axis in AXES)
+    for order in range(4)
+    for axes in combinations_with_replacement(AXES, order)
+}
+"""The order of each derivative along each axis."""
+
+
 class TooLongError(Exception):
     """The check takes too long."""
 
@@ -69,8 +77,8 @@ class Energy:
         if any(Q[i][j] != Q[j][i] for i in AXES for j in AXES):
             raise ValueError("the quadratic part of the reduced energy is not symmetric")
         if len(data["coefficients"]) > 2 * MOST_MULTIPLES + 1:
-            most = f"{MOST_MULTIPLES} times an angle"
-            raise ValueError(f"the reduced energy has sines and cosines of more than {most}")
+            most = f"more than {MOST_MULTIPLES} times an angle"
+            raise ValueError(f"the reduced energy has {most} in a sine or cosine")
         self.quadratic = [[rounded(entry) for entry in row] for row in Q]
         self.linear = [rounded(entry) for entry in data["linear"]]
         self.layers = [
@@ -93,11 +101,7 @@ class Energy:
         # All derivatives along axes 2 and 3, one row for each t_a.
         rows = arb_mat([(second * layer * third).entries() for layer in self.layers])
         table = first * rows
-        found = {}
-        for order in range(4):
-            for axes in combinations_with_replacement(AXES, order):
-                p, q, r = (axes.count(axis) for axis in AXES)
-                found[axes] = table[p, 4 * q + r]
+        found = {axes: table[p, 4 * q + r] for axes, (p, q, r) in _ORDERS.items()}
         slopes = [sum((row[j] * Theta[j] for j in AXES), arb(0)) for row in self.quadratic]
         for i in AXES:
             found[()] += (slopes[i] / 2 + self.linear[i]) * Theta[i]

@@ -13,8 +13,8 @@ from rbstab.analysis.proof_check.findings import Face, Finding, Range
 from rbstab.analysis.proof_check.flood import WET, flood
 from rbstab.analysis.proof_check.rest_states import RestState
 
-SHARES = (1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 32)
-"""The widths of wet boxes that are tried, as shares of their distance from the high places."""
+SHARES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)
+"""The widths of wet boxes that are tried, as shares of the distance to a high place."""
 
 FAR = 2.0
 """rad: a larger distance counts as this one."""
@@ -89,8 +89,8 @@ class Region:
     ) -> Callable[[Box], str | None]:
         """Return a function with the reason "b" of a dry box, in which U is at least the bound.
 
-        A box is wet if U is below the bound in all of it. Others are halved, until they are small
-        beside their distance from the high places: the passes are there, or beyond them.
+        A box is wet if U is below the bound in all of it. Another one is halved until it is small
+        beside the way to the next high place and through it, as most passes are high places.
         """
         bound = arb(self.claim["energy_bound"])
 
@@ -101,7 +101,7 @@ class Region:
                 known[box] = "b" if taylor.stays_above(bound) else below
             if known[box] is not None:
                 return known[box]
-            distance = min((gap(box, place) for place in high), default=FAR)
+            distance = min((gap(box, place) + width(place) for place in high), default=FAR)
             return WET if width(box) <= share * min(distance, FAR) else None
 
         return reason

@@ -274,9 +274,11 @@ def test_large_files_are_refused_at_once(three_states: PROOF) -> None:
     assert refused.text == "The reduced energy has more than 4 times an angle in a sine or cosine."
     many = [[[1.0, 1.0, 1.0], [1.1, 1.1, 1.1]]] * PLACE_LIMIT
     (refused,) = check({**three_states, "proved": False, "undecided": many})
-    assert refused.text == "There are more than 1000 rest states and undecided boxes: too many."
-    (refused,) = check({**three_states, "states": three_states["states"] * PLACE_LIMIT})
-    assert "too many" in refused.text
+    text = "There are more than 1000 rest states, undecided boxes and regions: too many to check."
+    assert refused.text == text
+    for key in ("states", "regions"):
+        (refused,) = check({**three_states, key: three_states[key] * PLACE_LIMIT})
+        assert refused.text == text
 
 
 def test_a_long_check_is_stopped(three_states: PROOF, monkeypatch: pytest.MonkeyPatch) -> None:

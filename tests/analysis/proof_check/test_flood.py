@@ -87,7 +87,10 @@ def test_the_tree_has_all_boxes() -> None:
     found, _ = flood_cells([(0, 0, 0), (1, 1, 1)], (0, 0, 0))
     listed = leaves(found.cover)
     assert sum(np.prod(box[:, 1] - box[:, 0]) for _, box in listed) == 1.0
-    cells = {name: {cell_of(box) for other, box in listed if other == name} for name, _ in listed}
+    cells = {
+        name: {cell_of(box.tolist()) for other, box in listed if other == name}
+        for name, _ in listed
+    }
     assert cells[WET] == {(0, 0, 0), (1, 1, 1)}
     # All neighbours of the wet cells are examined.
     assert set(product(range(3), repeat=3)) - cells[WET] <= cells["dry"]

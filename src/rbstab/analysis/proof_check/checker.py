@@ -26,7 +26,7 @@ PRECISION = 128
 """Bits of a ball."""
 
 PLACE_LIMIT = 1000
-"""The most rest states and undecided boxes in a range. A proof has some hundred at most."""
+"""The most rest states, undecided boxes and regions of a range. A proof has some hundred."""
 
 FARTHEST_END = 100
 """rad: the largest end of θ1 and θ3. Proofs end at 20."""
@@ -44,11 +44,12 @@ def check(proof: Mapping[str, Any]) -> list[Finding]:
     findings = list[Finding]()
     with ctx.workprec(PRECISION):
         try:
-            for finding in _all_findings(Energy(proof["reduced_energy"]), proof):
-                findings.append(finding)
+            U = Energy(proof["reduced_energy"])
         except ValueError as error:
-            text = str(error)
-            findings.append(Finding(IN_RANGE, "energy", False, f"{text[0].upper()}{text[1:]}."))
+            return [Finding(IN_RANGE, "energy", False, f"{error}.")]
+        try:
+            for finding in _all_findings(U, proof):
+                findings.append(finding)
         except TooLongError as error:
             about = findings[-1].about if findings else IN_RANGE
             findings.append(Finding(about, "time", False, f"{error}."))
@@ -81,8 +82,9 @@ def _confined(U: Energy, range_: Range) -> Finding:
 def _findings(U: Energy, claims: Mapping[str, Any], range_: Range) -> Iterator[Finding]:
     """Check the claims on one range."""
     states, name = proved_states(claims), "rest states"
-    if len(claims["states"]) + len(claims["undecided"]) > PLACE_LIMIT:
-        text = f"There are more than {PLACE_LIMIT} rest states and undecided boxes: too many."
+    if sum(len(claims[key]) for key in ("states", "undecided", "regions")) > PLACE_LIMIT:
+        things = "rest states, undecided boxes and regions"
+        text = f"There are more than {PLACE_LIMIT} {things}: too many to check."
         yield Finding(range_.name, name, False, text)
         return
     wrong = list(faults(U, states, range_)) or _miscounts(claims, states)
@@ -107,24 +109,23 @@ def _regions(
     undecided: list[Box],
     range_: Range,
 ) -> Iterator[Finding]:
-    """Check the region of theorem 3, of the lowest rest state, and those of theorem 5."""
+    """Check the region of theorem 3, which is that of rest state 1, and those of theorem 5."""
     places = {state.name: state.enclosure for state in states}
     places |= {f"undecided box {n}": box for n, box in enumerate(undecided, start=1)}
     minima = {state.number: state for state in states if state.index_proved and state.index == 0}
-    lowest = claims["region"]
-    listed = [] if lowest is None or lowest["energy_bound"] is None else [(1, lowest, True)]
-    listed += [(one["rest_state"], one, False) for one in claims["regions"]]
-    for number, claim, everywhere in listed:
-        state, name = minima.get(number), f"region of rest state {number}"
-        if everywhere:
-            name = "certified region"
+    region, listed = claims["region"], [(one["rest_state"], one) for one in claims["regions"]]
+    if region is not None and region["energy_bound"] is not None:
+        listed.insert(0, (1, region))
+    for number, claim in listed:
+        name = "certified region" if claim is region else f"region of rest state {number}"
+        state = minima.get(number)
         if state is None:
             text = f"Rest state {number} is not proved to be a minimum."
             yield Finding(range_.name, name, False, text)
             continue
-        rest = {name: box for name, box in places.items() if name != state.name}
-        region = Region(U, claim, state, rest, range_)
-        yield region.check_everywhere() if everywhere else region.check_component()
+        others = {name: box for name, box in places.items() if name != state.name}
+        one = Region(U, claim, state, others, range_)
+        yield one.check_everywhere() if claim is region else one.check_component()
 
 
 def _miscounts(claims: Mapping[str, Any], states: list[RestState]) -> list[str]:

@@ -75,10 +75,10 @@ class Energy:
     def __init__(self, data: Mapping[str, Any]) -> None:
         Q = data["quadratic"]
         if any(Q[i][j] != Q[j][i] for i in AXES for j in AXES):
-            raise ValueError("the quadratic part of the reduced energy is not symmetric")
+            raise ValueError("The quadratic part of the reduced energy is not symmetric")
         if len(data["coefficients"]) > 2 * MOST_MULTIPLES + 1:
             most = f"more than {MOST_MULTIPLES} times an angle"
-            raise ValueError(f"the reduced energy has {most} in a sine or cosine")
+            raise ValueError(f"The reduced energy has {most} in a sine or cosine")
         self.quadratic = [[rounded(entry) for entry in row] for row in Q]
         self.linear = [rounded(entry) for entry in data["linear"]]
         self.layers = [

@@ -48,7 +48,7 @@ class Region:
             for place, found in covers.items()
             if found.open is not None
         ]
-        return self._finding("certified region", "", wrong, covers)
+        return self._finding("certified region", f" converges to {self.state.name}", wrong, covers)
 
     def check_component(self) -> Finding:
         """Check theorem 5: flood all boxes that a motion from the rest state may reach.
@@ -79,10 +79,11 @@ class Region:
             if found.obstacle is None:
                 break
         wrong = [f"Motions below {self._bound} are not shown to stay away from {found.obstacle}."]
-        where = f" and Θ in the component of {{U < {self._bound}}} about {self.state.name}"
+        component = f"the component of {{U < {self._bound}}} about {self.state.name}"
         covers = {"range": found.cover, **sides}
         name = f"region of {self.state.name}"
-        return self._finding(name, where, wrong if found.obstacle else [], covers)
+        text = f" and Θ in {component} converges to it"
+        return self._finding(name, text, wrong if found.obstacle else [], covers)
 
     def _wet_or_dry(
         self, share: float, high: Iterable[Box], known: dict[Box, str | None]
@@ -117,13 +118,13 @@ class Region:
         return f"{self.claim['energy_bound']:.10g} J"
 
     def _finding(
-        self, name: str, where: str, wrong: list[str], covers: Mapping[str, Cover]
+        self, name: str, converges: str, wrong: list[str], covers: Mapping[str, Cover]
     ) -> Finding:
         """Return what was found. `lower_bound` is checked for both theorems: v and E differ by U.
 
         Args:
             name: The claim.
-            where: A condition on Θ, as part of a sentence.
+            converges: Which motions converge, as the end of a sentence.
             wrong: Sentences on what is wrong.
             covers: The covers.
         """
@@ -132,7 +133,7 @@ class Region:
         lower = self.claim["lower_bound"]
         if not (lower == 0 or arb(lower) <= height):
             wrong.append(f"v < {lower:.10g} J is more than an energy below {self._bound}.")
-        text = f"Every motion with an energy below {self._bound}{where} converges to it."
+        text = f"Every motion with an energy below {self._bound}{converges}."
         if height <= 0:
             text = f"It is empty: no motion has an energy below {self._bound}."
         return Finding(self.range_.name, name, not wrong, " ".join(wrong) or text, covers)

@@ -161,6 +161,16 @@ def test_a_wrong_claim_is_refused(
     assert reason in " ".join(finding.text for finding in refusals(proof))
 
 
+@pytest.mark.parametrize("edit", [remove(3), shift])
+def test_no_region_is_checked_without_all_rest_states(
+    three_states: PROOF, edit: Callable[[PROOF], None]
+) -> None:
+    assert len([one for one in check(three_states) if "region" in one.claim]) == 2
+    proof = deepcopy(three_states)
+    edit(proof)
+    assert not any("region" in one.claim for one in check(proof))
+
+
 @pytest.mark.parametrize("index", [0, 1, 3])
 def test_only_one_index_of_each_state_is_accepted(three_states: PROOF, index: int) -> None:
     proof = deepcopy(three_states)

@@ -51,9 +51,9 @@ class Region:
         return self._finding("certified region", f" converges to {self.state.name}", wrong, covers)
 
     def check_component(self) -> Finding:
-        """Check theorem 5: flood all boxes that a motion from the rest state may reach.
+        """Check theorem 5: flood all boxes that motions near the rest state may reach.
 
-        The flood may reach neither a rest state nor a point of the border that is below the bound.
+        The flood may reach neither another rest state nor a point of the border below the bound.
         """
         high = [box for box in self.places.values() if self._cover(box).open is None]
         low = {name: box for name, box in self.places.items() if box not in high}
@@ -135,5 +135,5 @@ class Region:
             wrong.append(f"v < {lower:.10g} J is more than an energy below {self._bound}.")
         text = f"Every motion with an energy below {self._bound}{converges}."
         if height <= 0:
-            text = f"It is empty: no motion has an energy below {self._bound}."
+            text = f"It is empty: the energy of {self.state.name} is at least {self._bound}."
         return Finding(self.range_.name, name, not wrong, " ".join(wrong) or text, covers)

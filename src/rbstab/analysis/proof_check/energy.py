@@ -20,8 +20,8 @@ Ball = Any
 MOST_MULTIPLES = 4
 """The largest multiple of an angle in U. A proof has 2: U is quadratic in the rotation matrix."""
 
-MOST_EVALUATIONS = 5_000_000
-"""So often U is evaluated at most; this takes some ten minutes."""
+MOST_EVALUATIONS = 3_000_000
+"""So often U is evaluated at most; this takes five to ten minutes."""
 
 
 _ORDERS = {

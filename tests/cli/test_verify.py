@@ -23,6 +23,7 @@ def test_a_proof_is_verified(proof: Path, rbstab: Invoke) -> None:
     assert "The range of eq. 5\n    Rest states: checked. 1 of 1 are isolated" in done.stdout
     assert "No other rest state: checked (" in done.stdout
     assert "Certified region: checked (" in done.stdout
+    assert "Region of rest state 1: checked (" in done.stdout
     assert "not compared with a config" in done.stdout
     assert "REFUSED" not in done.stdout
     with_config = rbstab("verify", str(proof), "--config", "good.yaml")
@@ -40,6 +41,27 @@ def test_a_larger_bound_with_a_new_digest_is_refused(proof: Path, rbstab: Invoke
     assert done.exit_code == 4
     assert done.stdout.startswith(f"{proof}: REFUSED\n")
     assert "Certified region: REFUSED" in done.stdout
+
+
+@pytest.mark.parametrize("key", ["lower_bound", "energy_bound"])
+def test_a_larger_region_of_a_minimum_is_refused(proof: Path, rbstab: Invoke, key: str) -> None:
+    data = read_document(proof)
+    data["regions"][0][key] *= 1.01
+    write_document(proof, data)
+    done = rbstab("verify", str(proof))
+    assert done.exit_code == 4
+    assert "Certified region: checked" in done.stdout
+    assert "Region of rest state 1: REFUSED" in done.stdout
+
+
+def test_a_file_with_many_coefficients_is_refused(proof: Path, rbstab: Invoke) -> None:
+    data = read_document(proof)
+    size = 99
+    data["reduced_energy"]["coefficients"] = [[[0.5] * size] * size] * size
+    write_document(proof, data)
+    done = rbstab("verify", str(proof))
+    assert done.exit_code == 4
+    assert "more than 4 times an angle" in done.stdout
 
 
 def test_an_edit_without_a_new_digest_is_damage(proof: Path, rbstab: Invoke) -> None:
@@ -71,9 +93,15 @@ def test_json_and_certificate(proof: Path, rbstab: Invoke) -> None:
     assert certificate["id"] == proof.stem
     for about in ("the range of eq. 5", "all θ1 and θ3"):
         parts = [one for one in certificate["covers"] if one["about"] == about]
-        assert len(parts) == 7
-        counted = sum(len(one["tree"].split()) for one in parts)
-        assert counted == boxes[about, "no other rest state"] + boxes[about, "certified region"]
+        for claim, count in (("no other rest state", 1), ("certified region", 6)):
+            trees = [one["tree"].split() for one in parts if one["claim"] == claim]
+            assert len(trees) == count
+            assert sum(map(len, trees)) == boxes[about, claim]
+        claim = "region of rest state 1"
+        trees = [one["tree"].split() for one in parts if one["claim"] == claim]
+        assert len(trees) + 7 == len(parts)
+        # Boxes apart from the region are not examined.
+        assert sum(len(tree) - tree.count("a") for tree in trees) == boxes[about, claim]
     again = rbstab("verify", str(proof), "--certificate", "boxes.json")
     assert again.exit_code == 4
     assert "already exists" in again.stderr

@@ -7,8 +7,10 @@ import numpy as np
 from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT
 from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
+from rbstab.analysis.proof_check.cover import Cover
 from rbstab.experiment.proof import _regions_of
 from rbstab.experiment.proof_record import proof_record
+from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
 PROOF = dict[str, Any]
@@ -53,5 +55,25 @@ def parabola(centre: tuple[float, float, float], bound: float) -> PROOF:
             }
         ],
         "region": {"lower_bound": bound - 1e-9, "energy_bound": bound},
+        "regions": [],
         "unwrapped": None,
     }
+
+
+def leaves(found: Cover) -> list[tuple[str, Array]]:
+    """Return the settled boxes of a cover with their reasons, from its tree alone."""
+    tree, listed = iter(found.tree), []
+
+    def walk(box: Array) -> None:
+        entry = next(tree)
+        if not entry.isdigit():
+            listed.append((entry, box))
+            return
+        lower, upper, axis = box.copy(), box.copy(), int(entry) - 1
+        lower[axis, 1] = upper[axis, 0] = box[axis, 0] / 2 + box[axis, 1] / 2
+        walk(lower)
+        walk(upper)
+
+    walk(np.array(found.box))
+    assert list(tree) == []
+    return listed

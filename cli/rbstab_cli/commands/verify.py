@@ -42,9 +42,10 @@ def command(
 ) -> None:
     """Check a proof by a program of its own.
 
-    PROOF is a file of DIR/proofs, as `rbstab stability` writes it. The checker shares no bounds and
-    no arithmetic with the program that made the proof: it computes all of them anew, in balls of
-    128 bits. If a claim is wrong or cannot be confirmed, the exit code is 4.
+    PROOF is a file of DIR/proofs, as `rbstab stability` writes it. Its rest states and the region
+    of each minimum are checked. The checker shares no bounds and no arithmetic with the program
+    that made the proof: it computes all of them anew, in balls of 128 bits. If a claim is wrong or
+    cannot be confirmed, the exit code is 4.
     """
     from rbstab.experiment.proof import Proof
     from rbstab.experiment.verification.verify import verify

@@ -9,7 +9,9 @@ import pytest
 from support.proofs import PROOF, parabola, proof_of
 from support.rest import inverted_pendulum, paper_system, soft_body, system_of
 
-from rbstab.analysis.proof_check.checker import UNWRAPPED, Finding, check
+from rbstab.analysis.proof_check import energy
+from rbstab.analysis.proof_check.checker import PLACE_LIMIT, check
+from rbstab.analysis.proof_check.findings import UNWRAPPED, Finding
 
 HALF_PI = np.pi / 2
 
@@ -26,8 +28,11 @@ def three_states() -> PROOF:
 
 @pytest.fixture(scope="module")
 def leaning() -> PROOF:
-    """A pendulum with two minima and a saddle between them, lower than the border."""
-    return proof_of(inverted_pendulum([50.0, 150.0, 70.0], 100.0))
+    """A pendulum with two minima and a saddle between them, lower than the border.
+
+    It is without the regions of its minima, which have tests of their own.
+    """
+    return {**proof_of(inverted_pendulum([50.0, 150.0, 70.0], 100.0)), "regions": []}
 
 
 @pytest.fixture(scope="module")
@@ -43,11 +48,9 @@ def wide() -> PROOF:
 def test_a_proof_of_a_random_body_is_verified(variant: str, seed: int, count: int) -> None:
     proof = proof_of(system_of(variant, seed))
     assert len(proof["states"]) == count
-    assert {finding.claim for finding in check(proof)} == {
-        "rest states",
-        "no other rest state",
-        "certified region",
-    }
+    claims = {finding.claim for finding in check(proof)}
+    assert claims >= {"rest states", "no other rest state", "certified region"}
+    assert len(claims) == 3 + len(proof["regions"])
     assert refusals(proof) == []
 
 
@@ -69,6 +72,7 @@ def test_both_ranges_are_checked(wide: PROOF) -> None:
         "rest states",
         "no other rest state",
         "certified region",
+        "region of rest state 1",
     ]
 
 
@@ -157,6 +161,16 @@ def test_a_wrong_claim_is_refused(
     assert reason in " ".join(finding.text for finding in refusals(proof))
 
 
+@pytest.mark.parametrize("edit", [remove(3), shift])
+def test_no_region_is_checked_without_all_rest_states(
+    three_states: PROOF, edit: Callable[[PROOF], None]
+) -> None:
+    assert len([one for one in check(three_states) if "region" in one.claim]) == 2
+    proof = deepcopy(three_states)
+    edit(proof)
+    assert not any("region" in one.claim for one in check(proof))
+
+
 @pytest.mark.parametrize("index", [0, 1, 3])
 def test_only_one_index_of_each_state_is_accepted(three_states: PROOF, index: int) -> None:
     proof = deepcopy(three_states)
@@ -192,11 +206,11 @@ def test_a_region_needs_a_minimum(leaning: PROOF) -> None:
     proof = deepcopy(leaning)
     proof["states"].reverse()
     (refused,) = refusals(proof)
-    assert refused.text == "The lowest rest state is not proved to be a minimum."
+    assert refused.text == "Rest state 1 is not proved to be a minimum."
     proof["states"].reverse()
     proof["states"][0]["index_proved"] = False
     (refused,) = refusals(proof)
-    assert refused.text == "The lowest rest state is not proved to be a minimum."
+    assert refused.text == "Rest state 1 is not proved to be a minimum."
 
 
 def test_a_state_on_the_border_is_not_inside() -> None:
@@ -260,3 +274,57 @@ def test_an_unfinished_proof_is_checked_outside_of_its_undecided_boxes() -> None
     higher = deepcopy(proof)
     higher["region"]["energy_bound"] = 1.0
     assert "The energy at undecided box" in refusals(higher)[0].text
+
+
+def test_large_files_are_refused_at_once(three_states: PROOF) -> None:
+    """The time grows with the size of the coefficients and with the number of places."""
+    size = 11
+    energy = {**three_states["reduced_energy"], "coefficients": np.zeros((size,) * 3).tolist()}
+    (refused,) = check({**three_states, "reduced_energy": energy})
+    assert refused.text == "The reduced energy has more than 4 times an angle in a sine or cosine."
+    many = [[[1.0, 1.0, 1.0], [1.1, 1.1, 1.1]]] * PLACE_LIMIT
+    (refused,) = check({**three_states, "proved": False, "undecided": many})
+    text = "There are more than 1000 rest states, undecided boxes and regions: too many to check."
+    assert refused.text == text
+    for key in ("states", "regions"):
+        (refused,) = check({**three_states, key: three_states[key] * PLACE_LIMIT})
+        assert refused.text == text
+
+
+def test_a_long_check_is_stopped(three_states: PROOF, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(energy, "MOST_EVALUATIONS", 1000)
+    first, stopped = check(three_states)
+    assert first.verified
+    assert not stopped.verified
+    assert stopped.text == "The check needs more than 1,000 evaluations of U."
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        change("reduced_energy.quadratic.0.0", 1e308),
+        change("reduced_energy.coefficients.1.1.1", 1e308),
+        change("reduced_energy.linear.0", 1e308),
+        change("region.energy_bound", 1e308),
+        change("regions.0.energy_bound", 1e308),
+        change("regions.0.lower_bound", 1e308),
+        change("states.1.enclosure", [[-1e308] * 3, [1e308] * 3]),
+        change("undecided", [[[-1e308] * 3, [1e308] * 3]]),
+        change("regions.0.rest_state", 10**30),
+    ],
+)
+def test_huge_numbers_are_refused(three_states: PROOF, edit: Callable[[PROOF], None]) -> None:
+    proof = deepcopy(three_states)
+    edit(proof)
+    assert refusals(proof)
+    assert all(finding.text.endswith(".") for finding in refusals(proof))
+
+
+@pytest.mark.parametrize("axis", [0, 2])
+@pytest.mark.parametrize("end", [101.0, 1.7976931348623157e308])
+def test_a_huge_range_is_refused(wide: PROOF, axis: int, end: float) -> None:
+    proof = deepcopy(wide)
+    proof["unwrapped"]["end"][axis] = end
+    (refused,) = refusals(proof)
+    assert refused.about == UNWRAPPED
+    assert refused.text == "The range of θ1 or θ3 goes beyond 100 rad: too far to be checked."

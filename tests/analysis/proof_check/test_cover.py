@@ -2,35 +2,16 @@
 
 import numpy as np
 import pytest
-from support.proofs import PROOF, proof_of
+from support.proofs import PROOF, leaves, proof_of
 from support.rest import paper_system
 
+from rbstab.analysis.proof_check.boxes import Box
 from rbstab.analysis.proof_check.checker import check
-from rbstab.analysis.proof_check.cover import Cover, cover
-from rbstab.analysis.proof_check.energy import Box
+from rbstab.analysis.proof_check.cover import cover
 from rbstab.experiment.proof_record import ProvedEnergy
 from rbstab.mechanics.numbers import Array
 
 UNIT: Box = ((0.0, 1.0), (0.0, 1.0), (0.0, 1.0))
-
-
-def leaves(found: Cover) -> list[tuple[str, Array]]:
-    """Return the settled boxes of a cover with their reasons, from its tree alone."""
-    tree, listed = iter(found.tree), []
-
-    def walk(box: Array) -> None:
-        entry = next(tree)
-        if not entry.isdigit():
-            listed.append((entry, box))
-            return
-        lower, upper, axis = box.copy(), box.copy(), int(entry) - 1
-        lower[axis, 1] = upper[axis, 0] = box[axis, 0] / 2 + box[axis, 1] / 2
-        walk(lower)
-        walk(upper)
-
-    walk(np.array(found.box))
-    assert list(tree) == []
-    return listed
 
 
 def volume(box: Array) -> float:

@@ -9,8 +9,9 @@ from flint import arb, arb_mat, ctx
 from support.proofs import PROOF, proof_of
 from support.rest import system_of
 
-from rbstab.analysis.proof_check.checker import _index
-from rbstab.analysis.proof_check.energy import Box, Energy, Taylor, rounded
+from rbstab.analysis.proof_check.boxes import Box
+from rbstab.analysis.proof_check.energy import Energy, Taylor, rounded
+from rbstab.analysis.proof_check.rest_states import index_of
 
 
 @pytest.fixture(autouse=True)
@@ -138,12 +139,12 @@ def test_the_index_is_the_number_of_negative_eigenvalues(signs: tuple[int, ...])
         eigenvalues = np.array(sizes) * [1 - 2 * sign for sign in signs]
         H = turn @ np.diag(eigenvalues) @ turn.T
         H = (H + H.T) / 2
-        assert _index(arb_mat([[arb(x, 1e-13) for x in row] for row in H.tolist()])) == sum(signs)
+        assert index_of(arb_mat([[arb(x, 1e-13) for x in row] for row in H.tolist()])) == sum(signs)
 
 
 def test_the_index_of_a_singular_matrix_is_not_known() -> None:
     rows = np.diag([1.0, 2.0, 1e-14]).tolist()
-    assert _index(arb_mat([[arb(x, 1e-13) for x in row] for row in rows])) is None
+    assert index_of(arb_mat([[arb(x, 1e-13) for x in row] for row in rows])) is None
 
 
 def test_confinement_of_a_known_energy() -> None:

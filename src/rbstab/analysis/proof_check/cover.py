@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from rbstab.analysis.proof_check.energy import Box
+from rbstab.analysis.proof_check.boxes import Box, halves, width
 
 BOX_LIMIT = 200_000
 MIN_WIDTH = 1e-9
@@ -44,13 +44,10 @@ def cover(box: Box, reason: Callable[[Box], str | None], limit: int = BOX_LIMIT)
         if found is not None:
             tree.append(found)
             continue
-        width, axis = max((high - low, axis) for axis, (low, high) in enumerate(part))
-        if width < MIN_WIDTH or len(tree) >= limit:
+        if width(part) < MIN_WIDTH or len(tree) >= limit:
             return Cover(box, tree, len(tree), part)
-        low, high = part[axis]
-        middle = low / 2 + high / 2
+        axis, lower, upper = halves(part)
         tree.append(str(axis + 1))
-        before, after = part[:axis], part[axis + 1 :]
         # The last one is taken first.
-        pending += [(*before, (middle, high), *after), (*before, (low, middle), *after)]
+        pending += [upper, lower]
     return Cover(box, tree, len(tree), None)

@@ -13,11 +13,27 @@ from typing import Any
 
 from flint import arb, arb_mat
 
-Box = tuple[tuple[float, float], ...]
-"""The ends of θ1, θ2 and θ3, rad."""
+from rbstab.analysis.proof_check.boxes import AXES, Box
 
 Ball = Any
-AXES = range(3)
+
+MOST_MULTIPLES = 4
+"""The largest multiple of an angle in U. A proof has 2: U is quadratic in the rotation matrix."""
+
+MOST_EVALUATIONS = 3_000_000
+"""So often U is evaluated at most; this takes five to ten minutes."""
+
+
+_ORDERS = {
+    axes: tuple(axes.count(axis) for axis in AXES)
+    for order in range(4)
+    for axes in combinations_with_replacement(AXES, order)
+}
+"""The order of each derivative along each axis."""
+
+
+class TooLongError(Exception):
+    """The check takes too long."""
 
 
 def rounded(number: float) -> Ball:
@@ -53,32 +69,39 @@ class Energy:
         data: `reduced_energy` of a proof: quadratic, linear and coefficients.
 
     Raises:
-        ValueError: Q is not symmetric.
+        ValueError: Q is not symmetric, or U has large multiples of an angle.
     """
 
     def __init__(self, data: Mapping[str, Any]) -> None:
         Q = data["quadratic"]
         if any(Q[i][j] != Q[j][i] for i in AXES for j in AXES):
-            raise ValueError("the quadratic part of the reduced energy is not symmetric")
+            raise ValueError("The quadratic part of the reduced energy is not symmetric")
+        if len(data["coefficients"]) > 2 * MOST_MULTIPLES + 1:
+            most = f"more than {MOST_MULTIPLES} times an angle"
+            raise ValueError(f"The reduced energy has {most} in a sine or cosine")
         self.quadratic = [[rounded(entry) for entry in row] for row in Q]
         self.linear = [rounded(entry) for entry in data["linear"]]
         self.layers = [
             arb_mat([[rounded(entry) for entry in row] for row in layer])
             for layer in data["coefficients"]
         ]
+        self.evaluations = 0
 
     def derivatives(self, Theta: Sequence[Ball]) -> dict[tuple[int, ...], Ball]:
-        """Return the derivatives at a ball of Θ by their axes, in rising order: (0, 0, 2), ..."""
+        """Return the derivatives at a ball of Θ by their axes, in rising order: (0, 0, 2), ...
+
+        Raises:
+            TooLongError: U was evaluated too often.
+        """
+        self.evaluations += 1
+        if self.evaluations > MOST_EVALUATIONS:
+            raise TooLongError(f"The check needs more than {MOST_EVALUATIONS:,} evaluations of U")
         first, second, third = (arb_mat(basis(angle, len(self.layers) // 2)) for angle in Theta)
         third = third.transpose()
         # All derivatives along axes 2 and 3, one row for each t_a.
         rows = arb_mat([(second * layer * third).entries() for layer in self.layers])
         table = first * rows
-        found = {}
-        for order in range(4):
-            for axes in combinations_with_replacement(AXES, order):
-                p, q, r = (axes.count(axis) for axis in AXES)
-                found[axes] = table[p, 4 * q + r]
+        found = {axes: table[p, 4 * q + r] for axes, (p, q, r) in _ORDERS.items()}
         slopes = [sum((row[j] * Theta[j] for j in AXES), arb(0)) for row in self.quadratic]
         for i in AXES:
             found[()] += (slopes[i] / 2 + self.linear[i]) * Theta[i]

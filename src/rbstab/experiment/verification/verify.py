@@ -13,7 +13,7 @@ from rbstab.experiment.proof import PROOF_VERSION, Proof, proof_id
 from rbstab.experiment.switching_record import smooth_rest_system
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof_check.checker import Finding
+    from rbstab.analysis.proof_check.findings import Finding
 
 CONFIG = "the config"
 
@@ -42,7 +42,8 @@ def verify(proof: Proof, config: Config | None = None) -> Verification:
         proof: The proof.
         config: The config; None to check the proof for its own energy U alone.
     """
-    from rbstab.analysis.proof_check.checker import IN_RANGE, Finding, check
+    from rbstab.analysis.proof_check.checker import check
+    from rbstab.analysis.proof_check.findings import IN_RANGE, Finding
 
     if proof.reduced_energy is None:
         text = "The file has no reduced energy U. Make the proof again with `rbstab stability`."
@@ -59,8 +60,8 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
     from rbstab.analysis.proof.definite import indefinite_parameter
     from rbstab.analysis.proof.reduced_energy import NoReducedEnergy, reduced_energy
-    from rbstab.analysis.proof_check.checker import Finding
     from rbstab.analysis.proof_check.equations import agrees_with_equations
+    from rbstab.analysis.proof_check.findings import Finding
 
     same_id = proof.id in {proof_id(config, version) for version in range(2, PROOF_VERSION + 1)}
     text = "The id of the proof is that of the config."
@@ -102,6 +103,4 @@ def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:
         yield "The proof does not claim to list all rest states in the range of eq. 5."
     if wide is not None and not wide.proved:
         yield "The proof does not claim to list all rest states with any θ1 and θ3."
-    if proof.regions or (wide is not None and wide.regions):
-        yield "The regions of single minima (theorem 5)."
-    yield "Values in doubles, which are not proved: Θ, X, own states, energies and levels."
+    yield "Values in doubles, which are not proved: Θ, X, own states, energies, levels and passes."

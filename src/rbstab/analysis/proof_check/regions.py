@@ -1,0 +1,139 @@
+"""Check the regions in which every motion converges to one rest state: theorems 3 and 5."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from flint import arb
+
+from rbstab.analysis.proof_check.boxes import Box, flat, gap, touches, width
+from rbstab.analysis.proof_check.cover import Cover, cover
+from rbstab.analysis.proof_check.energy import Energy, Taylor
+from rbstab.analysis.proof_check.findings import Face, Finding, Range
+from rbstab.analysis.proof_check.flood import WET, flood
+from rbstab.analysis.proof_check.rest_states import RestState
+
+SHARES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)
+"""The widths of wet boxes that are tried, as shares of the distance to a high place."""
+
+FAR = 2.0
+"""rad: a larger distance counts as this one."""
+
+
+@dataclass(frozen=True)
+class Region:
+    """The claim that motions with an energy below a bound converge to one rest state.
+
+    Attributes:
+        U: The energy.
+        claim: `energy_bound` and `lower_bound`, J.
+        state: The rest state.
+        places: Boxes with all other rest states, by name: enclosures and undecided boxes.
+        range_: The range.
+    """
+
+    U: Energy
+    claim: Mapping[str, Any]
+    state: RestState
+    places: Mapping[str, Box]
+    range_: Range
+
+    def check_everywhere(self) -> Finding:
+        """Check theorem 3: the border and all other rest states are not below the bound."""
+        covers = {name: self._cover(box) for name, box in self.places.items()}
+        for face in self.range_.faces:
+            covers[face.name] = self._cover(flat(self.range_.box, face.axis), face)
+        wrong = [
+            f"The energy at {place} is not shown to be at least {self._bound}."
+            for place, found in covers.items()
+            if found.open is not None
+        ]
+        return self._finding("certified region", f" converges to {self.state.name}", wrong, covers)
+
+    def check_component(self) -> Finding:
+        """Check theorem 5: flood all boxes that motions near the rest state may reach.
+
+        The flood may reach neither another rest state nor a point of the border below the bound.
+        """
+        high = [box for box in self.places.values() if self._cover(box).open is None]
+        low = {name: box for name, box in self.places.items() if box not in high}
+        known, sides = dict[Box, str | None](), dict[str, Cover]()
+
+        def obstacle(box: Box) -> str | None:
+            """Return what may be reached in a wet box; add the covers of its part of the border."""
+            for name, place in low.items():
+                if touches(box, place):
+                    return name
+            for face in self.range_.faces:
+                if box[face.axis][face.end] == self.range_.box[face.axis][face.end]:
+                    name = f"{face.name}, part {len(sides) + 1}"
+                    sides[name] = self._cover(flat(box, face.axis), face)
+                    if sides[name].open is not None:
+                        return face.name
+            return None
+
+        for share in SHARES:
+            sides.clear()
+            reason = self._wet_or_dry(share, high, known)
+            found = flood(self.range_.box, self.state.enclosure, reason, obstacle)
+            if found.obstacle is None:
+                break
+        wrong = [f"Motions below {self._bound} are not shown to stay away from {found.obstacle}."]
+        component = f"the component of {{U < {self._bound}}} about {self.state.name}"
+        covers = {"range": found.cover, **sides}
+        name = f"region of {self.state.name}"
+        text = f" and Θ in {component} converges to it"
+        return self._finding(name, text, wrong if found.obstacle else [], covers)
+
+    def _wet_or_dry(
+        self, share: float, high: Iterable[Box], known: dict[Box, str | None]
+    ) -> Callable[[Box], str | None]:
+        """Return a function with the reason "b" of a dry box, in which U is at least the bound.
+
+        A box is wet if U is below the bound in all of it. Another one is halved until it is small
+        beside the way to the next high place and through it, as most passes are high places.
+        """
+        bound = arb(self.claim["energy_bound"])
+
+        def reason(box: Box) -> str | None:
+            if box not in known:
+                taylor = Taylor(self.U, box)
+                below = WET if taylor.values < bound else None
+                known[box] = "b" if taylor.stays_above(bound) else below
+            if known[box] is not None:
+                return known[box]
+            distance = min((gap(box, place) + width(place) for place in high), default=FAR)
+            return WET if width(box) <= share * min(distance, FAR) else None
+
+        return reason
+
+    def _cover(self, box: Box, face: Face | None = None) -> Cover:
+        """Cover a box by boxes in which U is at least the bound, for the reason "b"."""
+        bound = arb(self.claim["energy_bound"])
+        place = None if face is None else (face.axis, face.place)
+        return cover(box, lambda b: "b" if Taylor(self.U, b, place).stays_above(bound) else None)
+
+    @property
+    def _bound(self) -> str:
+        return f"{self.claim['energy_bound']:.10g} J"
+
+    def _finding(
+        self, name: str, converges: str, wrong: list[str], covers: Mapping[str, Cover]
+    ) -> Finding:
+        """Return what was found. `lower_bound` is checked for both theorems: v and E differ by U.
+
+        Args:
+            name: The claim.
+            converges: Which motions converge, as the end of a sentence.
+            wrong: Sentences on what is wrong.
+            covers: The covers.
+        """
+        # v counts from the rest state.
+        height = arb(self.claim["energy_bound"]) - Taylor(self.U, self.state.enclosure).values
+        lower = self.claim["lower_bound"]
+        if not (lower == 0 or arb(lower) <= height):
+            wrong.append(f"v < {lower:.10g} J is more than an energy below {self._bound}.")
+        text = f"Every motion with an energy below {self._bound}{converges}."
+        if height <= 0:
+            text = f"It is empty: the energy of {self.state.name} is at least {self._bound}."
+        return Finding(self.range_.name, name, not wrong, " ".join(wrong) or text, covers)

@@ -1,0 +1,142 @@
+"""Check that each enclosure of a proof contains exactly one rest state, and with which index."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+from flint import arb, arb_mat
+
+from rbstab.analysis.proof_check.boxes import AXES, Box, box_between, touches
+from rbstab.analysis.proof_check.energy import Energy, Taylor, square
+from rbstab.analysis.proof_check.findings import Range
+
+
+@dataclass(frozen=True)
+class RestState:
+    """One rest state of a proof.
+
+    Attributes:
+        number: From 1.
+        index: The number of negative eigenvalues of the Hessian.
+        index_proved: Whether the proof claims the index.
+        point: Θ, rad.
+        enclosure: The box that is claimed to contain exactly one zero of ∇U.
+    """
+
+    number: int
+    index: int
+    index_proved: bool
+    point: Sequence[float]
+    enclosure: Box
+
+    @property
+    def name(self) -> str:
+        """Its name in sentences."""
+        return f"rest state {self.number}"
+
+    @property
+    def is_minimum(self) -> bool:
+        """Whether the proof claims that it is a minimum."""
+        return self.index_proved and self.index == 0
+
+
+def proved_states(claims: Mapping[str, Any]) -> list[RestState]:
+    """Return the rest states that are claimed to be isolated."""
+    return [
+        RestState(
+            number,
+            one["index"],
+            bool(one["index_proved"]),
+            one["orientation"],
+            box_between(one["enclosure"]),
+        )
+        for number, one in enumerate(claims["states"], start=1)
+        if one["proved"]
+    ]
+
+
+def faults(U: Energy, states: Sequence[RestState], range_: Range) -> Iterator[str]:
+    """Yield what is wrong with the rest states, as sentences."""
+    for state in states:
+        fault = _fault(U, state, range_)
+        if fault is not None:
+            yield f"Rest state {state.number}: {fault}."
+    for one, two in combinations(states, 2):
+        if touches(one.enclosure, two.enclosure):
+            yield f"Rest states {one.number} and {two.number} may be the same."
+
+
+def _fault(U: Energy, state: RestState, range_: Range) -> str | None:
+    """Return what is wrong with a rest state."""
+    box = state.enclosure
+    if not all(low <= angle <= high for (low, high), angle in zip(box, state.point, strict=True)):
+        return "its Θ is not in its enclosure"
+    if not all(arb(max(-box[i][0], box[i][1])) < range_.ends[i] for i in AXES):
+        return f"its enclosure is not inside {range_.name}"
+    taylor = Taylor(U, box)
+    if not _is_unique(taylor):
+        return "its enclosure may contain more than one zero of the gradient"
+    if not _exists(taylor, box):
+        return "no zero of the gradient could be shown in its enclosure"
+    # All Hessians in the enclosure are regular, so one of them gives the index of all.
+    index = index_of(taylor.hessian)
+    if state.index_proved and index != state.index:
+        return f"its index is {'not known' if index is None else index}"
+    return None
+
+
+def domain(U: Energy, state: RestState) -> Box:
+    """Return a large box about an enclosure in which there is no other zero."""
+    radius = 2.0
+    while radius > 1e-12:
+        wide: Box = tuple((low - radius, high + radius) for low, high in state.enclosure)
+        if _is_unique(Taylor(U, wide)):
+            return wide
+        radius *= 0.8
+    return state.enclosure
+
+
+def _is_unique(taylor: Taylor) -> bool:
+    """Return whether Y∇U is one to one in a box: |I - YH| has a norm below 1 in all of it."""
+    residual = _residual(taylor)
+    if residual is None:
+        return False
+    sums = (sum((residual[i, j].abs_upper() for j in AXES), arb(0)) for i in AXES)
+    return all(total < 1 for total in sums)
+
+
+def _exists(taylor: Taylor, box: Box) -> bool:
+    """Return whether Krawczyk's test finds a zero: m - Y∇U(m) + (I - YH)δ is inside the box."""
+    residual = _residual(taylor)
+    if residual is None:
+        return False
+    image = residual * taylor.step - taylor.inverse * taylor.gradient
+    found = [taylor.centre[i] + image[i, 0] for i in AXES]
+    return all(arb(low) < angle < arb(high) for (low, high), angle in zip(box, found, strict=True))
+
+
+def _residual(taylor: Taylor) -> Any:
+    """Return I - YH over the box; None if Y does not exist."""
+    Y = taylor.inverse
+    unit = arb_mat([[arb(int(i == j)) for j in AXES] for i in AXES])
+    return None if Y is None else unit - Y * taylor.whole_hessian
+
+
+def index_of(H: Any) -> int | None:
+    """Return the number of negative eigenvalues of a regular symmetric 3x3 matrix.
+
+    If its determinant is positive, this number is 0 or 2. It is 0 if the trace t and the sum m of
+    the principal minors are positive, and 2 if one of them is negative. If the determinant is
+    negative, -H has a positive one, and 3 - n negative eigenvalues.
+    """
+    if H.det() < 0:
+        opposite = index_of(-H)
+        return None if opposite is None else 3 - opposite
+    t = sum((H[i, i] for i in AXES), arb(0))
+    m = sum((H[i, i] * H[j, j] - square(H[i, j]) for i in AXES for j in range(i)), arb(0))
+    if not H.det() > 0:
+        return None
+    if t > 0 and m > 0:
+        return 0
+    return 2 if t < 0 or m < 0 else None

@@ -1,0 +1,109 @@
+"""Protects the flood of the checker: it leaves out no neighbour of a box that is wet."""
+
+from collections.abc import Callable, Iterable
+from itertools import product
+
+import numpy as np
+import pytest
+from support.proofs import leaves
+
+from rbstab.analysis.proof_check.boxes import Box, width
+from rbstab.analysis.proof_check.flood import APART, WET, Flood, flood
+
+UNIT: Box = ((0.0, 1.0), (0.0, 1.0), (0.0, 1.0))
+Cell = tuple[int, ...]
+SIDE = 4
+"""Cells along an edge of the unit box; each is one box of a flood."""
+
+
+def cell_of(box: Box) -> Cell:
+    return tuple(int(SIDE * low) for low, _ in box)
+
+
+def box_of(cell: Cell) -> Box:
+    return tuple((k / SIDE, (k + 1) / SIDE) for k in cell)
+
+
+def free(_: Box) -> str | None:
+    return None
+
+
+def flood_cells(
+    wet: Iterable[Cell],
+    start: Cell,
+    obstacle: Callable[[Box], str | None] = free,
+) -> tuple[Flood, set[Cell]]:
+    """Flood the unit box, where some cells are wet; return the flood and the flooded cells."""
+    cells, reached = set(wet), set[Cell]()
+
+    def reason(box: Box) -> str | None:
+        if width(box) > 1 / SIDE:
+            return None
+        return WET if cell_of(box) in cells else "dry"
+
+    def seen(box: Box) -> str | None:
+        reached.add(cell_of(box))
+        return obstacle(box)
+
+    # The inside of the first cell, so that only this cell touches it.
+    inside: Box = tuple((low + 0.01, high - 0.01) for low, high in box_of(start))
+    return flood(UNIT, inside, reason, seen), reached
+
+
+@pytest.mark.parametrize("step", [s for s in product((-1, 0, 1), repeat=3) if any(s)], ids=str)
+def test_a_flood_goes_on_over_faces_edges_and_corners(step: Cell) -> None:
+    start = (1, 2, 1)
+    other = tuple(k + d for k, d in zip(start, step, strict=True))
+    found, reached = flood_cells([start, other], start)
+    assert found.obstacle is None
+    assert reached == {start, other}
+
+
+def test_a_flood_does_not_jump() -> None:
+    start = (0, 0, 0)
+    wall = {cell for cell in product(range(SIDE), repeat=3) if sum(cell) in {4, 5, 6}}
+    wet = set(product(range(SIDE), repeat=3)) - wall
+    found, reached = flood_cells(wet, start)
+    assert found.obstacle is None
+    assert reached == {cell for cell in wet if sum(cell) < 4}
+    # One layer of cells is passed over their corners.
+    thin = {cell for cell in wall if sum(cell) == 4}
+    _, reached = flood_cells(set(product(range(SIDE), repeat=3)) - thin, start)
+    assert (3, 3, 3) in reached
+
+
+def test_a_long_way_is_followed_to_its_end() -> None:
+    way = [(k, 0, 0) for k in range(SIDE)] + [(3, k, 0) for k in range(SIDE)]
+    way += [(3, 3, k) for k in range(SIDE)] + [(k, 3, 3) for k in range(SIDE)]
+    _, reached = flood_cells(way, (0, 0, 0))
+    assert reached == set(way)
+    last = (0, 3, 3)
+    found, _ = flood_cells(way, (0, 0, 0), lambda box: "end" if cell_of(box) == last else None)
+    assert found.obstacle == "end"
+    assert found.cover.open == box_of(last)
+
+
+def test_the_tree_has_all_boxes() -> None:
+    found, _ = flood_cells([(0, 0, 0), (1, 1, 1)], (0, 0, 0))
+    listed = leaves(found.cover)
+    assert sum(np.prod(box[:, 1] - box[:, 0]) for _, box in listed) == 1.0
+    cells = {
+        name: {cell_of(box.tolist()) for other, box in listed if other == name}
+        for name, _ in listed
+    }
+    assert cells[WET] == {(0, 0, 0), (1, 1, 1)}
+    # All neighbours of the wet cells are examined.
+    assert set(product(range(3), repeat=3)) - cells[WET] <= cells["dry"]
+    assert cells[APART]
+    assert found.cover.boxes == sum(name != APART for name in found.cover.tree)
+
+
+def test_the_limits_of_a_flood() -> None:
+    endless = flood(UNIT, UNIT, lambda _: None, free, limit=50)
+    assert endless.obstacle == "too many boxes"
+    assert endless.cover.boxes == 50
+    # Along one way down the boxes become too narrow.
+    point: Box = ((0.3, 0.3), (0.3, 0.3), (0.3, 0.3))
+    narrow = flood(UNIT, point, lambda _: None, free)
+    assert narrow.obstacle == "too many boxes"
+    assert narrow.cover.boxes < 200

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.paper_runs import paper_config
+from support.valleys import TWO_VALLEYS
 
 import rbstab
 from rbstab.analysis.exact import in_balls
@@ -20,21 +21,6 @@ from rbstab.experiment.proof import (
     starts_inside,
 )
 from rbstab.experiment.stability import stability_of
-
-# A body on soft springs under a tilted weight: two valleys, the deeper one at θ1 > 0.
-TWO_VALLEYS: dict[str, Any] = {
-    "body": {"mass": 1.0, "inertia": [1, 1, 1], "contact_point": [0, 0, -1]},
-    "gravity": [0, 20, -100],
-    "controller": {
-        "variant": "permanent",
-        "K_r": [50, 300, 300],
-        "L_r": [20, 20, 20],
-        "K_t": [1e-6, 1e-6, 1e-6],
-        "L_t": [1, 1, 1],
-    },
-    "initial": {"orientation": [0, 0, 0]},
-    "integration": {"duration": 60.0, "samples": 61},
-}
 
 
 def two_valleys(**initial):

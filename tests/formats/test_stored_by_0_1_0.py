@@ -216,8 +216,12 @@ def test_the_stored_files_are_those_that_were_stored():
 PEAKS = ("peak_contact_displacement", "peak_time", "peak_orientation", "smallest_regularity")
 
 
+LATER_COLUMNS = ["proved_rest_state"]
+"""Columns that were added to the gathered file since. They need no shard."""
+
+
 def _same_table(found, expected):
-    assert list(found.layout) == list(expected.layout)
+    assert [name for name in found.layout if name not in LATER_COLUMNS] == list(expected.layout)
     for name in expected.layout:
         if name in ("run_id", "status", "traces", "convergence", "controller_variant"):
             assert (found[name] == expected[name]).all(), name

@@ -12,11 +12,11 @@ from rbstab.store.result import Variable
 from rbstab.store.table import TableHeader
 from rbstab.store.table_writer import write_table
 from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
-from rbstab.sweep.members.convergence import COLUMN
-from rbstab.sweep.members.outcome import COLUMNS, STATUSES
+from rbstab.sweep.members.outcome import STATUSES, columns_of
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
 from support.configs import VISCO_ELASTIC, plain
 
 SPIN = "initial.angular_velocity"
@@ -47,7 +47,7 @@ def write_sweep(
         plan_keys: Other keys of the plan.
     """
     plan = load_plan({"title": "Made up", "base": plain(VISCO_ELASTIC), "vary": vary} | plan_keys)
-    layout = varied_layout(plan) | COLUMNS | {"convergence": COLUMN}
+    layout = varied_layout(plan) | columns_of(plan) | GATHERED_COLUMNS
     attributes: dict[str, str | int | float] = {
         "title": plan.title,
         "plan_id": "0" * 32,
@@ -70,10 +70,11 @@ def _batches(plan: Plan, columns: Columns) -> Iterator[dict[str, Any]]:
     for start in range(0, plan.members, BATCH_SIZE):
         stop = min(start + BATCH_SIZE, plan.members)
         arrays = varied_arrays(plan, start, stop)
-        for name, column in COLUMNS.items():
+        for name, column in columns_of(plan).items():
             arrays[name] = np.ones((stop - start, *column.shape), dtype=column.dtype)
         arrays["run_id"][:] = b"0123456789abcdef" * 2
         arrays["status"][:] = 0
-        arrays["convergence"] = np.zeros(stop - start, "i1")
+        for name, column in GATHERED_COLUMNS.items():
+            arrays[name] = np.zeros(stop - start, column.dtype)
         given = columns(arrays | {"run": np.arange(start, stop)})
         yield arrays | {k: np.asarray(v).astype(arrays[k].dtype) for k, v in given.items()}

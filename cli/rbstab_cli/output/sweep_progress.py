@@ -45,6 +45,7 @@ class ProgressPrinter:
         self._total = 0
         self._rate = Rate()
         self._inventory: Any = None
+        self._proves = False
 
     def __call__(self, event: "SweepEvent | None") -> None:
         """Print an event; with None (no event for a while) only report an interrupt."""
@@ -87,6 +88,7 @@ class ProgressPrinter:
     def _start(self, event: Any) -> None:
         self._begin = self._last = time.monotonic()
         self._total = event.members
+        self._proves = "motion_proof" in event.folder.manifest.columns
         self._inventory = event.inventory  # the sweep keeps adding shards to it
         self._rate(self._begin, self._done)
         if event.moved_aside is not None:
@@ -135,7 +137,10 @@ class ProgressPrinter:
             click.echo(f"{now - self._begin:.0f} s: {counted}, {self._facts(rate)}", err=True)
 
     def _facts(self, rate: float) -> str:
-        """Return a text: the rate, counts of statuses except `completed`, and the time left."""
+        """Return a text: the rate, counts of statuses except `completed`, and the time left.
+
+        If the plan has `prove`, it begins with the number of proved members.
+        """
         from rbstab.integrate.status import RunStatus
         from rbstab.sweep.folder.gather import counts_by_status
 
@@ -143,7 +148,11 @@ class ProgressPrinter:
         by_status.pop(RunStatus.COMPLETED, None)
         others = [f"{count} {status}" for status, count in by_status.items()]
         left = (self._total - self._done) / rate if rate else 0.0
-        return ", ".join([f"{rate:.3g}/s", *others, f"{duration(left)} left"])
+        speed = [f"{rate:.3g}/s"]
+        if self._proves:
+            proved = f"{self._inventory.proved} of {self._total} members proved"
+            speed = [proved, f"{rate:.3g} members/s"]
+        return ", ".join([*speed, *others, f"{duration(left)} left"])
 
     def _phase(self, text: str, *, first: bool) -> None:
         now = time.monotonic()

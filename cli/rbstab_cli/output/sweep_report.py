@@ -42,6 +42,9 @@ def report_sweep(sweep: "Sweep", *, as_json: bool) -> None:
         "settling time, median": f"{number(summary.settling_median)} s" if summary.settled else "-",
         "worst |r| / v(0)": number(summary.worst_residual, 2),
     }
+    if summary.convergence:
+        counts = (f"{count} {word}" for word, count in summary.convergence.items())
+        rows["convergence to a rest state"] = ", ".join(counts)
     if sweep.comparison is not None and sweep.comparison.members:
         rows["rerun with scipy"] = f"{len(sweep.comparison.members)} members, {_differences(sweep)}"
     _print_rows(rows)

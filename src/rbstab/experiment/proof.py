@@ -40,10 +40,12 @@ __all__ = [
     "Proof",
     "ProvedRegion",
     "ProvedState",
+    "has_no_rest_state",
     "number_of",
     "proof_id",
     "prove",
     "reached_state",
+    "same_state",
     "start_level",
     "start_state",
     "starts_inside",
@@ -133,6 +135,12 @@ def _regions_of(rest: "RestStates") -> Found:
     return Found(rest, region, minimum_regions(rest, region))
 
 
+def has_no_rest_state(proof: Proof) -> bool:
+    """Return whether it is proved that there is no rest state with |θ2| < π/2."""
+    wide = proof.unwrapped
+    return wide is not None and wide.proved and not wide.states
+
+
 def start_level(problem: Problem, proof: Proof) -> float | None:
     """Return v(0) of a problem, J: the energy at the start minus that of the lowest rest state.
 
@@ -197,7 +205,7 @@ def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int |
         return number
     end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
     found = _reached(proof, wide, end, energy, (low, high))
-    return None if found is None else _same_state(proof, wide.states[found - 1])
+    return None if found is None else same_state(proof, wide.states[found - 1])
 
 
 def _reached(
@@ -229,7 +237,7 @@ def _reached(
     return None
 
 
-def _same_state(proof: Proof, state: ProvedState) -> int | None:
+def same_state(proof: Proof, state: ProvedState) -> int | None:
     """Return the number of a proved rest state among those of a proof in the range of eq. 5.
 
     Of two boxes that contain exactly one rest state each, one inside the other, both contain the

@@ -34,6 +34,7 @@ from rbstab.sweep.members.scipy_comparison import ENGINE, ScipyComparison
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan, plan_id
+from rbstab.sweep.proofs.convergence import keep_proofs
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,8 @@ def sweep_to_folder(
         if inventory.missing:
             check_writable(folder.shard_file(inventory.missing[0]))
         check_disk_space(plan, folder, inventory.missing)
+        if plan.prove is not None:
+            keep_proofs(plan, path.parent)
         members = folder.members_of(numbers)
         on_event(Started(folder, inventory, opened.moved_aside, opened.changed_versions, members))
         Execution(plan, folder, executor, on_event, stop, options.fail_fast).run(inventory)

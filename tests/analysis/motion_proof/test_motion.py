@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from flint import arb, ctx
 from scipy.integrate import solve_ivp
-from support.configs import BY_VARIANT, plain
+from support.configs import BY_VARIANT
+from support.enclosures import config_of, enclosure, outside
 from support.exact_motions import middles, motion_of, state_after
 
 from rbstab.analysis.exact import decimal_balls
 from rbstab.analysis.motion_proof import motion as motion_module
 from rbstab.analysis.motion_proof import step as step_module
-from rbstab.analysis.motion_proof.dual import decimal_duals
+from rbstab.analysis.motion_proof.expansion import NARROW, Expansion
 from rbstab.analysis.motion_proof.linear_flow import LinearBounds, frame_of
 from rbstab.analysis.motion_proof.motion import (
     PRECISION,
@@ -21,42 +22,11 @@ from rbstab.analysis.motion_proof.motion import (
     angle_bounds,
     enclosed_motion,
     energy_bounds,
-    scale_of,
-    start_set,
 )
 from rbstab.analysis.motion_proof.step import StateSet, step_from
-from rbstab.analysis.motion_proof.taylor import disc_bounds, polynomial
-from rbstab.config.build import problem_of, start_of, system_of
-from rbstab.config.load import load_config
+from rbstab.analysis.motion_proof.taylor import disc_bounds
+from rbstab.config.build import problem_of, system_of
 from rbstab.mechanics.derivatives import jacobian
-
-FULL = [[500.0, 40.0, -30.0], [40.0, 420.0, 25.0], [-30.0, 25.0, 300.0]]
-
-
-def config_of(variant, seed=0, **changes):
-    """Return a config with a random start, full gains, and gravity."""
-    rng = np.random.default_rng(seed)
-    data = plain(BY_VARIANT[variant])
-    initial = {
-        "orientation": rng.uniform(-0.6, 0.6, 3).round(3).tolist(),
-        "angular_velocity": rng.uniform(-20, 20, 3).round(3).tolist(),
-    }
-    if variant != "permanent":
-        initial |= {
-            "position": rng.uniform(-0.05, 0.05, 3).round(3).tolist(),
-            "velocity": rng.uniform(-1, 1, 3).round(3).tolist(),
-        }
-    data["gravity"] = rng.uniform(-10, 10, 3).round(3).tolist()
-    data["controller"]["K_r"] = FULL
-    return load_config({**data, "initial": initial, **changes})
-
-
-def enclosure(config):
-    """Return the equations, the set of the start, and the scale of the states."""
-    system, problem = system_of(config, decimal_duals), problem_of(config)
-    energy = float(np.abs(problem.system.observe(problem.start).energy).sum())
-    scale = scale_of(problem.system, energy)
-    return system, start_set(start_of(config, system, decimal_duals), scale), scale
 
 
 def enclosed_at(config, t):
@@ -66,15 +36,6 @@ def enclosed_at(config, t):
             if step.end_time >= t:
                 return *step.state_at(t), count
     raise AssertionError
-
-
-def outside(exact, middle, distance):
-    """Return by how much each state is outside its enclosure, relative to the width."""
-    with ctx.workprec(220):
-        return [
-            max(0.0, float(abs(e - m)) / d - 1)
-            for e, m, d in zip(exact, middle, distance, strict=True)
-        ]
 
 
 @pytest.mark.parametrize("variant", BY_VARIANT)
@@ -208,9 +169,9 @@ def test_the_bounds_of_a_step_satisfy_their_inequality():
 def first_flow(config, order, h):
     """Return start, scale, polynomial, linear flow and ratio of a first step."""
     system, start, scale = enclosure(config)
-    p = polynomial(system.rates, start.centre, order)
-    bounds = disc_bounds(system.rates, p, h, step_module.RATIO, 1e-4 * scale)
-    return start, scale, p, *step_module._flow(system.rates, p, h, bounds, scale)
+    expansion = Expansion(system.rates, start.centre, NARROW._replace(order=order))
+    bounds = disc_bounds(system.rates, expansion.p, h, step_module.RATIO, 1e-4 * scale)
+    return start, scale, expansion.p, *step_module._flow(expansion, h, bounds, scale)
 
 
 def test_a_step_that_is_shortened_keeps_its_disc():

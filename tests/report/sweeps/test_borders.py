@@ -11,7 +11,7 @@ from support.sections import tables, texts
 from rbstab.report.sweeps.borders import border_pairs, notable
 from rbstab.report.sweeps.notable import replay_command
 from rbstab.report.sweeps.sections import sweep_sections
-from rbstab.sweep.members.convergence import EnergyBound
+from rbstab.sweep.proofs.convergence import EnergyBound
 
 X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
 DRAWN = {"design": "random", "members": 200, "seed": 5}
@@ -92,7 +92,7 @@ def test_those_that_failed_and_those_near_the_certified_level(members):
 
     found = members(GRID, columns)
     # The energies at rest of made up members are 1 J.
-    bounds = {"visco-elastic": EnergyBound(95.0, 0.0, 0.0)}
+    bounds = {"visco-elastic": EnergyBound(95.0, 0.0)}
     found.__dict__["_certified"] = SimpleNamespace(bounds=bounds)
     why = {number: text for text, number in notable(found)}
     assert [k for k, text in why.items() if text == "v(0) nearest c*"] == [9, 10]

@@ -16,10 +16,11 @@ from rbstab.report.sweeps.members import OUTCOMES, read_members
 from rbstab.report.sweeps.sections import UNREADABLE, sweep_sections
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table_file import read_table
-from rbstab.sweep.members.convergence import CONVERGENCE, EnergyBound
 from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.proofs.columns import CONVERGENCE
+from rbstab.sweep.proofs.convergence import EnergyBound
 
 
 def test_ends(members):
@@ -98,7 +99,7 @@ def test_each_variant_has_its_own_level(members):
     vary = {"controller.variant": {"values": ["free", "visco-elastic"]}} | GRID
     found = members(vary)
     # The energies at rest of made up members are 1 J.
-    bounds = {"visco-elastic": EnergyBound(8.0, 0.0, 0.0)}
+    bounds = {"visco-elastic": EnergyBound(8.0, 0.0)}
     found.__dict__["_certified"] = SimpleNamespace(bounds=bounds)
     assert found.level.tolist() == pytest.approx([np.nan] * 20 + [7.0] * 20, nan_ok=True)
 
@@ -106,7 +107,7 @@ def test_each_variant_has_its_own_level(members):
 @pytest.mark.parametrize("missing", ["settling_time", "steps"])
 def test_a_file_without_a_column_is_no_sweep(made, monkeypatch, missing):
     layout = {name: column for name, column in COLUMNS.items() if name != missing}
-    monkeypatch.setattr("support.made_sweeps.COLUMNS", layout)
+    monkeypatch.setattr("support.made_sweeps.columns_of", lambda _: layout)
     with pytest.raises(NotAResultError, match=f"has no column {missing}"):
         read_members(made(GRID).path)
 

@@ -188,3 +188,23 @@ def test_scipy_is_not_compared_with_itself(single_run_members):
     found, _, _ = estimated(plan, lambda _: 0.01)
     assert found.check_seconds == 0.0
     assert single_run_members == []
+
+
+@pytest.mark.parametrize(("limits", "share"), [({"steps": 9}, 1.0), ({"members": 50}, 0.05)])
+def test_proofs_are_timed_with_some_of_their_members(monkeypatch, limits, share):
+    plan = plan_of(1000, prove={"motion": limits})
+    clock = Clock()
+    proved: list[int] = []
+
+    def prove(_, start, stop):
+        assert plan.prove is not None
+        assert plan.prove.selected(start, stop, 1000).all()
+        clock.now += 100.0 if not proved else 0.5  # the first one proves the rest states
+        proved.append(start)
+
+    monkeypatch.setattr(module, "motion_columns", prove)
+    engine = TimedEngine(plan, clock, lambda _: 0.0)
+    found = estimate(plan, 1000, lambda _: engine, 2, clock)
+    assert found.seconds == pytest.approx(1000 * share * 0.5 / 2)
+    assert 3 < len(proved) < 20
+    assert found.bytes > estimate(plan_of(1000), 1000, lambda _: engine, 2, clock).bytes

@@ -21,6 +21,8 @@ ACCEPTED = [
     + "  body.mass: {normal: [50, 1]}\n  a: {each: {zip: {'gravity[0]': {values: [1]}}}}\n"
     + DRAWN,
     PLAN + "  controller.variant: {values: [free]}\ndesign: grid\nschema_version: 1\n",
+    PLAN + "  body.mass: {values: [1]}\nprove: motion\n",
+    PLAN + "  body.mass: {values: [1]}\nprove: {motion: {steps: 2000, members: 1}}\n",
 ]
 
 REFUSED = [
@@ -43,6 +45,10 @@ REFUSED = [
     PLAN + "  body.mass: {values: [1]}\ndesign: cube\n",
     PLAN + "  body.mass: {values: [1]}\nkeep: all\n",
     PLAN + "  body.mass: {values: [1]}\nkeep: {traces: {every: 0}}\n",
+    PLAN + "  body.mass: {values: [1]}\nprove: all\n",
+    PLAN + "  body.mass: {values: [1]}\nprove: {motion: {}}\n",
+    PLAN + "  body.mass: {values: [1]}\nprove: {motion: {steps: 2001}}\n",
+    PLAN + "  body.mass: {values: [1]}\nprove: {motion: {members: 0}}\n",
     PLAN + "  body.mass: {values: [1]}\ncolour: red\n",
     PLAN + "  body.mass: {values: [1]}\nschema_version: 2\n",
 ]

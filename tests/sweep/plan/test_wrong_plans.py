@@ -35,7 +35,7 @@ ROOT = [
         PLAN + "colour: red\n",
         [
             "7:1: colour: is unknown (expected one of schema_version, title, base, vary, design,"
-            " members, seed, keep)"
+            " members, seed, keep, prove)"
         ],
     ),
     (

@@ -53,6 +53,8 @@ class Dual:
     def __mul__(self, other: Any) -> Any:
         if type(other) is Dual:
             a, b = self.value, other.value
+            if not self.slopes and not other.slopes:
+                return Dual(a * b)
             slopes = {index: slope * b for index, slope in self.slopes.items()}
             if other.slopes:
                 slopes = _sum(slopes, {index: a * slope for index, slope in other.slopes.items()})

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.motion_proof.dual import Dual, objects
+from rbstab.analysis.motion_proof.expansion import NARROW, Accuracy, Expansion
 from rbstab.analysis.motion_proof.rounding import (
     error_of_products,
     magnitude_of,
@@ -99,7 +100,9 @@ def start_set(start: Array, scale: Array) -> StateSet:
     return StateSet(centre, np.diag(scale), rounded_up(radius / scale))
 
 
-def enclosed_motion(system: System, start: StateSet, scale: Array) -> Iterator[MotionStep]:
+def enclosed_motion(
+    system: System, start: StateSet, scale: Array, accuracy: Accuracy = NARROW
+) -> Iterator[MotionStep]:
     """Yield the proved steps of a motion, one after the other, without an end.
 
     Call it, and use what it yields, in `proof_precision`.
@@ -108,14 +111,18 @@ def enclosed_motion(system: System, start: StateSet, scale: Array) -> Iterator[M
         system: The system; its parameters are duals or doubles.
         start: The set of the initial state.
         scale: The size of each state, shape (n,).
+        accuracy: How accurate the polynomials are; it has no effect on what is proved.
 
     Raises:
         Unproved: No step could be proved, because the motion comes near cos θ2 = 0, the set has
             become too large, or the time would exceed `MAX_TIME`.
     """
     time, longest, current = 0.0, LONGEST_STEP, start
+    expansion = None
     while True:
-        step = step_from(system.rates, current, scale, longest)
+        # A shorter step from the same set has the same polynomial.
+        expansion = expansion or Expansion(system.rates, current.centre, accuracy)
+        step = step_from(system.rates, current, scale, longest, expansion)
         if step is None:
             longest = longest / 2
             if longest < SHORTEST_STEP:
@@ -125,6 +132,7 @@ def enclosed_motion(system: System, start: StateSet, scale: Array) -> Iterator[M
             raise Unproved
         yield MotionStep(time, step)
         time, longest, current = time + step.h, GROWTH * step.h, step.end
+        expansion = None
 
 
 def energy_bounds(system: System, states: StateSet) -> tuple[float, float]:

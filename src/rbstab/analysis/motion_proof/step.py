@@ -27,6 +27,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.motion_proof.expansion import Expansion
 from rbstab.analysis.motion_proof.linear_flow import (
     Frame,
     LinearBounds,
@@ -49,23 +50,12 @@ from rbstab.analysis.motion_proof.taylor import (
     defect,
     disc_bounds,
     jacobian_series,
-    jacobian_slopes,
-    polynomial,
     step_for,
 )
 from rbstab.mechanics.numbers import Array
 
-ORDER = 20
-"""The degree of p."""
-
-JACOBIAN_TERMS = 12
-"""The number of terms of J, and the degree of Φ and Ψ."""
-
 RATIO = 3.0
 """ρ: Cauchy's estimates hold for complex times up to ρh."""
-
-TOLERANCE = 1e-17
-"""The size of the last terms of p, relative to the scale of a state."""
 
 MAX_LAST_TERM = 1e-6
 """The allowed norm of the last term of Φ, in scaled states. It decides the length of a step where
@@ -129,7 +119,13 @@ class _ErrorBounds(NamedTuple):
     in_frame: Array
 
 
-def step_from(field: Field, start: StateSet, scale: Array, longest: float) -> Step | None:
+def step_from(
+    field: Field,
+    start: StateSet,
+    scale: Array,
+    longest: float,
+    expansion: Expansion | None = None,
+) -> Step | None:
     """Prove one step from a set of states.
 
     Args:
@@ -137,6 +133,7 @@ def step_from(field: Field, start: StateSet, scale: Array, longest: float) -> St
         start: The set.
         scale: The size of each state, shape (n,); the choice has no effect on what is proved.
         longest: The largest step, s.
+        expansion: The expansion of f about the centre of the set; default a new one, `NARROW`.
 
     Returns:
         The step; None if no bounds were found: a shorter step may succeed.
@@ -144,14 +141,15 @@ def step_from(field: Field, start: StateSet, scale: Array, longest: float) -> St
     frame = frame_of(start.frame)
     if frame is None:
         return None
+    expansion = expansion or Expansion(field, start.centre)
     try:
-        p = polynomial(field, start.centre, ORDER)
-        h = _on_grid(min(step_for(p, TOLERANCE, scale), longest))
+        p = expansion.p
+        h = _on_grid(min(step_for(p, expansion.accuracy.tolerance, scale), longest))
         margin = MARGIN * scale
         bounds = disc_bounds(field, p, h, RATIO, margin)
         if h <= 0 or not bounds.finite:
             return None
-        flow, ratio = _flow(field, p, h, bounds, scale)
+        flow, ratio = _flow(expansion, h, bounds, scale)
         if flow.h <= 0 or not _is_moderate(flow, frame, bounds):
             return None
         d = defect(field, p, flow.h, ratio, bounds)
@@ -176,18 +174,18 @@ def _on_grid(h: float) -> float:
 
 
 def _flow(
-    field: Field, p: Coefficients, h: float, bounds: DiscBounds, scale: Array
+    expansion: Expansion, h: float, bounds: DiscBounds, scale: Array
 ) -> tuple[LinearFlow, float]:
     """Return Φ and Ψ of a step of at most h, and the ratio ρ of the disc to it."""
-    slopes = jacobian_slopes(field, p, JACOBIAN_TERMS)
-    flow = linear_flow(jacobian_series(slopes, JACOBIAN_TERMS, h, RATIO, bounds), h)
+    slopes, terms = expansion.slopes, expansion.accuracy.jacobian_terms
+    flow = linear_flow(jacobian_series(slopes, terms, h, RATIO, bounds), h)
     last = float(flow.last_term(scale))
     if not last > MAX_LAST_TERM:
         return flow, RATIO
-    shorter = _on_grid(h * (MAX_LAST_TERM / last) ** (1.0 / JACOBIAN_TERMS))
+    shorter = _on_grid(h * (MAX_LAST_TERM / last) ** (1.0 / terms))
     # The disc stays as it is, so the shorter step has a larger ratio; it is rounded down.
     ratio = RATIO * h / shorter * (1.0 - 1e-12) if shorter > 0 else RATIO
-    J = jacobian_series(slopes, JACOBIAN_TERMS, shorter, ratio, bounds)
+    J = jacobian_series(slopes, terms, shorter, ratio, bounds)
     return linear_flow(J, shorter), ratio
 
 

@@ -75,6 +75,42 @@ def polynomial(field: Field, centre: list[Any], order: int) -> Coefficients:
     return found
 
 
+def extended(field: Field, p: Coefficients, slopes: Slopes, order: int) -> Coefficients:
+    """Return p with further coefficients, from one more evaluation of f.
+
+    With p of degree d, and p + δ the motion, (p + δ)' = f(p) + Jδ + O(δ²) and δ = O(t^(d+1)). So
+    the coefficients of the motion follow one after the other, up to degree 2d + 2. The sums are
+    computed in doubles; coefficients that are not finite become zero.
+
+    Args:
+        field: f.
+        p: The polynomial.
+        slopes: The coefficients of J = ∂f/∂y along p, at least d + 1 of them.
+        order: The new degree, at most 2d + 2.
+    """
+    from flint import arb, ctx
+
+    n, known = len(p), len(p[0])
+    cap = ctx.cap
+    try:
+        ctx.cap = order
+        rates = field(_series(p))
+    finally:
+        ctx.cap = cap
+    J = np.zeros((order, n, n))
+    for i, j, coefficients in slopes:
+        for k, coefficient in enumerate(coefficients[:order]):
+            J[k, i, j] = float(coefficient.mid())
+    delta = np.zeros((order + 1, n))
+    for k in range(known - 1, order):
+        rate = np.array([float(_coefficient(rate, k).mid()) for rate in rates])
+        for j in range(k + 1 - known):
+            rate += J[j] @ delta[k - j]
+        delta[k + 1] = rate / (k + 1)
+    delta[~np.isfinite(delta)] = 0.0
+    return [[*row, *(arb(value) for value in delta[known:, i].tolist())] for i, row in enumerate(p)]
+
+
 def step_for(p: Coefficients, tolerance: float, scale: Array) -> float:
     """Return the step, s, at which the last terms of p are `tolerance` of the scale of a state."""
     order = len(p[0]) - 1

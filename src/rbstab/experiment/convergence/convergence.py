@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import IntEnum, StrEnum
 from typing import Any
 
 METHOD_VERSION = 1
@@ -14,6 +14,28 @@ ATTRIBUTE = "convergence"
 """The attribute of a result that holds one of the three words; others begin with its name."""
 
 Attributes = dict[str, str | int | float]
+
+
+class Undecided(StrEnum):
+    """Why convergence is not decided, in a word."""
+
+    OUTSIDE = "outside"
+    """The start is outside of every certified region, and the motion was not enclosed."""
+
+    STEP_LIMIT = "step limit"
+    """The enclosure reached its largest number of steps."""
+
+    AT_REST = "at rest"
+    """The energy has all but stopped to fall, outside of every certified region."""
+
+    NO_STEP = "no step"
+    """No further step of the enclosure could be proved."""
+
+    NO_REGION = "no region"
+    """There is no proof of the rest states, or it has no certified region."""
+
+    SLIDING = "sliding"
+    """The motion is not smooth."""
 
 
 class Enclose(IntEnum):
@@ -45,6 +67,7 @@ class Convergence:
         steps: The number of steps of the enclosure.
         seconds: The time that the enclosure took, s.
         enclosed: How far the exact motion was to be enclosed.
+        reason: Why it is not decided, in a word; None if it is, or if it was read from a file.
     """
 
     proved: bool | None
@@ -56,6 +79,7 @@ class Convergence:
     steps: int = 0
     seconds: float = 0.0
     enclosed: Enclose = Enclose.NOTHING
+    reason: Undecided | None = None
 
     @property
     def word(self) -> str:

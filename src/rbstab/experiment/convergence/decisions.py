@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
-from rbstab.experiment.convergence.convergence import Convergence
+from rbstab.experiment.convergence.convergence import Convergence, Undecided
 from rbstab.experiment.convergence.region_bounds import level_of, region_energies
-from rbstab.experiment.proof import OPEN_RANGE, reached_state
+from rbstab.experiment.proof import OPEN_RANGE, has_no_rest_state, reached_state
 from rbstab.experiment.proof_record import Proof
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
@@ -19,16 +19,18 @@ def refusal(problem: Problem, proof: Proof | None) -> Convergence | None:
     """Return a convergence that no enclosure can decide, with the reason; None if one may."""
     if any(isinstance(element, SlidingConnector) for element in problem.system.elements):
         why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
-        return Convergence(None, why=why)
+        return Convergence(None, why=why, reason=Undecided.SLIDING)
     if proof is None:
-        return Convergence(None, why=f"no proof of the rest states is stored; {COMMAND} makes it")
-    wide = proof.unwrapped
-    if wide is not None and wide.proved and not wide.states:
+        why = f"no proof of the rest states is stored; {COMMAND} makes it"
+        return Convergence(None, why=why, reason=Undecided.NO_REGION)
+    if has_no_rest_state(proof):
         return Convergence(False, why="there is no rest state with |θ2| < π/2")
     if proof.proved and not proof.states:
-        return Convergence(None, why="the range of eq. 5 has no rest state")
+        why = "the range of eq. 5 has no rest state"
+        return Convergence(None, why=why, reason=Undecided.NO_REGION)
     if not region_energies(proof):
-        return Convergence(None, why=f"no certified region is proved ({proof.outcome})")
+        why = f"no certified region is proved ({proof.outcome})"
+        return Convergence(None, why=why, reason=Undecided.NO_REGION)
     return None
 
 

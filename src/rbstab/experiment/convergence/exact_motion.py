@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.motion_proof.dual import decimal_duals
+from rbstab.analysis.motion_proof.expansion import NARROW, Accuracy
 from rbstab.analysis.motion_proof.motion import (
     MotionStep,
     Unproved,
@@ -25,7 +26,7 @@ from rbstab.analysis.motion_proof.rounding import magnitude_of
 from rbstab.analysis.motion_proof.step import StateSet
 from rbstab.config.build import start_of
 from rbstab.config.schema import Config
-from rbstab.experiment.convergence.convergence import Convergence, Enclose
+from rbstab.experiment.convergence.convergence import Convergence, Enclose, Undecided
 from rbstab.experiment.convergence.decisions import COMMAND, convergence_in, refusal
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
@@ -38,6 +39,14 @@ from rbstab.systems.system import System
 MAX_STEPS = 2000
 """Steps after which the enclosure of a motion ends: a limit that is the same on every machine. A
 hundred steps take some two seconds."""
+
+
+class Limits(NamedTuple):
+    """How far a motion may be enclosed, and how accurately: the same on every machine."""
+
+    steps: int
+    accuracy: Accuracy = NARROW
+
 
 PATIENCE = 50
 """Steps over which the energy must fall by `LEAST_FALL`; otherwise the motion has come to rest."""
@@ -88,12 +97,18 @@ def convergence_at_start(config: Config, problem: Problem, proof: Proof | None) 
         return _by_older_proof(problem, proof)
     with proof_precision():
         start = _exact_start(config, problem)
-        inside = _convergence(proof, start.system, start.states, 0.0)
-    return inside or Convergence(None, why=OUTSIDE)
+        energy = energy_bounds(start.system, start.states)
+        inside = _convergence(proof, energy, start.states, 0.0)
+    return inside or Convergence(None, why=OUTSIDE, reason=Undecided.OUTSIDE)
 
 
 def prove_convergence(
-    config: Config, problem: Problem, proof: Proof, enclose: Enclose = Enclose.UNTIL_PROVED
+    config: Config,
+    problem: Problem,
+    proof: Proof,
+    enclose: Enclose = Enclose.UNTIL_PROVED,
+    *,
+    limits: Limits | None = None,
 ) -> MotionProof:
     """Enclose the exact motion of a config until it is where convergence is proved.
 
@@ -102,22 +117,29 @@ def prove_convergence(
         problem: Its problem.
         proof: The proof of its rest states and of their regions.
         enclose: How far to enclose it: until that is proved, or also to the last sample.
+        limits: The largest number of steps, and how accurate they are; default those of a run.
     """
     begin = time.perf_counter()
+    limits = limits or Limits(MAX_STEPS)
     refused, to_end = refusal(problem, proof), enclose is Enclose.TO_END
     if refused is not None and (not to_end or problem.switching is not None):
         return MotionProof(replace(refused, enclosed=enclose), None)
     with proof_precision():
         start = _exact_start(config, problem)
         last = float(problem.times[-1]) if to_end else 0.0
-        found, samples, steps = _followed(start, problem.times, last, proof, refused)
+        found, samples, steps = _followed(start, problem.times, last, proof, refused, limits)
     seconds = time.perf_counter() - begin
     convergence = replace(found, steps=steps, seconds=seconds, enclosed=enclose)
     return MotionProof(convergence, _enclosed_samples(start.system, samples))
 
 
-def _followed(
-    start: _Start, times: Array, last: float, proof: Proof, refused: Convergence | None
+def _followed(  # noqa: PLR0913, PLR0917 (one motion, its limits and its proof)
+    start: _Start,
+    times: Array,
+    last: float,
+    proof: Proof,
+    refused: Convergence | None,
+    limits: Limits,
 ) -> tuple[Convergence, list[_Sample], int]:
     """Follow the exact motion until its convergence is decided, and at least to a time.
 
@@ -125,38 +147,41 @@ def _followed(
         The convergence, the enclosed samples, and the number of steps.
     """
     system = start.system
-    found = refused or _convergence(proof, system, start.states, 0.0)
+    energy = energy_bounds(system, start.states)
+    found = refused or _convergence(proof, energy, start.states, 0.0)
     samples = [_sample(start.states.centre, start.states.spread, 0.0)]
     now, steps = 0.0, 0
-    energies = [energy_bounds(system, start.states)[0]]
-    motion = enclosed_motion(system, start.states, start.scale)
+    energies = [energy[0]]
+    motion = enclosed_motion(system, start.states, start.scale, limits.accuracy)
     while found is None or now < last:
-        if steps == MAX_STEPS or (found is None and _is_at_rest(energies)):
+        if steps == limits.steps or (found is None and _is_at_rest(energies)):
             why = f"v is too large after {steps} steps of the enclosure, at t = {now:.4g} s"
             if found is not None:
                 why = f"{steps} steps of the enclosure reach t = {now:.4g} s"
-            elif steps < MAX_STEPS:
+            elif steps < limits.steps:
                 why = (
                     f"v has all but stopped to fall, outside of every certified region (by less "
                     f"than {LEAST_FALL:g} of its loss in {PATIENCE} steps, to t = {now:.4g} s)"
                 )
-            return _ended(found, why), samples, steps
+            reason = Undecided.STEP_LIMIT if steps == limits.steps else Undecided.AT_REST
+            return _ended(found, why, reason), samples, steps
         try:
             step = next(motion)
         except Unproved:
             why = f"the enclosure ends at t = {now:.4g} s: no further step could be proved"
-            return _ended(found, why), samples, steps
+            return _ended(found, why, Undecided.NO_STEP), samples, steps
         steps, now = steps + 1, step.end_time
         samples += _samples_in(step, times)
-        energies.append(energy_bounds(system, step.step.end)[0])
-        found = found or _convergence(proof, system, step.step.end, now)
+        energy = energy_bounds(system, step.step.end)
+        energies.append(energy[0])
+        found = found or _convergence(proof, energy, step.step.end, now)
     return found, samples, steps
 
 
-def _ended(found: Convergence | None, why: str) -> Convergence:
+def _ended(found: Convergence | None, why: str, reason: Undecided) -> Convergence:
     """Return a convergence whose enclosure ended early, with the reason."""
     if found is None:
-        return Convergence(None, why=why)
+        return Convergence(None, why=why, reason=reason)
     reasons = [found.why] if found.why else []
     return replace(found, why="; ".join([*reasons, f"not enclosed to the end: {why}"]))
 
@@ -172,7 +197,7 @@ def _by_older_proof(problem: Problem, proof: Proof) -> Convergence:
     """Return what a proof of version 1 says about a start: v(0) in doubles, with its margin."""
     level = start_level(problem, proof)
     if proof.region is None or level is None or not starts_inside(problem, proof):
-        return Convergence(None, why=OUTSIDE)
+        return Convergence(None, why=OUTSIDE, reason=Undecided.OUTSIDE)
     margin = ROUND_OFF * abs(level)
     energy = (level - margin, level + margin)
     bound = proof.region.lower_bound
@@ -184,9 +209,18 @@ def _exact_start(config: Config, problem: Problem) -> _Start:
     return _Start(system, start_set(start_of(config, system, decimal_duals), scale), scale)
 
 
-def _convergence(proof: Proof, system: System, states: StateSet, t: float) -> Convergence | None:
-    """Return the convergence of all states of a set if it is proved, else None."""
-    return convergence_in(proof, energy_bounds(system, states), angle_bounds(states), t)
+def _convergence(
+    proof: Proof, energy: tuple[float, float], states: StateSet, t: float
+) -> Convergence | None:
+    """Return the convergence of all states of a set if it is proved, else None.
+
+    Args:
+        proof: The proof of the rest states.
+        energy: Bounds on the total energy of the states, J.
+        states: The set.
+        t: The time, s.
+    """
+    return convergence_in(proof, energy, angle_bounds(states), t)
 
 
 def _samples_in(step: MotionStep, times: Array) -> Iterator[_Sample]:

@@ -16,8 +16,8 @@ from rbstab.store.table import Table
 from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, unfinished_error
-from rbstab.sweep.members.convergence import COLUMN as CONVERGENCE
-from rbstab.sweep.members.outcome import COLUMNS
+from rbstab.sweep.members.outcome import known_columns
+from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
 from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS
 
 SWEEP: Literal["sweep"] = "sweep"
@@ -78,7 +78,7 @@ def _table_of(file: Path) -> Table | None:
 
 def _check_columns(file: Path, table: Table) -> None:
     """Check that the columns of a sweep are declared as in this version, or an older one."""
-    for name, declared in (COLUMNS | {"convergence": CONVERGENCE}).items():
+    for name, declared in (known_columns() | GATHERED_COLUMNS).items():
         found = table.layout.get(name)
         if found is None:
             continue

@@ -9,8 +9,8 @@ from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.figure import Axis, Figure, Intervals, Panel
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
 from rbstab.report.sweeps.table_entries import number, whole
-from rbstab.sweep.members.convergence import NO_PROOF, PROVED
 from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
 
 CONFIDENCE = 0.95
 

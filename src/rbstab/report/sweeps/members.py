@@ -14,10 +14,11 @@ from rbstab.store.errors import NotAResultError
 from rbstab.store.table import RUN, Table
 from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.layout import safe_name
-from rbstab.sweep.members.convergence import NO_PROOF, ProvedConvergence
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
+from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
 
 COLUMNS = (
     "run_id",
@@ -30,14 +31,20 @@ COLUMNS = (
     "settling_time",
     "displacement_settling_time",
     "convergence",
+    "proved_rest_state",
+    "proved_time",
+    "motion_proof",
     "steps",
     "energy_at_rest",
     "rest_orientation",
 )
 """Columns to read besides the parameters; all columns of a sweep could need too much memory."""
 
-OPTIONAL = ("convergence", "energy_at_rest", "rest_orientation")
-"""Columns that older sweeps do not have."""
+OPTIONAL = (
+    *("convergence", "energy_at_rest", "rest_orientation"),
+    *("proved_rest_state", "proved_time", "motion_proof"),
+)
+"""Columns that older sweeps do not have, or only sweeps with `prove` have."""
 
 SETTLED, UNSETTLED = "settled", "not settled"
 
@@ -135,13 +142,32 @@ class Members:
     @cached_property
     def convergence(self) -> Array:
         """The proved convergence of each member, as its index in `convergence.CONVERGENCE`."""
-        if self.levels and self._certified is not None:
-            return self._certified.of(
-                0, len(self), self.column("lyapunov_start"), self._energy_at_rest
-            )
-        if "convergence" in self.table.layout:
-            return self.column("convergence")
-        return np.full(len(self), NO_PROOF, dtype=np.int8)
+        return self._proved.codes
+
+    @cached_property
+    def proved_rest_states(self) -> Array:
+        """The number of the rest state to which each member is proved to converge; 0: not proved.
+
+        Sweeps of older versions have no such column. Their proved members converge to the lowest.
+        """
+        return self._proved.rest_states
+
+    @cached_property
+    def _proved(self) -> MemberConvergence:
+        """What is proved of the members: the stored columns, and more by proofs made since."""
+        layout = self.table.layout
+        codes = np.full(len(self), NO_PROOF, dtype=np.int8)
+        if "convergence" in layout:
+            codes = self.column("convergence")
+        rest_states = (codes == PROVED).astype(np.int32)
+        if "proved_rest_state" in layout:
+            rest_states = self.column("proved_rest_state")
+        stored = MemberConvergence(codes, rest_states)
+        # Columns of older versions were computed with one region only.
+        complete = "proved_rest_state" in layout and (codes != NO_PROOF).any()
+        if complete or self._certified is None:
+            return stored
+        return self._certified.of(0, len(self)).beside(stored)
 
     @cached_property
     def _certified(self) -> ProvedConvergence | None:

@@ -60,10 +60,20 @@ def start_over_level(members: Members) -> MemberQuantity | None:
     return _quantity("start-over-level", "v(0) / c*", "", values)
 
 
+def proved_time(members: Members) -> MemberQuantity | None:
+    """Return when members are inside a certified region, proved; None without such a column."""
+    if "proved_time" not in members.table.layout:
+        return None
+    label = "inside a certified region from t ="
+    return MemberQuantity("proved-time", Axis(label, "s"), _finite(members.column("proved_time")))
+
+
 def mapped(members: Members) -> list[MemberQuantity]:
     """Return the quantities that maps and curves show, if they have finite values."""
     quantities = [settling_time(members), peak_displacement(members), regularity(members)]
     quantities.append(start_over_level(members) or start_energy(members))
+    proved = proved_time(members)
+    quantities += [] if proved is None else [proved]
     return [quantity for quantity in quantities if np.isfinite(quantity.values).any()]
 
 

@@ -11,6 +11,7 @@ from rbstab.report.sweeps.maps.maps import map_blocks
 from rbstab.report.sweeps.members import Members, read_members
 from rbstab.report.sweeps.notable import notable_blocks
 from rbstab.report.sweeps.overview import overview_table, varied_table
+from rbstab.report.sweeps.proofs import proof_blocks
 
 UNREADABLE = (
     "This version of rbstab cannot read the plan of the sweep. The report has no maps, no "
@@ -44,7 +45,10 @@ def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
 
 
 def _facts(sweep: SweepFile, members: Members) -> list[Block]:
-    blocks: list[Block] = [overview_table(sweep.name, members, sweep.path)]
+    blocks = [
+        *proof_blocks(sweep.name, members),
+        overview_table(sweep.name, members, sweep.path),
+    ]
     if members.plan is None:
         blocks.append(UNREADABLE)
     else:

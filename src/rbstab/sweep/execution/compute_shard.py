@@ -13,6 +13,7 @@ from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import checked_traces
 from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.motions import motion_columns
 
 
 def compute_shard(
@@ -50,6 +51,8 @@ def compute_members(
 ) -> Shard:
     """Integrate members with an engine; if it raises an error, integrate them one by one.
 
+    If the plan has `prove`, the convergence of the members is proved as well.
+
     Args:
         plan: The plan.
         engine: Integrates the members.
@@ -61,13 +64,14 @@ def compute_members(
         EngineMissingError: The engine cannot be used.
     """
     try:
-        return _computed(plan, engine, start, stop)
+        shard = _computed(plan, engine, start, stop)
     except EngineMissingError:
         raise
     except Exception as error:
         # No member may stop the sweep: each is rerun as a single run, and gets its own status.
         on_error(error)
-        return _computed(plan, SingleRuns(plan), start, stop)
+        shard = _computed(plan, SingleRuns(plan), start, stop)
+    return Shard(shard.outcome | motion_columns(plan, start, stop), shard.traces)
 
 
 def _computed(plan: Plan, engine: MemberEngine, start: int, stop: int) -> Shard:

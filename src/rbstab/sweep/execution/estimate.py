@@ -14,12 +14,16 @@ from rbstab.sweep.members.scipy_comparison import ENGINE, MEMBERS_PER_SAMPLE, is
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.motions import motion_columns
 
 CALIBRATION_TIME = 3.0
 """s; the limit of a calibration, divided among the variants, without compilation."""
 
 SAMPLED_MEMBERS = 256
 """Members sampled to find the share of each variant."""
+
+PROVED_MEMBERS = 16
+"""Largest number of members whose proofs are timed."""
 
 MIN_BLOCK = 64
 """Members. Variants in shorter blocks are timed together: a piece would contain several."""
@@ -46,7 +50,7 @@ class Estimate(NamedTuple):
     """Estimated cost of the rest of a sweep.
 
     Args:
-        seconds: Time of the members, on the given number of threads, s.
+        seconds: Time of the members, on the given number of threads, s. It includes their proofs.
         check_seconds: Time of the comparison with SciPy, s.
         calibrated: The number of members timed, for the variant with the fewest.
         bytes: Disk space of the whole sweep.
@@ -90,6 +94,7 @@ def estimate(
         cost = _measure(engine, _Pieces(members, block), share * CALIBRATION_TIME, clock)
         seconds_per_member += share * cost.seconds
         calibrated = min(calibrated, cost.members)
+    seconds_per_member += _proof_time(plan, clock)
     seconds = remaining * seconds_per_member / min(threads, remaining)
     check_seconds = _comparison_time(plan, variants, threads, clock)
     return Estimate(seconds, check_seconds, calibrated, sweep_bytes(plan))
@@ -155,6 +160,25 @@ def _measure(engine: MemberEngine, pieces: _Pieces, allowed: float, clock: Clock
         if left <= 0 or not longer:
             return _Cost(seconds / (count * length), count * length)
         length *= GROWTH
+
+
+def _proof_time(plan: Plan, clock: Clock) -> float:
+    """Return the time of the proofs of a member, on average, s, from some of the selected members.
+
+    The proofs of rest states that members share are not counted.
+    """
+    if plan.prove is None:
+        return 0.0
+    members = plan.prove.first(PROVED_MEMBERS, plan.members)
+    motion_columns(plan, members[0], members[0] + 1)  # warm-up: the proof of the rest states
+    begin, done = clock(), 0
+    for member in members:
+        motion_columns(plan, member, member + 1)
+        done += 1
+        if clock() - begin > CALIBRATION_TIME:
+            break
+    share = plan.prove.count(plan.members) / plan.members
+    return share * (clock() - begin) / done
 
 
 def _comparison_time(

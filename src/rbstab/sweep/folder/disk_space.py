@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from rbstab.store.errors import StoreError
 from rbstab.sweep.folder.layout import varied_layout
 from rbstab.sweep.folder.sweep_folder import SweepFolder
-from rbstab.sweep.members.outcome import COLUMNS
+from rbstab.sweep.members.outcome import columns_of
 from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.plan import Plan
 
@@ -17,7 +17,7 @@ def sweep_bytes(plan: Plan) -> int:
     """Return the size of a sweep in bytes: its shards, their traces, and the gathered file."""
     traces = plan.keep.count(plan.members)
     return plan.members * (
-        _shard_bytes_per_member() + _gathered_bytes_per_member(plan)
+        _shard_bytes_per_member(plan) + _gathered_bytes_per_member(plan)
     ) + traces * trace_size(plan)
 
 
@@ -40,10 +40,9 @@ def check_disk_space(plan: Plan, folder: SweepFolder, missing: Iterable[int]) ->
     bounds = [folder.bounds(number) for number in missing]
     if not bounds:
         return
-    needed = (
-        plan.members * _gathered_bytes_per_member(plan)
-        + sum(b - a for a, b in bounds) * _shard_bytes_per_member()
-    )
+    needed = plan.members * _gathered_bytes_per_member(plan) + sum(
+        b - a for a, b in bounds
+    ) * _shard_bytes_per_member(plan)
     trace_bytes = trace_size(plan)
     if trace_bytes:
         needed += trace_bytes * sum(int(plan.keep.selected(*bound).sum()) for bound in bounds)
@@ -55,9 +54,11 @@ def check_disk_space(plan: Plan, folder: SweepFolder, missing: Iterable[int]) ->
         )
 
 
-def _shard_bytes_per_member() -> int:
-    return sum(column.size for column in COLUMNS.values()) + _MEMBER_NUMBER_BYTES
+def _shard_bytes_per_member(plan: Plan) -> int:
+    return sum(column.size for column in columns_of(plan).values()) + _MEMBER_NUMBER_BYTES
 
 
 def _gathered_bytes_per_member(plan: Plan) -> int:
-    return _shard_bytes_per_member() + sum(column.size for column in varied_layout(plan).values())
+    return _shard_bytes_per_member(plan) + sum(
+        column.size for column in varied_layout(plan).values()
+    )

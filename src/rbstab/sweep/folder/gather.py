@@ -20,11 +20,12 @@ from rbstab.store.table_writer import write_table
 from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.folder.shard_inventory import ShardInventory
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder
-from rbstab.sweep.members.convergence import COLUMN, ProvedConvergence
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.scipy_comparison import ScipyComparison
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
+from rbstab.sweep.proofs.convergence import ProvedConvergence, proved_columns
 
 HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no", "yes"))
 """The column `traces` of a sweep with traces."""
@@ -89,7 +90,7 @@ def gather(
         extras |= _comparison_extras(comparison)
     text = np.array(plan_yaml(plan), dtype=object)
     extras["plan"] = Variable((), text, "", "resolved plan, YAML")
-    layout = varied_layout(plan) | folder.columns | {"convergence": COLUMN}
+    layout = varied_layout(plan) | folder.columns | GATHERED_COLUMNS
     if plan.keep.count(plan.members):
         layout["traces"] = HAS_TRACE
     header = TableHeader(layout, 0, manifest.members, attributes, extras)
@@ -103,9 +104,7 @@ def _shards(plan: Plan, folder: SweepFolder) -> Iterator[dict[str, Array]]:
         if table is None:
             raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
         bounds, arrays = folder.bounds(number), dict(table.arrays)
-        arrays["convergence"] = convergence.of(
-            *bounds, arrays["lyapunov_start"], arrays.get("energy_at_rest")
-        )
+        arrays |= proved_columns(convergence.of(*bounds), arrays)
         arrays["traces"] = plan.keep.selected(*bounds).astype("i1")
         yield varied_arrays(plan, *bounds) | arrays
 
@@ -130,6 +129,8 @@ class SweepSummary(NamedTuple):
         settled: The number of completed members that settled.
         settling_median: The median of their settling times, s.
         worst_residual: The largest |r|/v(0) of the completed members with v(0) > 0.
+        convergence: The number of members with each word of the column `convergence` that occurs;
+            empty if it is unknown of all members.
     """
 
     members: int
@@ -137,6 +138,7 @@ class SweepSummary(NamedTuple):
     settled: int
     settling_median: float
     worst_residual: float
+    convergence: dict[str, int]
 
 
 def sweep_summary(path: Path) -> SweepSummary:
@@ -146,7 +148,7 @@ def sweep_summary(path: Path) -> SweepSummary:
         StoreError: The file cannot be read, or is damaged.
     """
     names = ("status", "settling_time", "energy_residual", "lyapunov_start")
-    table = read_table(path, names)
+    table = read_table(path, (*names, "convergence"))
     status, settling, residual, start = (table[name] for name in names)
     completed = status == STATUSES.index(RunStatus.COMPLETED)
     settled = settling[completed & np.isfinite(settling)]
@@ -158,7 +160,16 @@ def sweep_summary(path: Path) -> SweepSummary:
         len(settled),
         float(np.median(settled)) if len(settled) else float("nan"),
         float(relative.max()) if len(relative) else float("nan"),
+        _counts_of_convergence(table),
     )
+
+
+def _counts_of_convergence(table: Table) -> dict[str, int]:
+    if "convergence" not in table.layout or not table["convergence"].any():
+        return {}
+    flags = table.layout["convergence"].flags
+    counts = np.bincount(table["convergence"], minlength=len(flags))
+    return {word: n for word, n in zip(flags, counts.tolist(), strict=True) if n}
 
 
 def counts_by_status(counts: Array) -> dict[str, int]:

@@ -10,7 +10,7 @@ from rbstab.integrate.engines import ENGINES
 from rbstab.store.disk.existence import path_exists
 from rbstab.store.document import checked, read_document
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.sweep.members.outcome import COLUMNS
+from rbstab.sweep.members.outcome import known_columns
 from rbstab.sweep.plan.plan import MAX_MEMBERS, MAX_TITLE_LENGTH, Plan
 from rbstab.sweep.plan.trace_selection import NO_TRACES, TraceSelection
 
@@ -130,7 +130,7 @@ def read_manifest(folder: Path) -> Manifest:
     if version != MANIFEST_VERSION:
         raise NotAResultError(f"{path} is damaged: schema_version is wrong")
     manifest = checked(path, data, Manifest)
-    unknown = [name for name in manifest.columns if name not in COLUMNS]
+    unknown = [name for name in manifest.columns if name not in known_columns()]
     if unknown:
         raise StoreError(
             f"{folder} has columns of a newer rbstab ({', '.join(unknown)}); update rbstab"

@@ -23,7 +23,7 @@ from rbstab.sweep.folder.sweep_folder import (
     SweepFolder,
     read_folder,
 )
-from rbstab.sweep.members.outcome import COLUMNS
+from rbstab.sweep.members.outcome import columns_of
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan, plan_id
 from rbstab.sweep.plan.trace_selection import NO_TRACES
@@ -150,7 +150,13 @@ MAX_TRACE_BYTES = 32e6
 """Bytes of the traces of a shard. Each thread has one shard in memory."""
 
 
-def default_shard_size(members: int, *, one_by_one: bool, trace_bytes: float = 0.0) -> int:
+MAX_PROOFS = 16
+"""Members of a shard whose motions are enclosed, on average. Each takes about a second."""
+
+
+def default_shard_size(
+    members: int, *, one_by_one: bool, trace_bytes: float = 0.0, proofs: float = 0.0
+) -> int:
     """Return the default number of members of a shard.
 
     If a process dies, little work is lost with small shards; they also give work to all threads.
@@ -162,8 +168,11 @@ def default_shard_size(members: int, *, one_by_one: bool, trace_bytes: float = 0
         members: The number of members of the sweep.
         one_by_one: Some members run one by one, which takes much longer.
         trace_bytes: The bytes of traces per member, on average.
+        proofs: The share of members whose motions are enclosed.
     """
     limit = max(1, int(MAX_TRACE_BYTES / trace_bytes)) if trace_bytes else 4096
+    if proofs:
+        limit = min(limit, max(1, int(MAX_PROOFS / proofs)))
     if one_by_one:
         return min(16, limit)
     size = min(4096, max(1024, members // 64 // 64 * 64), limit)
@@ -177,7 +186,10 @@ def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
     size = shard_size or max(
         smallest,
         default_shard_size(
-            plan.members, one_by_one=one_by_one, trace_bytes=share * trace_size(plan)
+            plan.members,
+            one_by_one=one_by_one,
+            trace_bytes=share * trace_size(plan),
+            proofs=0.0 if plan.prove is None else plan.prove.count(plan.members) / plan.members,
         ),
     )
     if size < smallest:
@@ -194,7 +206,7 @@ def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
         engine=plan.engine,
         versions={name: known[name] for name in known if name not in ("created", "commit")},
         keep=plan.keep,
-        columns=tuple(COLUMNS),
+        columns=tuple(columns_of(plan)),
     )
 
 

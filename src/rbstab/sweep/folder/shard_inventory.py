@@ -36,6 +36,11 @@ class ShardInventory:
         return int(self.counts.sum())
 
     @property
+    def proved(self) -> int:
+        """The number of members whose convergence is proved, if the plan has `prove`."""
+        return sum(facts.proved for facts in self.done.values())
+
+    @property
     def first_failed(self) -> int | None:
         """The first failed member of the stored shards; None if no member failed."""
         found = [f.first_failed for f in self.done.values() if f.first_failed is not None]

@@ -19,7 +19,7 @@ from rbstab.store.table import RUN, Column, Table, TableHeader
 from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.manifest import Manifest, read_manifest
 from rbstab.sweep.members.engine import FAILED_CODES
-from rbstab.sweep.members.outcome import COLUMNS, STATUSES
+from rbstab.sweep.members.outcome import COLUMNS, STATUSES, known_columns
 from rbstab.sweep.members.traces import motions_of
 
 PLAN_FILE = "plan.yaml"
@@ -38,11 +38,13 @@ class ShardFacts(NamedTuple):
         counts: The number of members with each status, by its code.
         first_failed: The first member that failed, if any.
         digest: The digest of the shard's file, which contains the digest of its traces if any.
+        proved: The number of members whose convergence is proved, if the plan has `prove`.
     """
 
     counts: Array
     first_failed: int | None
     digest: str
+    proved: int = 0
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,8 @@ class SweepFolder:
     @property
     def columns(self) -> dict[str, Column]:
         """The columns of the shards."""
-        return {name: COLUMNS[name] for name in self.manifest.columns}
+        known = known_columns()
+        return {name: known[name] for name in self.manifest.columns}
 
     @property
     def missing_columns(self) -> tuple[str, ...]:
@@ -159,7 +162,7 @@ class SweepFolder:
             attributes |= {"traces_digest": checksum.digest, "traces_bytes": checksum.size}
         head = TableHeader(self.columns, start, stop - start, attributes)
         attributes[DIGEST] = write_shard(self.shard_file(number), head, outcome)
-        return shard_facts(outcome["status"], start, attributes)
+        return shard_facts(outcome, start, attributes)
 
     def read(self, number: int, *, read_traces: bool = False) -> Table | None:
         """Read a shard; None if it is missing, damaged, of another sweep, or lacks its traces.
@@ -203,7 +206,7 @@ class SweepFolder:
         table = self.read(number, read_traces=read_traces)
         if table is None:
             return None
-        return shard_facts(table["status"], int(table[RUN][0]), table.attributes)
+        return shard_facts(table.arrays, int(table[RUN][0]), table.attributes)
 
 
 def traces_checksum(shard: Table) -> FileChecksum | None:
@@ -213,19 +216,21 @@ def traces_checksum(shard: Table) -> FileChecksum | None:
 
 
 def shard_facts(
-    status: Array, first: int, attributes: Mapping[str, str | int | float]
+    arrays: Mapping[str, Array], first: int, attributes: Mapping[str, str | int | float]
 ) -> ShardFacts:
     """Return the facts of a shard.
 
     Args:
-        status: The status of each member, shape (m,).
+        arrays: The columns of the shard.
         first: The number of the first member.
         attributes: The attributes of the file, with its digest.
     """
+    status, proved = arrays["status"], arrays.get("proved_rest_state")
     failed = np.flatnonzero(np.isin(status, FAILED_CODES))
     counts = np.bincount(status, minlength=len(STATUSES))
     first_failed = int(first + failed[0]) if len(failed) else None
-    return ShardFacts(counts, first_failed, str(attributes[DIGEST]))
+    count = 0 if proved is None else int(np.count_nonzero(proved > 0))
+    return ShardFacts(counts, first_failed, str(attributes[DIGEST]), count)
 
 
 def read_folder(path: Path) -> SweepFolder:

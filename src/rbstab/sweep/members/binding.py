@@ -1,18 +1,15 @@
 """Converting the values of many members to parameters and initial states of their systems."""
 
-from collections.abc import Iterator
-from typing import Any
-
 import numpy as np
 
 from rbstab.config.build import problem_of
-from rbstab.config.entries import replaced, value_at
+from rbstab.config.entries import replaced
 from rbstab.config.schema import Config
-from rbstab.config.source import Path
 from rbstab.integrate.heyoka.compiled_map import CompiledMap
 from rbstab.integrate.heyoka.ensemble import parameters_and_start
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.plan.varied_numbers import varied_numbers, varied_paths
 
 
 class Binding:
@@ -34,7 +31,7 @@ class Binding:
         self.varied_keys = plan.varied_keys_of(variant)
         self.problem = plan.initial_value_problems[variant]
         self.size = self.problem.system.size
-        self.paths = [path for varied in self.varied_keys for path, _ in self._numbers(varied.path)]
+        self.paths = varied_paths(self.base, self.varied_keys)
 
         def evaluate(numbers: Array) -> Array:
             values = dict(zip(self.paths, numbers.tolist(), strict=True))
@@ -51,32 +48,13 @@ class Binding:
             values: The values of the members from `Plan.values`, each of shape (m,).
         """
         members = len(next(iter(values.values())))
-        rows: list[Array] = []
-        for varied in self.varied_keys:
-            value = values[varied.key].astype(float)
-            for _, number in self._numbers(varied.path):
-                rows.append(value * number if varied.scale else value)
+        floats = {varied.key: values[varied.key].astype(float) for varied in self.varied_keys}
+        rows = list(varied_numbers(self.base, self.varied_keys, floats).values())
         numbers = np.array(rows) if rows else np.zeros((0, members))
         result = self.compiled(numbers)
         return result[: -self.size], result[-self.size :]
 
     def config_of(self, row: dict[str, float]) -> Config:
         """Return the config of one member from its values, not validated."""
-        numbers = {}
-        for varied in self.varied_keys:
-            value = float(row[varied.key])
-            for path, number in self._numbers(varied.path):
-                numbers[path] = value * number if varied.scale else value
-        return replaced(self.base, numbers)
-
-    def _numbers(self, path: Path) -> Iterator[tuple[Path, float]]:
-        """Yield the path and value of each number of the base config at a path and below it."""
-        yield from _numbers_below(value_at(self.base, path), path)
-
-
-def _numbers_below(value: Any, path: Path) -> Iterator[tuple[Path, float]]:
-    if isinstance(value, tuple):
-        for index, entry in enumerate(value):
-            yield from _numbers_below(entry, (*path, index))
-    else:
-        yield path, value
+        floats = {varied.key: float(row[varied.key]) for varied in self.varied_keys}
+        return replaced(self.base, varied_numbers(self.base, self.varied_keys, floats))

@@ -11,6 +11,8 @@ from rbstab.elements.registry import OWN_STATES
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Column
+from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.columns import MOTION_COLUMNS
 
 SETTLED_DISTANCE = 1e-3
 """The contact point has settled when |E| stays below this distance, m."""
@@ -71,6 +73,16 @@ COLUMNS: dict[str, Column] = {
 }
 """The columns of a shard. The folder of a sweep lists its columns, so a new column does not make
 older sweeps invalid."""
+
+
+def known_columns() -> dict[str, Column]:
+    """Return all columns that shards may have."""
+    return COLUMNS | MOTION_COLUMNS
+
+
+def columns_of(plan: Plan) -> dict[str, Column]:
+    """Return the columns of the shards of a plan."""
+    return COLUMNS if plan.prove is None else known_columns()
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from rbstab.sweep.plan.axes import Axis, VariedKey
 from rbstab.sweep.plan.bases import VARIANT_SECTIONS
 from rbstab.sweep.plan.load import GRID
 from rbstab.sweep.plan.plan import PLAN_VERSION, Plan
+from rbstab.sweep.plan.proof_selection import prove_data
 from rbstab.sweep.plan.trace_selection import TraceSelection
 
 
@@ -28,6 +29,7 @@ def plan_data(plan: Plan) -> dict[str, Any]:
         "design": GRID if design is None else design.keyword,
         **drawn,
         "keep": _keep(plan.keep),
+        **({} if plan.prove is None else {"prove": prove_data(plan.prove)}),
     }
 
 

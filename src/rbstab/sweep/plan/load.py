@@ -19,11 +19,12 @@ from rbstab.sweep.plan.plan import (
     Plan,
 )
 from rbstab.sweep.plan.problems import ProblemCollector
+from rbstab.sweep.plan.proof_selection import read_prove
 from rbstab.sweep.plan.read_vary import read_vary
 from rbstab.sweep.plan.trace_selection import TraceSelection
 from rbstab.sweep.plan.validity import problems_of_members
 
-KEYS = ("schema_version", "title", "base", "vary", "design", "members", "seed", "keep")
+KEYS = ("schema_version", "title", "base", "vary", "design", "members", "seed", "keep", "prove")
 """The keys of a plan."""
 
 GRID = "grid"
@@ -62,10 +63,10 @@ def load_plan(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str] =
     name = _design_name(problems)
     axes = read_vary(problems, grid=name == GRID)
     title, design = _title(problems), _design(problems, name, axes)
-    keep = _keep(problems)
+    keep, prove = _keep(problems), read_prove(problems)
     changes = [changes] if isinstance(changes, str) else list(changes)
     bases = read_bases(problems, folder, _variants(axes), changes)
-    loaded = Plan(title, bases, axes, design, keep)
+    loaded = Plan(title, bases, axes, design, keep, prove)
     if bases:
         check_keys(problems, loaded)
         check_changes(problems, loaded, changes)

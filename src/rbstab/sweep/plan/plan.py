@@ -22,6 +22,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey, value_at
 from rbstab.sweep.plan.designs import Design
 from rbstab.sweep.plan.distributions import FiniteList
+from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.plan.trace_selection import TraceSelection
 
 PLAN_VERSION = 1
@@ -42,6 +43,7 @@ class Plan:
         axes: The varied keys, in groups that vary together.
         design: The points from which the axes without `each` draw their values; None for a grid.
         keep: Selects the members with traces.
+        prove: Selects the members whose exact motions are enclosed; None: no member.
     """
 
     title: str
@@ -49,6 +51,7 @@ class Plan:
     axes: tuple[Axis, ...]
     design: Design | None
     keep: TraceSelection
+    prove: ProofSelection | None = None
 
     @property
     def varied_keys(self) -> tuple[VariedKey, ...]:
@@ -216,11 +219,11 @@ def plan_id(plan: Plan) -> str:
     """Return the identity of a sweep: the first 32 hexadecimal digits of a SHA-256.
 
     The hash covers everything that defines the members (the resolved bases, the varied keys, the
-    design, members and seed) and the selection of traces, in the canonical form of `run_id`. It
-    does not cover the title of the plan.
+    design, members and seed) and the selections of traces and of proofs, in the canonical form of
+    `run_id`. It does not cover the title of the plan.
     """
     design = plan.design
-    content = {
+    content: dict[str, Any] = {
         "version": PLAN_VERSION,
         "bases": [resolved(base) for base in plan.bases.values()],
         "vary": [
@@ -230,6 +233,9 @@ def plan_id(plan: Plan) -> str:
         "design": [design.keyword, design.points, design.seed] if design is not None else ["grid"],
         "keep": [plan.keep.every, plan.keep.members],
     }
+    if plan.prove is not None:
+        # Plans without proofs keep the identity that they had before there was this key.
+        content["prove"] = [plan.prove.steps, plan.prove.members]
     text = json.dumps(content, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 

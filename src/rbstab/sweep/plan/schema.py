@@ -6,6 +6,7 @@ from rbstab.config.schema import VARIANTS
 from rbstab.sweep.plan.designs import DESIGNS
 from rbstab.sweep.plan.load import GRID
 from rbstab.sweep.plan.plan import MAX_MEMBERS, MAX_TITLE_LENGTH, PLAN_VERSION
+from rbstab.sweep.plan.proof_selection import LARGEST_STEPS, MOTION
 
 _NUMBER = {"type": "number"}
 _COUNT = {"type": "integer", "minimum": 1}
@@ -56,6 +57,13 @@ def plan_json_schema() -> dict[str, Any]:
     group = {"type": "object", "minProperties": 1, "additionalProperties": _reference("column")}
     axis = {"anyOf": [_reference("column"), _only("zip", group)]}
     numbers = {"type": "array", "minItems": 1, "items": {"type": "integer", "minimum": 0}}
+    steps = {**_COUNT, "maximum": LARGEST_STEPS, "description": "of one enclosure"}
+    limits = {
+        "type": "object",
+        "properties": {"steps": steps, "members": _COUNT},
+        "minProperties": 1,
+        "additionalProperties": False,
+    }
     named = {"anyOf": [numbers, _only("every", _COUNT)]}
     properties = {
         "schema_version": {"const": PLAN_VERSION},
@@ -74,6 +82,10 @@ def plan_json_schema() -> dict[str, Any]:
         "members": {**_COUNT, "maximum": MAX_MEMBERS, "description": "not for a grid"},
         "seed": {"type": "integer", "minimum": 0, "description": "not for a grid"},
         "keep": {"anyOf": [{"enum": ["summary", "traces"]}, _only("traces", named)]},
+        "prove": {
+            "anyOf": [{"const": MOTION}, _only(MOTION, limits)],
+            "description": "enclose exact motions until their convergence is proved",
+        },
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

@@ -12,7 +12,9 @@ from rbstab.report.model.figure import Axis, Cells, Line
 from rbstab.report.sweeps.basins import Basins
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
 from rbstab.report.sweeps.parameters import BinnedAxis
+from rbstab.report.sweeps.proofs import proof_codes
 from rbstab.report.sweeps.quantities import MemberQuantity
+from rbstab.sweep.proofs.columns import PROVED
 
 MIN_MEMBERS = 5
 """A cell of sampled values with fewer members stays empty: its value would be unreliable."""
@@ -126,6 +128,21 @@ def basin_cells(basins: Basins, grid: MapGrid) -> Cells:
         return replace(_cells(grid, shares(grid, basins.codes == 0), scale), span=(0.0, 1.0))
     codes = np.where(basins.codes < 0, np.nan, basins.codes)
     return _cells(grid, medians(grid, codes), Axis("approaches", categories=basins.labels))
+
+
+def proof_cells(members: Members, grid: MapGrid) -> Cells:
+    """Return a map of what is proved of the members.
+
+    If a cell has more than one member, the map shows the share of those that are proved to
+    converge.
+    """
+    if not grid.is_single:
+        proved = members.convergence == PROVED
+        scale = Axis("share proved to converge")
+        return replace(_cells(grid, shares(grid, proved), scale), span=(0.0, 1.0))
+    found = proof_codes(members)
+    scale = Axis("convergence of the exact motion", categories=found.labels)
+    return _cells(grid, medians(grid, found.codes.astype(float)), scale)
 
 
 def contour_line(grid: MapGrid, values: Array, level: float, label: str) -> Line | None:

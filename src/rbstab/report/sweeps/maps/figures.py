@@ -13,11 +13,13 @@ from rbstab.report.sweeps.maps.cell_values import (
     contour_line,
     map_grid,
     outcome_cells,
+    proof_cells,
     quantity_cells,
 )
 from rbstab.report.sweeps.members import OUTCOMES, Members
 from rbstab.report.sweeps.paired_conditions import Slice
 from rbstab.report.sweeps.parameters import BinnedAxis, Parameter
+from rbstab.report.sweeps.proofs import proof_codes
 from rbstab.report.sweeps.quantities import MemberQuantity, mapped, start_over_level, varies
 
 LEVEL = "v(0) = c*; convergence is proved inside"
@@ -104,6 +106,8 @@ def _maps_of(members: Members, grid: MapGrid, quantities: list[MemberQuantity]) 
     basins = basins_of(members)
     if basins is not None:
         maps = {"basins": basin_cells(basins, grid)} | maps
+    if len(proof_codes(members).labels) > 1:
+        maps = {"proofs": proof_cells(members, grid)} | maps
     if np.count_nonzero(members.outcome_counts) > 1:
         return {"outcome": outcome_cells(members, grid)} | maps
     return maps

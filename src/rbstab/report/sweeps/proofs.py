@@ -1,0 +1,128 @@
+"""What is proved of the convergence of members: a paragraph, a table, and words for a map."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.document import Block, Cell, Head, Table
+from rbstab.report.sweeps.members import Members
+from rbstab.report.sweeps.table_entries import whole
+from rbstab.sweep.proofs.columns import (
+    FALSE,
+    FIRST_UNDECIDED,
+    MOTION_PROOFS,
+    NO_PROOF,
+    NOT_DECIDED,
+    NOT_PROVED,
+    PROVED,
+)
+
+MEANINGS = {
+    PROVED: "converges to rest state {}: proved",
+    FALSE: "does not come to rest: proved",
+    NOT_DECIDED: "not decided",
+    NOT_PROVED: "not proved at the start, motion not enclosed",
+    NO_PROOF: "no proof of the rest states",
+}
+"""What each code of the column `convergence` says of a member, in the order of the table."""
+
+REASONS = {
+    "step limit": "the enclosure reached its largest number of steps",
+    "at rest": "the energy has all but stopped to fall, outside of every certified region",
+    "no step": "no further step of the enclosure could be proved",
+    "no region": "no certified region is proved",
+    "sliding": "the force of a sliding connector jumps",
+    "failed": "the proof ended with an error",
+}
+"""The reasons why a member is not decided, by the words of the column `motion_proof`."""
+
+NOTE = (
+    "Proved means a theorem about the exact motion, with its hypotheses checked in rigorous "
+    "arithmetic. Rest states are counted from the lowest, as `rbstab stability` lists them. A "
+    "member that is not proved may converge all the same."
+)
+
+
+class ProofCodes(NamedTuple):
+    """What is proved of each member, as the index of a label.
+
+    Attributes:
+        labels: The labels that occur.
+        codes: The index of each member's label, shape (n,).
+    """
+
+    labels: tuple[str, ...]
+    codes: Array
+
+
+def proof_codes(members: Members) -> ProofCodes:
+    """Return what is proved of each member; proved members differ by their rest state."""
+    convergence, rest_states = members.convergence, members.proved_rest_states
+    labels: list[str] = []
+    codes = np.zeros(len(members), dtype=int)
+    for code, meaning in MEANINGS.items():
+        own = convergence == code
+        numbers = np.unique(rest_states[own]) if code == PROVED else np.zeros(1, dtype=int)
+        for number in numbers.tolist():
+            chosen = own & (rest_states == number) if code == PROVED else own
+            if chosen.any():
+                codes[chosen] = len(labels)
+                labels.append(meaning.format(number))
+    return ProofCodes(tuple(labels), codes)
+
+
+def proof_blocks(name: str, members: Members) -> list[Block]:
+    """Return what is proved, in a sentence and a table; nothing if the sweep has no proofs."""
+    if not (members.convergence != NO_PROOF).any():
+        return []
+    found = proof_codes(members)
+    rows = [
+        (Cell(label), whole(int(np.count_nonzero(found.codes == k))))
+        for k, label in enumerate(found.labels)
+    ]
+    rows += [
+        (Cell(f"not decided: {REASONS[word]}"), whole(count))
+        for word, count in _reasons(members).items()
+    ]
+    heads = (Head("convergence of the exact motion"), Head("members", numbers=True))
+    title = "What is proved of the members"
+    return [_sentence(members), Table(f"{name}-proofs", title, heads, tuple(rows), NOTE)]
+
+
+def _sentence(members: Members) -> str:
+    convergence = members.convergence
+    count = {code: int(np.count_nonzero(convergence == code)) for code in MEANINGS}
+    sentences = [
+        f"{count[PROVED]} of {len(members)} members are proved to converge to a rest state"
+    ]
+    if "proved_time" in members.table.layout:
+        later = (convergence == PROVED) & (members.column("proved_time") > 0)
+        sentences[0] += f", {int(later.sum())} of them by an enclosure of their exact motion"
+    if count[FALSE]:
+        sentences.append(f"{count[FALSE]} are proved not to come to rest")
+    if count[NOT_DECIDED]:
+        sentences.append(
+            f"{count[NOT_DECIDED]} are not decided, although their motion was enclosed"
+        )
+    if count[NOT_PROVED]:
+        sentences.append(
+            f"{count[NOT_PROVED]} start outside of every certified region, and their motion was "
+            "not enclosed"
+        )
+    if count[NO_PROOF]:
+        sentences.append(f"Of {count[NO_PROOF]}, nothing is known, because no proof is stored")
+    return ". ".join(sentences) + "."
+
+
+def _reasons(members: Members) -> dict[str, int]:
+    """Return the number of undecided members by the reason, without reasons that do not occur."""
+    if "motion_proof" not in members.table.layout:
+        return {}
+    undecided = members.column("motion_proof")[members.convergence == NOT_DECIDED]
+    counts = np.bincount(undecided, minlength=len(MOTION_PROOFS)).tolist()
+    return {
+        word: count
+        for code, (word, count) in enumerate(zip(MOTION_PROOFS, counts, strict=False))
+        if code >= FIRST_UNDECIDED and count
+    }

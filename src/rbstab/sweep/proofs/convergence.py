@@ -1,0 +1,178 @@
+"""Find the members that start in a region where convergence is proved."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.elements.sliding import SlidingConnector
+from rbstab.experiment.proof import Proof, has_no_rest_state
+from rbstab.experiment.proof_cache import cached_proof, proof_for
+from rbstab.experiment.switching_record import smooth_rest_system
+from rbstab.mechanics.numbers import Array
+from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.columns import (
+    FALSE,
+    FIRST_UNDECIDED,
+    MOTION_PROOFS,
+    NO_PROOF,
+    NOT_DECIDED,
+    NOT_PROVED,
+    PROVED,
+)
+from rbstab.sweep.proofs.starts import ProvedStarts
+
+
+class EnergyBound(NamedTuple):
+    """The energy below which members of a variant converge to the lowest rest state, proved.
+
+    Attributes:
+        energy: The sum of all energies at the start, J.
+        nearest_energy: The energy of the rest state nearest to the unloaded position, J.
+    """
+
+    energy: float
+    nearest_energy: float
+
+    def level(self, energy_at_rest: Array | None) -> Array | float:
+        """Return the value of v(0), J, below which convergence is proved.
+
+        Args:
+            energy_at_rest: The energy of the rest state at which v of each member is zero, shape
+                (m,), J. None for a sweep without this column: then v of all members counts from the
+                rest state nearest to the unloaded position.
+        """
+        return self.energy - (self.nearest_energy if energy_at_rest is None else energy_at_rest)
+
+
+class MemberConvergence(NamedTuple):
+    """What is proved of m members.
+
+    Attributes:
+        codes: The code of each member in `CONVERGENCE`, shape (m,).
+        rest_states: The number of the rest state, from 1 for the lowest; 0: not proved; shape (m,).
+    """
+
+    codes: Array
+    rest_states: Array
+
+    def beside(self, stored: "MemberConvergence") -> "MemberConvergence":
+        """Return this with what is stored of members of which it says nothing, or less."""
+        keep = (self.codes == NO_PROOF) | ((self.codes != PROVED) & (stored.codes >= PROVED))
+        return MemberConvergence(
+            np.where(keep, stored.codes, self.codes),
+            np.where(keep, stored.rest_states, self.rest_states),
+        )
+
+
+class ProvedConvergence:
+    """The proved convergence of members from their starts, by cached proofs.
+
+    Members of a variant share a proof if the plan varies only their initial state. Members of
+    other variants are "unknown", and so are sliding members: only smooth motions have proofs.
+
+    Args:
+        plan: The plan.
+        results: The folder of results, which contains the cached proofs.
+
+    Attributes:
+        bounds: The bound of each variant whose proof has a region of the lowest rest state.
+    """
+
+    def __init__(self, plan: Plan, results: Path) -> None:
+        self.plan = plan
+        shared = [variant for variant in plan.variants if shares_proof(plan, variant)]
+        found = {variant: cached_proof(results, plan.base_of(variant)) for variant in shared}
+        self._proofs = {v: p for v, p in found.items() if p is not None and _is_known(p)}
+        self._starts: dict[str, ProvedStarts] = {}
+        self.bounds = {
+            variant: bound
+            for variant, proof in self._proofs.items()
+            if (bound := _bound(plan, variant, proof)) is not None
+        }
+
+    def of(self, start: int, stop: int) -> MemberConvergence:
+        """Return what is proved of the members from number `start` up to `stop`."""
+        values = self.plan.values(start, stop)
+        variants = values.get("controller.variant")
+        codes = np.full(stop - start, NO_PROOF, dtype=np.int8)
+        rest_states = np.zeros(stop - start, dtype=np.int32)
+        for variant in self._proofs:
+            chosen = np.ones(len(codes), bool) if variants is None else variants == variant
+            rows = np.flatnonzero(chosen)
+            own = {key: entries[rows] for key, entries in values.items()}
+            if has_no_rest_state(self._proofs[variant]):
+                codes[rows] = FALSE
+                continue
+            rest_states[rows] = self._starts_of(variant).find(own, len(rows))
+            codes[rows] = np.where(rest_states[rows] > 0, PROVED, NOT_PROVED)
+        return MemberConvergence(codes, rest_states)
+
+    def _starts_of(self, variant: str) -> ProvedStarts:
+        if variant not in self._starts:
+            keys, proof = self.plan.varied_keys_of(variant), self._proofs[variant]
+            self._starts[variant] = ProvedStarts(self.plan.base_of(variant), keys, proof)
+        return self._starts[variant]
+
+
+def proved_columns(starts: MemberConvergence, shard: Mapping[str, Array]) -> dict[str, Array]:
+    """Return `GATHERED_COLUMNS` of a shard, and its own `proved_time` if it has that column.
+
+    Args:
+        starts: What is proved of the starts of its members.
+        shard: The columns of the shard, with `MOTION_COLUMNS` if the plan has `prove`.
+    """
+    codes, rest_states = starts.codes.copy(), starts.rest_states.copy()
+    if "motion_proof" not in shard:
+        return {"convergence": codes, "proved_rest_state": rest_states}
+    inside = rest_states > 0
+    rest_states = np.where(inside, rest_states, shard["proved_rest_state"])
+    codes[rest_states > 0] = PROVED
+    ended = shard["motion_proof"]
+    codes[~inside & (ended >= FIRST_UNDECIDED)] = NOT_DECIDED
+    codes[~inside & (ended == MOTION_PROOFS.index("false"))] = FALSE
+    return {
+        "convergence": codes,
+        "proved_rest_state": rest_states,
+        "proved_time": np.where(inside, 0.0, shard["proved_time"]),
+    }
+
+
+def keep_proofs(plan: Plan, results: Path) -> None:
+    """Make the proofs of rest states that members share, and keep them in the results folder.
+
+    Raises:
+        StoreError: A proof cannot be written.
+    """
+    for variant in plan.variants:
+        if not shares_proof(plan, variant):
+            continue
+        # Only the disk may stop the sweep: without a proof the members are not decided.
+        with suppress(ArithmeticError, ValueError, LookupError, TypeError):
+            proof_for(results, plan.base_of(variant), plan.initial_value_problems[variant])
+
+
+def shares_proof(plan: Plan, variant: str) -> bool:
+    """Return whether one proof of rest states says something about all members of a variant."""
+    elements = plan.initial_value_problems[variant].system.elements
+    return not any(isinstance(element, SlidingConnector) for element in elements) and all(
+        varied.path[0] == "initial" for varied in plan.varied_keys_of(variant)
+    )
+
+
+def _is_known(proof: Proof) -> bool:
+    """Return whether a proof says anything about rest states."""
+    return bool(proof.states) or has_no_rest_state(proof)
+
+
+def _bound(plan: Plan, variant: str, proof: Proof) -> EnergyBound | None:
+    """Return the bound of the region of the lowest rest state; None if it has none."""
+    if proof.region is None:
+        return None
+    system = smooth_rest_system(plan.initial_value_problems[variant])
+    return EnergyBound(
+        proof.region.lower_bound + proof.states[0].energy, nearest_rest_state(system).energy
+    )

@@ -1,0 +1,162 @@
+"""Prove the convergence of members one by one, by enclosing their exact motions."""
+
+from collections.abc import Mapping
+from threading import Lock
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from rbstab.analysis.motion_proof.expansion import FAST
+from rbstab.config.build import problem_of
+from rbstab.experiment.convergence.convergence import Convergence, Undecided
+from rbstab.experiment.convergence.exact_motion import (
+    Limits,
+    convergence_at_start,
+    prove_convergence,
+)
+from rbstab.experiment.proof import Proof, prove
+from rbstab.experiment.proof_record import no_proof
+from rbstab.mechanics.numbers import Array
+from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.plan.proof_selection import ProofSelection
+from rbstab.sweep.proofs.columns import MOTION_COLUMNS, MOTION_PROOFS
+from rbstab.sweep.proofs.convergence import shares_proof
+from rbstab.sweep.proofs.starts import ProvedStarts
+
+_PROVERS: "WeakKeyDictionary[Plan, MotionProver]" = WeakKeyDictionary()
+"""The prover of each plan. It has the proofs of the rest states, which take up to some seconds."""
+
+_LOCK = Lock()
+"""Held while a member is proved: the precision of balls is a setting of the whole process, and a
+process may have several threads that compute members."""
+
+_WORDS = {True: "proved", False: "false"}
+
+
+class _Shared(NamedTuple):
+    """What the members of a variant share: the proof of their rest states, and the proved starts.
+
+    starts is None if no member of the variant can be proved at its start.
+    """
+
+    proof: Proof
+    starts: ProvedStarts | None
+
+
+def motion_columns(plan: Plan, start: int, stop: int) -> dict[str, Array]:
+    """Return `MOTION_COLUMNS` of the members from number `start` up to `stop`.
+
+    Args:
+        plan: The plan. Without `prove` there are no such columns.
+        start: The first member.
+        stop: One after the last member, as in `range`.
+    """
+    if plan.prove is None:
+        return {}
+    with _LOCK:
+        if plan not in _PROVERS:
+            _PROVERS[plan] = MotionProver(plan, plan.prove)
+        prover = _PROVERS[plan]
+    return prover.columns(start, stop)
+
+
+class MotionProver:
+    """Proves the convergence of members: at their starts, and by enclosures of their motions.
+
+    Where only the initial state varies, one proof of rest states, made at the first use, serves all
+    members of a variant. Elsewhere each member needs its own. What is found depends on the plan
+    alone.
+
+    Args:
+        plan: The plan.
+        selection: The members, and the limit of steps.
+    """
+
+    def __init__(self, plan: Plan, selection: ProofSelection) -> None:
+        self.plan = plan
+        self.selection = selection
+        self._shared: dict[str, _Shared | None] = {}
+
+    def columns(self, start: int, stop: int) -> dict[str, Array]:
+        """Return `MOTION_COLUMNS` of the members from number `start` up to `stop`."""
+        members = stop - start
+        columns = {
+            name: np.zeros(members, dtype=column.dtype) for name, column in MOTION_COLUMNS.items()
+        }
+        columns["proved_time"][:] = np.nan
+        values = self.plan.values(start, stop)
+        variants = values.get("controller.variant")
+        selected = self.selection.selected(start, stop, self.plan.members)
+        for variant in self.plan.variants:
+            chosen = np.ones(members, bool) if variants is None else variants == variant
+            rows = np.flatnonzero(chosen)
+            with _LOCK:
+                self._fill_starts(columns, variant, values, rows)
+            enclosed = rows[(selected & chosen)[rows] & (columns["proved_rest_state"][rows] == 0)]
+            for row in enclosed.tolist():
+                with _LOCK:
+                    self._enclose(columns, variant, start, row)
+        return columns
+
+    def _fill_starts(
+        self, columns: dict[str, Array], variant: str, values: Mapping[str, Array], rows: Array
+    ) -> None:
+        """Fill in what is proved of the starts of some members of a variant."""
+        shared = self._shared_by(variant) if len(rows) else None
+        if shared is None or shared.starts is None:
+            return
+        own = {key: entries[rows] for key, entries in values.items()}
+        numbers = shared.starts.find(own, len(rows))
+        columns["proved_rest_state"][rows] = numbers
+        columns["proved_time"][rows[numbers > 0]] = 0.0
+
+    def _enclose(self, columns: dict[str, Array], variant: str, start: int, row: int) -> None:
+        """Enclose the motion of one member, and fill in what is proved of it."""
+        # An error in one member must not stop the others; it is not decided.
+        try:
+            found = self._convergence(variant, start + row)
+            word = _word(found)
+        except Exception:
+            columns["motion_proof"][row] = MOTION_PROOFS.index("failed")
+            return
+        columns["motion_proof"][row] = MOTION_PROOFS.index(word)
+        columns["proof_steps"][row] = found.steps
+        if found.proved:
+            columns["proved_rest_state"][row] = found.rest_state
+            columns["proved_time"][row] = found.time
+
+    def _convergence(self, variant: str, member: int) -> Convergence:
+        config = self.plan.config_of(member)
+        problem = problem_of(config)
+        if problem.switching is not None:
+            # It needs no proof of rest states: the motion is not smooth.
+            return convergence_at_start(config, problem, None)
+        shared = self._shared_by(variant)
+        proof = shared.proof if shared is not None else prove(config, problem)
+        limits = Limits(self.selection.steps, FAST)
+        return prove_convergence(config, problem, proof, limits=limits).convergence
+
+    def _shared_by(self, variant: str) -> _Shared | None:
+        """Return what the members of a variant share; None if each needs its own proof."""
+        if variant not in self._shared:
+            self._shared[variant] = (
+                self._made(variant) if shares_proof(self.plan, variant) else None
+            )
+        return self._shared[variant]
+
+    def _made(self, variant: str) -> _Shared:
+        base, keys = self.plan.base_of(variant), self.plan.varied_keys_of(variant)
+        try:
+            proof = prove(base, self.plan.initial_value_problems[variant])
+        except Exception as error:
+            # The members can be integrated all the same; none of them is decided.
+            proof = no_proof("", f"{type(error).__name__}: {error}", 0.0)
+        return _Shared(proof, ProvedStarts(base, keys, proof) if proof.states else None)
+
+
+def _word(found: Convergence) -> str:
+    """Return how an enclosure ended, one of `MOTION_PROOFS`."""
+    if found.proved is not None:
+        return _WORDS[found.proved]
+    return str(found.reason or Undecided.NO_REGION)

@@ -1,0 +1,167 @@
+"""The members that start where convergence to a rest state is proved, many at once."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.bounded import Bounded, bounded_decimal, bounded_decimals
+from rbstab.analysis.proof.boxes import Boxes
+from rbstab.analysis.proof.regions.downhill import Landscape
+from rbstab.analysis.proof.regions.starts import RegionLevel, StartRegions
+from rbstab.analysis.proof.trigonometric import MAX_ANGLE
+from rbstab.config.build import start_of, system_of
+from rbstab.config.entries import replaced
+from rbstab.config.schema import Config
+from rbstab.experiment.proof import OPEN_RANGE, ROUND_OFF, same_state
+from rbstab.experiment.proof_record import Proof, ProvedStates
+from rbstab.mechanics.numbers import Array
+from rbstab.sweep.plan.axes import VariedKey
+from rbstab.sweep.plan.varied_numbers import varied_numbers
+
+BATCH_SIZE = 4096
+"""Members whose energies are bounded at once. With more, the arrays do not fit into a cache."""
+
+
+class Starts(NamedTuple):
+    """Bounds on the starts of m members.
+
+    Attributes:
+        energy: Upper bounds of the total energy, shape (m,), J.
+        low: The lower corner of the box of Θ, shape (m, 3), rad.
+        high: The upper corner.
+    """
+
+    energy: Array
+    low: Array
+    high: Array
+
+
+class ProvedStarts:
+    """The starts from which convergence is proved, of members that differ in their initial state.
+
+    Args:
+        base: The base of the members.
+        varied_keys: The varied keys, all of them keys of the initial state.
+        proof: The proof of the rest states of the base.
+    """
+
+    def __init__(self, base: Config, varied_keys: tuple[VariedKey, ...], proof: Proof) -> None:
+        self.base = base
+        self.varied_keys = varied_keys
+        self.proof = proof
+        with np.errstate(all="ignore"):
+            self.system = system_of(base, bounded_decimals)
+        self._ranges = [_Range(proof, proof, OPEN_RANGE)]
+        wide = proof.unwrapped
+        if wide is not None:
+            end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
+            self._ranges.append(_Range(proof, wide, end))
+
+    def find(self, values: Mapping[str, Array], members: int) -> Array:
+        """Return the number of the rest state to which each member is proved to converge.
+
+        Args:
+            values: The values of the members from `Plan.values`, each of shape (members,).
+            members: The number of members.
+
+        Returns:
+            The numbers, from 1 for the lowest; 0 where nothing is proved; shape (members,).
+        """
+        found = np.zeros(members, dtype=np.int32)
+        for first in range(0, members, BATCH_SIZE):
+            batch = slice(first, min(first + BATCH_SIZE, members))
+            some = {varied.key: values[varied.key][batch] for varied in self.varied_keys}
+            starts = self.starts(some, batch.stop - first)
+            for part in self._ranges:
+                left = np.flatnonzero(found[batch] == 0)
+                own = Starts(*(entries[left] for entries in starts))
+                found[first + left] = part.find(own)
+        return found
+
+    def starts(self, values: Mapping[str, Array], members: int) -> Starts:
+        """Return bounds on the starts of members, around the exact decimals of their configs.
+
+        Args:
+            values: The values of the members, each of shape (members,).
+            members: The number of members.
+        """
+        with np.errstate(all="ignore"):
+            floats = {varied.key: values[varied.key].astype(float) for varied in self.varied_keys}
+            numbers = varied_numbers(self.base, self.varied_keys, floats)
+            config = replaced(
+                self.base, {path: bounded_decimal(value) for path, value in numbers.items()}
+            )
+            state = start_of(config, self.system, bounded_decimals)
+            motion = self.system.motion(state)
+            kinetic = self.system.body.kinetic_energy(motion.Omega, motion.V)
+            energy = _bounded(kinetic) + self.system.potential_energy(state)
+            angles = [_bounded(angle) for angle in motion.Theta]
+
+        def column(entry: Any) -> Array:
+            return np.broadcast_to(np.asarray(entry, dtype=float), (members,))
+
+        low, high = ([column(getattr(a, side)) for a in angles] for side in ("low", "high"))
+        return Starts(column(energy.high), np.stack(low, axis=1), np.stack(high, axis=1))
+
+
+class _Range:
+    """The regions of a proof in one range of Θ: -end <= Θ <= end."""
+
+    def __init__(self, proof: Proof, states: ProvedStates, end: Array) -> None:
+        self.end = end
+        self.whole = _whole_bound(proof, states)
+        self.numbers = [
+            _number(proof, states, number) for number in range(1, len(states.states) + 1)
+        ]
+        self.of_regions = [region.rest_state for region in states.regions]
+        self.regions = None
+        if proof.reduced_energy is not None and states.regions:
+            reach = max(MAX_ANGLE, float(end.max()))
+            corners = [states.states[number - 1].enclosure for number in self.of_regions]
+            minima = tuple(Boxes(*(np.array([corner]) for corner in pair)) for pair in corners)
+            landscape = Landscape(replace(proof.reduced_energy.form, reach=reach), minima, end)
+            levels = [
+                RegionLevel(k, region.energy_bound) for k, region in enumerate(states.regions)
+            ]
+            self.regions = StartRegions(landscape, levels)
+
+    def find(self, starts: Starts) -> Array:
+        """Return the number of the rest state to which each start converges, 0 where not proved."""
+        found = np.zeros(len(starts.energy), dtype=np.int32)
+        inside = np.all((starts.low >= -self.end) & (starts.high <= self.end), axis=1)
+        below = inside & (starts.energy < self.whole)
+        if below.any():
+            found[below] = self.numbers[0]
+        left = np.flatnonzero(~below)
+        if self.regions is not None and len(left):
+            region = self.regions.find(*(entries[left] for entries in starts))
+            numbers = np.array([0, *(self.numbers[number - 1] for number in self.of_regions)])
+            found[left] = numbers[region + 1]
+        return found
+
+
+def _whole_bound(proof: Proof, states: ProvedStates) -> float:
+    """Return the energy below which all starts in a range converge to its lowest rest state, J.
+
+    A proof of version 1 has v, computed in doubles; it gets the same margin as in a single run.
+    """
+    region = states.region
+    if region is None:
+        return -np.inf
+    if proof.reduced_energy is None:
+        energy = states.states[0].energy
+        return region.lower_bound + energy - ROUND_OFF * (abs(region.lower_bound) + abs(energy))
+    return -np.inf if region.energy_bound is None else region.energy_bound
+
+
+def _number(proof: Proof, states: ProvedStates, number: int) -> int:
+    """Return the number of a rest state of a range among those in the range of eq. 5, or 0."""
+    if states is proof:
+        return number
+    return same_state(proof, states.states[number - 1]) or 0
+
+
+def _bounded(number: Any) -> Bounded:
+    return number if isinstance(number, Bounded) else Bounded(float(number), 0.0)

@@ -1,0 +1,79 @@
+"""Many starts at once are proved as each of them alone, whatever the others are."""
+
+import numpy as np
+import pytest
+from support.valleys import TWO_VALLEYS
+
+import rbstab
+from rbstab.analysis.proof.boxes import Boxes
+from rbstab.analysis.proof.regions.downhill import Landscape
+from rbstab.analysis.proof.regions.starts import RegionLevel, StartRegions
+from rbstab.experiment.proof import OPEN_RANGE, prove
+
+RANDOM = np.random.default_rng(11)
+
+
+@pytest.fixture(scope="module")
+def landscape():
+    """The energy of a body with two valleys, and the levels of their regions."""
+    proof = prove(rbstab.load_config(TWO_VALLEYS))
+    corners = [proof.states[region.rest_state - 1].enclosure for region in proof.regions]
+    minima = tuple(Boxes(*(np.array([corner]) for corner in pair)) for pair in corners)
+    assert proof.reduced_energy is not None
+    levels = [region.energy_bound for region in proof.regions]
+    return Landscape(proof.reduced_energy.form, minima, OPEN_RANGE), levels
+
+
+def alone(landscape, levels, energy, low, high):
+    """The region of one start, by the test that single runs use."""
+    for k, (minimum, level) in enumerate(zip(landscape.minima, levels, strict=True)):
+        one = Landscape(landscape.form, (minimum,), landscape.end)
+        box = Boxes(low[np.newaxis], high[np.newaxis])
+        if energy < level and one.reached_minimum(box, level) is not None:
+            return k
+    return -1
+
+
+@pytest.mark.parametrize("lowered", [0.0, 3.0])
+def test_each_start_is_proved_as_it_is_alone(landscape, lowered):
+    landscape, (first, second) = landscape
+    # A region may be taken smaller than it is; then its level is not that of the other one.
+    levels = [first, second - lowered]
+    regions = StartRegions(landscape, [RegionLevel(k, level) for k, level in enumerate(levels)])
+    middle = RANDOM.uniform(-1, 1, (150, 3)) * [3.0, 0.4, 0.4]
+    low, high = middle - 1e-12, middle + 1e-12
+    energy = landscape.form.value(middle) + RANDOM.uniform(0, 4, 150)
+    found = regions.find(energy, low, high)
+    starts = zip(energy, low, high, strict=True)
+    expected = [alone(landscape, levels, *start) for start in starts]
+    assert found.tolist() == expected
+    assert set(expected) == {-1, 0, 1}
+    # There are starts in a valley whose energy is too large for it, but not for the other one.
+    if lowered:
+        full = StartRegions(landscape, [RegionLevel(0, first), RegionLevel(1, second)])
+        lost = (full.find(energy, low, high) == 1) & (found == -1)
+        assert lost.any()
+    parts = [
+        regions.find(energy[k : k + 1], low[k : k + 1], high[k : k + 1])[0] for k in range(150)
+    ]
+    assert parts == found.tolist()
+
+
+def test_boxes_that_are_wide_or_outside_are_not_proved(landscape):
+    landscape, levels = landscape
+    regions = StartRegions(landscape, [RegionLevel(k, level) for k, level in enumerate(levels)])
+    centres = np.array([minimum.centre[0] for minimum in landscape.minima])
+    energy = landscape.form.value(centres) + 1e-3
+    assert regions.find(energy, centres, centres).tolist() == [0, 1]
+    assert regions.find(energy, centres - 0.05, centres + 0.05).tolist() == [0, 1]
+    assert regions.find(energy, centres - 2.0, centres + 2.0).tolist() == [-1, -1]
+    beyond = centres + np.array([7.0, 0.0, 0.0])
+    assert regions.find(energy, beyond, beyond).tolist() == [-1, -1]
+    assert regions.find(np.full(2, np.nan), centres, centres).tolist() == [-1, -1]
+    assert regions.find(energy, centres, centres - 1e-9).tolist() == [-1, -1]
+
+
+def test_no_regions(landscape):
+    landscape, _ = landscape
+    found = StartRegions(landscape, []).find(np.array([-1e9]), np.zeros((1, 3)), np.zeros((1, 3)))
+    assert found.tolist() == [-1]

@@ -1,0 +1,136 @@
+"""Protects numbers with bounded errors: the exact value is within the bound, which is small."""
+
+import math
+import operator
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+import pytest
+from support.paper_runs import CASES, paper_config
+
+import rbstab
+from rbstab.analysis.bounded import UNIT, Bounded, bounded_decimal, bounded_decimals
+from rbstab.analysis.exact import decimal_balls, in_balls
+from rbstab.config.build import start_of, system_of
+
+RANDOM = np.random.default_rng(7)
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        lambda a, b: a + b,
+        lambda a, b: a - b,
+        lambda a, b: a * b,
+        lambda a, b: a / b,
+        lambda a, b: 1 / b - a,
+        lambda a, b: (a + b) * (a - b) - a * a + b * b,
+        lambda a, b: 3 * (-a) + 2 * b / a,
+    ],
+)
+def test_arithmetic_holds_the_exact_value(formula):
+    for _ in range(200):
+        x, y = RANDOM.uniform(0.5, 2.0, 2) * RANDOM.choice([-1, 1], 2)
+        a, b = Fraction(repr(float(x))), Fraction(repr(float(y)))
+        found = formula(bounded_decimal(float(x)), bounded_decimal(float(y)))
+        exact = formula(a, b)
+        assert isinstance(exact, Fraction)
+        assert Fraction(float(found.low)) <= exact <= Fraction(float(found.high))
+        assert 0 < found.error < 1e-13
+
+
+@pytest.mark.parametrize("formula", [operator.add, operator.sub, operator.mul, operator.truediv])
+def test_roundings_of_exact_doubles_are_bounded(formula):
+    """Without an error in the operands, the rounding of the operation is all that is left."""
+    for _ in range(200):
+        x, y = RANDOM.uniform(0.5, 2.0, 2).tolist()
+        found = formula(Bounded(x, 0.0), Bounded(y, 0.0))
+        exact = formula(Fraction(x), Fraction(y))
+        assert Fraction(float(found.low)) <= exact <= Fraction(float(found.high))
+        assert abs(exact - Fraction(float(found.value))) <= Fraction(float(found.error))
+
+
+@pytest.mark.parametrize("formula", [operator.add, operator.sub, operator.mul, operator.truediv])
+def test_all_values_within_the_errors_are_held(formula):
+    """Errors of this size can be seen at the ends of both ranges."""
+    for _ in range(50):
+        (x, y), (a, b) = RANDOM.uniform(0.5, 2.0, 2), RANDOM.uniform(0.0, 0.4, 2)
+        found = formula(Bounded(x, a), Bounded(-y, b))
+        ends = [formula(x + i * a, -y + j * b) for i in (-1, 1) for j in (-1, 1)]
+        assert found.low <= min(ends)
+        assert max(ends) <= found.high
+        assert found.high - found.low <= 4 * (max(ends) - min(ends))
+
+
+def test_a_missing_error_would_be_seen():
+    """The bound is not generous: without it, these values would be wrong."""
+    third = bounded_decimal(1.0) / 3.0
+    assert Fraction(float(third.value)) != Fraction(1, 3)
+    tenth = bounded_decimal(0.1)
+    assert Fraction(float(tenth.value)) != Fraction(1, 10)
+    assert Fraction(float(tenth.low)) <= Fraction(1, 10) <= Fraction(float(tenth.high))
+
+
+def test_many_values_at_once():
+    x = RANDOM.normal(size=50)
+    found = bounded_decimal(x) * 3.0 + 1.0
+    for k in range(50):
+        exact = Fraction(repr(float(x[k]))) * 3 + 1
+        assert Fraction(float(found.low[k])) <= exact <= Fraction(float(found.high[k]))
+
+
+def test_sine_and_cosine():
+    from flint import arb, ctx
+
+    x = RANDOM.uniform(-7, 7, 100)
+    sine, cosine = Bounded(x, 1e-9).sin(), Bounded(x, 1e-9).cos()
+    with ctx.workprec(200):
+        for k, angle in enumerate(x.tolist()):
+            for moved in (-1e-9, 1e-9):
+                exact = arb(angle) + arb(moved)
+                assert bool(arb(sine.low[k]) < exact.sin())
+                assert bool(exact.sin() < arb(sine.high[k]))
+                assert bool(arb(cosine.low[k]) < exact.cos())
+                assert bool(exact.cos() < arb(cosine.high[k]))
+    assert float(np.max(sine.error)) < 1.01e-9
+
+
+@np.errstate(all="ignore")
+def test_a_divisor_that_may_be_zero_has_no_bound():
+    assert math.isinf((1.0 / Bounded(1e-3, 1.0001e-3)).error)
+    assert (1.0 / Bounded(1e-3, 0.5e-3)).error >= 1e3
+    assert not (1.0 / Bounded(0.0, 0.0)).high < 1e300
+
+
+def test_other_numbers_are_refused():
+    with pytest.raises(TypeError, match="complex"):
+        _ = Bounded(1.0, 0.0) + 1j
+
+
+def test_decimals():
+    found = bounded_decimals(np.array([[0.0, 0.1], [1.0, 0.0]]))
+    assert found[0, 0] == 0.0
+    assert found[0, 1].error >= UNIT * 0.1
+    assert bounded_decimals(found) is not found
+    assert bounded_decimals(found)[0, 1] is found[0, 1]
+
+
+@pytest.mark.parametrize(("variant", "with_gravity"), CASES)
+def test_energy_holds_the_exact_one(variant, with_gravity):
+    spin, angles = (RANDOM.normal(size=3).tolist() for _ in range(2))
+    initial = {"angular_velocity": spin, "orientation": [0.3 * angle for angle in angles]}
+    config = rbstab.load_config(paper_config(variant, with_gravity, initial=initial))
+    system = system_of(config, bounded_decimals)
+    state = start_of(config, system, bounded_decimals)
+    motion = system.motion(state)
+    energy = system.body.kinetic_energy(motion.Omega, motion.V) + system.potential_energy(state)
+
+    def exact():
+        ours = system_of(config, decimal_balls)
+        start = start_of(config, ours, decimal_balls)
+        return sum(ours.observe(start).energy.tolist())
+
+    ball = in_balls(partial(exact))
+    assert float(energy.low) <= float(ball.mid()) <= float(energy.high)
+    assert 0 < energy.error < 1e-11 * abs(float(energy.value))

@@ -1,0 +1,52 @@
+"""Protects `rbstab sweep` with `prove: motion`: what it prints of proofs."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from rbstab_cli.output import sweep_progress
+
+PLAN = """\
+title: Spins
+base: good.yaml
+vary:
+  initial.angular_velocity[0]: {values: [1, 14, 16, 500]}
+prove: {motion: {steps: 20}}
+"""
+
+SWEEP = ("sweep", "plan.yaml")
+
+
+@pytest.mark.usefixtures("plan")
+def test_the_proved_members_are_counted(rbstab, monkeypatch):
+    monkeypatch.setattr(sweep_progress, "LINE_INTERVAL", 0.0)
+    done = rbstab(*SWEEP, "--shard-size", "2", "--threads", "1")
+    assert done.exit_code == 0, done.output
+    assert "2 of 4 members proved, " in done.stderr
+    assert "3 of 4 members proved, " in done.stderr
+    assert " members/s, " in done.stderr
+    (row,) = [line for line in done.stdout.splitlines() if "convergence to a rest state" in line]
+    assert "3 proved, 1 not decided" in row
+    again = json.loads(rbstab(*SWEEP, "--json").stdout)
+    assert again["convergence"] == {"proved": 3, "not decided": 1}
+    assert len(list(Path("results/proofs").iterdir())) == 1
+    assert "rbstab" in rbstab("report", "results/plan", "--format", "text").stdout
+
+
+@pytest.mark.usefixtures("plan")
+def test_a_plan_without_proofs_prints_nothing_of_them(rbstab, monkeypatch):
+    monkeypatch.setattr(sweep_progress, "LINE_INTERVAL", 0.0)
+    text = Path("plan.yaml").read_text()
+    Path("plan.yaml").write_text(text[: text.index("prove:")])
+    done = rbstab(*SWEEP, "--threads", "1")
+    assert "proved" not in done.stdout + done.stderr
+    assert json.loads(rbstab(*SWEEP, "--json").stdout)["convergence"] == {}
+
+
+def test_a_wrong_value_is_reported_with_its_place(rbstab, plan):
+    plan.write_text(plan.read_text().replace("steps: 20", "steps: 0"))
+    done = rbstab(*SWEEP)
+    assert done.exit_code == 2
+    expected = "plan.yaml:5:25: prove.motion.steps: is 0 (expected a number at least 1)"
+    assert done.stderr.strip() == expected

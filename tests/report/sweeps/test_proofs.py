@@ -1,0 +1,110 @@
+"""Protects what a report says is proved of the members of a sweep: no more than the columns say."""
+
+import numpy as np
+import pytest
+from support.made_sweeps import GRID
+from support.sections import check_sections, figures_in, tables, texts
+
+from rbstab.report.model.figure import Cells
+from rbstab.report.sweeps.maps.cell_values import map_grid, proof_cells
+from rbstab.report.sweeps.parameters import binned
+from rbstab.report.sweeps.proofs import MEANINGS, REASONS, proof_codes
+from rbstab.report.sweeps.sections import sweep_sections
+from rbstab.sweep.proofs.columns import CONVERGENCE, FIRST_UNDECIDED, MOTION_PROOFS
+
+PROVE = {"prove": "motion"}
+
+
+def some_of_each(arrays):
+    """Members 0 to 9 are proved (the last three later, in state 2), 10 to 14 not decided.
+
+    The motion of member 0 was not decided, but a later proof shows that it starts in a region.
+    """
+    run = arrays["run"]
+    codes = np.select([run < 10, run < 15, run < 17], [2, 3, 4], 1)
+    late = (run >= 7) & (run < 10)
+    return {
+        "convergence": codes,
+        "proved_rest_state": np.where(run < 10, np.where(late, 2, 1), 0),
+        "proved_time": np.where(late, 0.25 * run, np.where(run < 10, 0.0, np.nan)),
+        "motion_proof": np.select(
+            [run == 0, late, run < 10, run < 12, run < 15, run < 17], [3, 1, 0, 3, 5, 2], 0
+        ),
+    }
+
+
+@pytest.fixture
+def sections(made):
+    found = sweep_sections(made(GRID, some_of_each, **PROVE))
+    check_sections(found)
+    return found
+
+
+def test_the_first_statement_counts_the_proved_members(sections):
+    assert sections[0].blocks[0] == (
+        "10 of 20 members are proved to converge to a rest state, 3 of them by an enclosure of "
+        "their exact motion. 2 are proved not to come to rest. 5 are not decided, although their "
+        "motion was enclosed. 3 start outside of every certified region, and their motion was not "
+        "enclosed."
+    )
+
+
+def test_the_table_has_the_reasons(sections):
+    rows = texts(tables(sections)["sweep-1-proofs"])
+    assert rows == [
+        ["converges to rest state 1: proved", "7"],
+        ["converges to rest state 2: proved", "3"],
+        ["does not come to rest: proved", "2"],
+        ["not decided", "5"],
+        ["not proved at the start, motion not enclosed", "3"],
+        ["not decided: the enclosure reached its largest number of steps", "2"],
+        ["not decided: no further step of the enclosure could be proved", "3"],
+    ]
+
+
+def test_the_map_shows_what_is_proved(sections):
+    panels = {p.title: p for p in figures_in(sections)["sweep-1-map"].panels}
+    (cells,) = (m for m in panels["convergence of the exact motion"].marks if isinstance(m, Cells))
+    # Five columns of four members each; the second axis is the fastest.
+    words = np.array(cells.scale.categories)[cells.values.T.astype(int)].ravel().tolist()
+    expected = [MEANINGS[2].format(1)] * 7 + [MEANINGS[2].format(2)] * 3
+    expected += [MEANINGS[3]] * 5 + [MEANINGS[4]] * 2 + [MEANINGS[1]] * 3
+    assert words == expected
+    assert "inside a certified region from t = [s]" in panels
+
+
+def test_cells_with_several_members_show_the_share(members):
+    def columns(arrays):
+        return {"convergence": np.where(arrays["run"] < 10, 2, 1)}
+
+    found = members(GRID | {"body.mass": {"values": [40, 41]}}, columns)
+    axes = {p.axis.label: binned(p) for p in found.parameters}
+    first, second = (axes[f"initial angular_velocity[{k}]"] for k in (0, 1))
+    cells = proof_cells(found, map_grid(first, second))
+    # Eight members in a row of the first axis, two in each cell: the first ten are proved.
+    expected = np.zeros((4, 5))
+    expected[:, 0] = expected[0, 1] = 1.0
+    assert cells.values.tolist() == expected.tolist()
+    assert cells.scale.label == "share proved to converge"
+    (mass,) = (axis for label, axis in axes.items() if "mass" in label)
+    half = proof_cells(found, map_grid(mass, second))
+    assert half.values.ravel().tolist() == pytest.approx([0.4, 0.4] + [0.2, 0.2] * 3)
+
+
+def test_without_proofs_nothing_is_said(made):
+    found = sweep_sections(made(GRID))
+    assert "sweep-1-proofs" not in tables(found)
+    assert "proved" not in str(found[0].blocks[0])
+
+
+def test_sweeps_of_older_versions_have_only_the_lowest_state(members):
+    found = members(GRID, lambda a: {"convergence": a["run"] % 3})
+    found.table.layout.pop("proved_rest_state")
+    codes = proof_codes(found)
+    assert codes.labels == (MEANINGS[2].format(1), MEANINGS[1], MEANINGS[0])
+    assert (codes.codes == 0).tolist() == [k % 3 == 2 for k in range(20)]
+
+
+def test_every_code_has_words():
+    assert sorted(MEANINGS) == list(range(len(CONVERGENCE)))
+    assert tuple(REASONS) == MOTION_PROOFS[FIRST_UNDECIDED:]

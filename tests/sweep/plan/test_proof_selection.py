@@ -1,0 +1,102 @@
+"""Protects `prove` of a plan: its forms, and which members are selected."""
+
+import numpy as np
+import pytest
+
+from rbstab.sweep.plan.dump import plan_yaml
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.plan import plan_id
+from rbstab.sweep.plan.proof_selection import DEFAULT_STEPS, LARGEST_STEPS, ProofSelection
+
+PLAN = """\
+title: Plan
+base: free.yaml
+vary:
+  body.mass: {values: [40, 50]}
+design: grid
+"""
+
+FORMS = "expected motion or {motion: {steps: n, members: n}}"
+LIMITS = "expected {steps: n, members: n}, or one of them"
+
+WRONG = [
+    ("all", f"6:8: prove: is the text 'all' ({FORMS})"),
+    ("{}", f"6:8: prove: is empty ({FORMS})"),
+    ("true", f"6:8: prove: is true ({FORMS})"),
+    ("[motion]", f"6:8: prove: is a list of 1 ({FORMS})"),
+    ("{motoin: {steps: 3}}", "6:9: prove.motoin: is unknown (did you mean motion?)"),
+    ("{motion: {}}", f"6:17: prove.motion: is empty ({LIMITS})"),
+    ("{motion: 5}", f"6:17: prove.motion: is 5 ({LIMITS})"),
+    ("{motion: {stesp: 5}}", "6:18: prove.motion.stesp: is unknown (did you mean steps?)"),
+    ("{motion: {steps: 0}}", "6:25: prove.motion.steps: is 0 (expected a number at least 1)"),
+    (
+        "{motion: {steps: 2001}}",
+        "6:25: prove.motion.steps: is 2001 (expected a number at most 2000)",
+    ),
+    ("{motion: {steps: 1.5}}", "6:25: prove.motion.steps: is 1.5 (expected a whole number)"),
+    ("{motion: {members: 0}}", "6:27: prove.motion.members: is 0 (expected a number at least 1)"),
+    (
+        "{motion: {members: false}}",
+        "6:27: prove.motion.members: is false (expected a whole number)",
+    ),
+]
+
+
+@pytest.mark.parametrize(("value", "expected"), WRONG)
+def test_wrong(complaints, value, expected):
+    assert complaints(f"{PLAN}prove: {value}\n") == [expected]
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ("motion", ProofSelection(DEFAULT_STEPS)),
+        ("{motion: {steps: 2000}}", ProofSelection(LARGEST_STEPS)),
+        ("{motion: {members: 7}}", ProofSelection(DEFAULT_STEPS, 7)),
+        ("{motion: {steps: 1, members: 1}}", ProofSelection(1, 1)),
+    ],
+)
+def test_right(load, tmp_path, value, expected):
+    plan = load(f"{PLAN}prove: {value}\n")
+    assert plan.prove == expected
+    (tmp_path / "again.yaml").write_text(plan_yaml(plan))
+    again = load_plan(tmp_path / "again.yaml")
+    assert again.prove == expected
+    assert plan_id(again) == plan_id(plan) != plan_id(load(PLAN))
+
+
+def test_without_the_key(load):
+    assert load(PLAN).prove is None
+    assert "prove" not in plan_yaml(load(PLAN))
+
+
+@pytest.mark.parametrize("total", [1, 2, 3, 10, 201, 1000, 40401, 65536])
+@pytest.mark.parametrize("members", [1, 2, 7, 200])
+def test_as_many_members_are_selected_in_any_division(total, members):
+    selection = ProofSelection(members=members)
+    whole = selection.selected(0, total, total)
+    assert whole.sum() == selection.count(total) == min(members, total)
+    parts = [selection.selected(k, min(k + 97, total), total) for k in range(0, total, 97)]
+    assert np.concatenate(parts).tolist() == whole.tolist()
+    first = selection.first(members, total)
+    assert sorted(first) == np.flatnonzero(whole).tolist()
+    more = ProofSelection(members=members + 1).selected(0, total, total)
+    assert not (whole & ~more).any()
+
+
+@pytest.mark.parametrize("members", [50, 201, 400])
+def test_members_are_spread_over_both_axes_of_a_grid(members):
+    """Every n-th member of a grid could be in a few of its columns only."""
+    rows, columns = np.divmod(
+        np.flatnonzero(ProofSelection(members=members).selected(0, 201 * 201, 201 * 201)), 201
+    )
+    assert np.diff(np.sort(rows)).max() <= 2 * 201 / members + 1
+    for index in (rows, columns):
+        counts = np.histogram(index, bins=5, range=(0, 201))[0]
+        assert counts.min() > 0.5 * members / 5
+
+
+def test_very_large_plans():
+    total = 100_000_000
+    selected = ProofSelection(members=total // 2).selected(total - 1000, total, total)
+    assert 300 < selected.sum() < 700

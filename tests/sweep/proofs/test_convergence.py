@@ -1,0 +1,105 @@
+"""Protects the column `convergence`: members that share a proof agree with their single runs."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.paper_runs import paper_config
+from support.valleys import TWO_VALLEYS
+
+import rbstab
+from rbstab.config.build import problem_of
+from rbstab.experiment.proof import start_state
+from rbstab.experiment.proof_cache import proof_for
+from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.proofs.columns import CONVERGENCE
+from rbstab.sweep.proofs.convergence import ProvedConvergence
+from rbstab.sweep.proofs.starts import ProvedStarts, Starts
+
+SHORT: dict[str, Any] = {"duration": 0.01, "samples": 3, "rtol": 1e-8}
+SPIN = "initial.angular_velocity[0]"
+
+
+def plan_of(vary, with_gravity=True):
+    base = paper_config("free", with_gravity, initial={"angular_velocity": [0, 0, 0]}, **SHORT)
+    return load_plan({"base": base, "vary": vary})
+
+
+def words(plan, folder):
+    return [CONVERGENCE[code] for code in ProvedConvergence(plan, folder).of(0, plan.members).codes]
+
+
+@pytest.mark.parametrize("with_gravity", [False, True])
+def test_inside_and_outside_are_those_of_single_runs(tmp_path, with_gravity):
+    plan = plan_of({SPIN: {"values": [1.0, 8.0, 9.92, 9.94, 12.0]}}, with_gravity)
+    proof = proof_for(tmp_path, plan.base_of("free"))
+    found = [
+        rbstab.simulate(plan.config_of(k), proof=proof).attributes["convergence"] for k in range(5)
+    ]
+    expected = ["proved" if word == "proved" else "not proved" for word in found]
+    assert words(plan, tmp_path) == expected
+    assert set(expected) == {"proved", "not proved"}
+
+
+def test_without_a_proof_nothing_is_said(tmp_path):
+    assert words(plan_of({SPIN: {"values": [1.0, 2.0]}}), tmp_path) == ["unknown", "unknown"]
+
+
+def test_members_that_do_not_share_the_proof_are_not_judged_by_it(tmp_path):
+    plan = plan_of({"body.mass": {"values": [41.0, 42.0]}})
+    proof_for(tmp_path, plan.base_of("free"))
+    assert words(plan, tmp_path) == ["unknown", "unknown"]
+
+
+@pytest.fixture(scope="module")
+def valleys(tmp_path_factory):
+    """A plan with starts in both valleys and between them, and what is proved of its members."""
+    vary = {
+        "initial.orientation[0]": {"linspace": [-3, 3, 13]},
+        "initial.orientation[2]": {"values": [0.0, 0.3]},
+        SPIN: {"values": [0.0, 2.5, 4.0]},
+    }
+    plan = load_plan({"base": TWO_VALLEYS, "vary": vary})
+    folder = tmp_path_factory.mktemp("valleys")
+    proof = proof_for(folder, plan.base_of("permanent"))
+    return plan, proof, ProvedConvergence(plan, folder)
+
+
+def test_each_start_is_proved_to_reach_the_state_of_its_single_run(valleys):
+    plan, proof, convergence = valleys
+    found = convergence.of(0, plan.members)
+    expected = [start_state(problem_of(plan.config_of(k)), proof) or 0 for k in range(plan.members)]
+    assert found.rest_states.tolist() == expected
+    assert set(expected) == {0, 1, 2}
+    proved = found.codes == CONVERGENCE.index("proved")
+    assert proved.tolist() == [number > 0 for number in expected]
+
+
+def test_proved_states_are_those_in_which_the_computed_motions_end(valleys):
+    plan, proof, convergence = valleys
+    found = convergence.of(0, plan.members).rest_states
+    engine = SingleRuns(plan)
+    for number in (1, 2):
+        # The first and the last of each state start farthest apart.
+        members = np.flatnonzero(found == number)
+        for member in members[[0, 1, -2, -1]].tolist():
+            (end,) = engine.compute(member, member + 1).outcome["final_orientation"]
+            assert np.abs(end - proof.states[number - 1].orientation).max() < 1e-2
+
+
+def test_what_is_proved_does_not_depend_on_the_division_into_shards(valleys):
+    plan, _, convergence = valleys
+    whole = convergence.of(0, plan.members).rest_states
+    parts = [convergence.of(k, k + 1).rest_states[0] for k in range(plan.members)]
+    assert parts == whole.tolist()
+
+
+def test_a_small_energy_outside_of_the_range_proves_nothing(valleys):
+    plan, proof, _ = valleys
+    starts = ProvedStarts(plan.base_of("permanent"), plan.varied_keys_of("permanent"), proof)
+    energy = np.full(2, proof.states[0].energy)
+    (in_range, *_) = starts._ranges
+    for end in (-3.2, 3.2):
+        angles = np.array([[0.1, 0.0, 0.0], [end, 0.0, 0.0]])
+        assert in_range.find(Starts(energy, angles, angles)).tolist() == [1, 0]

@@ -1,0 +1,214 @@
+"""Protects `prove: motion`: members are proved by their exact motions, and never falsely."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.paper_runs import paper_config
+from support.sweeping import Listener, digest_of, run_sweep
+from support.sweeps import FakeEngine
+from support.valleys import TWO_VALLEYS
+
+import rbstab
+from rbstab.config.build import problem_of
+from rbstab.experiment.convergence.exact_motion import prove_convergence
+from rbstab.experiment.proof import prove
+from rbstab.experiment.proof_cache import proof_file
+from rbstab.integrate.engines import engine
+from rbstab.sweep.members.engines import factory_for
+from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.plan import plan_id
+from rbstab.sweep.proofs import motions
+from rbstab.sweep.proofs.columns import MOTION_COLUMNS, MOTION_PROOFS
+from rbstab.sweep.proofs.motions import MotionProver
+
+EXAMPLES = Path(__file__).parents[3] / "configs" / "examples"
+
+SPIN = "initial.angular_velocity[0]"
+SHORT: dict[str, Any] = {"duration": 0.1, "samples": 5, "rtol": 1e-9}
+
+
+def spun(speeds, prove: Any = "motion", **changes):
+    """A plan of the paper's free body with some initial spins. It is proved at once below 9.9."""
+    base = paper_config("free", initial={"angular_velocity": [0, 0, 0]}, **SHORT)
+    return load_plan({"base": base, "vary": {SPIN: {"values": speeds}}, "prove": prove, **changes})
+
+
+def columns_of(plan, start=0, stop=None):
+    assert plan.prove is not None
+    stop = plan.members if stop is None else stop
+    return MotionProver(plan, plan.prove).columns(start, stop)
+
+
+def words(columns):
+    return [MOTION_PROOFS[code] for code in columns["motion_proof"]]
+
+
+@pytest.fixture(scope="module")
+def valleys():
+    """A plan of starts above the pass between two valleys, and what is proved of them."""
+    vary = {SPIN: {"values": [-11.0, 10.0, 11.0, 12.0, 14.0]}}
+    base = TWO_VALLEYS | {"initial": {"orientation": [-0.5, 0, 0]}}
+    plan = load_plan({"base": base, "vary": vary, "prove": "motion"})
+    return plan, columns_of(plan)
+
+
+def test_proved_states_are_those_in_which_the_computed_motions_end(valleys):
+    plan, found = valleys
+    assert words(found) == ["proved"] * 5
+    assert set(found["proved_rest_state"]) == {1, 2}
+    states = prove(plan.base_of("permanent")).states
+    ends = SingleRuns(plan).compute(0, plan.members).outcome["final_orientation"]
+    for end, number in zip(ends, found["proved_rest_state"], strict=True):
+        assert np.abs(end - states[number - 1].orientation).max() < 1e-2
+
+
+def test_members_are_proved_as_single_runs_are(valleys):
+    plan, found = valleys
+    for member in (0, 3):
+        config = plan.config_of(member)
+        alone = prove_convergence(config, problem_of(config), prove(config)).convergence
+        assert alone.rest_state == found["proved_rest_state"][member]
+        # The steps of a sweep are longer.
+        assert alone.time == pytest.approx(found["proved_time"][member], rel=0.3)
+        assert 0 < found["proof_steps"][member] <= alone.steps
+
+
+def test_starts_in_a_region_need_no_enclosure():
+    found = columns_of(spun([1.0, 12.0]))
+    assert words(found) == ["not enclosed", "proved"]
+    assert found["proved_rest_state"].tolist() == [1, 1]
+    assert found["proved_time"][0] == 0
+    assert found["proved_time"][1] > 0
+    assert found["proof_steps"][0] == 0
+
+
+def test_the_limit_of_steps_leaves_members_undecided():
+    (steps,) = columns_of(spun([12.0]))["proof_steps"]
+    enough, short = ({"motion": {"steps": int(steps) - k}} for k in (0, 1))
+    assert words(columns_of(spun([12.0], enough))) == ["proved"]
+    found = columns_of(spun([12.0], short))
+    assert words(found) == ["step limit"]
+    assert found["proved_rest_state"].tolist() == [0]
+    assert np.isnan(found["proved_time"]).all()
+    assert found["proof_steps"].tolist() == [steps - 1]
+
+
+def test_only_selected_members_are_enclosed():
+    plan = spun([12.0, 12.5, 13.0], {"motion": {"members": 1}})
+    found = words(columns_of(plan))
+    assert sorted(found) == ["not enclosed", "not enclosed", "proved"]
+
+
+def test_what_is_found_does_not_depend_on_the_division():
+    plan = spun([1.0, 12.0, 13.0])
+    whole = columns_of(plan)
+    parts = [columns_of(plan, k, k + 1) for k in range(3)]
+    for name, column in whole.items():
+        assert np.concatenate([part[name] for part in parts]).tobytes() == column.tobytes(), name
+
+
+def test_an_error_in_one_member_leaves_the_others_alone(monkeypatch):
+    plan = spun([12.0, 13.0, 14.0])
+
+    def failing(config, *arguments, **keys):
+        if config.title.endswith("member 1"):
+            raise ZeroDivisionError("made up")
+        return prove_convergence(config, *arguments, **keys)
+
+    monkeypatch.setattr(motions, "prove_convergence", failing)
+    found = columns_of(plan)
+    assert words(found) == ["proved", "failed", "proved"]
+    assert found["proved_rest_state"].tolist() == [1, 0, 1]
+    assert np.isnan(found["proved_time"][1])
+
+
+def test_a_failing_proof_of_rest_states_leaves_members_undecided(monkeypatch):
+    def failing(*_):
+        raise ZeroDivisionError("made up")
+
+    monkeypatch.setattr(motions, "prove", failing)
+    assert words(columns_of(spun([1.0, 12.0]))) == ["no region", "no region"]
+
+
+def test_sliding_members_are_not_decided():
+    base = str(EXAMPLES / "sliding" / "position_layer_20000.yaml")
+    plan = load_plan({"base": base, "vary": {SPIN: {"values": [0.0]}}, "prove": "motion"})
+    assert words(columns_of(plan)) == ["sliding"]
+
+
+def test_other_bodies_have_their_own_proofs(tmp_path):
+    base = paper_config("free", initial={"angular_velocity": [12.0, 0, 0]}, **SHORT)
+    vary = {"controller.K_r": {"scale": {"values": [1.0, 0.9]}}}
+    plan = load_plan({"base": base, "vary": vary, "prove": "motion"})
+    run_sweep(tmp_path / "sweep", plan, threads=1)
+    table = rbstab.open_sweep(tmp_path / "sweep")
+    assert table.words("convergence").tolist() == ["proved", "proved"]
+    assert table["proof_steps"].min() > 0
+    assert len(set(table["proved_time"].tolist())) == 2
+    assert not (tmp_path / "proofs").exists()
+
+
+@pytest.mark.parametrize("name", ["heyoka", "scipy"])
+def test_a_sweep_with_proofs(tmp_path, name):
+    engine(name)
+    plan = load_plan(
+        {
+            "base": paper_config("free", initial={"angular_velocity": [0, 0, 0]}, **SHORT),
+            "vary": {SPIN: {"values": [1.0, 12.0, 200.0]}},
+            "prove": {"motion": {"steps": 30}},
+        },
+        [f"integration.engine={name}"],
+    )
+    run_sweep(tmp_path / "sweep", plan, factory=factory_for(name))
+    table = rbstab.open_sweep(tmp_path / "sweep")
+    assert table.words("convergence").tolist()[:2] == ["proved", "proved"]
+    assert table.words("convergence")[2] == "not decided"
+    assert table["proved_rest_state"].tolist() == [1, 1, 0]
+    assert table["proved_time"][0] == 0
+    assert np.isnan(table["proved_time"][2])
+    assert proof_file(tmp_path, plan.base_of("free")).is_file()
+
+
+def test_a_sweep_that_was_stopped_goes_on(tmp_path):
+    plan = spun([11.0, 12.0, 13.0, 14.0, 15.0, 1.0])
+    run_sweep(tmp_path / "whole", plan, shard_size=1, threads=1)
+    sweep = run_sweep(tmp_path / "parted", plan, Listener(1), shard_size=1, threads=1)
+    assert not sweep.finished
+    assert 1 <= sweep.inventory.proved == len(sweep.inventory.done) < 6
+    again = Listener()
+    assert run_sweep(tmp_path / "parted", plan, again, shard_size=1, threads=1).finished
+    assert again.computed == sorted(set(range(6)) - set(sweep.inventory.done))
+    assert digest_of(tmp_path / "parted") == digest_of(tmp_path / "whole")
+
+
+def test_a_finished_sweep_without_proofs_is_another_sweep(tmp_path):
+    without = load_plan(
+        {
+            "base": paper_config("free", initial={"angular_velocity": [0, 0, 0]}, **SHORT),
+            "vary": {SPIN: {"values": [11.0, 1.0]}},
+        }
+    )
+    run_sweep(tmp_path / "sweep", without)
+    assert not set(MOTION_COLUMNS) - {"proved_rest_state"} & set(
+        rbstab.open_sweep(tmp_path / "sweep").layout
+    )
+    with pytest.raises(rbstab.StoreError, match="holds another sweep"):
+        run_sweep(tmp_path / "sweep", spun([11.0, 1.0]))
+
+
+def test_the_identity_has_the_limits():
+    plans = [spun([1.0], {"motion": limits}) for limits in ({"steps": 9}, {"steps": 400})]
+    plans += [spun([1.0]), spun([1.0], {"motion": {"members": 5}})]
+    ids = [plan_id(plan) for plan in plans]
+    assert ids[1] == ids[2]
+    assert len(set(ids)) == 3
+
+
+def test_an_engine_without_proofs_gets_them(tmp_path):
+    """Proofs do not depend on the engine that integrates the members."""
+    plan = spun([12.0])
+    run_sweep(tmp_path / "sweep", plan, factory=FakeEngine)
+    assert rbstab.open_sweep(tmp_path / "sweep").words("convergence").tolist() == ["proved"]

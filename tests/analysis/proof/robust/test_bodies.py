@@ -204,11 +204,11 @@ def test_parts_cover_the_box(monkeypatch):
     """Parts that are wider than a quarter are called undecided here; the others have a level."""
     from rbstab.analysis.proof.boxes import no_boxes
     from rbstab.analysis.proof.robust import bodies
+    from rbstab.analysis.proof.robust.energies import energies_of
     from rbstab.analysis.proof.robust.part import PartProof
 
     members, box = box_of(config_of("permanent"), "controller.K_r[0]=±8%", "controller.K_t[0]=±8%")
     examined: list[Part] = []
-    energies_of = bodies.energies_of
 
     def recorded(members, part):
         examined.append(part)

@@ -29,6 +29,22 @@ if TYPE_CHECKING:
     help="Compute the eigenvalues for COUNT factors on a gain, geometrically spaced from FROM to "
     "TO: controller.K_r=0.01:1:41. Repeatable.",
 )
+@click.option(
+    "--within",
+    "withins",
+    multiple=True,
+    metavar="KEY=±SIZE",
+    help="Prove it for every body whose numbers lie within tolerances: controller=±20% "
+    "or body.contact_point=±0.01. Keys of body, gravity and controller. Repeatable.",
+)
+@click.option(
+    "--largest-within",
+    "largest",
+    multiple=True,
+    metavar="KEY",
+    help="Find the largest percentage p for which KEY=±p% is proved, beside the tolerances of "
+    "--within. Repeatable: each KEY by itself.",
+)
 @CHANGES
 @click.option(
     "--results",
@@ -46,6 +62,8 @@ def command(
     configs: tuple[Path, ...],
     search_only: bool,
     alongs: tuple[str, ...],
+    withins: tuple[str, ...],
+    largest: tuple[str, ...],
     changes: tuple[str, ...],
     results: Path,
     no_run: bool,
@@ -64,17 +82,21 @@ def command(
     from rbstab.experiment.convergence.convergence import Enclose
     from rbstab.experiment.stability import stability_of
     from rbstab_cli.arguments.along import locus_points, parse_along
+    from rbstab_cli.arguments.within import proved_within
     from rbstab_cli.output.printed import stdout_to_file
     from rbstab_cli.output.stability_report import StabilityReport, stability_data
     from rbstab_cli.output.stability_tables import print_stability_report
     from rbstab_cli.output.text_file import check_target
 
+    if search_only and (withins or largest):
+        raise click.UsageError("--search-only makes no proofs: leave out --within")
     if output is not None:
         check_target(output, force=force)
     loaded = load_all(configs, changes)
     loci = [parse_along(text) for text in alongs]
     reports = []
     for path, config in loaded.items():
+        within = proved_within(config, results, withins, largest)
         problem = problem_of(config)
         proof = _proof(config, problem, results, search_only=search_only)
         enclose = Enclose.NOTHING if search_only else Enclose.UNTIL_PROVED
@@ -82,7 +104,7 @@ def command(
         found = None if search_only else _convergence(config, problem, proof, run)
         stability = stability_of(problem, proof, found)
         points = [(along, locus_points(config, along)) for along in loci]
-        reports.append(StabilityReport(path, config, stability, run, points))
+        reports.append(StabilityReport(path, config, stability, run, points, within))
     with stdout_to_file(output, force=force):
         if as_json:
             from rbstab_cli.output.json_output import print_json

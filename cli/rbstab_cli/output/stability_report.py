@@ -10,16 +10,21 @@ if TYPE_CHECKING:
     from rbstab.experiment.stability import Stability
     from rbstab.store.result import Result
     from rbstab_cli.arguments.along import Along
+    from rbstab_cli.arguments.within import Within
 
 
 class StabilityReport(NamedTuple):
-    """A config, its stability, its run (None with --no-run), and its root loci."""
+    """A config, its stability, its run (None with --no-run), and its root loci.
+
+    within is what is proved within tolerances; None if there are none.
+    """
 
     path: Path
     config: "Config"
     stability: "Stability"
     run: "Result | None"
     loci: "list[tuple[Along, list[LocusPoint]]]"
+    within: "Within | None" = None
 
 
 def stability_data(report: StabilityReport) -> dict[str, Any]:
@@ -38,6 +43,7 @@ def stability_data(report: StabilityReport) -> dict[str, Any]:
         "config": str(report.path),
         "title": report.config.title,
         "statements": stability.statements,
+        "within": None if report.within is None else report.within.as_data(),
         "start": stability.start,
         "inside": stability.inside,
         "convergence": None if stability.convergence is None else stability.convergence.as_data(),

@@ -19,7 +19,8 @@ def print_stability_report(report: "StabilityReport") -> None:
 
     stability, run = report.stability, report.run
     click.echo(f"{report.path}: {printable(report.config.title)}\n")
-    for statement in stability.statements:
+    within = [] if report.within is None else report.within.statements
+    for statement in [*within, *stability.statements]:
         click.echo(f"  {statement}")
     if run is not None:
         ended = "" if run.status == RunStatus.COMPLETED else f" It ended early: {run.status}."

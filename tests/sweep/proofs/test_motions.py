@@ -13,6 +13,7 @@ from support.valleys import TWO_VALLEYS
 import rbstab
 from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.exact_motion import prove_convergence
+from rbstab.experiment.convergence.many_motions import ManyMotions
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_file
 from rbstab.integrate.engines import engine
@@ -71,9 +72,9 @@ def test_members_are_proved_as_single_runs_are(valleys):
         config = plan.config_of(member)
         alone = prove_convergence(config, problem_of(config), prove(config)).convergence
         assert alone.rest_state == found["proved_rest_state"][member]
-        # The steps of a sweep are longer.
+        # A sweep has other steps.
         assert alone.time == pytest.approx(found["proved_time"][member], rel=0.3)
-        assert 0 < found["proof_steps"][member] <= alone.steps
+        assert found["proof_steps"][member] > 0
 
 
 def test_starts_in_a_region_need_no_enclosure():
@@ -113,11 +114,16 @@ def test_what_is_found_does_not_depend_on_the_division():
 def test_an_error_in_one_member_leaves_the_others_alone(monkeypatch):
     plan = spun([12.0, 13.0, 14.0])
 
+    def failing_together(*_):
+        raise FloatingPointError("made up")
+
     def failing(config, *arguments, **keys):
         if config.title.endswith("member 1"):
             raise ZeroDivisionError("made up")
         return prove_convergence(config, *arguments, **keys)
 
+    # If the members cannot be enclosed together, each is enclosed by itself.
+    monkeypatch.setattr(ManyMotions, "follow", failing_together)
     monkeypatch.setattr(motions, "prove_convergence", failing)
     found = columns_of(plan)
     assert words(found) == ["proved", "failed", "proved"]

@@ -7,11 +7,12 @@ if it lies in the domain of a known zero, which contains no other zero. All othe
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Protocol
 
 import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, joined, no_boxes, whole_range
-from rbstab.analysis.proof.enclosure import enclosure, inverses
+from rbstab.analysis.proof.enclosure import Enclosure, enclosure, inverses
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.zero import Zero, isolated_zero, newton
 from rbstab.mechanics.numbers import Array
@@ -35,6 +36,19 @@ CONVERGED_STEP = 1e-8
 
 A point closer than this to a point that failed is not tried again.
 """
+
+
+class Tests(Protocol):
+    """Further tests of a search, for a form that allows sharper ones."""
+
+    def isolated(self, Theta: Array) -> Zero | None:
+        """Prove that a zero near a point exists and is unique, like `isolated_zero`."""
+
+    def excludes_zero(self, boxes: Boxes, enclosed: Enclosure) -> Array:
+        """Return whether each box is proved to have no zero, shape (m,)."""
+
+    def hopeless(self, boxes: Boxes, zeros: list[Zero]) -> bool:
+        """Return whether the search cannot succeed with these boxes left; it then ends."""
 
 
 class SearchOutcome(Enum):
@@ -66,6 +80,7 @@ class _Search:
     """The known zeros and the failed attempts of one branch-and-bound search."""
 
     form: TrigonometricForm
+    tests: Tests | None = None
     zeros: list[Zero] = field(default_factory=list)
     ambiguous: list[Boxes] = field(default_factory=list)
     failed: list[Array] = field(default_factory=list)
@@ -79,7 +94,11 @@ class _Search:
             )
             if known or failed_before or np.any(np.abs(Theta) > self.form.reach):
                 continue
-            zero = isolated_zero(self.form, Theta)
+            zero = (
+                isolated_zero(self.form, Theta)
+                if self.tests is None
+                else self.tests.isolated(Theta)
+            )
             if zero is None:
                 self.failed.append(Theta)
                 continue
@@ -103,6 +122,8 @@ class _Search:
         boxes, enclosed = boxes[left], enclosed[left]
         bounds = enclosed.preconditioned(inverses(enclosed.hessian))
         left = ~bounds.excludes_zero
+        if self.tests is not None:
+            left[left] = ~self.tests.excludes_zero(boxes[left], enclosed[left])
         near = left & np.all(np.abs(bounds.step) <= 2 * bounds.radius, axis=1)
         self.add_zeros_at(_converged_points(self.form, boxes.centre[near][:MAX_STARTS]))
         for zero in self.zeros:
@@ -116,6 +137,7 @@ def prove(
     known: Iterable[Array] = (),
     box_limit: int = BOX_LIMIT,
     end: Array = RANGE_END,
+    tests: Tests | None = None,
 ) -> Zeros:
     """Enclose every zero of ∇U in the box -end <= Θ <= end.
 
@@ -125,8 +147,9 @@ def prove(
             save time: the same zeros are found without them.
         box_limit: The number of boxes at which the search stops.
         end: The largest |Θ|, shape (3,), rad, at most `form.reach`; by default that of eq. 5.
+        tests: Further tests, or None.
     """
-    search = _Search(form)
+    search = _Search(form, tests)
     search.add_zeros_at(known)
     pending, undecided, examined = whole_range(end), [], 0
     while len(pending) and examined < box_limit:
@@ -135,6 +158,9 @@ def prove(
         batch, pending = pending[-BATCH:], pending[:-BATCH]
         examined += len(batch)
         left, axis = search.examine(batch)
+        if tests is not None and tests.hopeless(left, search.zeros):
+            undecided.append(left)
+            break
         small = left.radius.max(axis=1, initial=0.0) < MIN_RADIUS
         undecided.append(left[small])
         pending = joined([pending, left[~small].halves(axis[~small])])

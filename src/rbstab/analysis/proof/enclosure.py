@@ -27,7 +27,8 @@ class Enclosure:
 
     radius is r, shape (m, 3). value, gradient and hessian are U and its derivatives at the centres,
     shapes (m,), (m, 3) and (m, 3, 3). Their errors bound the rounding error at any centre, shapes
-    (), (3,) and (3, 3). third is T, shape (m, 3, 3, 3).
+    (), (3,) and (3, 3). For a family of energies they also bound the distance of its members, for
+    each box: shapes (m,), (m, 3) and (m, 3, 3). third is T, shape (m, 3, 3, 3).
     """
 
     radius: Array
@@ -40,15 +41,30 @@ class Enclosure:
     third: Array
 
     def __getitem__(self, chosen: Array) -> "Enclosure":
+        by_box = self.value_error.ndim > 0
         return Enclosure(
             self.radius[chosen],
             self.value[chosen],
-            self.value_error,
+            self.value_error[chosen] if by_box else self.value_error,
             self.gradient[chosen],
-            self.gradient_error,
+            self.gradient_error[chosen] if by_box else self.gradient_error,
             self.hessian[chosen],
-            self.hessian_error,
+            self.hessian_error[chosen] if by_box else self.hessian_error,
             self.third[chosen],
+        )
+
+    @property
+    def error(self) -> Array:
+        """Bound on the part of U's deviation that the errors cause over the box, shape (m,)."""
+        r = self.radius
+        if self.gradient_error.ndim == 1:
+            linear = self.gradient_error @ r.T
+        else:
+            linear = np.einsum("mi,mi->m", self.gradient_error, r)
+        return (
+            self.value_error
+            + linear
+            + 0.5 * np.einsum("...ij,...i,...j->...", self.hessian_error, r, r)
         )
 
     @property
@@ -61,7 +77,7 @@ class Enclosure:
     def curvature(self) -> Array:
         """Bound on the deviation of ∇U from its linear part over the box, shape (m, 3)."""
         change = 0.5 * np.einsum("mkij,mi,mj->mk", self.third, self.radius, self.radius)
-        linear = np.einsum("kj,mj->mk", self.hessian_error, self.radius)
+        linear = np.einsum("...kj,...j->...k", self.hessian_error, self.radius)
         return (change + linear + self.gradient_error) * ROUNDING_FACTOR
 
     @property
@@ -83,7 +99,7 @@ class Enclosure:
             self.radius,
             step,
             step_error + np.einsum("mkl,ml->mk", size, self.curvature) * ROUNDING_FACTOR,
-            np.abs(step) + step_error + np.einsum("mkl,l->mk", size, self.gradient_error),
+            np.abs(step) + step_error + np.einsum("...kl,...l->...k", size, self.gradient_error),
             residual,
             (residual + np.einsum("mkl,mlj->mkj", size, self.hessian_radius)) * ROUNDING_FACTOR,
         )

@@ -82,10 +82,8 @@ def lower_bounds(enclosed: Enclosure) -> Array:
     """
     r = enclosed.radius
     cubic = np.einsum("mijk,mi,mj,mk->m", enclosed.third, r, r, r) / 6
-    rounding = enclosed.value_error + enclosed.gradient_error @ r.T
-    rounding = rounding + 0.5 * np.einsum("ij,mi,mj->m", enclosed.hessian_error, r, r)
     drop = np.minimum(_drop_by_magnitudes(enclosed), _drop_by_curvature(enclosed))
-    lost = (cubic + rounding + drop) * ROUNDING_FACTOR
+    lost = (cubic + enclosed.error + drop) * ROUNDING_FACTOR
     # The subtraction is rounded too.
     return enclosed.value - lost - 1e-15 * (np.abs(enclosed.value) + lost)
 

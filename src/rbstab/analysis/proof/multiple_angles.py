@@ -33,11 +33,13 @@ def form_of(polynomial: Polynomial) -> TrigonometricForm:
     )
     quadratic, linear = np.zeros((3, 3)), np.zeros(3)
     exact: dict[Exponents, Fraction] = {}
-    for (angles, sines, cosines, lengths), value in terms:
+    for (angles, sines, cosines, lengths, parameters), value in terms:
         coefficient = fraction(value)
-        if sum(angles) == sum(lengths) == 0:
+        if any(lengths + parameters):
+            raise NotTrigonometric
+        if sum(angles) == 0:
             _add_product(exact, coefficient, sines, cosines)
-        elif sum(angles) > 2 or any(sines + cosines + lengths):
+        elif sum(angles) > 2 or any(sines + cosines):
             raise NotTrigonometric
         elif sum(angles) == 1:
             linear[angles.index(1)] = float(coefficient)

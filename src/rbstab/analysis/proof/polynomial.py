@@ -35,31 +35,34 @@ def fraction(number: "fmpq") -> Fraction:
 
 
 class Powers(NamedTuple):
-    """The powers of a term: of each θ, sin θ, cos θ and x."""
+    """The powers of a term: of each θ, sin θ, cos θ, x and z."""
 
     angles: tuple[int, ...]
     sines: tuple[int, ...]
     cosines: tuple[int, ...]
     lengths: tuple[int, ...]
+    parameters: tuple[int, ...]
 
 
 class Ring:
-    """The polynomials in some angles, their sines and cosines, and some lengths.
+    """The polynomials in some angles, their sines and cosines, some lengths and some parameters.
 
     Args:
         angles: The number of angles θ.
         lengths: The number of further variables x, which have no sine.
+        parameters: The number of variables z in [-1, 1] that place a body in a box of bodies.
     """
 
-    def __init__(self, angles: int, lengths: int) -> None:
-        self.angles, self.lengths = angles, lengths
+    def __init__(self, angles: int, lengths: int, parameters: int = 0) -> None:
+        self.angles, self.lengths, self.parameters = angles, lengths, parameters
 
     @cached_property
     def context(self) -> "fmpq_mpoly_ctx":
-        """The variables in flint's order: all θ, all sin θ, all cos θ, all x."""
+        """The variables in flint's order: all θ, all sin θ, all cos θ, all x, all z."""
         from flint import Ordering, fmpq_mpoly_ctx
 
         kinds = {"theta": self.angles, "s": self.angles, "c": self.angles, "x": self.lengths}
+        kinds["z"] = self.parameters
         names = [f"{kind}{index}" for kind, count in kinds.items() for index in range(count)]
         return fmpq_mpoly_ctx.get(names, Ordering.lex)
 
@@ -79,14 +82,26 @@ class Ring:
 
     def variables(self) -> Array:
         """Return [θ, x], shape (angles + lengths,)."""
-        generators = self.context.gens()
-        chosen = [*generators[: self.angles], *generators[3 * self.angles :]]
+        generators, first_length = self.context.gens(), 3 * self.angles
+        lengths = generators[first_length : first_length + self.lengths]
+        chosen = [*generators[: self.angles], *lengths]
         return np.array([Polynomial(self, generator) for generator in chosen], dtype=object)
 
     def split(self, powers: tuple[int, ...]) -> Powers:
         """Return the powers of a term by kind of variable."""
-        n = self.angles
-        return Powers(powers[:n], powers[n : 2 * n], powers[2 * n : 3 * n], powers[3 * n :])
+        n, last = self.angles, 3 * self.angles + self.lengths
+        angles, sines, cosines = powers[:n], powers[n : 2 * n], powers[2 * n : 3 * n]
+        return Powers(angles, sines, cosines, powers[3 * n : last], powers[last:])
+
+    def parameter(self, index: int) -> "Polynomial":
+        """Return one of the variables z."""
+        return Polynomial(self, self.context.gens()[3 * self.angles + self.lengths + index])
+
+    def quotient(self, dividend: Any, divisor: Any) -> Any:
+        """Divide by a constant other than 0; any other divisor gives the unknown value (None)."""
+        if hasattr(divisor, "is_constant"):
+            divisor = divisor.leading_coefficient() if divisor.is_constant() else 0
+        return dividend * (1 / divisor) if divisor != 0 else None
 
     def angle_of(self, value: "fmpq_mpoly") -> int | None:
         """Return the index of the angle that a polynomial equals, or None if it equals no angle."""
@@ -132,22 +147,22 @@ class Polynomial:
         return self.value.leading_coefficient()
 
     def length_coefficient(self, *wanted: int) -> "Polynomial":
-        """Return the coefficient of a product of lengths, a polynomial in the angles.
+        """Return the coefficient of a product of lengths, a polynomial in the angles and in z.
 
         Args:
             wanted: The indices of the lengths; give none for the terms without lengths.
         """
         powers = tuple(wanted.count(index) for index in range(self.ring.lengths))
-        cut = 3 * self.ring.angles
+        cut, end = 3 * self.ring.angles, 3 * self.ring.angles + self.ring.lengths
         found = {
-            (*term[:cut], *[0] * self.ring.lengths): coefficient
+            (*term[:cut], *[0] * self.ring.lengths, *term[end:]): coefficient
             for term, coefficient in self.terms()
             if self._lengths(term) == powers
         }
         return Polynomial(self.ring, self.ring.context.from_dict(found))
 
     def _lengths(self, powers: tuple[int, ...]) -> tuple[int, ...]:
-        return powers[3 * self.ring.angles :]
+        return self.ring.split(powers).lengths
 
     def sin(self) -> "Polynomial":
         """Return the sine of an angle."""
@@ -178,7 +193,7 @@ class Polynomial:
         return self._combine(other, operator.mul)
 
     def __truediv__(self, other: Any) -> "Polynomial":
-        return self._combine(other, _quotient)
+        return self._combine(other, self.ring.quotient)
 
     def __rtruediv__(self, other: Any) -> "Polynomial":
         return NotImplemented if isinstance(other, np.ndarray) else self.ring.constant(other) / self
@@ -194,10 +209,3 @@ class Polynomial:
 
     __radd__ = __add__
     __rmul__ = __mul__
-
-
-def _quotient(dividend: Any, divisor: Any) -> Any:
-    """Divide by a constant other than zero; any other divisor gives the unknown value (None)."""
-    if hasattr(divisor, "is_constant"):
-        divisor = divisor.leading_coefficient() if divisor.is_constant() else 0
-    return dividend * (1 / divisor) if divisor != 0 else None

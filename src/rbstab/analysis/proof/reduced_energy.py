@@ -79,7 +79,7 @@ def reduced_energy(system: System, exact_system: ExactSystem | None = None) -> R
     Raises:
         NoReducedEnergy: The system has none, or it does not have the supported form.
     """
-    _reject_sliding(system)
+    reject_sliding(system)
     at_rest = configurations(system)
     ring = Ring(3, at_rest.size - 3)
     try:
@@ -107,7 +107,8 @@ def _reduced(at_rest: Configurations, energy: Any, ring: Ring) -> ReducedEnergy:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
 
 
-def _reject_sliding(system: System) -> None:
+def reject_sliding(system: System) -> None:
+    """Raise `NoReducedEnergy` if a system has a sliding connector."""
     for element in system.elements:
         if isinstance(element, SlidingConnector):
             on_position = element.rate_weight == 0

@@ -14,6 +14,12 @@ from rbstab.mechanics.numbers import Array
 
 COMMAND = "rbstab run --prove"
 
+PATIENCE = 50
+"""Steps over which the energy must fall by `LEAST_FALL`; otherwise the motion has come to rest."""
+
+LEAST_FALL = 1e-6
+"""Relative to the energy that the motion has lost since its start."""
+
 
 def refusal(problem: Problem, proof: Proof | None) -> Convergence | None:
     """Return a convergence that no enclosure can decide, with the reason; None if one may."""

@@ -27,7 +27,13 @@ from rbstab.analysis.motion_proof.step import StateSet
 from rbstab.config.build import start_of
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Convergence, Enclose, Undecided
-from rbstab.experiment.convergence.decisions import COMMAND, convergence_in, refusal
+from rbstab.experiment.convergence.decisions import (
+    COMMAND,
+    LEAST_FALL,
+    PATIENCE,
+    convergence_in,
+    refusal,
+)
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
 from rbstab.experiment.proof import ROUND_OFF, start_level, starts_inside
@@ -47,12 +53,6 @@ class Limits(NamedTuple):
     steps: int
     accuracy: Accuracy = NARROW
 
-
-PATIENCE = 50
-"""Steps over which the energy must fall by `LEAST_FALL`; otherwise the motion has come to rest."""
-
-LEAST_FALL = 1e-6
-"""Relative to the energy that the motion has lost since its start."""
 
 OUTSIDE = f"the start is outside of every certified region; {COMMAND} follows the exact motion"
 

@@ -6,15 +6,15 @@ import numpy as np
 
 from rbstab.analysis.motion_proof.motion import proof_precision
 from rbstab.analysis.motion_proof.rounding import rounded_up
-from rbstab.analysis.motion_proof.sets.equations import equations_of
+from rbstab.analysis.motion_proof.sets.equations import Equations, equations_of
 from rbstab.analysis.motion_proof.sets.monomials import Monomials
 from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
 from rbstab.analysis.motion_proof.sets.set_motion import Followed, followed
 from rbstab.analysis.motion_proof.sets.set_step import FOR_POINTS
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
-from rbstab.experiment.convergence.convergence import Convergence
-from rbstab.experiment.convergence.decisions import convergence_in
+from rbstab.experiment.convergence.convergence import Convergence, Undecided
+from rbstab.experiment.convergence.decisions import LEAST_FALL, PATIENCE, convergence_in
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
 from rbstab.experiment.convergence.region_bounds import region_energies
 from rbstab.experiment.proof_record import Proof
@@ -38,7 +38,6 @@ class ManyMotions:
     def __init__(self, config: Config, proof: Proof) -> None:
         self.proof = proof
         self.scale = state_scale(problem_of(config))
-        self._highest = max((bound for _, bound in region_energies(proof)), default=-np.inf)
         with proof_precision():
             self._equations = equations_of(partial(enclosed_system, config))
 
@@ -53,26 +52,57 @@ class ManyMotions:
             max_steps: The most steps of a motion.
 
         Returns:
-            What came of each motion. Its decision is its `Convergence`, or None.
+            What came of each motion. Its decision is its `Convergence`, `Undecided.AT_REST`, or
+            None.
         """
         found: list[Followed] = []
         for first in range(0, len(values), BATCH_SIZE):
             some = slice(first, first + BATCH_SIZE)
             starts = self._starts(values[some], errors[some])
-            found += followed(
-                self._equations, starts, self.scale, self._decide, max_steps, FOR_POINTS
-            )
+            decide = _Decisions(self.proof, self._equations, len(starts))
+            found += followed(self._equations, starts, self.scale, decide, max_steps, FOR_POINTS)
         return found
 
     def _starts(self, values: Array, errors: Array) -> MotionSet:
         frame = np.broadcast_to(np.diag(self.scale), (len(values), *2 * (len(self.scale),)))
         return MotionSet(POINT, values[..., np.newaxis], frame, rounded_up(errors / self.scale))
 
-    def _decide(self, states: MotionSet, times: Array) -> list[Convergence | None]:
-        lows, highs = states.bounds(self._equations.energy)
+
+class _Decisions:
+    """Decides on some motions: a region that they have reached, or that they have come to rest.
+
+    Args:
+        proof: The proof of the rest states and of their regions.
+        equations: The equations.
+        count: The number of motions.
+    """
+
+    def __init__(self, proof: Proof, equations: Equations, count: int) -> None:
+        self.proof, self.energy = proof, equations.energy
+        self._highest = max((bound for _, bound in region_energies(proof)), default=-np.inf)
+        self._lows: list[Array] = []
+        self._count = count
+
+    def __call__(
+        self, states: MotionSet, times: Array, numbers: Array
+    ) -> list[Convergence | Undecided | None]:
+        """Return what is decided of each set; see `Decide`."""
+        lows, highs = states.bounds(self.energy)
         low_corners, high_corners = states.angle_bounds()
-        found: list[Convergence | None] = [None] * len(states)
+        found: list[Convergence | Undecided | None] = [None] * len(states)
+        for k in np.flatnonzero(self._at_rest(lows, numbers)).tolist():
+            found[k] = Undecided.AT_REST
         for k in np.flatnonzero(highs < self._highest).tolist():
             energy, box = (float(lows[k]), float(highs[k])), (low_corners[k], high_corners[k])
-            found[k] = convergence_in(self.proof, energy, box, float(times[k]))
+            found[k] = convergence_in(self.proof, energy, box, float(times[k])) or found[k]
         return found
+
+    def _at_rest(self, lows: Array, numbers: Array) -> Array:
+        """Return whether the energy of each motion has stopped to fall."""
+        row = np.full(self._count, np.nan)
+        row[numbers] = lows
+        self._lows.append(row)
+        if len(self._lows) <= PATIENCE:
+            return np.zeros(len(numbers), dtype=bool)
+        first, before = self._lows[0][numbers], self._lows[-PATIENCE - 1][numbers]
+        return np.asarray(before - lows < LEAST_FALL * (first - lows))

@@ -55,7 +55,7 @@ class _Follower:
         (found,) = followed(self.equations, start, self.scale, self._decide)
         return found
 
-    def _decide(self, states: MotionSet, times: Array) -> list[Convergence | None]:
+    def _decide(self, states: MotionSet, times: Array, _numbers: Array) -> list[Convergence | None]:
         """Return the convergence of all motions of each set; None if it is not proved."""
         lows, highs = states.bounds(self.equations.energy)
         boxes = zip(*states.angle_bounds(), strict=True)

@@ -1,6 +1,7 @@
-"""Prove the convergence of members one by one, by enclosing their exact motions."""
+"""Prove the convergence of members by enclosing their exact motions, together if possible."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from threading import Lock
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
@@ -8,13 +9,16 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from rbstab.analysis.motion_proof.expansion import FAST
+from rbstab.analysis.motion_proof.sets.set_motion import Followed
 from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
+from rbstab.experiment.convergence.decisions import refusal
 from rbstab.experiment.convergence.exact_motion import (
     Limits,
     convergence_at_start,
     prove_convergence,
 )
+from rbstab.experiment.convergence.many_motions import ManyMotions
 from rbstab.experiment.proof import Proof, prove
 from rbstab.experiment.proof_record import no_proof
 from rbstab.mechanics.numbers import Array
@@ -37,11 +41,13 @@ _WORDS = {True: "proved", False: "false"}
 class _Shared(NamedTuple):
     """What the members of a variant share: the proof of their rest states, and the proved starts.
 
-    starts is None if no member of the variant can be proved at its start.
+    starts is None if no member of the variant can be proved at its start. many encloses their
+    motions; it is None if that is refused.
     """
 
     proof: Proof
     starts: ProvedStarts | None
+    many: ManyMotions | None
 
 
 def motion_columns(plan: Plan, start: int, stop: int) -> dict[str, Array]:
@@ -94,9 +100,10 @@ class MotionProver:
             with _LOCK:
                 self._fill_starts(columns, variant, values, rows)
             enclosed = rows[(selected & chosen)[rows] & (columns["proved_rest_state"][rows] == 0)]
-            for row in enclosed.tolist():
-                with _LOCK:
-                    self._enclose(columns, variant, start, row)
+            if not self._enclosed_together(columns, variant, values, enclosed):
+                for row in enclosed.tolist():
+                    with _LOCK:
+                        self._enclose(columns, variant, start, row)
         return columns
 
     def _fill_starts(
@@ -110,6 +117,36 @@ class MotionProver:
         numbers = shared.starts.find(own, len(rows))
         columns["proved_rest_state"][rows] = numbers
         columns["proved_time"][rows[numbers > 0]] = 0.0
+
+    def _enclosed_together(
+        self, columns: dict[str, Array], variant: str, values: Mapping[str, Array], rows: Array
+    ) -> bool:
+        """Enclose the motions of members of one system together; return whether that was done."""
+        shared = self._shared_by(variant) if len(rows) else None
+        if shared is None or shared.starts is None or shared.many is None:
+            return False
+        own = {key: entries[rows] for key, entries in values.items()}
+        with suppress(Exception):  # then each member is enclosed by itself
+            centre, error = shared.starts.states(own, len(rows))
+            found = shared.many.follow(centre, error, self.selection.steps)
+            for row, one in zip(rows.tolist(), found, strict=True):
+                self._fill(columns, row, one)
+            return True
+        return False
+
+    def _fill(self, columns: dict[str, Array], row: int, found: Followed) -> None:
+        """Fill in what came of the motion of one member."""
+        columns["proof_steps"][row] = found.steps
+        if isinstance(found.decision, Convergence):
+            word = "proved"
+            columns["proved_rest_state"][row] = found.decision.rest_state
+            columns["proved_time"][row] = found.time
+        elif found.decision is not None:
+            word = str(found.decision)
+        else:
+            reached = found.steps >= self.selection.steps
+            word = str(Undecided.STEP_LIMIT if reached else Undecided.NO_STEP)
+        columns["motion_proof"][row] = MOTION_PROOFS.index(word)
 
     def _enclose(self, columns: dict[str, Array], variant: str, start: int, row: int) -> None:
         """Enclose the motion of one member, and fill in what is proved of it."""
@@ -152,7 +189,11 @@ class MotionProver:
         except Exception as error:
             # The members can be integrated all the same; none of them is decided.
             proof = no_proof("", f"{type(error).__name__}: {error}", 0.0)
-        return _Shared(proof, ProvedStarts(base, keys, proof) if proof.states else None)
+        if not proof.states:
+            return _Shared(proof, None, None)
+        refused = refusal(self.plan.initial_value_problems[variant], proof)
+        many = ManyMotions(base, proof) if refused is None else None
+        return _Shared(proof, ProvedStarts(base, keys, proof), many)
 
 
 def _word(found: Convergence) -> str:

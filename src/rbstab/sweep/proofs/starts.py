@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.bounded import Bounded, bounded_decimal, bounded_decimals
+from rbstab.analysis.bounded import SLACK, Bounded, bounded_decimal, bounded_decimals
 from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.regions.downhill import Landscape
 from rbstab.analysis.proof.regions.starts import RegionLevel, StartRegions
@@ -14,11 +14,13 @@ from rbstab.analysis.proof.trigonometric import MAX_ANGLE
 from rbstab.config.build import start_of, system_of
 from rbstab.config.entries import replaced
 from rbstab.config.schema import Config
+from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.experiment.proof import OPEN_RANGE, ROUND_OFF, same_state
 from rbstab.experiment.proof_record import Proof, ProvedStates
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VariedKey
 from rbstab.sweep.plan.varied_numbers import varied_numbers
+from rbstab.systems.system import System
 
 BATCH_SIZE = 4096
 """Members whose energies are bounded at once. With more, the arrays do not fit into a cache."""
@@ -88,22 +90,42 @@ class ProvedStarts:
             members: The number of members.
         """
         with np.errstate(all="ignore"):
-            floats = {varied.key: values[varied.key].astype(float) for varied in self.varied_keys}
-            numbers = varied_numbers(self.base, self.varied_keys, floats)
-            config = replaced(
-                self.base, {path: bounded_decimal(value) for path, value in numbers.items()}
-            )
-            state = start_of(config, self.system, bounded_decimals)
+            state = self._state(values, self.system)
             motion = self.system.motion(state)
             kinetic = self.system.body.kinetic_energy(motion.Omega, motion.V)
             energy = _bounded(kinetic) + self.system.potential_energy(state)
             angles = [_bounded(angle) for angle in motion.Theta]
 
-        def column(entry: Any) -> Array:
-            return np.broadcast_to(np.asarray(entry, dtype=float), (members,))
+        low, high = (
+            [_column(getattr(a, side), members) for a in angles] for side in ("low", "high")
+        )
+        return Starts(_column(energy.high, members), np.stack(low, axis=1), np.stack(high, axis=1))
 
-        low, high = ([column(getattr(a, side)) for a in angles] for side in ("low", "high"))
-        return Starts(column(energy.high), np.stack(low, axis=1), np.stack(high, axis=1))
+    def states(self, values: Mapping[str, Array], members: int) -> tuple[Array, Array]:
+        """Return the initial states of members as they are enclosed, and bounds on their errors.
+
+        Args:
+            values: As for `starts`.
+            members: The number of members.
+
+        Returns:
+            The states of `enclosed_system`, shape (members, n), and the bounds in the same shape.
+        """
+        with np.errstate(all="ignore"):
+            entries = self._state(values, enclosed_system(self.base, bounded_decimals))
+        found = [_bounded(entry) for entry in entries]
+        centre = np.stack([_column(entry.value, members) for entry in found], axis=1)
+        error = np.stack([_column(SLACK * entry.error, members) for entry in found], axis=1)
+        return centre, error
+
+    def _state(self, values: Mapping[str, Array], system: System) -> Array:
+        """Return the state vector at the start of all members, of numbers with bounds."""
+        floats = {varied.key: values[varied.key].astype(float) for varied in self.varied_keys}
+        numbers = varied_numbers(self.base, self.varied_keys, floats)
+        config = replaced(
+            self.base, {path: bounded_decimal(value) for path, value in numbers.items()}
+        )
+        return start_of(config, system, bounded_decimals)
 
 
 class _Range:
@@ -161,6 +183,10 @@ def _number(proof: Proof, states: ProvedStates, number: int) -> int:
     if states is proof:
         return number
     return same_state(proof, states.states[number - 1]) or 0
+
+
+def _column(entry: Any, members: int) -> Array:
+    return np.broadcast_to(np.asarray(entry, dtype=float), (members,))
 
 
 def _bounded(number: Any) -> Bounded:

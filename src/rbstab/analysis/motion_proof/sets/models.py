@@ -71,13 +71,12 @@ class Model:
         polynomial = _product(self.space, self.polynomial, other.polynomial)
         operations = terms + self.space.most_pairs + 4
         by_size = other.remainder + operations * UNIT * other.size
-        first = np.stack([self.size, self.remainder])
-        error = convolved(first, np.stack([by_size, other.bound])).sum(axis=0)
         # What has a higher degree in z: each degree of one factor with the high ones of the other.
-        by_degree = self.size_by_degree
+        degrees = range(1, self.space.degree + 1)
         high = np.cumsum(other.size_by_degree[..., ::-1, :], axis=-2)
-        for degree in range(1, self.space.degree + 1):
-            error += convolved(by_degree[..., degree, :], high[..., degree - 1, :])
+        ones = [self.size, self.remainder, *(self.size_by_degree[..., k, :] for k in degrees)]
+        others = [by_size, other.bound, *(high[..., k - 1, :] for k in degrees)]
+        error = convolved(np.stack(ones), np.stack(others)).sum(axis=0)
         return Model(self.space, polynomial, rounded_up(error))
 
     @cached_property
@@ -234,8 +233,6 @@ def evaluated(program: Program, variables: list[Model]) -> list[Model]:
 def convolved(a: Array, b: Array) -> Array:
     """Return the coefficients of the product of two series in τ, as many as each has."""
     terms = a.shape[-1]
-    if a.size == b.size == terms:  # one series: much faster
-        return np.convolve(a.ravel(), b.ravel())[:terms].reshape(a.shape)
     # With τ as the first axis, the inner loops are long.
     first, second = (np.ascontiguousarray(one.reshape(-1, terms).T) for one in (a, b))
     found = first[0] * second

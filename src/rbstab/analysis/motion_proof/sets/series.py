@@ -117,10 +117,11 @@ class Series:
         """Return the coefficient of the highest power of τ in a product, shape (..., monomials)."""
         first, second, begins = self.space.pairs
         if len(first) == 1:
-            return np.einsum("...pl,...pl->...p", a, b[..., ::-1])
+            found: Array = (a * b[..., ::-1]).sum(axis=-1)
+            return found
         products = np.einsum("...pl,...pl->...p", a[..., first, :], b[..., second, ::-1])
-        found: Array = np.add.reduceat(products, begins, axis=-1)
-        return found
+        reduced: Array = np.add.reduceat(products, begins, axis=-1)
+        return reduced
 
     def _of_numbers(self, a: Array, b: Array) -> Array:
         """Return the product of two polynomials in z."""

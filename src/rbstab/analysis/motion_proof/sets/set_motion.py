@@ -11,7 +11,7 @@ from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
 from rbstab.analysis.motion_proof.sets.set_step import FOR_SETS, Orders, SetSteps, set_steps
 from rbstab.mechanics.numbers import Array
 
-FIRST_STEP = 0.004
+FIRST_STEP = 0.05
 """s: the first step is at most this long."""
 
 GROWTH = 1.5
@@ -20,6 +20,9 @@ GROWTH = 1.5
 SHORTEST = 1.0 / 64
 """A step is at least this fraction of the longest one before; otherwise the set is halved."""
 
+SHORTEST_FIRST = 1e-5
+"""s: the first step is at least this long."""
+
 MAX_ERROR = 1e-2
 """The largest error |Qw| of a set, in scaled states; with a larger one the set is halved."""
 
@@ -27,8 +30,9 @@ MAX_STEPS = 500
 """Steps after which a set is given up. The motions of the paper need some 120."""
 
 
-Decide = Callable[[MotionSet, Array], Sequence[Any]]
-"""Returns what is decided of each of several sets at its time, shape (sets,), s; None: nothing."""
+Decide = Callable[[MotionSet, Array, Array], Sequence[Any]]
+"""Returns what is decided of each of several sets, None for nothing. It is called with the sets,
+their times, shape (sets,), s, and their places among all starts, shape (sets,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +130,7 @@ def followed(  # noqa: PLR0913, PLR0917 (two of them are options)
         np.arange(len(starts)), starts, zero.astype(int), zero, zero + FIRST_STEP, zero
     )
     while len(running.number):
-        decisions = decide(running.states, running.time)
+        decisions = decide(running.states, running.time, running.number)
         left = np.ones(len(decisions), dtype=bool)
         for k, decision in enumerate(decisions):
             if decision is not None or running.steps[k] >= max_steps:
@@ -143,7 +147,7 @@ def _moved(running: _Running, step: SetSteps, scale: Array, found: dict[int, Fol
     """Return the sets after one more step; those that have to be halved are put into `found`."""
     shorter = running.longest / 2
     narrow = np.all(step.end.error <= MAX_ERROR * scale, axis=-1)
-    again = shorter >= SHORTEST * np.maximum(running.largest, FIRST_STEP / 8)
+    again = shorter >= np.where(running.steps > 0, SHORTEST * running.largest, SHORTEST_FIRST)
     lost = np.where(step.proved, ~narrow, ~again)
     for k in np.flatnonzero(lost).tolist():
         nonlinear = running.states[k : k + 1].nonlinearity(scale)[0]

@@ -1,0 +1,1 @@
+"""Proofs for all bodies in a box: gains, contact point, mass or gravity within tolerances."""

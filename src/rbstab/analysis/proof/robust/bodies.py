@@ -1,0 +1,145 @@
+"""All bodies in a box: exactly one rest state each, a minimum, and a common level of v.
+
+Where the bounds of a box of bodies decide nothing, it is halved along the number that widens them
+most. The proof is complete when it holds for all parts.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+
+import numpy as np
+
+from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
+from rbstab.analysis.proof.robust.counterexample import Counterexample, counterexample
+from rbstab.analysis.proof.robust.energies import Energies, energies_of, relevant
+from rbstab.analysis.proof.robust.numbers import Members, Part
+from rbstab.analysis.proof.robust.part import PartProof, most_disturbing, prove_part
+from rbstab.analysis.proof.search import search
+from rbstab.mechanics.numbers import Array
+
+PART_LIMIT = 32
+"""The number of parts that are examined at most."""
+
+
+class BodiesOutcome(Enum):
+    """How the proof for a box of bodies ended; the value is the text to show."""
+
+    PROVED = "each body has one rest state, a minimum"
+    SEVERAL = "a body in the box has several rest states"
+    NO_MINIMUM = "a rest state of a body in the box is not a minimum"
+    PART_LIMIT = "the limit on the number of parts was reached"
+    NO_ENERGY = "the energy has no form that can be bounded"
+
+
+@dataclass(frozen=True, eq=False)
+class BodiesProof:
+    """What is proved for all bodies in a box.
+
+    level, J, is a lower bound of the level of each body's certified region: 0 if nothing is proved.
+    parts is the number of boxes of bodies into which the box was cut, and boxes the number of boxes
+    of Θ that were examined. reason says more on the outcome. false is a body that shows that the
+    claim is false.
+    """
+
+    outcome: BodiesOutcome
+    level: float
+    parts: int
+    boxes: int
+    reason: str = ""
+    false: Counterexample | None = None
+
+
+def prove_bodies(members: Members, box: Part, part_limit: int = PART_LIMIT) -> BodiesProof:
+    """Prove that each body in a box has one rest state, a minimum, and bound its level.
+
+    Args:
+        members: Builds the system of a member.
+        box: The box of bodies.
+        part_limit: The number of parts that are examined at most.
+    """
+    try:
+        search_ = _Search(members, box)
+    except NoReducedEnergy as error:
+        return BodiesProof(BodiesOutcome.NO_ENERGY, 0.0, 0, 0, str(error))
+    return search_.run(part_limit)
+
+
+class _Search:
+    """The parts of one box that are not proved yet, and what is proved of the others."""
+
+    def __init__(self, members: Members, box: Part) -> None:
+        self.members = members
+        # If the body in the middle has no energy of the right form, smaller boxes do not help.
+        middle = energies_of(members, box.centre).family
+        self.starts = search(middle)
+        self.pending = [
+            (relevant(members, box), self.starts[0] if len(self.starts) else np.zeros(3))
+        ]
+        self.level, self.proved, self.examined, self.boxes = np.inf, 0, 0, 0
+
+    def run(self, part_limit: int) -> BodiesProof:
+        """Examine the parts until all are proved, one is false, or the limit is reached."""
+        while self.pending:
+            if self.examined == part_limit:
+                return self._ended(BodiesOutcome.PART_LIMIT)
+            part, near = self.pending.pop()
+            self.examined += 1
+            false = self._examine(part, near)
+            if false is not None:
+                return false
+        return self._ended(BodiesOutcome.PROVED)
+
+    def _examine(self, part: Part, near: Array) -> BodiesProof | None:
+        """Prove a part, or halve it; return a result if a body in it refutes the claim."""
+        try:
+            energies = energies_of(self.members, part)
+        except NoReducedEnergy:
+            self._halve(part, _widest(part), near)
+            return None
+        proof = prove_part(energies.family, near)
+        self.boxes += proof.examined
+        if proof.proved:
+            self.level, self.proved = min(self.level, proof.level), self.proved + 1
+            return None
+        false = self._false(part, proof)
+        if false is None:
+            self._halve(part, _axis(energies, proof), near)
+        return false
+
+    def _halve(self, part: Part, axis: int, near: Array) -> None:
+        self.pending += [(half, near) for half in part.halves(axis)]
+
+    def _false(self, part: Part, proof: PartProof) -> BodiesProof | None:
+        """Return a result if a body is found that has several rest states, or no minimum."""
+        starts = np.concatenate([self.starts, proof.doubtful])
+        found = counterexample(self.members, part, starts)
+        if found is None:
+            return None
+        several = len(found.rest_states) > 1
+        outcome = BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM
+        return self._ended(outcome, found)
+
+    def _ended(self, outcome: BodiesOutcome, false: Counterexample | None = None) -> BodiesProof:
+        level = self.level if outcome is BodiesOutcome.PROVED else 0.0
+        reason = ""
+        if outcome is BodiesOutcome.PART_LIMIT:
+            reason = (
+                f"{len(self.pending)} of {len(self.pending) + self.proved} parts are not proved"
+            )
+        return BodiesProof(outcome, level, self.examined, self.boxes, reason, false)
+
+
+def _axis(energies: Energies, proof: PartProof) -> int:
+    """Return the index of the number along which a part is halved."""
+    place = most_disturbing(energies.family, proof)
+    return energies.varied[place] if place < len(energies.varied) else energies.varied[0]
+
+
+def _widest(part: Part) -> int:
+    """Return the index of the number with the largest radius, relative to its size."""
+    sizes = [
+        radius / (abs(middle) + radius) if radius else Fraction(0)
+        for middle, radius in zip(part.middle, part.radius, strict=True)
+    ]
+    return sizes.index(max(sizes))

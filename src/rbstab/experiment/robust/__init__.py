@@ -1,0 +1,1 @@
+"""Proofs for all configs within tolerances: how they are made, stored, and used."""

@@ -1,0 +1,140 @@
+"""Proofs for all bodies, gravities and controllers within tolerances of a config."""
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from rbstab.analysis.exact import decimals
+from rbstab.analysis.fingerprint import fingerprint
+from rbstab.config.build import system_of
+from rbstab.config.entries import replaced
+from rbstab.config.load import resolved
+from rbstab.config.schema import Config
+from rbstab.config.tolerances import Tolerance
+from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance, decimal_text
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
+
+BODIES_VERSION = 1
+"""To be increased when a change of the method changes its results; older proofs are then redone."""
+
+NOT_DECIDED = "not decided"
+"""The outcome of a proof whose hypotheses do not hold for each body."""
+
+SECTIONS = ("body", "gravity", "controller")
+"""The sections of a config whose tolerances are those of a body."""
+
+
+def sections_of(config: Config) -> dict[str, Any]:
+    """Return body, gravity and controller of a config as plain data."""
+    data = resolved(config)
+    return {name: data[name] for name in SECTIONS}
+
+
+def bodies_id(config: Config, tolerances: Iterable[StoredTolerance]) -> str:
+    """Return the identity of a proof: a digest of the config, its tolerances, and the equations."""
+    bounds = sorted((one.key, one.low, one.high) for one in tolerances)
+    equations = fingerprint(partial(system_of, config))
+    parts = ["bodies", BODIES_VERSION, sections_of(config), bounds, equations]
+    text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def stored(tolerances: Iterable[Tolerance]) -> tuple[StoredTolerance, ...]:
+    """Return tolerances as plain data."""
+    return tuple(
+        StoredTolerance(key=one.entry.key, low=decimal_text(one.low), high=decimal_text(one.high))
+        for one in tolerances
+    )
+
+
+def prove_within(config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecord:
+    """Prove for all bodies within tolerances that they have one rest state, and bound their level.
+
+    Args:
+        config: The config; its initial state and its integration have no effect.
+        tolerances: Tolerances of body, gravity and controller.
+    """
+    # Imported late: a stored proof is usually read, and none is made.
+    from rbstab.analysis.proof.robust.bodies import BodiesOutcome, prove_bodies
+    from rbstab.analysis.proof.robust.definite import indefinite_in_box
+    from rbstab.analysis.proof.robust.numbers import Part
+
+    start, bounds = time.perf_counter(), stored(tolerances)
+    facts: dict[str, Any] = {
+        "id": bodies_id(config, bounds),
+        "version": BODIES_VERSION,
+        "sections": sections_of(config),
+        "tolerances": bounds,
+    }
+    indefinite = indefinite_in_box(partial(_corner, config, tolerances))
+    if indefinite is not None:
+        return BodiesRecord(
+            outcome=NOT_DECIDED,
+            proved=None,
+            level=0.0,
+            parts=0,
+            boxes=0,
+            why=f"{indefinite} is not positive definite for each body",
+            seconds=time.perf_counter() - start,
+            **facts,
+        )
+    box = Part(tuple(one.middle for one in tolerances), tuple(one.radius for one in tolerances))
+    with np.errstate(all="ignore"):
+        proof = prove_bodies(members_of(config, tolerances), box)
+    if proof.false is not None:
+        pairs = zip(tolerances, proof.false.numbers, strict=True)
+        facts["body"] = {one.entry.key: decimal_text(number) for one, number in pairs}
+        facts["rest_states"] = proof.false.rest_states.tolist()
+    proved = {BodiesOutcome.PROVED: True, BodiesOutcome.SEVERAL: False}
+    proved[BodiesOutcome.NO_MINIMUM] = False
+    return BodiesRecord(
+        outcome=proof.outcome.value,
+        proved=proved.get(proof.outcome),
+        level=float(proof.level),
+        parts=proof.parts,
+        boxes=proof.boxes,
+        why=proof.reason,
+        seconds=time.perf_counter() - start,
+        **facts,
+    )
+
+
+def members_of(
+    config: Config, tolerances: Sequence[Tolerance]
+) -> Callable[[Sequence[Any], Callable[[Array], Array]], System]:
+    """Return a function that builds the system of a member, as `robust.numbers.Members`."""
+
+    def members(numbers: Sequence[Any], convert: Callable[[Array], Array]) -> System:
+        changes = {
+            path: number
+            for one, number in zip(tolerances, numbers, strict=True)
+            for path in one.entry.paths
+        }
+        return system_of(replaced(config, changes), convert)
+
+    return members
+
+
+def _corner(config: Config, tolerances: Sequence[Tolerance], signs: tuple[int, int, int]) -> System:
+    """Return the system at one corner of the tolerances, in rational numbers."""
+    from rbstab.analysis.proof.robust.definite import bound_at
+
+    numbers = [bound_at(one.entry.paths[0], one.low, one.high, signs) for one in tolerances]
+    return members_of(config, tolerances)(numbers, _rational)
+
+
+def _rational(numbers: Array) -> Array:
+    """Convert the doubles of an array to the decimals that they mean; leave fractions."""
+    entries = np.empty(numbers.shape, dtype=object)
+    for index in np.ndindex(numbers.shape):
+        entry: Any = numbers[index]
+        exact = isinstance(entry, Fraction)
+        entries[index] = entry if exact else decimals(np.array(float(entry)))[()]
+    return entries

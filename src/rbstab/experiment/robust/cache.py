@@ -1,0 +1,67 @@
+"""Stored proofs for all bodies within tolerances, in a folder of results."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rbstab.config.schema import Config
+from rbstab.config.tolerances import Tolerance
+from rbstab.experiment.proof_cache import NO_FILE_ERRORS
+from rbstab.experiment.robust.bodies import bodies_id, prove_within, stored
+from rbstab.experiment.robust.record import BodiesRecord
+from rbstab.store.document import read_model, write_document
+from rbstab.store.errors import NotAResultError, StoreError
+
+PREFIX = "within-"
+"""The beginning of the names of these files, which tells them from proofs of one config."""
+
+
+def bodies_file(folder: Path, identity: str) -> Path:
+    """Return the file of a proof in a folder of results."""
+    return folder / "proofs" / f"{PREFIX}{identity}.json"
+
+
+def cached_bodies(folder: Path, identity: str) -> BodiesRecord | None:
+    """Return a stored proof; None if it is missing or damaged.
+
+    Raises:
+        StoreError: The disk reports an error; the proof may be whole.
+    """
+    try:
+        found = read_model(bodies_file(folder, identity), BodiesRecord)
+    except NotAResultError:
+        return None
+    except StoreError as error:
+        if isinstance(error.__cause__, OSError) and error.__cause__.errno not in NO_FILE_ERRORS:
+            raise
+        return None
+    return found if found.id == identity else None
+
+
+def bodies_for(folder: Path, config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecord:
+    """Return the stored proof for tolerances of a config; if there is none, make and store it.
+
+    Raises:
+        StoreError: The proof cannot be written, or the disk fails to read it.
+    """
+    identity = bodies_id(config, stored(tolerances))
+    found = cached_bodies(folder, identity)
+    if found is None:
+        found = prove_within(config, tolerances)
+        write_document(bodies_file(folder, identity), found.model_dump(mode="json"))
+    return found
+
+
+def all_bodies(folder: Path) -> list[BodiesRecord]:
+    """Return all stored proofs for bodies within tolerances, in the order of their names.
+
+    Damaged files are left out.
+
+    Raises:
+        StoreError: The disk reports an error.
+    """
+    try:
+        names = sorted(path.name for path in (folder / "proofs").glob(f"{PREFIX}*.json"))
+    except OSError as error:
+        raise StoreError(f"{folder} cannot be read: {error.strerror or error}") from error
+    found = [cached_bodies(folder, name[len(PREFIX) : -len(".json")]) for name in names]
+    return [record for record in found if record is not None]

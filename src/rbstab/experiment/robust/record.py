@@ -1,0 +1,71 @@
+"""A proof for all bodies within tolerances, as plain data."""
+
+from decimal import Decimal, localcontext
+from fractions import Fraction
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt
+
+Triple = tuple[float, float, float]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class StoredTolerance(_Model):
+    """The bounds of one number of a config, both included, as exact decimals.
+
+    key is its key, such as `controller.K_r[0]`.
+    """
+
+    key: str
+    low: str
+    high: str
+
+
+class BodiesRecord(_Model):
+    """What is proved for all bodies within tolerances.
+
+    proved is True if each of them has exactly one rest state in the range of eq. 5, and it is a
+    minimum; False if `body` shows that this is not so; None if it is not decided. outcome says how
+    the proof ended, and why has details.
+
+    level, J: each motion of each of these bodies with v(0) < level converges to the rest state of
+    its body. It is 0 if that is not proved.
+
+    parts is the number of boxes of bodies that were examined, boxes that of boxes of Θ. sections
+    has body, gravity and controller of the config, and tolerances the bounds of its numbers.
+
+    body has the numbers of a body that shows that the claim is false, as exact decimals by key, and
+    rest_states are its proved rest states, Θ, rad.
+    """
+
+    id: str
+    version: int
+    outcome: str
+    proved: bool | None
+    level: NonNegativeFloat
+    parts: NonNegativeInt
+    boxes: NonNegativeInt
+    why: str
+    seconds: float
+    sections: dict[str, Any]
+    tolerances: tuple[StoredTolerance, ...]
+    body: dict[str, str] | None = None
+    rest_states: tuple[Triple, ...] = ()
+
+
+def decimal_text(number: Fraction) -> str:
+    """Return a number as an exact decimal, or as a fraction if it has no finite decimal."""
+    rest = number.denominator
+    for prime in (2, 5):
+        while rest % prime == 0:
+            rest //= prime
+    if rest != 1:
+        return f"{number.numerator}/{number.denominator}"
+    with localcontext() as context:
+        context.prec = len(str(number.numerator)) + 4 * number.denominator.bit_length() + 10
+        quotient = Decimal(number.numerator) / Decimal(number.denominator)
+        text = format(quotient.normalize(), "f")
+    return "0" if text == "-0" else text

@@ -1,0 +1,104 @@
+"""Sentences on what is proved for all bodies within tolerances."""
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+
+from rbstab.experiment.robust.largest import Largest
+from rbstab.experiment.robust.record import BodiesRecord, decimal_text
+
+
+def within_sentences(texts: Sequence[str], record: BodiesRecord) -> list[str]:
+    """Return sentences on a proof, the answer first.
+
+    Args:
+        texts: The tolerances as given: `controller=±20%`.
+        record: The proof.
+    """
+    bodies = f"For every body within {tolerance_names(texts)}"
+    effort = f"{_count(record.parts, 'part')}, {_count(record.boxes, 'box', 'boxes')}"
+    if record.proved is None:
+        why = f": {record.why}" if record.why else ""
+        outcome = "" if record.outcome == "not decided" else f" ({record.outcome}{why})"
+        return [f"{bodies}: not decided{outcome or why} [{effort}]."]
+    if not record.proved:
+        numbers = _body(record)
+        rest = " and ".join(_vector(Theta) for Theta in record.rest_states)
+        if len(record.rest_states) > 1:
+            return [
+                f"{bodies}: one rest state: false, proved. A body in the box can rest at "
+                f"Θ = {rest} rad: {numbers}."
+            ]
+        return [
+            f"{bodies}: one rest state, a minimum: false, proved. A body in the box has a rest "
+            f"state that is no minimum, Θ = {rest} rad: {numbers}."
+        ]
+    sentences = [
+        f"{bodies}: one rest state, a minimum, proved ({effort}). Every motion that stays in the "
+        f"range of eq. 5, and keeps a distance from θ2 = ±π/2, converges to it."
+    ]
+    if record.level > 0:
+        sentences.append(
+            f"{bodies}: every motion with v(0) < {rounded_down(record.level)} J converges, proved."
+        )
+    else:
+        sentences.append(f"{bodies}: no level of v is proved.")
+    return sentences
+
+
+def _body(record: BodiesRecord) -> str:
+    """Return the numbers of the named body that differ from those of the config."""
+    middles = {one.key: (Fraction(one.low) + Fraction(one.high)) / 2 for one in record.tolerances}
+    changed = [
+        f"{key} = {value}"
+        for key, value in (record.body or {}).items()
+        if Fraction(value) != middles[key]
+    ]
+    return f"{', '.join(changed)}; the rest as in the config" if changed else "that of the config"
+
+
+def largest_sentences(found: Largest, fixed: Sequence[str]) -> list[str]:
+    """Return sentences on the largest percentage of a key."""
+    beside = f", with {tolerance_names(fixed)}" if fixed else ""
+    what = f"Largest tolerance of {found.key}{beside}"
+    if found.percent is None or found.record is None:
+        return [f"{what}: none is proved.{_limit(found)}"]
+    first = f"{what}: ±{decimal_text(found.percent)} %, proved.{_limit(found)}"
+    texts = [*fixed, f"{found.key}=±{decimal_text(found.percent)}%"]
+    return [first, *within_sentences(texts, found.record)]
+
+
+def _limit(found: Largest) -> str:
+    if found.not_proved is None:
+        return ""
+    percent = f"±{decimal_text(found.not_proved)} %"
+    if found.why is None:
+        return f" At {percent} a bound is not a valid number of a config."
+    if found.why.proved is False:
+        return f" At {percent} it is false: {found.why.outcome}."
+    return f" At {percent} it is not decided."
+
+
+def tolerance_names(texts: Sequence[str]) -> str:
+    """Return tolerances as words: `controller ±20 %, body.contact_point ±0.01`."""
+    found = []
+    for text in texts:
+        key, _, size = text.partition("=")
+        size = size.strip().lstrip("±+/-")
+        percent = " %" if size.endswith("%") else ""
+        found.append(f"{key} ±{size.rstrip('%')}{percent}")
+    return ", ".join(found)
+
+
+def rounded_down(number: float, digits: int = 6) -> str:
+    """Return a positive number with some significant digits, rounded down."""
+    scale = 10.0 ** (digits - 1 - math.floor(math.log10(number)))
+    return f"{math.floor(number * scale) / scale:.{digits}g}"
+
+
+def _count(number: int, one: str, many: str = "") -> str:
+    return f"{number:,} {one if number == 1 else many or f'{one}s'}"
+
+
+def _vector(Theta: Sequence[float]) -> str:
+    return "(" + ", ".join(f"{angle + 0.0:.4g}" for angle in Theta) + ")"

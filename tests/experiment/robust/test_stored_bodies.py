@@ -1,0 +1,190 @@
+"""Proofs for all bodies within tolerances: records, files, ids, and the largest tolerance."""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support.bodies import config_of
+
+from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.robust import cache
+from rbstab.experiment.robust.bodies import bodies_id, prove_within, stored
+from rbstab.experiment.robust.cache import all_bodies, bodies_file, bodies_for, cached_bodies
+from rbstab.experiment.robust.largest import largest_within, proving
+from rbstab.experiment.robust.record import BodiesRecord, decimal_text
+from rbstab.experiment.robust.sentences import largest_sentences, rounded_down, within_sentences
+from rbstab.store.errors import StoreError
+
+TEXTS = ["controller.K_r=±10%", "body.contact_point=±0.01"]
+
+
+@pytest.fixture(scope="module")
+def record() -> BodiesRecord:
+    """The proof for the permanent body."""
+    config = config_of("permanent")
+    return prove_within(config, tolerances_of(config, TEXTS))
+
+
+def test_record_has_exact_decimals(record: BodiesRecord) -> None:
+    assert record.proved is True
+    bounds = {one.key: (one.low, one.high) for one in record.tolerances}
+    assert bounds["controller.K_r[2]"] == ("288", "352")
+    assert bounds["body.contact_point[0]"] == ("0.14", "0.16")
+    assert len(bounds) == 6
+    assert record.sections["controller"]["variant"] == "permanent"
+
+
+def test_a_stored_proof_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    config = config_of("permanent")
+    tolerances = tolerances_of(config, TEXTS)
+    first = bodies_for(tmp_path, config, tolerances)
+    (file,) = (tmp_path / "proofs").iterdir()
+    assert file == bodies_file(tmp_path, first.id)
+
+    def fail(*_: Any) -> None:
+        raise AssertionError("it is made again")
+
+    monkeypatch.setattr(cache, "prove_within", fail)
+    assert bodies_for(tmp_path, config, tolerances) == first
+    # The order of the tolerances, the initial state and the integration have no effect.
+    turned = tolerances_of(config, TEXTS[::-1])
+    other = config_of("permanent", initial={"orientation": [0.1, 0.2, 0.3]})
+    assert bodies_for(tmp_path, other, turned) == first
+
+
+@pytest.mark.parametrize("damage", [b"", b"{}", b"[1]", b"\xff"])
+def test_a_damaged_proof_is_made_again(tmp_path: Path, damage: bytes) -> None:
+    config = config_of("permanent")
+    tolerances = tolerances_of(config, TEXTS)
+    first = bodies_for(tmp_path, config, tolerances)
+    file = bodies_file(tmp_path, first.id)
+    file.write_bytes(damage)
+    assert cached_bodies(tmp_path, first.id) is None
+    assert all_bodies(tmp_path) == []
+    again = bodies_for(tmp_path, config, tolerances)
+    assert again.level == first.level
+    assert cached_bodies(tmp_path, first.id) == again
+
+
+def test_an_edited_proof_is_made_again(tmp_path: Path) -> None:
+    config = config_of("permanent")
+    tolerances = tolerances_of(config, TEXTS)
+    first = bodies_for(tmp_path, config, tolerances)
+    file = bodies_file(tmp_path, first.id)
+    file.write_text(file.read_text().replace('"proved": true', '"proved": false'))
+    assert bodies_for(tmp_path, config, tolerances).proved is True
+    # The file of another proof is not taken for this one.
+    other = tolerances_of(config, ["controller.K_r=±11%"])
+    identity = bodies_id(config, stored(other))
+    bodies_file(tmp_path, identity).write_bytes(file.read_bytes())
+    assert cached_bodies(tmp_path, identity) is None
+
+
+def test_a_folder_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:
+    config = config_of("permanent")
+    (tmp_path / "proofs").write_text("in the way")
+    with pytest.raises(StoreError):
+        bodies_for(tmp_path, config, tolerances_of(config, ["controller.K_r=±1%"]))
+
+
+def test_id_depends_on_body_tolerances_and_equations(monkeypatch: pytest.MonkeyPatch) -> None:
+    config = config_of("permanent")
+    ids = {
+        bodies_id(one, stored(tolerances_of(one, [text])))
+        for one in (config, config_of("permanent", scale=0.5), config_of("visco-elastic"))
+        for text in ("controller.K_r=±10%", "controller.K_r=±10.1%", "controller.K_t=±10%")
+    }
+    assert len(ids) == 9
+    before = bodies_id(config, ())
+    monkeypatch.setattr("rbstab.experiment.robust.bodies.fingerprint", lambda _: "other")
+    assert bodies_id(config, ()) != before
+
+
+def test_sentences_give_the_answer_first(record: BodiesRecord) -> None:
+    first, second = within_sentences(TEXTS, record)
+    head = "For every body within controller.K_r ±10 %, body.contact_point ±0.01: "
+    assert first.startswith(f"{head}one rest state, a minimum, proved (1 part, ")
+    assert second == f"{head}every motion with v(0) < {record.level:.6g} J converges, proved."
+    weak = record.model_copy(update={"level": 0.0})
+    assert within_sentences(TEXTS, weak)[1] == f"{head}no level of v is proved."
+    open_ = record.model_copy(
+        update={"proved": None, "outcome": "the limit was reached", "why": "2 of 3 parts are open"}
+    )
+    (sentence,) = within_sentences(TEXTS, open_)
+    assert sentence.startswith(f"{head}not decided (the limit was reached: 2 of 3 parts are open)")
+
+
+def test_a_false_claim_names_the_body() -> None:
+    config = config_of("permanent", scale=0.2)
+    texts = ["controller.K_t=±5%"]
+    found = prove_within(config, tolerances_of(config, texts))
+    assert found.proved is False
+    assert len(found.rest_states) > 1
+    (sentence,) = within_sentences(texts, found)
+    assert sentence.startswith("For every body within controller.K_t ±5 %: one rest state: false")
+    assert sentence.endswith("rad: that of the config.")
+    key = "controller.K_t[0]"
+    moved = found.model_copy(update={"body": {**(found.body or {}), key: "4000.5"}})
+    (sentence,) = within_sentences(texts, moved)
+    assert sentence.endswith(f"rad: {key} = 4000.5; the rest as in the config.")
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [("4920", "4920"), ("0.14", "0.14"), ("-1/1024", "-0.0009765625"), ("0", "0"), ("1/3", "1/3")],
+)
+def test_decimals_are_exact(number: str, text: str) -> None:
+    assert decimal_text(Fraction(number)) == text
+    assert Fraction(decimal_text(Fraction(number))) == Fraction(number)
+
+
+def test_levels_are_rounded_down() -> None:
+    assert rounded_down(761.76999) == "761.769"
+    assert rounded_down(0.0123456789) == "0.0123456"
+    assert rounded_down(1234567.8) == "1.23456e+06"
+
+
+def fake(record: BodiesRecord, threshold: float, tried: list[float]) -> Any:
+    """Return a function that "proves" percentages up to a threshold."""
+
+    def prove(texts: Sequence[str]) -> BodiesRecord | None:
+        assert texts[0] == "gravity=±1"
+        percent = float(texts[1].partition("±")[2].rstrip("%"))
+        tried.append(percent)
+        return record.model_copy(update={"proved": True if percent <= threshold else None})
+
+    return prove
+
+
+@pytest.mark.parametrize("threshold", [0.05, 0.7, 3.21, 46.85, 99.4, 640.0])
+def test_largest_is_found_to_one_percent(record: BodiesRecord, threshold: float) -> None:
+    tried: list[float] = []
+    found = largest_within(fake(record, threshold, tried), "controller", ["gravity=±1"])
+    assert found.percent is not None
+    assert found.not_proved is not None
+    assert float(found.percent) <= threshold < float(found.not_proved)
+    assert found.not_proved - found.percent <= found.percent / 100
+    assert len(tried) == len(set(tried)) < 20
+
+
+def test_largest_may_not_exist_or_have_no_end(record: BodiesRecord) -> None:
+    none = largest_within(fake(record, 1e-9, []), "controller", ["gravity=±1"])
+    assert (none.percent, none.record) == (None, None)
+    assert largest_sentences(none, ["gravity=±1"])[0].startswith(
+        "Largest tolerance of controller, with gravity ±1: none is proved."
+    )
+    every = largest_within(fake(record, 1e9, []), "controller", ["gravity=±1"])
+    assert every.percent == 1024
+    assert every.not_proved is None
+
+
+def test_largest_ends_where_the_bounds_are_no_config(record: BodiesRecord) -> None:
+    """Gains cannot be zero, so 100 % is not valid; here every valid percentage is "proved"."""
+    config = config_of("permanent")
+    found = largest_within(proving(config, lambda _: record), "controller", [])
+    assert found.why is None
+    assert found.percent is not None
+    assert 99 <= found.percent < 100
+    assert "a bound is not a valid number" in largest_sentences(found, [])[0]

@@ -1,0 +1,107 @@
+"""Boxes of bodies: configs with tolerances, their members, and what scipy finds for a member."""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize, root
+
+import rbstab
+from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.proof.robust.numbers import Members, Part
+from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.robust.bodies import members_of
+from rbstab.systems.system import System
+from support.paper_runs import paper_config
+from support.systems import Array
+
+
+def config_of(variant: str, *, scale: float = 1.0, **sections: Any) -> Any:
+    """Return a paper's body with K_r times a scale, and with other sections changed."""
+    changes = sections.pop("controller", {})
+    gains = {"K_r": [scale * 400.0, scale * 400.0, scale * 320.0], **changes}
+    data = paper_config(variant, controller=gains)
+    data["gravity"] = [0.0, 0.0, 0.0]
+    for name, entries in sections.items():
+        data[name] = {**data[name], **entries} if isinstance(entries, dict) else entries
+    return rbstab.load_config(data)
+
+
+def box_of(config: Any, *texts: str) -> tuple[Members, Part]:
+    """Return the members of a config within tolerances, and their box."""
+    tolerances = tolerances_of(config, texts)
+    part = Part(tuple(one.middle for one in tolerances), tuple(one.radius for one in tolerances))
+    return members_of(config, tolerances), part
+
+
+def some_bodies(
+    part: Part, rng: np.random.Generator, count: int, *, corners: bool = True
+) -> list[tuple[Fraction, ...]]:
+    """Return the numbers of random bodies in a box; half of them are corners."""
+    found = []
+    for index in range(count):
+        z = rng.uniform(-1, 1, size=len(part.middle))
+        if corners and index % 2:
+            z = np.sign(z)
+        pairs = zip(part.middle, part.radius, z.tolist(), strict=True)
+        found.append(tuple(middle + radius * Fraction(value) for middle, radius, value in pairs))
+    return found
+
+
+def member(members: Members, numbers: Sequence[Fraction]) -> System:
+    """Return the system of one body in doubles."""
+    return members([float(number) for number in numbers], lambda a: np.asarray(a, dtype=float))
+
+
+def rest_states_by_scipy(system: System, rng: np.random.Generator, starts: int = 12) -> list[Array]:
+    """Return the Θ of the rest states in the range that scipy finds from random configurations."""
+    at_rest = configurations(system)
+    found: list[Array] = []
+    for start in range(starts):
+        q = np.zeros(at_rest.size)
+        if start:
+            q[:3] = rng.uniform(-1, 1, size=3) * [3.1, 1.5, 3.1]
+        solution = root(at_rest.gradient, q, method="hybr", tol=1e-12)
+        Theta = solution.x[:3]
+        inside = np.all(np.abs(Theta) < [np.pi, np.pi / 2, np.pi])
+        at_zero = np.abs(at_rest.gradient(solution.x)).max() < 1e-6
+        new = all(np.abs(Theta - other).max() > 1e-5 for other in found)
+        if inside and at_zero and new:
+            found.append(Theta)
+    return found
+
+
+def lowest_on_border(system: System, rng: np.random.Generator, starts: int = 3) -> float:
+    """Return the least energy on the border of the range that scipy finds."""
+    at_rest = configurations(system)
+    least = np.inf
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            end = sign * np.array([np.pi, np.pi / 2, np.pi])[axis]
+            for _ in range(starts):
+                least = min(least, _least_with(at_rest, axis, end, rng))
+    return float(least)
+
+
+def _least_with(at_rest: Configurations, axis: int, end: float, rng: np.random.Generator) -> float:
+    """Return the least energy with one angle fixed, from one random start."""
+    free = [index for index in range(at_rest.size) if index != axis]
+    limits: list[tuple[float | None, float | None]] = [(None, None)] * at_rest.size
+    limits[:3] = [(-np.pi, np.pi), (-np.pi / 2, np.pi / 2), (-np.pi, np.pi)]
+
+    def whole(part: Array) -> Array:
+        q = np.zeros(at_rest.size)
+        q[axis], q[free] = end, part
+        return q
+
+    start = np.zeros(at_rest.size)
+    start[:3] = rng.uniform(-1, 1, size=3) * [3.1, 1.5, 3.1]
+    found = minimize(
+        lambda part: float(at_rest.energy(whole(part))),
+        start[free],
+        jac=lambda part: at_rest.gradient(whole(part))[free],
+        bounds=[limits[index] for index in free],
+        method="L-BFGS-B",
+    )
+    return float(found.fun)

@@ -7,24 +7,28 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
+    from contextlib import AbstractContextManager
 
     from rbstab.config.schema import Config
     from rbstab.config.tolerances import Tolerance
     from rbstab.experiment.robust.largest import Largest
     from rbstab.experiment.robust.record import BodiesRecord
+    from rbstab.experiment.start_sets.prove_starts import Progress
+    from rbstab.experiment.start_sets.starts_record import StartsProof
 
 
 class Within(NamedTuple):
-    """What is proved for all bodies within tolerances of one config.
+    """What is proved for all bodies, or for all starts, within tolerances of one config.
 
-    texts are the tolerances as given, record is their proof (None if --within is not given), and
-    largest has the result of each --largest-within.
+    texts are the tolerances as given, record is the proof for all bodies, and starts that for all
+    starts (None: there are no such tolerances). largest has the result of each --largest-within.
     """
 
     texts: tuple[str, ...]
     record: "BodiesRecord | None"
     largest: "tuple[Largest, ...]"
+    starts: "StartsProof | None" = None
 
     @property
     def statements(self) -> list[str]:
@@ -32,6 +36,8 @@ class Within(NamedTuple):
         from rbstab.experiment.robust.sentences import largest_sentences, within_sentences
 
         found = [] if self.record is None else within_sentences(self.texts, self.record)
+        if self.starts is not None:
+            found = [f"For every start within {', '.join(self.texts)}: {self.starts.sentence}."]
         return [
             *found,
             *(line for one in self.largest for line in largest_sentences(one, self.texts)),
@@ -43,50 +49,110 @@ class Within(NamedTuple):
             "statements": self.statements,
             "tolerances": list(self.texts),
             "proof": None if self.record is None else self.record.model_dump(mode="json"),
+            "starts": None if self.starts is None else self.starts.as_data(),
             "largest": [_largest_data(one) for one in self.largest],
         }
 
 
+def checked_tolerances(
+    configs: "Mapping[Path, Config]", texts: tuple[str, ...], largest: tuple[str, ...]
+) -> "dict[Path, tuple[Tolerance, ...]]":
+    """Return the tolerances of --within for each config, before anything is computed.
+
+    If a text is wrong, print all problems and end the command with exit code 2.
+
+    Args:
+        configs: The configs by their paths.
+        texts: The values of --within.
+        largest: The values of --largest-within; they are checked as well.
+    """
+    from rbstab.config.errors import ConfigError
+    from rbstab.config.tolerances import tolerances_of
+    from rbstab_cli.arguments.configs import exit_on_problems
+
+    problems: dict[str, None] = {}
+    found = {}
+    for path, config in configs.items():
+        try:
+            found[path] = tolerances_of(config, texts)
+            every = list(found[path])
+            for key in largest:
+                every += tolerances_of(config, (*texts, f"{key}=±0.001%"))
+        except ConfigError as error:
+            problems.update(dict.fromkeys(str(problem) for problem in error.problems))
+        else:
+            problems.update(dict.fromkeys(_mixed(every, with_largest=bool(largest))))
+    exit_on_problems(problems)
+    return found
+
+
+def _mixed(tolerances: "Sequence[Tolerance]", *, with_largest: bool) -> list[str]:
+    """Return what is wrong with tolerances that cannot be proved together."""
+    starts = [one for one in tolerances if one.section == "initial"]
+    others = [one for one in tolerances if one.section != "initial"]
+    if starts and with_largest:
+        key = starts[0].entry.key
+        return [
+            f"--largest-within: {key} is a number of the initial state "
+            f"(expected only numbers of body, gravity and controller)"
+        ]
+    if starts and others:
+        return [
+            f"--within: both {starts[0].entry.key} and {others[0].entry.key} have a tolerance "
+            f"(expected tolerances of the initial state alone, or of body, gravity and "
+            f"controller alone)"
+        ]
+    return []
+
+
 def proved_within(
-    config: "Config", results: Path, texts: tuple[str, ...], largest: tuple[str, ...]
+    config: "Config",
+    results: Path,
+    texts: tuple[str, ...],
+    tolerances: "tuple[Tolerance, ...]",
+    largest: tuple[str, ...],
+    bar: "Callable[[str], AbstractContextManager[Progress | None]]",
 ) -> Within | None:
     """Prove the tolerances of the options for one config; None without these options.
 
-    Raises:
-        UsageError: A tolerance is wrong, or is one of the initial state.
+    Args:
+        config: The config.
+        results: The folder of results, which contains the stored proofs.
+        texts: The values of --within.
+        tolerances: Their tolerances, from `checked_tolerances`.
+        largest: The values of --largest-within.
+        bar: Shows the progress of a proof for all starts under a name.
     """
     from rbstab.experiment.robust.largest import largest_within, proving
 
     if not texts and not largest:
         return None
+    if tolerances and tolerances[0].section == "initial":
+        with bar(config.title) as progress:
+            starts = _proved_starts(config, results, tolerances, progress)
+        return Within(texts, None, (), starts)
     prove = _prove(config, results)
-    # All options are checked before the first proof, which may take long.
-    tolerances = _checked(config, texts)
-    for key in largest:
-        _checked(config, (*texts, f"{key}=±0.001%"), option="--largest-within")
     record = prove(tolerances) if texts else None
     found = [largest_within(proving(config, prove), key, texts) for key in largest]
     return Within(texts, record, tuple(found))
 
 
-def _checked(
-    config: "Config", texts: tuple[str, ...], option: str = "--within"
-) -> "tuple[Tolerance, ...]":
-    """Return the tolerances of some texts, all of them of a body, its gravity or controller."""
-    from rbstab.config.errors import ConfigError
-    from rbstab.config.tolerances import tolerances_of
+def _proved_starts(
+    config: "Config",
+    results: Path,
+    tolerances: "tuple[Tolerance, ...]",
+    progress: "Progress | None",
+) -> "StartsProof":
+    from rbstab.experiment.start_sets.cache import starts_for
+    from rbstab.processes.processors import processor_count
 
-    try:
-        tolerances = tolerances_of(config, texts)
-    except ConfigError as error:
-        raise click.UsageError("\n".join(str(problem) for problem in error.problems)) from error
-    for one in tolerances:
-        if one.section == "initial":
-            raise click.UsageError(
-                f"{option}: {one.entry.key} is a number of the initial state; expected one of "
-                "body, gravity or controller"
-            )
-    return tolerances
+    found, problem = starts_for(
+        results, config, tolerances, processes=processor_count(), progress=progress
+    )
+    if problem is not None:
+        # Print the proof although it cannot be read or stored.
+        click.echo(f"warning: {problem}; the proof is not stored", err=True)
+    return found
 
 
 def _prove(config: "Config", results: Path) -> "Callable[[Sequence[Tolerance]], BodiesRecord]":
@@ -106,7 +172,7 @@ def _prove(config: "Config", results: Path) -> "Callable[[Sequence[Tolerance]], 
 
 
 def _largest_data(found: "Largest") -> dict[str, Any]:
-    from rbstab.experiment.robust.record import decimal_text
+    from rbstab.config.tolerances import decimal_text
 
     def text(number: Any) -> str | None:
         return None if number is None else decimal_text(number)

@@ -34,8 +34,9 @@ if TYPE_CHECKING:
     "withins",
     multiple=True,
     metavar="KEY=±SIZE",
-    help="Prove it for every body whose numbers lie within tolerances: controller=±20% "
-    "or body.contact_point=±0.01. Keys of body, gravity and controller. Repeatable.",
+    help="Prove it for everything within tolerances: for all bodies, with keys of body, gravity "
+    "and controller (controller=±20%, body.contact_point=±0.01), or for all starts "
+    "(initial.angular_velocity=±0.5). Repeatable.",
 )
 @click.option(
     "--largest-within",
@@ -82,8 +83,9 @@ def command(
     from rbstab.experiment.convergence.convergence import Enclose
     from rbstab.experiment.stability import stability_of
     from rbstab_cli.arguments.along import locus_points, parse_along
-    from rbstab_cli.arguments.within import proved_within
+    from rbstab_cli.arguments.within import checked_tolerances, proved_within
     from rbstab_cli.output.printed import stdout_to_file
+    from rbstab_cli.output.progress import fraction_bar
     from rbstab_cli.output.stability_report import StabilityReport, stability_data
     from rbstab_cli.output.stability_tables import print_stability_report
     from rbstab_cli.output.text_file import check_target
@@ -93,10 +95,11 @@ def command(
     if output is not None:
         check_target(output, force=force)
     loaded = load_all(configs, changes)
+    tolerances = checked_tolerances(loaded, withins, largest)
     loci = [parse_along(text) for text in alongs]
     reports = []
     for path, config in loaded.items():
-        within = proved_within(config, results, withins, largest)
+        within = proved_within(config, results, withins, tolerances[path], largest, fraction_bar)
         problem = problem_of(config)
         proof = _proof(config, problem, results, search_only=search_only)
         enclose = Enclose.NOTHING if search_only else Enclose.UNTIL_PROVED

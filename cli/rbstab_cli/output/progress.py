@@ -1,12 +1,41 @@
 """Progress of a run: a bar on a terminal, nothing elsewhere."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rbstab.integrate.problem import Progress
+
+
+@contextmanager
+def fraction_bar(name: str) -> "Iterator[Callable[[float, int], None] | None]":
+    """Show a bar on stderr with the fraction of the starts that is proved.
+
+    Args:
+        name: The label of the bar.
+
+    Yields:
+        The callback, with the fraction and the number of parts that are left; None if stderr is no
+        terminal.
+    """
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from rbstab_cli.output.console import OutputConsole
+
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TextColumn("{task.percentage:.4g} % proved, {task.fields[left]} parts left"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
+        task = progress.add_task(name, total=1.0, left=1)
+        yield lambda fraction, left: progress.update(task, completed=fraction, left=left)
 
 
 @contextmanager

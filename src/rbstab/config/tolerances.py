@@ -6,6 +6,7 @@ A config with tolerances means every config whose numbers lie between the bounds
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import Any
 
@@ -50,8 +51,8 @@ class Tolerance:
 
     @property
     def bounds(self) -> tuple[str, str]:
-        """Both bounds as exact decimals: the numbers and sizes of a tolerance are decimals."""
-        return _decimal_text(self.low), _decimal_text(self.high)
+        """Both bounds as exact decimals."""
+        return decimal_text(self.low), decimal_text(self.high)
 
     @property
     def low(self) -> Fraction:
@@ -118,14 +119,19 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
     return found
 
 
-def _decimal_text(number: Fraction) -> str:
-    """Return a fraction, whose denominator divides a power of 10, as a decimal."""
-    places = 0
-    while number.denominator > 1:
-        number, places = number * 10, places + 1
-    sign, digits = "-" if number < 0 else "", str(abs(number.numerator)).zfill(places + 1)
-    whole, rest = digits[: len(digits) - places], digits[len(digits) - places :]
-    return f"{sign}{whole}.{rest}" if places else f"{sign}{whole}"
+def decimal_text(number: Fraction) -> str:
+    """Return a number as an exact decimal, or as a fraction if it has no finite decimal."""
+    rest = number.denominator
+    for prime in (2, 5):
+        while rest % prime == 0:
+            rest //= prime
+    if rest != 1:
+        return f"{number.numerator}/{number.denominator}"
+    with localcontext() as context:
+        context.prec = len(str(number.numerator)) + 4 * number.denominator.bit_length() + 10
+        quotient = Decimal(number.numerator) / Decimal(number.denominator)
+        text = format(quotient.normalize(), "f")
+    return "0" if text == "-0" else text
 
 
 def _decimal(digits: str) -> Fraction | None:

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 from support.bodies import config_of
 
-from rbstab.config.tolerances import tolerances_of
+from rbstab.config.tolerances import decimal_text, tolerances_of
 from rbstab.experiment.robust import cache
 from rbstab.experiment.robust.bodies import bodies_id, prove_within, stored
 from rbstab.experiment.robust.cache import all_bodies, bodies_file, bodies_for, cached_bodies
 from rbstab.experiment.robust.largest import largest_within, proving
-from rbstab.experiment.robust.record import BodiesRecord, decimal_text
+from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.robust.sentences import largest_sentences, rounded_down, within_sentences
 from rbstab.store.errors import StoreError
 

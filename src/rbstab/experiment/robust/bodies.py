@@ -16,8 +16,8 @@ from rbstab.config.build import system_of
 from rbstab.config.entries import replaced
 from rbstab.config.load import resolved
 from rbstab.config.schema import Config
-from rbstab.config.tolerances import Tolerance
-from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance, decimal_text
+from rbstab.config.tolerances import Tolerance, decimal_text
+from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 

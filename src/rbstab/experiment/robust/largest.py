@@ -6,8 +6,8 @@ from fractions import Fraction
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.schema import Config
-from rbstab.config.tolerances import tolerances_of
-from rbstab.experiment.robust.record import BodiesRecord, decimal_text
+from rbstab.config.tolerances import decimal_text, tolerances_of
+from rbstab.experiment.robust.record import BodiesRecord
 
 FIRST = Fraction(1)
 """%: the first percentage that is tried. It is doubled or halved until the answer changes."""

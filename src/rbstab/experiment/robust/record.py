@@ -1,7 +1,5 @@
 """A proof for all bodies within tolerances, as plain data."""
 
-from decimal import Decimal, localcontext
-from fractions import Fraction
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt
@@ -54,18 +52,3 @@ class BodiesRecord(_Model):
     tolerances: tuple[StoredTolerance, ...]
     body: dict[str, str] | None = None
     rest_states: tuple[Triple, ...] = ()
-
-
-def decimal_text(number: Fraction) -> str:
-    """Return a number as an exact decimal, or as a fraction if it has no finite decimal."""
-    rest = number.denominator
-    for prime in (2, 5):
-        while rest % prime == 0:
-            rest //= prime
-    if rest != 1:
-        return f"{number.numerator}/{number.denominator}"
-    with localcontext() as context:
-        context.prec = len(str(number.numerator)) + 4 * number.denominator.bit_length() + 10
-        quotient = Decimal(number.numerator) / Decimal(number.denominator)
-        text = format(quotient.normalize(), "f")
-    return "0" if text == "-0" else text

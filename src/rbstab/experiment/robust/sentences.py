@@ -4,8 +4,9 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
+from rbstab.config.tolerances import decimal_text
 from rbstab.experiment.robust.largest import Largest
-from rbstab.experiment.robust.record import BodiesRecord, decimal_text
+from rbstab.experiment.robust.record import BodiesRecord
 
 
 def within_sentences(texts: Sequence[str], record: BodiesRecord) -> list[str]:

@@ -4,7 +4,6 @@ import hashlib
 import json
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt
@@ -14,11 +13,9 @@ from rbstab.config.build import system_of
 from rbstab.config.load import resolved
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
-from rbstab.experiment.convergence.convergence import NOT_DECIDED, PROVED
+from rbstab.experiment.convergence.convergence import PROVED
 from rbstab.experiment.proof import proof_id
-from rbstab.experiment.proof_cache import NO_FILE_ERRORS
-from rbstab.store.document import read_model, write_document
-from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.experiment.robust.record import StoredTolerance
 
 VERSION = 1
 """To be increased when a change of the method changes its results. Older files are not used."""
@@ -26,14 +23,6 @@ VERSION = 1
 
 class _Model(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class StartTolerance(_Model):
-    """The bounds of one number of the initial state, as exact decimals in text."""
-
-    key: str
-    low: str
-    high: str
 
 
 class ProvedPart(_Model):
@@ -62,7 +51,7 @@ class StartsProof(_Model):
 
     id: str
     version: PositiveInt
-    tolerances: tuple[StartTolerance, ...]
+    tolerances: tuple[StoredTolerance, ...]
     parts: tuple[ProvedPart, ...]
     fraction: NonNegativeFloat
     examined: NonNegativeInt
@@ -82,20 +71,19 @@ class StartsProof(_Model):
 
     @property
     def sentence(self) -> str:
-        """What is proved, as a sentence."""
+        """What is proved, in words without a full stop."""
         if not self.proved:
             share = f"proved for {100 * self.fraction:.4g} % of them; " if self.parts else ""
-            return f"Every start within the tolerances: {NOT_DECIDED}; {share}{self.why}."
+            return f"convergence is not decided; {share}{self.why}"
         states = " or ".join(map(str, self.rest_states))
-        inside = "inside from the start"
+        inside = "inside the certified region from the start"
         if self.time > 0:
             inside = f"inside the certified region from t = {self.time:.4g} s at the latest"
         low, high = self.energy
         effort = f"{len(self.parts)} part{'s' if len(self.parts) > 1 else ''}, {self.steps} steps"
         return (
-            f"Every start within the tolerances converges to rest state {states}: {PROVED}; "
-            f"{inside} (v from {low:.6g} to {high:.6g} J < {self.bound:.6g} J), {effort}, "
-            f"{self.seconds:.1f} s."
+            f"the motion converges to rest state {states}, {PROVED}; {inside} (v from {low:.6g} "
+            f"to {high:.6g} J < {self.bound:.6g} J), {effort}, {self.seconds:.1f} s"
         )
 
     @property
@@ -121,10 +109,10 @@ class StartsProof(_Model):
         return {"proved": self.proved, "rest_states": list(self.rest_states), **found}
 
 
-def bounds_of(tolerances: Sequence[Tolerance]) -> tuple[StartTolerance, ...]:
+def bounds_of(tolerances: Sequence[Tolerance]) -> tuple[StoredTolerance, ...]:
     """Return tolerances as plain data."""
     return tuple(
-        StartTolerance(key=one.entry.key, low=one.bounds[0], high=one.bounds[1])
+        StoredTolerance(key=one.entry.key, low=one.bounds[0], high=one.bounds[1])
         for one in tolerances
     )
 
@@ -145,34 +133,3 @@ def starts_id(config: Config, tolerances: Sequence[Tolerance], max_parts: int) -
     ]
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-
-def starts_file(folder: Path, identity: str) -> Path:
-    """Return the file of such a proof in a folder of results."""
-    return folder / "proofs" / f"starts-{identity}.json"
-
-
-def stored_starts(folder: Path, identity: str) -> StartsProof | None:
-    """Return a stored proof; None if it is missing or damaged.
-
-    Raises:
-        StoreError: The disk reports an error; the proof may be whole.
-    """
-    try:
-        found = read_model(starts_file(folder, identity), StartsProof)
-    except NotAResultError:
-        return None
-    except StoreError as error:
-        if isinstance(error.__cause__, OSError) and error.__cause__.errno not in NO_FILE_ERRORS:
-            raise
-        return None
-    return found if found.id == identity else None
-
-
-def store_starts(folder: Path, proof: StartsProof) -> None:
-    """Write a proof to a folder of results.
-
-    Raises:
-        StoreError: It cannot be written.
-    """
-    write_document(starts_file(folder, proof.id), proof.model_dump(mode="json"))

@@ -19,6 +19,7 @@ from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
+from rbstab.sweep.proofs.robust import START_COLUMNS
 
 COLUMNS = (
     "run_id",
@@ -167,7 +168,9 @@ class Members:
         complete = "proved_rest_state" in layout and (codes != NO_PROOF).any()
         if complete or self._certified is None:
             return stored
-        return self._certified.of(0, len(self)).beside(stored)
+        found = self._certified.of(0, len(self)).beside(stored)
+        columns = {name: self.column(name) for name in START_COLUMNS if name in layout}
+        return self._certified.within(0, len(self), columns, found)
 
     @cached_property
     def _certified(self) -> ProvedConvergence | None:

@@ -104,7 +104,8 @@ def _shards(plan: Plan, folder: SweepFolder) -> Iterator[dict[str, Array]]:
         if table is None:
             raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
         bounds, arrays = folder.bounds(number), dict(table.arrays)
-        arrays |= proved_columns(convergence.of(*bounds), arrays)
+        proved = convergence.within(*bounds, arrays, convergence.of(*bounds))
+        arrays |= proved_columns(proved, arrays)
         arrays["traces"] = plan.keep.selected(*bounds).astype("i1")
         yield varied_arrays(plan, *bounds) | arrays
 

@@ -27,6 +27,7 @@ from rbstab.sweep.members.outcome import columns_of
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan, plan_id
 from rbstab.sweep.plan.trace_selection import NO_TRACES
+from rbstab.sweep.proofs.convergence import shares_proof
 
 _NOT_OVERWRITTEN = "it is not overwritten. Choose another folder with -o, or move it aside"
 
@@ -151,11 +152,16 @@ MAX_TRACE_BYTES = 32e6
 
 
 MAX_PROOFS = 16
-"""Members of a shard whose motions are enclosed, on average. Each takes about a second."""
+"""Members of a shard whose motions are enclosed one by one, on average. Each takes about a second.
+"""
+
+MAX_JOINT_PROOFS = 256
+"""Members of a shard whose motions are enclosed together, on average. They take some ten seconds.
+"""
 
 
 def default_shard_size(
-    members: int, *, one_by_one: bool, trace_bytes: float = 0.0, proofs: float = 0.0
+    members: int, *, one_by_one: bool, trace_bytes: float = 0.0, shard_limit: int = 4096
 ) -> int:
     """Return the default number of members of a shard.
 
@@ -168,15 +174,23 @@ def default_shard_size(
         members: The number of members of the sweep.
         one_by_one: Some members run one by one, which takes much longer.
         trace_bytes: The bytes of traces per member, on average.
-        proofs: The share of members whose motions are enclosed.
+        shard_limit: The most members of a shard, because of their proofs.
     """
     limit = max(1, int(MAX_TRACE_BYTES / trace_bytes)) if trace_bytes else 4096
-    if proofs:
-        limit = min(limit, max(1, int(MAX_PROOFS / proofs)))
+    limit = min(limit, shard_limit)
     if one_by_one:
         return min(16, limit)
     size = min(4096, max(1024, members // 64 // 64 * 64), limit)
     return size // 64 * 64 or size
+
+
+def _proof_limit(plan: Plan) -> int:
+    """Return the most members of a shard, so that their proofs take some ten seconds."""
+    if plan.prove is None:
+        return MAX_MEMBERS
+    share = plan.prove.count(plan.members) / plan.members
+    together = all(shares_proof(plan, variant) for variant in plan.variants)
+    return max(1, int((MAX_JOINT_PROOFS if together else MAX_PROOFS) / share))
 
 
 def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
@@ -189,7 +203,7 @@ def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
             plan.members,
             one_by_one=one_by_one,
             trace_bytes=share * trace_size(plan),
-            proofs=0.0 if plan.prove is None else plan.prove.count(plan.members) / plan.members,
+            shard_limit=_proof_limit(plan),
         ),
     )
     if size < smallest:

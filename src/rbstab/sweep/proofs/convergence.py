@@ -23,6 +23,7 @@ from rbstab.sweep.proofs.columns import (
     NOT_PROVED,
     PROVED,
 )
+from rbstab.sweep.proofs.robust import RobustProofs
 from rbstab.sweep.proofs.starts import ProvedStarts
 
 
@@ -72,7 +73,8 @@ class ProvedConvergence:
     """The proved convergence of members from their starts, by cached proofs.
 
     Members of a variant share a proof if the plan varies only their initial state. Members of
-    other variants are "unknown", and so are sliding members: only smooth motions have proofs.
+    other variants are "unknown", unless a proof for all bodies within tolerances covers them. So
+    are sliding members: only smooth motions have proofs.
 
     Args:
         plan: The plan.
@@ -88,6 +90,11 @@ class ProvedConvergence:
         found = {variant: cached_proof(results, plan.base_of(variant)) for variant in shared}
         self._proofs = {v: p for v, p in found.items() if p is not None and _is_known(p)}
         self._starts: dict[str, ProvedStarts] = {}
+        self._robust = {
+            variant: RobustProofs(plan, variant, results)
+            for variant in plan.variants
+            if variant not in shared and not _slides(plan, variant)
+        }
         self.bounds = {
             variant: bound
             for variant, proof in self._proofs.items()
@@ -109,6 +116,29 @@ class ProvedConvergence:
                 continue
             rest_states[rows] = self._starts_of(variant).find(own, len(rows))
             codes[rows] = np.where(rest_states[rows] > 0, PROVED, NOT_PROVED)
+        return MemberConvergence(codes, rest_states)
+
+    def within(
+        self, start: int, stop: int, outcome: Mapping[str, Array], found: MemberConvergence
+    ) -> MemberConvergence:
+        """Return what is proved of members, with what proofs for all bodies in a box say.
+
+        Args:
+            start: The first member.
+            stop: One after the last member, as in `range`.
+            outcome: The columns of the members in their shard.
+            found: What is proved of them otherwise.
+        """
+        values = self.plan.values(start, stop)
+        variants = values.get("controller.variant")
+        codes, rest_states = found.codes.copy(), found.rest_states.copy()
+        for variant, proofs in self._robust.items():
+            chosen = np.ones(len(codes), bool) if variants is None else variants == variant
+            rows = np.flatnonzero(chosen & (codes != PROVED))
+            own = {key: entries[rows] for key, entries in values.items()}
+            columns = {name: column[rows] for name, column in outcome.items()}
+            proved = rows[proofs.proved(own, columns)]
+            codes[proved], rest_states[proved] = PROVED, 1
         return MemberConvergence(codes, rest_states)
 
     def _starts_of(self, variant: str) -> ProvedStarts:
@@ -157,10 +187,14 @@ def keep_proofs(plan: Plan, results: Path) -> None:
 
 def shares_proof(plan: Plan, variant: str) -> bool:
     """Return whether one proof of rest states says something about all members of a variant."""
-    elements = plan.initial_value_problems[variant].system.elements
-    return not any(isinstance(element, SlidingConnector) for element in elements) and all(
+    return not _slides(plan, variant) and all(
         varied.path[0] == "initial" for varied in plan.varied_keys_of(variant)
     )
+
+
+def _slides(plan: Plan, variant: str) -> bool:
+    elements = plan.initial_value_problems[variant].system.elements
+    return any(isinstance(element, SlidingConnector) for element in elements)
 
 
 def _is_known(proof: Proof) -> bool:

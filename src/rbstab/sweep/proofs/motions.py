@@ -128,7 +128,8 @@ class MotionProver:
         own = {key: entries[rows] for key, entries in values.items()}
         with suppress(Exception):  # then each member is enclosed by itself
             centre, error = shared.starts.states(own, len(rows))
-            found = shared.many.follow(centre, error, self.selection.steps)
+            with _LOCK:
+                found = shared.many.follow(centre, error, self.selection.steps)
             for row, one in zip(rows.tolist(), found, strict=True):
                 self._fill(columns, row, one)
             return True

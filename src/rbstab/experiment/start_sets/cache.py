@@ -1,0 +1,73 @@
+"""Stored proofs of convergence for all starts within tolerances, in a folder of results."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rbstab.config.schema import Config
+from rbstab.config.tolerances import Tolerance
+from rbstab.experiment.proof import prove
+from rbstab.experiment.proof_cache import NO_FILE_ERRORS, proof_for
+from rbstab.experiment.start_sets.prove_starts import MAX_PARTS, Progress, prove_starts
+from rbstab.experiment.start_sets.starts_record import StartsProof, starts_id
+from rbstab.store.document import read_model, write_document
+from rbstab.store.errors import NotAResultError, StoreError
+
+
+def starts_file(folder: Path, identity: str) -> Path:
+    """Return the file of a proof in a folder of results."""
+    return folder / "proofs" / f"starts-{identity}.json"
+
+
+def stored_starts(folder: Path, identity: str) -> StartsProof | None:
+    """Return a stored proof; None if it is missing or damaged.
+
+    Raises:
+        StoreError: The disk reports an error; the proof may be whole.
+    """
+    try:
+        found = read_model(starts_file(folder, identity), StartsProof)
+    except NotAResultError:
+        return None
+    except StoreError as error:
+        if isinstance(error.__cause__, OSError) and error.__cause__.errno not in NO_FILE_ERRORS:
+            raise
+        return None
+    return found if found.id == identity else None
+
+
+def starts_for(
+    folder: Path,
+    config: Config,
+    tolerances: Sequence[Tolerance],
+    *,
+    processes: int = 1,
+    progress: Progress | None = None,
+) -> tuple[StartsProof, StoreError | None]:
+    """Return the stored proof of all starts; if there is none, make it and store it.
+
+    Args:
+        folder: The folder of results.
+        config: The config.
+        tolerances: Tolerances of its initial state.
+        processes: The largest number of worker processes.
+        progress: Called after each part that is decided.
+
+    Returns:
+        The proof, and the error if it could not be read or stored.
+    """
+    problem: StoreError | None = None
+    identity = starts_id(config, tolerances, MAX_PARTS)
+    try:
+        stored = stored_starts(folder, identity)
+        if stored is not None:
+            return stored, None
+        rest_states = proof_for(folder, config)
+    except StoreError as error:
+        problem, rest_states = error, prove(config)
+    found = prove_starts(config, tolerances, rest_states, processes=processes, progress=progress)
+    if problem is None:
+        try:
+            write_document(starts_file(folder, identity), found.model_dump(mode="json"))
+        except StoreError as error:
+            problem = error
+    return found, problem

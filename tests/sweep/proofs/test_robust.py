@@ -1,0 +1,74 @@
+"""Members whose body lies inside the box of a stored proof for all bodies within tolerances."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.paper_runs import paper_config
+from support.sweeping import run_sweep
+
+import rbstab
+from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.robust.cache import bodies_for
+from rbstab.report.sweeps.members import read_members
+from rbstab.sweep.members.engines import factory_for
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.proofs.robust import START_COLUMNS, RobustProofs
+
+SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
+SPIN = "initial.angular_velocity[0]"
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory):
+    """A sweep of bodies and spins beside a proof for gains within 10 %, and its level."""
+    folder = tmp_path_factory.mktemp("robust")
+    base = paper_config("permanent", initial={"angular_velocity": [0, 0, 0]}, **SHORT)
+    config = rbstab.load_config(base)
+    record = bodies_for(folder, config, tolerances_of(config, ["controller=±10%"]))
+    assert record.proved
+    vary = {
+        "controller.K_r": {"scale": {"values": [0.92, 1.0, 1.08, 1.2]}},
+        SPIN: {"values": [1.0, 40.0]},
+    }
+    plan = load_plan({"base": base, "vary": vary})
+    run_sweep(folder / "sweep", plan, threads=1, factory=factory_for("scipy"))
+    return folder, plan, record
+
+
+def test_members_inside_the_box_and_below_its_level_are_proved(sweep):
+    folder, _, record = sweep
+    table = rbstab.open_sweep(folder / "sweep")
+    inside = np.repeat([True, True, True, False], 2)
+    below = table["lyapunov_start"] < record.level
+    assert below.tolist() == [True, False] * 4
+    expected = np.where(inside & below, "proved", "unknown")
+    assert table.words("convergence").tolist() == expected.tolist()
+    assert table["proved_rest_state"].tolist() == (inside & below).astype(int).tolist()
+
+
+def test_a_proof_made_after_the_sweep_counts_in_its_report(sweep, tmp_path):
+    folder, plan, _ = sweep
+    run_sweep(tmp_path / "sweep", plan, threads=1, factory=factory_for("scipy"))
+    table = rbstab.open_sweep(tmp_path / "sweep")
+    assert set(table.words("convergence")) == {"unknown"}
+    config = plan.base_of("permanent")
+    bodies_for(tmp_path, config, tolerances_of(config, ["controller=±10%"]))
+    again = rbstab.open_sweep(folder / "sweep")
+    assert (
+        read_members(tmp_path / "sweep" / "sweep.h5").convergence.tolist()
+        == again["convergence"].tolist()
+    )
+
+
+def test_a_member_that_approaches_a_state_outside_of_the_range_is_not_proved(sweep):
+    folder, plan, _ = sweep
+    table = rbstab.open_sweep(folder / "sweep")
+    columns = {name: table[name].copy() for name in START_COLUMNS}
+    proofs = RobustProofs(plan, "permanent", folder)
+    values = plan.values(0, plan.members)
+    assert proofs.proved(values, columns)[0]
+    columns["rest_orientation"][0] = [0, 2.0, 0]
+    assert not proofs.proved(values, columns)[0]
+    columns["rest_orientation"][0] = np.nan
+    assert not proofs.proved(values, columns)[0]

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rbstab.analysis.exact import fraction_ball
+from rbstab.analysis.motion_proof.linear_flow import frame_of
 from rbstab.analysis.motion_proof.rounding import rounded_up
 from rbstab.analysis.motion_proof.sets.graph import Graph, traced
-from rbstab.analysis.motion_proof.sets.models import Model, evaluated, program
-from rbstab.analysis.motion_proof.sets.monomials import Monomials
+from rbstab.analysis.motion_proof.sets.models import Model, TooWide, evaluated, program
+from rbstab.analysis.motion_proof.sets.monomials import Monomials, monomials_up_to
 from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
 from rbstab.config.build import start_of
 from rbstab.config.entries import replaced
@@ -29,7 +29,7 @@ def monomials_of(variables: int) -> Monomials:
     degree = MAX_DEGREE
     while degree > 1 and len(Monomials(variables, degree)) > MAX_MONOMIALS:
         degree -= 1
-    return Monomials(variables, degree)
+    return monomials_up_to(variables, degree)
 
 
 def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) -> MotionSet:
@@ -41,11 +41,17 @@ def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) 
         config: The config.
         tolerances: Tolerances of its initial state.
         scale: The size of each state, shape (n,).
+
+    Raises:
+        TooWide: The starts have no bounds.
+        ValueError: There is no tolerance, or one is not of the initial state.
     """
+    if not tolerances or any(one.section != "initial" for one in tolerances):
+        raise ValueError("a set of starts needs tolerances of the initial state, and no others")
     graph = Graph()
     z = graph.variables(len(tolerances))
     numbers = {
-        path: fraction_ball(one.middle) + variable * fraction_ball(one.radius)
+        path: one.middle + variable * one.radius
         for one, variable in zip(tolerances, z, strict=True)
         for path in one.entry.paths
     }
@@ -53,10 +59,13 @@ def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) 
     start = start_of(replaced(config, numbers), system, graph.numbers)
     space = monomials_of(len(tolerances))
     forms = traced(lambda _: start, graph, z)
-    found = evaluated(program(graph, forms), [_variable(space, i) for i in range(len(tolerances))])
-    remainder = np.array([one.remainder[0] for one in found])
-    polynomial = np.array([one.polynomial[:, 0] for one in found])
-    return MotionSet(space, polynomial, np.diag(scale), rounded_up(remainder / scale))
+    models = evaluated(program(graph, forms), [_variable(space, i) for i in range(len(tolerances))])
+    remainder = np.array([one.remainder[0] for one in models])
+    polynomial = np.array([one.polynomial[:, 0] for one in models])
+    states = MotionSet(space, polynomial, np.diag(scale), rounded_up(remainder / scale))
+    if frame_of(states.frame) is None or not np.isfinite(states.error).all():
+        raise TooWide
+    return states
 
 
 def _variable(space: Monomials, index: int) -> Model:

@@ -176,12 +176,14 @@ class ConstantFactors:
 
 def constant_factors(form: Form) -> ConstantFactors:
     """Return the factors of a form as doubles."""
-    pairs = [middle_and_radius(factor) for factor in form.terms.values()]
+    from flint import arb
+
+    pairs = [middle_and_radius(arb(factor)) for factor in form.terms.values()]
     return ConstantFactors(
         tuple(form.terms),
         tuple(middle for middle, _ in pairs),
         tuple(radius for _, radius in pairs),
-        *middle_and_radius(form.constant),
+        *middle_and_radius(arb(form.constant)),
     )
 
 
@@ -234,16 +236,17 @@ def evaluated(program: Program, variables: list[Model]) -> list[Model]:
             return known[form.nodes[0]]
         return combination(space, form, [known[node] for node in form.nodes], terms)
 
-    for node, kind, operands in program.steps:
-        if kind == VARIABLE:
-            known[node] = variables[node]
-        elif kind == PRODUCT:
-            known[node] = value(operands[0]) * value(operands[1])
-        elif kind == INVERSE:
-            known[node] = value(operands[0]).inverse
-        else:
-            known[node] = value(operands[0]).sine_and_cosine[0 if kind == SINE else 1]
-    return [value(form) for form in program.results]
+    with np.errstate(all="ignore"):  # a number that is not finite fails every later test
+        for node, kind, operands in program.steps:
+            if kind == VARIABLE:
+                known[node] = variables[node]
+            elif kind == PRODUCT:
+                known[node] = value(operands[0]) * value(operands[1])
+            elif kind == INVERSE:
+                known[node] = value(operands[0]).inverse
+            else:
+                known[node] = value(operands[0]).sine_and_cosine[0 if kind == SINE else 1]
+        return [value(form) for form in program.results]
 
 
 def _convolved(a: Array, b: Array) -> Array:

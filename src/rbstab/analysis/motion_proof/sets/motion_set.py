@@ -63,12 +63,14 @@ class MotionSet:
     def nonlinearity(self, scale: Array) -> Array:
         """Return the size of all terms of degree 2 or more with each z_i, in scaled states.
 
+        If there are none, it is the size of all terms.
+
         Args:
             scale: The size of each state, shape (n,).
         """
         size = (np.abs(self.polynomial) / scale[:, np.newaxis]).sum(axis=0)
-        size[self.space.degrees < 2] = 0.0
-        found: Array = size @ np.array(self.space.exponents)
+        curved = np.where(self.space.degrees < 2, 0.0, size)
+        found: Array = (curved if curved.any() else size) @ np.array(self.space.exponents)
         return found
 
     def bounds(self, program: Program) -> tuple[float, float]:

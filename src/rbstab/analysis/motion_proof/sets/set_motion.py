@@ -1,5 +1,6 @@
 """All motions from a set of starts, step by step. Where no step is proved, the set is halved."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -23,6 +24,9 @@ SHORTEST = 1.0 / 64
 MAX_ERROR = 1e-2
 """The largest error |Qw| of a set, in scaled states; with a larger one the set is halved."""
 
+NARROWEST = 2.0**-40
+"""A part with this width in z is not halved, so that the bounds of all parts are exact doubles."""
+
 MAX_STEPS = 500
 """Steps after which a set is given up. The motions of the paper need some 120."""
 
@@ -41,6 +45,10 @@ class Part:
     high: Array
     start: MotionSet
 
+    def can_be_halved(self, variable: int) -> bool:
+        """Return whether the bounds of its halves along one variable are exact."""
+        return bool(self.high[variable] - self.low[variable] > NARROWEST)
+
     def halves(self, variable: int) -> "tuple[Part, Part]":
         """Return the two halves of the part along one variable."""
         middle = (self.low[variable] + self.high[variable]) / 2
@@ -55,7 +63,7 @@ class Followed(NamedTuple):
 
     Attributes:
         steps: The number of steps.
-        time: The time at their end, s. It is rounded; what is proved does not depend on it.
+        time: The time at their end, s, rounded up.
         decision: What is decided of the part; None if nothing is.
         variable: The number of the z along which to halve it; None if it is decided or given up.
     """
@@ -100,6 +108,7 @@ def followed(
         if step is None or not np.all(step.end.error <= MAX_ERROR * scale):
             variable = int(states.nonlinearity(scale).argmax())
             return Followed(steps, time, variable=variable)
-        states, time, longest = step.end, time + step.h, GROWTH * step.h
+        states, longest = step.end, GROWTH * step.h
+        time = math.nextafter(time + step.h, math.inf)
         largest = max(largest, step.h)
     return Followed(MAX_STEPS, time)

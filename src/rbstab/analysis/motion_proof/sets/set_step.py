@@ -27,7 +27,7 @@ from rbstab.analysis.motion_proof.linear_flow import (
 from rbstab.analysis.motion_proof.rounding import all_moderate, rounded_up
 from rbstab.analysis.motion_proof.sets.equations import Equations
 from rbstab.analysis.motion_proof.sets.models import UNIT, Model, TooWide, evaluated
-from rbstab.analysis.motion_proof.sets.monomials import Monomials
+from rbstab.analysis.motion_proof.sets.monomials import Monomials, monomials_up_to
 from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
 from rbstab.analysis.motion_proof.sets.series import Series
 from rbstab.analysis.motion_proof.step import moved_frame
@@ -173,7 +173,7 @@ class _Step:
 
         Higher degrees in z of the states, and e, go into the remainders of their models.
         """
-        low = Monomials(self.space.variables, min(JACOBIAN_DEGREE, self.space.degree))
+        low = monomials_up_to(self.space.variables, min(JACOBIAN_DEGREE, self.space.degree))
         count, terms = len(low), len(J.middle)
         models = []
         for row, extra in zip(self.p, self.margin.tolist(), strict=True):

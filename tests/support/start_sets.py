@@ -54,7 +54,7 @@ def random_set(config, seed=0, *, width=1e-2, error=1e-6, variables=2, degree=4)
     start = problem_of(config).start
     space = monomials_up_to(variables, degree)
     shape = (len(start), len(space))
-    polynomial = width * rng.uniform(-1, 1, shape) * 0.3**space.degrees
+    polynomial = rng.uniform(-1, 1, shape) * width**space.degrees
     polynomial *= scale[:, np.newaxis]
     polynomial[:, 0] = start
     n = len(start)

@@ -91,11 +91,11 @@ def set_step(
     Returns:
         The step; None if no bounds were found: a shorter step, or a smaller set, may succeed.
     """
-    frame = frame_of(start.frame)
-    if frame is None:
-        return None
     try:
         with np.errstate(all="ignore"):  # a number that is not finite fails every test below
+            frame = frame_of(start.frame)
+            if frame is None:
+                return None
             h, p = _polynomial(equations, start, scale, longest)
             margin = rounded_up(GROWTH * start.error + MARGIN * scale)
             return _proved_step(_Step(equations, start.space, frame, scale, h, p, margin), start)

@@ -62,9 +62,10 @@ def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) 
     models = evaluated(program(graph, forms), [_variable(space, i) for i in range(len(tolerances))])
     remainder = np.array([one.remainder[0] for one in models])
     polynomial = np.array([one.polynomial[:, 0] for one in models])
-    states = MotionSet(space, polynomial, np.diag(scale), rounded_up(remainder / scale))
-    if frame_of(states.frame) is None or not np.isfinite(states.error).all():
-        raise TooWide
+    with np.errstate(all="ignore"):
+        states = MotionSet(space, polynomial, np.diag(scale), rounded_up(remainder / scale))
+        if frame_of(states.frame) is None or not np.isfinite(states.error).all():
+            raise TooWide
     return states
 
 

@@ -60,7 +60,11 @@ def computed(graph, forms, point):
 def graph_of(system):
     """Return a graph, its variables, and the system with forms as parameters."""
     graph = Graph()
-    return graph, graph.variables(system.size), map_parameters(system, lambda _, x: graph.numbers(x))
+    return (
+        graph,
+        graph.variables(system.size),
+        map_parameters(system, lambda _, x: graph.numbers(x)),
+    )
 
 
 def assert_near(found, expected):

@@ -1,5 +1,6 @@
 """Which starts are proved to converge, and how they are divided."""
 
+import math
 from fractions import Fraction
 from itertools import combinations
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from support.paper_runs import paper_config
 
 import rbstab
 from rbstab.analysis.motion_proof.sets import set_motion
@@ -21,7 +23,6 @@ from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.experiment.proof import prove
 from rbstab.experiment.start_sets import prove_starts as module
 from rbstab.experiment.start_sets.prove_starts import prove_starts
-from support.paper_runs import paper_config
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 
@@ -99,7 +100,7 @@ def check_cover(found, variables):
             assert bin(int(2 / side)).count("1") == 1  # a power of two
             assert ((Fraction(low) + 1) / side).denominator == 1
         assert all(-1 <= x <= 1 for x in (*part.low, *part.high))
-        volume += np.prod([side / 2 for side in sides])
+        volume += math.prod(side / 2 for side in sides)
     for one, other in combinations(found.parts, 2):
         ends = zip(one.low, one.high, other.low, other.high, strict=True)
         assert any(a_high <= b_low or b_high <= a_low for a_low, a_high, b_low, b_high in ends)
@@ -120,11 +121,8 @@ def test_starts_inside_need_no_step():
     most = 0.5 * J @ np.array([1.5, 0.5, 0.5]) ** 2
     assert high >= most > high - 1e-3 - 0.5 * J @ np.array([0.5, 0.5, 0.5]) ** 2
     assert low <= 0.5 * J @ np.array([0.5, 0.0, 0.0]) ** 2
-    assert [(one.key, one.low, one.high) for one in found.tolerances][0] == (
-        "initial.angular_velocity[0]",
-        "0.5",
-        "1.5",
-    )
+    first = found.tolerances[0]
+    assert (first.key, first.low, first.high) == ("initial.angular_velocity[0]", "0.5", "1.5")
     check_motions(config, found, text)
 
 
@@ -249,7 +247,7 @@ def test_the_limit_of_parts_is_kept(monkeypatch):
 
 def test_what_is_left_is_never_rounded_away(monkeypatch):
     """Of a corner that is never decided, 2⁻⁶³ of the volume is left: no double below 1 has that."""
-    last = {}
+    last: dict[str, int] = {}
 
     def decide(bounds):
         if np.all(bounds[:, 0] <= np.array([0.0, 1.0, 2.0]) + 1e-13):

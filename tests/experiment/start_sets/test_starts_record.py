@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from support.configs import BY_VARIANT, plain
 
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
@@ -18,7 +19,6 @@ from rbstab.experiment.start_sets.starts_record import (
     stored_starts,
 )
 from rbstab.store.errors import StoreError
-from support.configs import BY_VARIANT, plain
 
 TEXT = "initial.angular_velocity=±0.1"
 
@@ -142,7 +142,8 @@ def test_the_sentence_of_a_whole_proof():
     assert found.rest_states == (1,)
     assert found.sentence == (
         "Every start within the tolerances converges to rest state 1: proved; inside the certified "
-        "region from t = 0.1235 s at the latest (v from 0.5 to 2 J < 3 J), 2 parts, 20 steps, 1.2 s."
+        "region from t = 0.1235 s at the latest (v from 0.5 to 2 J < 3 J), 2 parts, 20 steps, "
+        "1.2 s."
     )
     at_once = proof(part(time=0.0))
     assert "; inside from the start (v" in at_once.sentence

@@ -32,7 +32,7 @@ CASES: list[tuple[str, Any]] = [
 ]
 NAMES = [f"{variant}-{coordinates.name}" for variant, coordinates in CASES]
 
-OPERATIONS = {
+OPERATIONS: dict[str, Any] = {
     "product": lambda a, b: a * b,
     "inverse": lambda a: 1 / a,
     "sine": np.sin,
@@ -116,9 +116,8 @@ def test_equations_of_a_config(variant, anchor):
     assert_near(found, expected)
     assert len(set(equations.places)) == len(equations.places)
     # No entry that depends on the state is left out, and no derivative is zero everywhere.
-    assert {place for place in zip(*map(tuple, expected.nonzero()), strict=True)} <= set(
-        equations.places
-    )
+    seen = {(int(i), int(j)) for i, j in np.argwhere(expected)}
+    assert seen <= set(equations.places)
     assert_near(np.array([float(x.value) for x in duals(equations, y)]), system.rates(y))
 
 
@@ -138,6 +137,15 @@ def values_of(program, y):
 def variables_of_graph(count=2):
     graph = Graph()
     return graph, *graph.variables(count)
+
+
+def test_factors_of_quotients_and_products():
+    """They are taken out of nodes, and come back as they are."""
+    graph, x, y = variables_of_graph()
+    forms = [1 / (4 * x), x / (4 * y), (4 * x) * (8 * y), 3 / (2 * x + 1), -(x - 2 * y) / 4, 1 - x]
+    a, b = 0.75, -1.25
+    expected = [1 / (4 * a), a / (4 * b), 32 * a * b, 3 / (2 * a + 1), -(a - 2 * b) / 4, 1 - a]
+    assert computed(graph, forms, [a, b]) == pytest.approx(expected, rel=1e-15)
 
 
 def test_equal_nodes_are_made_once():

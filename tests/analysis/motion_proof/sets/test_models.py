@@ -148,6 +148,22 @@ def test_the_remainder_of_each_power_of_an_angle_counts():
         assert one.remainder == pytest.approx(expected, rel=1e-9, abs=1e-14)
 
 
+@pytest.mark.parametrize("start", [0.0, 0.7])
+def test_an_error_at_the_beginning_goes_on_in_later_terms(rng, start):
+    """x = x0 + 3τ ± r: the terms of τ of sin x and cos x change by 3r sin x0 and 3r cos x0."""
+    space = Monomials(1, 1)
+    polynomial = np.array([[start, 3.0, 0.0, 0.0], np.zeros(4)])
+    x = Model(space, polynomial, np.array([0.01, 0.0, 0.0, 0.0]))
+    sine, cosine = x.sine_and_cosine
+    seen = errors_of(rng, (x,), sine, arb_series.sin) + errors_of(rng, (x,), cosine, arb_series.cos)
+    assert np.all(seen[1:] > 0.02)
+    # The same holds for what is missed by the polynomials at τ = 0.
+    wide = Model(space, polynomial + np.array([[0.0] * 4, [0.5, 0, 0, 0]]), np.zeros(4))
+    sine, cosine = wide.sine_and_cosine
+    errors_of(rng, (wide,), sine, arb_series.sin)
+    errors_of(rng, (wide,), cosine, arb_series.cos)
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 def test_combinations_with_factors_that_are_balls(rng, shape):
     operands = [random_model(rng, shape, remainder=1e-2) for _ in range(3)]
@@ -243,8 +259,17 @@ def test_wide_angles_are_refused():
 
 @pytest.mark.parametrize(
     ("middle", "slope", "remainder"),
-    [(0.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.5, 0.6, 0.0), (1.0, 0.0, 1.0), (-1.0, 0.5, 0.6)]
-    + [(np.nan, 0.0, 0.0), (np.inf, 0.0, 0.0), (1.0, np.nan, 0.0), (1.0, 0.0, np.nan)],
+    [
+        (0.0, 0.0, 0.0),
+        (1.0, 1.0, 0.0),
+        (0.5, 0.6, 0.0),
+        (1.0, 0.0, 1.0),
+        (-1.0, 0.5, 0.6),
+        (np.nan, 0.0, 0.0),
+        (np.inf, 0.0, 0.0),
+        (1.0, np.nan, 0.0),
+        (1.0, 0.0, np.nan),
+    ],
 )
 def test_a_number_that_may_be_zero_has_no_inverse(middle, slope, remainder):
     """Neither has a number that is not finite."""

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from support.start_sets import random_config, random_set
 from rbstab.analysis.motion_proof.motion import proof_precision
 from rbstab.analysis.motion_proof.sets import set_motion
 from rbstab.analysis.motion_proof.sets.equations import equations_of
+from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
 from rbstab.analysis.motion_proof.sets.set_motion import (
     FIRST_STEP,
     MAX_STEPS,
@@ -24,6 +26,9 @@ from rbstab.analysis.motion_proof.sets.set_motion import (
 )
 from rbstab.analysis.motion_proof.sets.set_step import SetStep
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
+
+NO_EQUATIONS: Any = None
+"""Steps that are replaced need none."""
 
 
 def any_set(**options):
@@ -53,7 +58,7 @@ def test_the_time_is_never_below_the_sum_of_all_steps(monkeypatch):
         times.append(t)
         return "done" if len(times) == 400 else None
 
-    found = followed(None, states, scale, decision)
+    found = followed(NO_EQUATIONS, states, scale, decision)
     assert (found.steps, found.decision, found.variable) == (399, "done", None)
     assert found.time == times[-1]
     for count, t in enumerate(times):
@@ -67,14 +72,14 @@ def test_the_time_is_never_below_the_sum_of_all_steps(monkeypatch):
 def test_a_start_that_is_decided_needs_no_step(monkeypatch):
     states, scale = any_set()
     asked = steps_of(monkeypatch, lambda *_: None)
-    found = followed(None, states, scale, lambda *_: "inside")
+    found = followed(NO_EQUATIONS, states, scale, lambda *_: "inside")
     assert (found.steps, found.time, found.decision, asked) == (0, 0.0, "inside", [])
 
 
 def test_shorter_steps_are_tried_before_a_set_is_halved(monkeypatch):
     states, scale = any_set()
     asked = steps_of(monkeypatch, lambda *_: None)
-    found = followed(None, states, scale, lambda *_: None)
+    found = followed(NO_EQUATIONS, states, scale, lambda *_: None)
     assert found.steps == 0
     assert found.decision is None
     assert found.variable == states.nonlinearity(scale).argmax()
@@ -88,15 +93,15 @@ def test_a_set_with_a_large_error_is_halved(monkeypatch):
     steps_of(monkeypatch, lambda *_: 0.001)
     for error, variable in ((0.1, True), (np.nan, True), (1e-4, False)):
         wide = replace(states, radius=np.full(6, error))
-        found = followed(None, wide, scale, lambda *_: None)
+        found = followed(NO_EQUATIONS, wide, scale, lambda *_: None)
         assert (found.variable is not None) == variable
         assert found.steps == (0 if variable else MAX_STEPS)
 
 
 def test_a_set_is_given_up_after_all_steps(monkeypatch):
     states, scale = any_set()
-    asked = steps_of(monkeypatch, lambda count, longest: longest)
-    found = followed(None, states, scale, lambda *_: None)
+    asked = steps_of(monkeypatch, lambda _, longest: longest)
+    found = followed(NO_EQUATIONS, states, scale, lambda *_: None)
     assert (found.steps, found.decision, found.variable) == (MAX_STEPS, None, None)
     assert asked[1] == 1.5 * asked[0]
 
@@ -105,12 +110,15 @@ def test_all_motions_are_in_the_last_set():
     """The set that is decided is that of its time: motions in doubles are in it."""
     config = random_config("permanent", "reduced", 5)
     states, scale = random_set(config, 7, width=1e-3, error=1e-9)
-    sets = []
+    sets: list[MotionSet] = []
+
+    def decision(now, t):
+        sets.append(now)
+        return t > 0.01 or None
+
     with proof_precision():
         equations = equations_of(partial(enclosed_system, config))
-        found = followed(
-            equations, states, scale, lambda now, t: sets.append(now) or (t > 0.01) or None
-        )
+        found = followed(equations, states, scale, decision)
     assert found.decision
     assert found.steps == len(sets) - 1 > 1
     system = enclosed_system(config, lambda values: values)

@@ -247,6 +247,19 @@ def test_the_rest_of_the_series_of_sine_and_cosine(u):
     assert left_out <= found < 2.1 * u**first / factorial(first)
 
 
+def test_the_rest_of_the_series_is_in_the_remainder(rng):
+    """A degree so high that nothing else is left out: the first term left out is u²⁰/20!."""
+    space = Monomials(1, 24)
+    polynomial = np.zeros((len(space), 1))
+    polynomial[:2, 0] = (0.0, 1.9)
+    x = Model(space, polynomial, np.zeros(1))
+    sine, cosine = x.sine_and_cosine
+    errors_of(rng, (x,), sine, arb_series.sin)
+    seen = errors_of(rng, (x,), cosine, arb_series.cos)
+    assert seen[0] > 0.9 * 1.9**20 / factorial(20)
+    assert cosine.remainder[0] < 10 * seen[0]
+
+
 def test_wide_angles_are_refused():
     space = Monomials(1, 2)
     for wide in (2.0, 100.0, np.inf, np.nan):

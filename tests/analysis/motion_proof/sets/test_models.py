@@ -41,6 +41,7 @@ def random_model(rng, shape, size=1.0, remainder=0.0, middle=0.0):
 
 def series_of(model, z, signs):
     """Return one of the functions that a model holds, at z, as a series in τ."""
+    signs = np.resize(signs, len(model.remainder))  # a derivative is shorter
     coefficients = [
         value_at(model.space, column, z) + arb(float(r)) * s
         for column, r, s in zip(model.polynomial.T.tolist(), model.remainder, signs, strict=True)
@@ -98,6 +99,14 @@ def test_inverses(rng, shape):
     for size, remainder in ((0.3, 0.0), (0.1, 0.0), (0.2, 1e-3)):
         x = random_model(rng, shape, size, remainder, middle=rng.choice([-0.9, 1.3]))
         errors_of(rng, (x,), x.inverse, lambda a: 1 / a)
+
+
+def test_the_remainder_of_an_inverse_is_reached():
+    """1/(0.5 - 0.2τ - 0.1τ²) = 2 + 0.8τ + 0.72τ² + ..., known as 1 ± 0.5 ± 0.2τ ± 0.1τ²."""
+    x = Model(Monomials(1, 1), np.array([[1.0, 0, 0], [0, 0, 0]]), np.array([0.5, 0.2, 0.1]))
+    assert x.inverse.polynomial[0].tolist() == [1.0, 0.0, 0.0]
+    assert np.all(x.inverse.remainder >= [1.0, 0.8, 0.72])
+    assert x.inverse.remainder == pytest.approx([1.0, 0.8, 0.72], rel=1e-9)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -222,6 +231,21 @@ def test_rounding_errors_are_in_the_remainders(rng, terms):
         )
     assert sums.min() > 0
     assert np.all(total.remainder < 1e-13)
+
+
+def test_rounding_of_sums_quotients_and_derivatives_counts(rng):
+    """The largest error of a single operation is in the remainder, and nothing much larger."""
+    space, terms = Monomials(1, 1), 8
+    x, y = (Model(space, rng.uniform(1, 2, (2, terms)), np.zeros(terms)) for _ in range(2))
+    y = Model(space, y.polynomial / 3, y.remainder)
+    cases = [
+        (models_module._sum(x, y), (x, y), lambda a, b: a + b),
+        (models_module._divided(x, -7), (x,), lambda a: a / -7),
+        (models_module._derivative(x), (x,), arb_series.derivative),
+    ]
+    for found, operands, function in cases:
+        assert errors_of(rng, operands, found, function).max() > 0
+        assert np.all(found.remainder < 1e-14)
 
 
 def test_rounding_of_inverses_and_angles_counts(rng):

@@ -1,5 +1,6 @@
 """Steps of sets of motions: all exact motions end in the set at the end, and each bound holds."""
 
+import math
 from dataclasses import replace
 from functools import cache, partial
 from itertools import product
@@ -16,13 +17,21 @@ from rbstab.analysis.motion_proof.linear_flow import LinearBounds, frame_of, lin
 from rbstab.analysis.motion_proof.motion import proof_precision
 from rbstab.analysis.motion_proof.sets import set_step as step_module
 from rbstab.analysis.motion_proof.sets.equations import equations_of
+from rbstab.analysis.motion_proof.sets.graph import Graph
+from rbstab.analysis.motion_proof.sets.models import program
 from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
 from rbstab.analysis.motion_proof.sets.set_step import RATIO, _error_bounds, _Step, set_step
-from rbstab.analysis.motion_proof.taylor import DiscBounds, jacobian_series, jacobian_slopes
+from rbstab.analysis.motion_proof.taylor import (
+    DiscBounds,
+    JacobianSeries,
+    jacobian_series,
+    jacobian_slopes,
+)
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.mechanics.derivatives import jacobian
 
-LONGEST = 2.0**-8
+LONGEST = 0.0039
+"""s: no power of 2, so that products with it are rounded."""
 
 
 @cache
@@ -153,7 +162,7 @@ def complex_jacobian(function, y):
     return np.array(columns).T
 
 
-@pytest.mark.parametrize("part", ["spread", "margin"])
+@pytest.mark.parametrize("part", ["margin", 0, 1, 5])
 def test_the_disc_reaches_as_far_as_z_and_the_errors(part):
     """Each by itself, for the velocity, which is the rate of the position."""
     step, _ = a_step(width=0.0, error=0.0)
@@ -163,7 +172,7 @@ def test_the_disc_reaches_as_far_as_z_and_the_errors(part):
             wider = replace(step, margin=step.margin + step.scale)
         else:
             p = step.p.copy()
-            p[:, 1, 0] = -step.scale
+            p[:, 1, part] += step.scale / RATIO**part  # the most at |τ| = ρ
             wider = replace(step, p=p)
         found = wider.disc().rates
     # |hf| of the position is h|V|. V reaches further in a square of complex numbers.
@@ -223,6 +232,40 @@ def test_the_defect_has_the_rounding_and_the_rest_of_its_series():
     assert np.all(rounding > 0)
     # Cauchy's estimate: Σ ρ⁻ᵏ from the first power of τ that is not computed, which is 13.
     assert whole - rounding == pytest.approx(sum(8.0**-k for k in range(13, 60)), rel=1e-6)
+
+
+def test_the_rounding_of_a_rate_that_is_a_state_is_in_the_defect():
+    """The rate of the position is the velocity, without rounding; h times it is rounded."""
+    step, _ = a_step("free", "Z", width=0.0, error=0.0)
+    p, n = np.zeros_like(step.p), len(step.scale)
+    p[9:12, 0, 0] = step.p[9:12, 0, 0] + 0.1
+    p[6:9, 0, 1] = step.h * p[9:12, 0, 0]
+    with proof_precision():
+        bound = replace(step, p=p).defect(DiscBounds(np.zeros(n), np.zeros((n, n))))
+    with ctx.workprec(BITS):
+        for i in range(3):
+            apart = abs(arb(step.h) * arb(p[9 + i, 0, 0]) - arb(p[6 + i, 0, 1]))
+            assert 0 < apart <= arb(bound[6 + i])
+
+
+def test_the_rounding_of_a_slope_that_is_a_state_is_in_the_difference():
+    """∂(xy)/∂x = y has no rounding; h times it is rounded."""
+    step, _ = a_step("free", "Z", width=0.0, error=0.0)
+    graph = Graph()
+    x, y = graph.variables(2)
+    slopes = program(graph, [graph.derivative(x * y, 0)])
+    n = len(step.scale)
+    made = step.equations._replace(jacobian=slopes, places=((0, 0),))
+    step = replace(step, equations=made, margin=np.zeros(n))
+    middle = np.zeros((12, n, n))
+    middle[:, 0, 0] = step.h * step.p[1, 0, :12]
+    with proof_precision():
+        G = step.apart(JacobianSeries(middle, np.zeros_like(middle), np.zeros((n, n))))
+    with ctx.workprec(BITS):
+        pairs = zip(step.p[1, 0, :12].tolist(), middle[:, 0, 0].tolist(), strict=True)
+        exact = [arb(step.h) * coefficient - computed for coefficient, computed in pairs]
+        assert 0 < abs(exact[0]) <= sum(map(abs, exact), arb(0)) <= arb(G[0, 0])
+    assert G[0, 0] < 1e-15
 
 
 def test_a_polynomial_that_does_not_follow_the_equations_has_a_defect():
@@ -373,6 +416,32 @@ def test_what_is_beside_the_linear_flow_is_in_the_set_at_the_end(monkeypatch):
     least = missed @ states.error * 0.9
     assert np.all(seen["beside"] >= least)
     assert np.all(seen["W"] >= states.radius)
+
+
+def test_the_set_at_the_end_has_all_powers_of_tau():
+    """The last one counts, where the coefficient of a monomial in z is small."""
+    config = random_config("visco-elastic", "Z", 5)
+    states, scale = random_set(config, 7, width=1e-3, error=0.0)
+    with proof_precision():
+        _, p = step_module._polynomial(equations(config), states, scale, LONGEST)
+    end = stepped(config, states, scale, LONGEST).end.polynomial
+    exact = np.array([[math.fsum(x) for x in row] for row in p.tolist()])
+    rounding = 14 * 2.0**-53 * np.abs(p).sum(axis=2)
+    assert np.any(np.abs(p[:, :, -1]) > 2 * rounding)
+    assert np.all(np.abs(end - exact) <= rounding)
+
+
+def test_numbers_beyond_those_of_the_bounds_on_underflow_are_refused():
+    """The same parallelepiped, with a long edge and a small radius."""
+    config = random_config("free", "Z", 5)
+    states, scale = random_set(config, 7, width=1e-3, error=1e-9)
+    with proof_precision():
+        for factor, proved in ((1e10, True), (1e17, False)):
+            frame, radius = np.diag(scale), states.radius.copy()
+            frame[2, 2] *= factor
+            radius[2] /= factor
+            one = replace(states, frame=frame, radius=radius)
+            assert (set_step(equations(config), one, scale, LONGEST) is not None) == proved
 
 
 def test_no_step_is_proved_of_sets_without_bounds():

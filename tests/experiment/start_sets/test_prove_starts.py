@@ -2,7 +2,7 @@
 
 import math
 from fractions import Fraction
-from itertools import combinations
+from itertools import combinations, product
 from pathlib import Path
 from typing import Any
 
@@ -12,17 +12,19 @@ from scipy.integrate import solve_ivp
 from support.paper_runs import paper_config
 
 import rbstab
+from rbstab.analysis.motion_proof.motion import proof_precision
 from rbstab.analysis.motion_proof.sets import set_motion
 from rbstab.analysis.motion_proof.sets.motion_set import _bounds
 from rbstab.analysis.motion_proof.sets.set_motion import Followed
-from rbstab.config.build import start_of
+from rbstab.config.build import problem_of, start_of
 from rbstab.config.entries import replaced
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.convergence.convergence import Convergence
-from rbstab.experiment.convergence.enclosed_system import enclosed_system
+from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
 from rbstab.experiment.proof import prove
 from rbstab.experiment.start_sets import prove_starts as module
 from rbstab.experiment.start_sets.prove_starts import prove_starts
+from rbstab.experiment.start_sets.start_set import start_set_of
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 
@@ -132,6 +134,25 @@ def test_starts_of_a_valley_converge_to_its_rest_state():
     assert (found.proved, found.rest_states) == (True, (1,))
     assert found.time > 0
     check_motions(config, found, text)
+
+
+def test_a_decision_is_about_all_states_of_a_set(monkeypatch):
+    """Its bounds hold for all angles and energies, and its time is that of the set."""
+    config = rbstab.load_config(TWO_VALLEYS | {"initial": {"orientation": [0.3, 0.1, 0]}})
+    tolerances = tolerances_of(config, ["initial.orientation=±0.1"])
+    seen = []
+    monkeypatch.setattr(module, "convergence_in", lambda *given: seen.append(given))
+    proof = prove(config)
+    with proof_precision():
+        states = start_set_of(config, tolerances, state_scale(problem_of(config)))
+        assert module._Follower(config, proof)._decision(states, 0.25) is None
+    ((given, energy, (low, high), t),) = seen
+    assert (given, t) == (proof, 0.25)
+    assert low == pytest.approx([0.2, 0.0, -0.1], abs=1e-10)
+    assert high == pytest.approx([0.4, 0.2, 0.1], abs=1e-10)
+    system = problem_of(config).system
+    for corner in product((0.2, 0.4), (0.0, 0.2), (-0.1, 0.1)):
+        assert energy[0] < system.observe(np.array([*corner, 0, 0, 0])).energy.sum() < energy[1]
 
 
 @pytest.mark.slow

@@ -432,14 +432,12 @@ def test_the_set_at_the_end_has_all_powers_of_tau():
 
 
 def test_numbers_beyond_those_of_the_bounds_on_underflow_are_refused():
-    """The same parallelepiped, with a long edge and a small radius."""
+    """The same parallelepiped, with long edges and small radii."""
     config = random_config("free", "Z", 5)
     states, scale = random_set(config, 7, width=1e-3, error=1e-9)
     with proof_precision():
         for factor, proved in ((1e10, True), (1e17, False)):
-            frame, radius = np.diag(scale), states.radius.copy()
-            frame[2, 2] *= factor
-            radius[2] /= factor
+            frame, radius = np.diag(scale) * factor, states.radius / factor
             one = replace(states, frame=frame, radius=radius)
             assert (set_step(equations(config), one, scale, LONGEST) is not None) == proved
 

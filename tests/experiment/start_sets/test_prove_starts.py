@@ -331,6 +331,22 @@ def test_tolerances_without_a_set_are_not_decided():
     assert "too wide" in found.why
 
 
+@pytest.mark.parametrize(
+    ("initial", "texts"),
+    [
+        ({"orientation": [0, 1.55, 0], "angular_velocity": [0, 300, 0]}, ["orientation[1]=±0.01"]),
+        ({"orientation": [0, 1.56, 0]}, ["orientation[1]=±0.01", "orientation[2]=±3"]),
+        ({"angular_velocity": [1e160, 0, 0]}, ["angular_velocity=±0.001"]),
+    ],
+)
+def test_starts_that_cannot_be_followed_are_not_decided(initial, texts):
+    """Near cos θ2 = 0, in sets that are too wide, and with energies beyond all doubles."""
+    config = rbstab.load_config(paper_config("permanent", initial=initial))
+    found = proved(config, *(f"initial.{text}" for text in texts), max_parts=2)
+    assert (found.proved, found.parts, found.fraction) == (None, (), 0.0)
+    assert found.why
+
+
 def test_tolerances_of_a_body_are_an_error():
     config = free_config()
     with pytest.raises(ValueError, match="initial state"):

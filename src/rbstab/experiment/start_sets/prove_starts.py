@@ -1,17 +1,24 @@
 """Prove that the motions from all starts within tolerances converge."""
 
+import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from fractions import Fraction
 from functools import partial
-
-import numpy as np
 
 from rbstab.analysis.motion_proof.motion import proof_precision
 from rbstab.analysis.motion_proof.sets.equations import Equations, equations_of
 from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
-from rbstab.analysis.motion_proof.sets.set_motion import MAX_STEPS, Followed, Part, followed, whole
+from rbstab.analysis.motion_proof.sets.set_motion import (
+    MAX_STEPS,
+    NARROWEST,
+    Followed,
+    Part,
+    followed,
+    whole,
+)
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
@@ -86,15 +93,10 @@ def prove_starts(  # noqa: PLR0913 (options by name)
         progress: Called after each part that is decided.
     """
     begin = time.perf_counter()
-    problem = problem_of(config)
-    refused = refusal(problem, proof)
+    refused = refusal(problem_of(config), proof)
     parts: list[ProvedPart] = []
-    examined, steps, why = 0, 0, "" if refused is None else refused.why
-    waiting: list[Part] = []
-    if refused is None:
-        with proof_precision():
-            waiting = [whole(start_set_of(config, tolerances, state_scale(problem)))]
-    given_up = 0
+    examined, steps, given_up = 0, 0, 0
+    waiting, why = ([], refused.why) if refused is not None else _all_starts(config, tolerances)
     while waiting and len(parts) + len(waiting) + given_up <= max_parts:
         halves: list[Part] = []
         for part, result in _all_followed(config, proof, waiting, processes):
@@ -104,6 +106,9 @@ def prove_starts(  # noqa: PLR0913 (options by name)
             elif result.variable is None:
                 given_up += 1
                 why = f"v is too large after {MAX_STEPS} steps, at t = {result.time:.4g} s"
+            elif not part.can_be_halved(result.variable):
+                given_up += 1
+                why = f"a part that is narrower than {NARROWEST:.1g} of the tolerances is left"
             else:
                 halves += part.halves(result.variable)
             if progress is not None:
@@ -124,6 +129,16 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     )
 
 
+def _all_starts(config: Config, tolerances: Sequence[Tolerance]) -> tuple[list[Part], str]:
+    """Return all starts as one part; none, and the reason, if they have no bounds."""
+    try:
+        with proof_precision():
+            starts = start_set_of(config, tolerances, state_scale(problem_of(config)))
+    except TooWide:
+        return [], "the tolerances are too wide, or the numbers of the start too large"
+    return [whole(starts)], ""
+
+
 def _proved_part(part: Part, result: Followed) -> ProvedPart:
     found: Convergence = result.decision
     assert found.rest_state is not None
@@ -141,9 +156,13 @@ def _proved_part(part: Part, result: Followed) -> ProvedPart:
 
 
 def _fraction(parts: list[ProvedPart]) -> float:
-    """Return the volume of parts in that of the whole: a sum of powers of two, without rounding."""
-    sides = [np.subtract(part.high, part.low) / 2 for part in parts]
-    return float(sum(side.prod() for side in sides))
+    """Return the volume of parts in that of the whole, rounded down: 1 if nothing is left."""
+    volume = Fraction(0)
+    for part in parts:
+        sides = zip(part.low, part.high, strict=True)
+        volume += math.prod((Fraction(high) - Fraction(low)) / 2 for low, high in sides)
+    rounded = float(volume)
+    return rounded if Fraction(rounded) <= volume else math.nextafter(rounded, 0.0)
 
 
 def _all_followed(

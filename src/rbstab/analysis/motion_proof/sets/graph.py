@@ -1,17 +1,21 @@
 """The equations of a system as a graph, so that they can be evaluated for many numbers at once.
 
 The nodes are the variables, products, inverses, sines and cosines. Between them stand sums with
-constant factors, which are balls. The graph is traced from the equations of the house: a `Form` is
-one more kind of number.
+constant factors: rational numbers, or balls where they are sines and cosines. The graph is traced
+from the equations of the house: a `Form` is one more kind of number.
+
+Two equal balls need not stand for the same number, so only forms of equal rational numbers (or of
+balls without an error) are taken to be equal.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from rbstab.analysis.exact import decimal_balls
+from rbstab.analysis.exact import decimals
 from rbstab.analysis.motion_proof.dual import objects
 from rbstab.mechanics.numbers import Array
 
@@ -33,8 +37,8 @@ class Form:
 
     Args:
         graph: The graph of the nodes.
-        terms: The factor of each node, a ball, by the number of the node.
-        constant: The constant, a ball.
+        terms: The factor of each node, a constant, by the number of the node.
+        constant: The constant: an `fmpq` or an `arb`.
     """
 
     __slots__ = ("constant", "graph", "terms")
@@ -107,8 +111,10 @@ class Form:
         return self._of_angle(COSINE)
 
     def _of_angle(self, kind: str) -> "Form":
+        from flint import arb  # imported late: most runs need no balls
+
         if not self.terms:
-            sine, cosine = self.constant.sin_cos()
+            sine, cosine = arb(self.constant).sin_cos()
             return Form(self.graph, {}, sine if kind == SINE else cosine)
         return self.graph.node(kind, self)
 
@@ -130,12 +136,18 @@ class Form:
     @property
     def key(self) -> Key:
         """A key that only equal forms share."""
-        terms = sorted((node, *_ball_key(factor)) for node, factor in self.terms.items())
-        return (tuple(terms), _ball_key(self.constant))
+        terms = sorted((node, *_constant_key(factor)) for node, factor in self.terms.items())
+        return (tuple(terms), _constant_key(self.constant))
 
 
-def _ball_key(ball: Any) -> Key:
-    return tuple(int(x) for part in (ball.mid(), ball.rad()) for x in part.man_exp())
+def _constant_key(constant: Any) -> Key:
+    from flint import fmpq
+
+    if isinstance(constant, fmpq):
+        return (0, int(constant.p), int(constant.q))
+    if constant.rad() == 0:
+        return (1, *(int(x) for x in constant.mid().man_exp()))
+    return (2, id(constant))  # the nodes of the graph keep their balls
 
 
 @dataclass(eq=False)
@@ -153,24 +165,27 @@ class Graph:
         return objects([self.only(first + k) for k in range(count)])
 
     def form(self, number: Any) -> Form:
-        """Return a double or a form as a form.
+        """Return a rational number, a double, a ball or a form as a form.
 
         Raises:
             TypeError: It is a number of another kind.
         """
-        from flint import arb  # imported late: most runs need no balls
+        from flint import arb, fmpq
 
         if isinstance(number, Form):
             return number
-        if not isinstance(number, float | int | arb):
+        if isinstance(number, float | int | Fraction):
+            exact = Fraction(number)
+            return Form(self, {}, fmpq(exact.numerator, exact.denominator))
+        if not isinstance(number, arb | fmpq):
             raise TypeError(f"a form cannot be combined with {type(number).__name__}")
-        return Form(self, {}, arb(number))
+        return Form(self, {}, number)
 
     def only(self, node: int) -> Form:
         """Return a node as a form."""
-        from flint import arb
+        from flint import fmpq
 
-        return Form(self, {node: arb(1)}, arb(0))
+        return Form(self, {node: fmpq(1)}, fmpq(0))
 
     def node(self, kind: str, *operands: Form) -> Form:
         """Return a node as a form; equal nodes are made once."""
@@ -186,7 +201,7 @@ class Graph:
         This is a kind of number for `system_of` and `start_of`.
         """
         entries = [
-            entry if isinstance(entry, Form) else self.form(decimal_balls(np.array(entry))[()])
+            entry if isinstance(entry, Form) else self.form(decimals(np.array(entry))[()])
             for entry in values.ravel().tolist()
         ]
         return objects(entries).reshape(values.shape)

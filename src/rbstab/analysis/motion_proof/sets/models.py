@@ -163,12 +163,14 @@ class ConstantFactors:
 
 def constant_factors(form: Form) -> ConstantFactors:
     """Return the factors of a form as doubles."""
-    pairs = [middle_and_radius(factor) for factor in form.terms.values()]
+    from flint import arb  # imported late: most runs need no balls
+
+    pairs = [middle_and_radius(arb(factor)) for factor in form.terms.values()]
     return ConstantFactors(
         tuple(form.terms),
         tuple(middle for middle, _ in pairs),
         tuple(radius for _, radius in pairs),
-        *middle_and_radius(form.constant),
+        *middle_and_radius(arb(form.constant)),
     )
 
 

@@ -1,8 +1,8 @@
 """Polynomials in z of bounded degree, for |z_i| <= 1: their products and substitutions."""
 
 from dataclasses import dataclass
-from functools import cached_property
-from itertools import product
+from functools import cache, cached_property
+from itertools import combinations_with_replacement
 from math import comb
 
 import numpy as np
@@ -27,9 +27,12 @@ class Monomials:
     @cached_property
     def exponents(self) -> tuple[tuple[int, ...], ...]:
         """The exponents of each monomial; those of a lower degree are the first ones."""
-        powers = product(range(self.degree + 1), repeat=self.variables)
-        kept = [one for one in powers if sum(one) <= self.degree]
-        return tuple(sorted(kept, key=lambda one: (sum(one), tuple(-power for power in one))))
+        numbers = range(self.variables)
+        return tuple(
+            tuple(map(factors.count, numbers))
+            for degree in range(self.degree + 1)
+            for factors in combinations_with_replacement(numbers, degree)
+        )
 
     @cached_property
     def place(self) -> dict[tuple[int, ...], int]:
@@ -47,7 +50,7 @@ class Monomials:
         return np.searchsorted(self.degrees, np.arange(self.degree + 1))
 
     def __len__(self) -> int:
-        return len(self.exponents)
+        return comb(self.variables + self.degree, self.degree)
 
     @cached_property
     def pairs(self) -> tuple[Array, Array, Array]:
@@ -91,3 +94,9 @@ class Monomials:
                 row = self.place[tuple(target)]
                 matrix[row, column] = comb(n, k) * float(side) ** (n - k) / 2.0**n
         return matrix
+
+
+@cache
+def monomials_up_to(variables: int, degree: int) -> Monomials:
+    """Return monomials whose pairs are found only once."""
+    return Monomials(variables, degree)

@@ -81,6 +81,8 @@ class MotionSet:
     def nonlinearity(self, scale: Array) -> Array:
         """Return the size of all terms of degree 2 or more with each z_i, in scaled states.
 
+        If a set has none, it is the size of all its terms.
+
         Args:
             scale: The size of each state, shape (n,).
 
@@ -88,8 +90,9 @@ class MotionSet:
             Shape (sets, variables).
         """
         size = (np.abs(self.polynomial) / scale[:, np.newaxis]).sum(axis=-2)
-        size = np.where(self.space.degrees < 2, 0.0, size)
-        found: Array = size @ np.array(self.space.exponents)
+        curved = np.where(self.space.degrees < 2, 0.0, size)
+        chosen = np.where(curved.any(axis=-1, keepdims=True), curved, size)
+        found: Array = chosen @ np.array(self.space.exponents).reshape(len(self.space), -1)
         return found
 
     def bounds(self, program: Program) -> tuple[Array, Array]:

@@ -26,6 +26,9 @@ SHORTEST_FIRST = 1e-5
 MAX_ERROR = 1e-2
 """The largest error |Qw| of a set, in scaled states; with a larger one the set is halved."""
 
+NARROWEST = 2.0**-40
+"""A part with this width in z is not halved, so that the bounds of all parts are exact doubles."""
+
 MAX_STEPS = 500
 """Steps after which a set is given up. The motions of the paper need some 120."""
 
@@ -49,6 +52,10 @@ class Part:
     high: Array
     start: MotionSet
 
+    def can_be_halved(self, variable: int) -> bool:
+        """Return whether the bounds of its halves along one variable are exact."""
+        return bool(self.high[variable] - self.low[variable] > NARROWEST)
+
     def halves(self, variable: int) -> "tuple[Part, Part]":
         """Return the two halves of the part along one variable."""
         middle = (self.low[variable] + self.high[variable]) / 2
@@ -63,7 +70,7 @@ class Followed(NamedTuple):
 
     Attributes:
         steps: The number of steps.
-        time: The time at their end, s. It is rounded; what is proved does not depend on it.
+        time: The time at their end, s, rounded up.
         decision: What is decided of the set; None if nothing is.
         variable: The number of the z along which to halve it; None if it is decided or given up.
     """
@@ -159,7 +166,7 @@ def _moved(running: _Running, step: SetSteps, scale: Array, found: dict[int, Fol
         running.number,
         states,
         running.steps + moved,
-        running.time + np.where(moved, step.h, 0.0),
+        np.where(moved, np.nextafter(running.time + step.h, np.inf), running.time),
         np.where(moved, GROWTH * step.h, shorter),
         np.where(moved, np.maximum(running.largest, step.h), running.largest),
     )

@@ -26,7 +26,7 @@ from rbstab.analysis.motion_proof.rounding import LARGEST, rounded_up
 from rbstab.analysis.motion_proof.sets.discs import Discs, discs_of
 from rbstab.analysis.motion_proof.sets.equations import Equations
 from rbstab.analysis.motion_proof.sets.models import UNIT, Model, evaluated
-from rbstab.analysis.motion_proof.sets.monomials import Monomials
+from rbstab.analysis.motion_proof.sets.monomials import Monomials, monomials_up_to
 from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
 from rbstab.analysis.motion_proof.sets.series import Series
 from rbstab.analysis.motion_proof.step import moved_frames
@@ -186,7 +186,7 @@ class _Steps:
         G, shape (sets, n, n), bounds |h∂f/∂y(p + e) - J| for all z, 0 <= τ <= 1 and |e| within the
         margin. Higher degrees in z of the states, and e, go into the remainders of their models.
         """
-        low = Monomials(self.space.variables, min(JACOBIAN_DEGREE, self.space.degree))
+        low = monomials_up_to(self.space.variables, min(JACOBIAN_DEGREE, self.space.degree))
         sets, n, count = len(self.p), self.p.shape[1], len(low)
         terms = self.orders.jacobian_terms
         models = []

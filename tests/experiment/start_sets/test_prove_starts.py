@@ -1,0 +1,380 @@
+"""Which starts are proved to converge, and how they are divided."""
+
+import math
+from fractions import Fraction
+from itertools import combinations, product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from support.paper_runs import paper_config
+
+import rbstab
+from rbstab.analysis.motion_proof.motion import proof_precision
+from rbstab.analysis.motion_proof.sets import set_motion
+from rbstab.analysis.motion_proof.sets.motion_set import _bounds
+from rbstab.analysis.motion_proof.sets.set_motion import Followed
+from rbstab.config.build import problem_of, start_of
+from rbstab.config.entries import replaced
+from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.convergence.convergence import Convergence
+from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
+from rbstab.experiment.proof import prove
+from rbstab.experiment.start_sets import prove_starts as module
+from rbstab.experiment.start_sets.prove_starts import prove_starts
+from rbstab.experiment.start_sets.start_set import start_set_of
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+
+# A body on soft springs under a tilted weight: two valleys, the deeper one at θ1 < 0.
+TWO_VALLEYS: dict[str, Any] = {
+    "body": {"mass": 1.0, "inertia": [1, 1, 1], "contact_point": [0, 0, -1]},
+    "gravity": [0, 20, -100],
+    "controller": {
+        "variant": "permanent",
+        "K_r": [50, 300, 300],
+        "L_r": [20, 20, 20],
+        "K_t": [1e-6, 1e-6, 1e-6],
+        "L_t": [1, 1, 1],
+    },
+    "initial": {"orientation": [0, 0, 0]},
+    "integration": {"duration": 60.0, "samples": 61},
+}
+
+
+def two_valleys(speed):
+    return rbstab.load_config(TWO_VALLEYS | {"initial": {"angular_velocity": [speed, 0, 0]}})
+
+
+def proved(config, *texts, **options):
+    return prove_starts(config, tolerances_of(config, texts), prove(config), **options)
+
+
+def motions_of(config, tolerances, part, count=3):
+    """Yield the time and the states of motions from starts of a part, from its time on."""
+    rng = np.random.default_rng(1)
+    system = enclosed_system(config, lambda values: values)
+    low, high = np.array(part.low), np.array(part.high)
+    points = [low, high, *(low + (high - low) * rng.random((count, len(low))))]
+    for z in points:
+        numbers = {
+            path: float(one.middle) + float(one.radius) * x
+            for one, x in zip(tolerances, z.tolist(), strict=True)
+            for path in one.entry.paths
+        }
+        start = start_of(replaced(config, numbers), system)
+        motion = solve_ivp(
+            lambda _, y: system.rates(y),
+            (0, part.time + 20.0),
+            start,
+            t_eval=[part.time, part.time + 20.0],
+            method="DOP853",
+            rtol=1e-11,
+            atol=1e-11,
+        )
+        yield system, motion.y.T
+
+
+def check_motions(config, found, *texts):
+    """Check the claims about each part: v at its time, and the rest state in the end."""
+    rests = prove(config).states
+    for part in found.parts:
+        low, high = part.energy
+        assert low <= high < part.bound
+        rest = rests[part.rest_state - 1]
+        for system, (then, last) in motions_of(config, tolerances_of(config, texts), part):
+            v = system.observe(then).energy.sum() - rest.energy
+            assert low - 1e-6 <= v <= high + 1e-6
+            assert last[:3] == pytest.approx(rest.orientation, abs=0.02)
+
+
+def check_cover(found, variables):
+    """Check that parts are disjoint boxes with dyadic bounds, and return their exact volume."""
+    volume = Fraction(0)
+    for part in found.parts:
+        assert len(part.low) == len(part.high) == variables
+        sides = [Fraction(b) - Fraction(a) for a, b in zip(part.low, part.high, strict=True)]
+        for side, low in zip(sides, part.low, strict=True):
+            assert side > 0
+            assert (2 / side).denominator == 1
+            assert bin(int(2 / side)).count("1") == 1  # a power of two
+            assert ((Fraction(low) + 1) / side).denominator == 1
+        assert all(-1 <= x <= 1 for x in (*part.low, *part.high))
+        volume += math.prod(side / 2 for side in sides)
+    for one, other in combinations(found.parts, 2):
+        ends = zip(one.low, one.high, other.low, other.high, strict=True)
+        assert any(a_high <= b_low or b_high <= a_low for a_low, a_high, b_low, b_high in ends)
+    return volume
+
+
+def test_starts_inside_need_no_step():
+    config = rbstab.load_config(paper_config("free", initial={"angular_velocity": [1, 0, 0]}))
+    text = "initial.angular_velocity=±0.5"
+    found = proved(config, text)
+    assert (found.proved, found.fraction, found.steps, found.examined) == (True, 1.0, 0, 1)
+    assert (found.time, found.why) == (0.0, "")
+    (part,) = found.parts
+    assert (part.low, part.high) == ((-1.0,) * 3, (1.0,) * 3)
+    # v = ½ Ω'JΩ at Θ = 0, at its exact ends.
+    J = np.array(config.body.inertia)
+    low, high = part.energy
+    most = 0.5 * J @ np.array([1.5, 0.5, 0.5]) ** 2
+    assert high >= most > high - 1e-3 - 0.5 * J @ np.array([0.5, 0.5, 0.5]) ** 2
+    assert low <= 0.5 * J @ np.array([0.5, 0.0, 0.0]) ** 2
+    first = found.tolerances[0]
+    assert (first.key, first.low, first.high) == ("initial.angular_velocity[0]", "0.5", "1.5")
+    check_motions(config, found, text)
+
+
+def test_starts_of_a_valley_converge_to_its_rest_state():
+    config, text = two_valleys(3.0), "initial.angular_velocity[0]=±1"
+    found = proved(config, text)
+    assert (found.proved, found.rest_states) == (True, (1,))
+    assert found.time > 0
+    check_motions(config, found, text)
+
+
+def test_a_decision_is_about_all_states_of_a_set(monkeypatch):
+    """Its bounds hold for all angles and energies, and its time is that of the set."""
+    config = rbstab.load_config(TWO_VALLEYS | {"initial": {"orientation": [0.3, 0.1, 0]}})
+    tolerances = tolerances_of(config, ["initial.orientation=±0.1"])
+    seen = []
+    monkeypatch.setattr(module, "convergence_in", lambda *given: seen.append(given))
+    proof = prove(config)
+    with proof_precision():
+        states = start_set_of(config, tolerances, state_scale(problem_of(config)))
+        assert module._Follower(config, proof)._decision(states, 0.25) is None
+    ((given, energy, (low, high), t),) = seen
+    assert (given, t) == (proof, 0.25)
+    assert low == pytest.approx([0.2, 0.0, -0.1], abs=1e-10)
+    assert high == pytest.approx([0.4, 0.2, 0.1], abs=1e-10)
+    system = problem_of(config).system
+    for corner in product((0.2, 0.4), (0.0, 0.2), (-0.1, 0.1)):
+        assert energy[0] < system.observe(np.array([*corner, 0, 0, 0])).energy.sum() < energy[1]
+
+
+@pytest.mark.slow
+def test_all_starts_of_the_paper_within_half_a_radian_per_second():
+    config = rbstab.load_config(CONFIGS / "paper" / "case2_visco_elastic.yaml")
+    text = "initial.angular_velocity=±0.5"
+    found = proved(config, text)
+    assert (found.proved, found.fraction, found.rest_states) == (True, 1.0, (1,))
+    assert check_cover(found, 3) == 1
+    check_motions(config, found, text)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])
+def test_starts_near_those_of_the_paper(variant):
+    config = rbstab.load_config(paper_config(variant))
+    text = "initial.angular_velocity[0]=±0.01"
+    found = proved(config, text)
+    assert (found.proved, found.rest_states) == (True, (1,))
+    check_motions(config, found, text)
+
+
+@pytest.mark.slow
+def test_starts_on_both_sides_of_a_pass_are_not_decided():
+    """Some reach the one valley, some the other; in between is the way to the pass."""
+    config, text = two_valleys(5.0), "initial.angular_velocity[0]=±0.5"
+    found = proved(config, text, max_parts=4, processes=2)
+    assert found.proved is None
+    assert found.rest_states == (1, 2)
+    assert 0.5 <= found.fraction < 1.0
+    assert check_cover(found, 1) == Fraction(found.fraction)
+    assert found.why == "more than 4 parts would be needed"
+    assert len(found.parts) <= 4
+    check_motions(config, found, text)
+    # The result does not depend on the number of processes.
+    alone = proved(config, text, max_parts=4)
+    changed = {"seconds": 0.0}
+    assert alone.model_copy(update=changed) == found.model_copy(update=changed)
+
+
+def decided(rest_state=1):
+    return Convergence(True, rest_state=rest_state, time=0.5, energy=(1.0, 2.0), bound=3.0)
+
+
+def outcomes(monkeypatch, decide):
+    """Decide parts by the bounds of their first states alone, in place of following them."""
+
+    def follow(equations, start, scale, decision_of):
+        rows = start.polynomial[3:6]
+        bounds = np.array([_bounds(row, 0.0) for row in rows])
+        return decide(bounds)
+
+    monkeypatch.setattr(module, "followed", follow)
+
+
+SLOW_START = {"angular_velocity": [1.0, 2.0, 3.0]}
+TEXT = "initial.angular_velocity=±1"
+
+
+def free_config():
+    return rbstab.load_config(paper_config("free", initial=SLOW_START))
+
+
+def widest(bounds):
+    return int(np.ptp(bounds, axis=1).argmax())
+
+
+def test_parts_cover_the_box(monkeypatch):
+    """All starts with a part of the box beyond a plane are halved again and again."""
+
+    def decide(bounds):
+        (a, _, _), (b, _, _) = bounds.T
+        small = np.ptp(bounds, axis=1).max() < 0.6
+        if b < 0.9 or a > 0.9 or small:
+            return Followed(3, 0.25, decided(1 if b < 0.9 else 2))
+        return Followed(2, 0.1, variable=widest(bounds))
+
+    outcomes(monkeypatch, decide)
+    found = proved(free_config(), TEXT)
+    assert found.proved is True
+    assert check_cover(found, 3) == 1
+    assert len(found.parts) > 8
+    assert found.examined == 2 * len(found.parts) - 1
+    assert found.steps == 3 * len(found.parts) + 2 * (len(found.parts) - 1)
+    assert (found.time, found.why) == (0.25, "")
+    assert {part.steps for part in found.parts} == {3}
+    # Each part is where its own starts are: the rest states tell on which side of the plane.
+    for part in found.parts:
+        beyond = 1.0 + part.high[0] >= 0.9
+        assert part.rest_state == 1 + beyond
+
+
+def test_the_limit_of_parts_is_kept(monkeypatch):
+    progress: list[tuple[float, int]] = []
+
+    def decide(bounds):
+        undecided = bounds[0, 0] <= 1.3 <= bounds[0, 1]
+        return Followed(1, 0.1, variable=0) if undecided else Followed(1, 0.1, decided())
+
+    outcomes(monkeypatch, decide)
+    for limit, least in ((0, 0), (1, 0), (2, 0), (3, 1), (9, 7)):
+        progress.clear()
+        found = proved(
+            free_config(), TEXT, max_parts=limit, progress=lambda *now: progress.append(now)
+        )
+        assert found.proved is None
+        assert least <= len(found.parts) <= limit
+        assert found.why == f"more than {limit} parts would be needed"
+        assert check_cover(found, 3) == Fraction(found.fraction) < 1
+        assert len(progress) == found.examined
+        assert [now[0] for now in progress] == sorted(now[0] for now in progress)
+
+
+def test_what_is_left_is_never_rounded_away(monkeypatch):
+    """Of a corner that is never decided, 2⁻⁶³ of the volume is left: no double below 1 has that."""
+    last: dict[str, int] = {}
+
+    def decide(bounds):
+        if np.all(bounds[:, 0] <= np.array([0.0, 1.0, 2.0]) + 1e-13):
+            last["variable"] = (last.get("variable", 0) + 1) % 3
+            return Followed(1, 0.1, variable=last["variable"])
+        return Followed(1, 0.1, decided())
+
+    outcomes(monkeypatch, decide)
+    found = proved(free_config(), TEXT, max_parts=64)
+    assert len(found.parts) > 60
+    assert check_cover(found, 3) == 1 - Fraction(1, 2 ** len(found.parts))
+    assert found.fraction < 1.0
+    assert found.proved is None
+
+
+def test_parts_are_not_halved_beyond_what_doubles_hold(monkeypatch):
+    def decide(bounds):
+        if bounds[0, 0] <= 1.0 / 3 <= bounds[0, 1]:
+            return Followed(1, 0.1, variable=0)
+        return Followed(1, 0.1, decided())
+
+    outcomes(monkeypatch, decide)
+    found = proved(free_config(), "initial.angular_velocity[0]=±1", max_parts=200)
+    assert found.proved is None
+    assert "narrower" in found.why
+    assert check_cover(found, 1) < 1
+    narrowest = min(b - a for part in found.parts for a, b in zip(part.low, part.high, strict=True))
+    assert narrowest == set_motion.NARROWEST
+
+
+def test_parts_that_are_given_up_count(monkeypatch):
+    """Nothing more is done for them, and the whole is not proved."""
+
+    def decide(bounds):
+        if bounds[0, 1] < 1.01:
+            return Followed(500, 0.7)
+        return Followed(1, 0.1, decided()) if bounds[0, 0] > 0.99 else Followed(1, 0.1, variable=0)
+
+    outcomes(monkeypatch, decide)
+    found = proved(free_config(), TEXT)
+    assert (found.proved, found.fraction, found.examined) == (None, 0.5, 3)
+    assert found.why == "v is too large after 500 steps, at t = 0.7 s"
+
+
+def test_a_sliding_connector_is_refused_with_the_reason():
+    gains = {"K_s": [2000.0] * 3, "surface": "position"}
+    data = paper_config("free", controller={"variant": "sliding", **gains})
+    found = proved(rbstab.load_config(data), "initial.angular_velocity=±0.1")
+    assert (found.proved, found.parts, found.fraction, found.examined) == (None, (), 0.0, 0)
+    assert "sliding" in found.why
+    assert "not decided; the force of a sliding connector jumps" in found.sentence
+
+
+def test_tolerances_without_a_set_are_not_decided():
+    config = rbstab.load_config(
+        paper_config("visco-elastic", coordinates="W", initial={"orientation": [0, 0, 0]})
+    )
+    found = proved(config, "initial.orientation[0]=±2.5")
+    assert (found.proved, found.parts, found.examined) == (None, (), 0)
+    assert "too wide" in found.why
+
+
+@pytest.mark.parametrize(
+    ("initial", "texts"),
+    [
+        ({"orientation": [0, 1.55, 0], "angular_velocity": [0, 300, 0]}, ["orientation[1]=±0.01"]),
+        ({"orientation": [0, 1.56, 0]}, ["orientation[1]=±0.01", "orientation[2]=±3"]),
+        ({"angular_velocity": [1e160, 0, 0]}, ["angular_velocity=±0.001"]),
+    ],
+)
+def test_starts_that_cannot_be_followed_are_not_decided(initial, texts):
+    """Near cos θ2 = 0, in sets that are too wide, and with energies beyond all doubles."""
+    config = rbstab.load_config(paper_config("permanent", initial=initial))
+    found = proved(config, *(f"initial.{text}" for text in texts), max_parts=2)
+    assert (found.proved, found.parts, found.fraction) == (None, (), 0.0)
+    assert found.why
+
+
+def test_tolerances_of_a_body_are_an_error():
+    config = free_config()
+    with pytest.raises(ValueError, match="initial state"):
+        proved(config, "body.mass=±1")
+
+
+def test_a_broken_pool_of_workers_loses_nothing(monkeypatch):
+    """What the workers have not done is done here, in the same order."""
+    from concurrent.futures.process import BrokenProcessPool
+    from contextlib import contextmanager
+
+    class Pool:
+        def map(self, function, starts):
+            yield module._Follower(free_config(), prove(free_config())).follow(next(iter(starts)))
+            raise BrokenProcessPool
+
+    @contextmanager
+    def pool(*_):
+        yield Pool()
+
+    def decide(bounds):
+        return (
+            Followed(1, 0.1, decided()) if np.ptp(bounds[0]) < 0.6 else Followed(1, 0.1, variable=0)
+        )
+
+    outcomes(monkeypatch, decide)
+    alone = proved(free_config(), TEXT)
+    monkeypatch.setattr(module, "worker_pool", pool)
+    found = proved(free_config(), TEXT, processes=4)
+    assert found.model_copy(update={"seconds": alone.seconds}) == alone
+    assert len(found.parts) == 4

@@ -1,0 +1,151 @@
+"""The set of the starts within tolerances holds all exact starts, also those at the ends."""
+
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+import pytest
+from flint import arb, ctx, fmpq
+from support.polynomial_sets import BITS, value_at
+from support.start_sets import VARIANTS, random_config
+
+from rbstab.analysis.exact import decimal_balls
+from rbstab.analysis.motion_proof.motion import proof_precision
+from rbstab.analysis.motion_proof.sets.models import TooWide
+from rbstab.config.build import problem_of, start_of
+from rbstab.config.entries import replaced
+from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
+from rbstab.experiment.start_sets.start_set import MAX_MONOMIALS, monomials_of, start_set_of
+
+
+def start_set(config, *texts):
+    tolerances = tolerances_of(config, texts)
+    with proof_precision():
+        return tolerances, start_set_of(config, tolerances, state_scale(problem_of(config)))
+
+
+def exact_start(config, tolerances, z):
+    """Return the start at rational z, in balls, from the config itself."""
+
+    def ball(number):
+        return arb(fmpq(number.numerator, number.denominator))
+
+    numbers = {
+        path: ball(one.middle + one.radius * x)
+        for one, x in zip(tolerances, z, strict=True)
+        for path in one.entry.paths
+    }
+
+    def convert(values):
+        found = np.empty(values.shape, dtype=object)
+        for index, value in enumerate(values.ravel().tolist()):
+            found.flat[index] = (
+                value if isinstance(value, arb) else decimal_balls(np.array(value))[()]
+            )
+        return found
+
+    system = enclosed_system(config, decimal_balls)
+    return start_of(replaced(config, numbers), system, convert)
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        ("initial.angular_velocity=±0.1",),
+        ("initial.orientation=±0.01", "initial.angular_velocity[1]=±1%"),
+        ("initial.orientation[0]=±0.3", "initial.orientation[1]=±1e-9"),
+    ],
+)
+@pytest.mark.parametrize(("variant", "coordinates"), VARIANTS)
+def test_exact_starts_are_in_the_set(variant, coordinates, texts):
+    """In W, the place of C follows from the orientation. At the ends, and at inner points."""
+    if variant != "permanent":
+        texts = (*texts, "initial.position[2]=±0.003", "initial.velocity[0]=±0.1")
+    config, rng = random_config(variant, coordinates, 11), np.random.default_rng(12)
+    tolerances, states = start_set(config, *texts)
+    count = len(tolerances)
+    assert states.space.variables == count
+    points = [[Fraction(x) for x in rng.choice([-1, 1], count).tolist()] for _ in range(4)]
+    points += [[Fraction(int(x), 7) for x in rng.integers(-7, 8, count)] for _ in range(2)]
+    worst = np.zeros(len(states.radius))
+    for z in points:
+        with ctx.workprec(BITS):
+            exact = exact_start(config, tolerances, z)
+            balls = [arb(fmpq(x.numerator, x.denominator)) for x in z]
+            for i, (entry, row) in enumerate(zip(exact, states.polynomial.tolist(), strict=True)):
+                apart = abs(arb(entry) - value_at(states.space, row, balls))
+                assert apart <= arb(float(states.error[i]))
+                worst[i] = max(worst[i], float(apart))
+    # Rounding, and in W what the series of the angles leave out.
+    assert np.all(states.error <= 1e-14 + (2e-3 if coordinates == "W" else 1e-13))
+    assert worst.max() > 0
+
+
+def test_ends_of_tolerances_are_exact_decimals():
+    """0.1 ± 0.2 reaches from -0.1 to 0.3, not from what doubles make of it."""
+    initial = {"angular_velocity": [0.1, 0.0, 1.0], "orientation": [0, 0, 0]}
+    config = random_config("permanent", "reduced", initial=initial)
+    tolerances, states = start_set(config, "initial.angular_velocity[0]=±0.2")
+    assert tolerances[0].bounds == ("-0.1", "0.3")
+    with ctx.workprec(BITS):
+        for z, end in ((-1, fmpq(-1, 10)), (1, fmpq(3, 10))):
+            value = value_at(states.space, states.polynomial[3].tolist(), [z])
+            assert 0 < abs(value - arb(end)) <= arb(float(states.error[3]))
+    assert states.error[3] < 1e-15
+    exactly = np.delete(states.polynomial, 3, axis=0)
+    assert not exactly[:, 1:].any()
+
+
+def test_variables_are_in_the_order_of_the_tolerances():
+    config = random_config("free", "Z")
+    texts = ("initial.velocity[1]=±0.5", "initial.angular_velocity[2]=±0.25")
+    _, states = start_set(config, *texts)
+    assert states.polynomial[10, 1:3].tolist() == [0.5, 0.0]
+    assert states.polynomial[5, 1:3].tolist() == [0.0, 0.25]
+
+
+def test_corners_of_the_box_are_apart():
+    """The set is as wide as the tolerances: its corners are those of the box."""
+    config = random_config("visco-elastic", "Z", 1)
+    tolerances, states = start_set(config, "initial.orientation=±0.1")
+    for corner in product((-1, 1), repeat=3):
+        found = [float(value_at(states.space, row, corner)) for row in states.polynomial[:3]]
+        expected = [
+            float(one.middle + one.radius * x) for one, x in zip(tolerances, corner, strict=True)
+        ]
+        assert found == pytest.approx(expected, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("variables", "degree"), [(1, 6), (3, 6), (4, 6), (6, 4), (12, 2), (30, 1), (200, 1)]
+)
+def test_more_tolerances_have_a_lower_degree(variables, degree):
+    space = monomials_of(variables)
+    assert (space.variables, space.degree) == (variables, degree)
+    assert len(space) <= MAX_MONOMIALS or degree == 1
+
+
+def test_tolerances_of_all_numbers_of_a_free_start():
+    config = random_config("free", "Z")
+    tolerances, states = start_set(config, "initial=±0.01")
+    assert len(tolerances) == 12
+    assert states.space.degree == 2
+    assert np.abs(states.polynomial[:, 1:13]) == pytest.approx(0.01 * np.eye(12))
+
+
+def test_starts_without_bounds_are_refused():
+    config = random_config("visco-elastic", "W", initial={"orientation": [0, 0, 0]})
+    with pytest.raises(TooWide):
+        start_set(config, "initial.orientation[0]=±2.5")
+    start_set(config, "initial.orientation[0]=±1.5")
+    fast = random_config("free", "Z", initial={"angular_velocity": [1e200, 0, 0]})
+    with pytest.raises(TooWide):
+        start_set(fast, "initial.angular_velocity[0]=±1")
+
+
+@pytest.mark.parametrize("texts", [(), ("body.mass=±1",), ("initial=±0.1", "controller=±1%")])
+def test_tolerances_of_other_sections_are_no_start(texts):
+    """The equations would not have them."""
+    with pytest.raises(ValueError, match="initial state"):
+        start_set(random_config("permanent", "reduced"), *texts)

@@ -1,0 +1,185 @@
+"""What is proved of starts: its file, its identity and its sentence."""
+
+import json
+from pathlib import Path
+
+import pytest
+from support.configs import BY_VARIANT, plain
+
+from rbstab.config.load import load_config
+from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.start_sets import starts_record
+from rbstab.experiment.start_sets.starts_record import (
+    ProvedPart,
+    StartsProof,
+    bounds_of,
+    starts_file,
+    starts_id,
+    store_starts,
+    stored_starts,
+)
+from rbstab.store.errors import StoreError
+
+TEXT = "initial.angular_velocity=±0.1"
+
+
+def part(**changes):
+    given = {
+        "low": (-1.0, 0.0),
+        "high": (1.0, 1.0),
+        "rest_state": 1,
+        "time": 0.12341,
+        "energy": (1.0, 2.0),
+        "bound": 3.0,
+        "steps": 12,
+    }
+    return ProvedPart(**given | changes)
+
+
+def proof(*parts, fraction=1.0, why=""):
+    config = load_config(plain())
+    tolerances = tolerances_of(config, [TEXT])
+    return StartsProof(
+        id=starts_id(config, tolerances, 64),
+        version=1,
+        tolerances=bounds_of(tolerances),
+        parts=parts,
+        fraction=fraction,
+        examined=3,
+        steps=20,
+        why=why,
+        seconds=1.25,
+    )
+
+
+@pytest.mark.parametrize("found", [proof(), proof(part(), part(rest_state=3), fraction=0.1 + 0.2)])
+def test_what_is_stored_is_read_again(tmp_path, found):
+    assert stored_starts(tmp_path, found.id) is None
+    store_starts(tmp_path, found)
+    assert stored_starts(tmp_path, found.id) == found
+    assert stored_starts(tmp_path, "0" * 32) is None
+
+
+def test_damaged_files_are_none(tmp_path):
+    found = proof(part(), fraction=0.5, why="more than 2 parts would be needed")
+    store_starts(tmp_path, found)
+    file = starts_file(tmp_path, found.id)
+    content = file.read_text(encoding="utf-8")
+    damaged = [
+        "",
+        content[:-20],
+        content.replace('"fraction": 0.5', '"fraction": 1.0'),
+        json.dumps({"id": found.id}),
+        "[]",
+        "\udcff",
+    ]
+    for text in damaged:
+        file.write_text(text, encoding="utf-8", errors="surrogateescape")
+        assert text != content
+        assert stored_starts(tmp_path, found.id) is None
+    file.write_text(content, encoding="utf-8")
+    assert stored_starts(tmp_path, found.id) == found
+
+
+def test_a_file_of_another_proof_is_not_taken(tmp_path):
+    found = proof(part())
+    store_starts(tmp_path, found)
+    other = "1" * 32
+    starts_file(tmp_path, found.id).rename(starts_file(tmp_path, other))
+    assert stored_starts(tmp_path, other) is None
+
+
+def test_an_error_of_the_disk_is_no_missing_file(tmp_path, monkeypatch):
+    """The proof may be whole; it is not to be made again and written over."""
+
+    def fails(*_):
+        raise StoreError("disk") from OSError(5, "input/output error")
+
+    monkeypatch.setattr(starts_record, "read_model", fails)
+    with pytest.raises(StoreError):
+        stored_starts(tmp_path, "0" * 32)
+
+
+def identity(text=TEXT, max_parts=64, **changes):
+    data = plain(BY_VARIANT["visco-elastic"])
+    config = load_config({**data, **changes})
+    return starts_id(config, tolerances_of(config, [text]), max_parts)
+
+
+def test_the_identity_is_that_of_the_problem():
+    given = identity()
+    assert given == identity()
+    # Neither the title nor the samples are in it.
+    assert given == identity(title="Other")
+    assert given == identity(integration={"duration": 3.0, "samples": 5})
+    data = plain()
+    others = [
+        identity("initial.angular_velocity=±0.2"),
+        identity("initial.angular_velocity[0]=±0.1"),
+        identity("initial.orientation=±0.1"),
+        identity(max_parts=32),
+        identity(gravity=[0, 0, -9.81]),
+        identity(initial=data["initial"] | {"angular_velocity": [16, 32, -16.5]}),
+        identity(initial=data["initial"] | {"orientation": [0, 0.1, 0]}),
+        identity(body=data["body"] | {"mass": 42.0}),
+        identity(controller=data["controller"] | {"L_r": [60, 60, 43]}),
+    ]
+    assert len({given, *others}) == len(others) + 1
+
+
+def test_other_equations_or_another_method_have_another_identity(monkeypatch):
+    given = identity()
+    monkeypatch.setattr(starts_record, "VERSION", 2)
+    assert identity() != given
+    monkeypatch.undo()
+    monkeypatch.setattr(starts_record, "fingerprint", lambda _: "other")
+    assert identity() != given
+
+
+def test_the_sentence_of_a_whole_proof():
+    found = proof(part(), part(low=(-1.0, -1.0), high=(1.0, 0.0), time=0.1, energy=(0.5, 1.5)))
+    assert found.proved is True
+    assert found.rest_states == (1,)
+    assert found.sentence == (
+        "Every start within the tolerances converges to rest state 1: proved; inside the certified "
+        "region from t = 0.1235 s at the latest (v from 0.5 to 2 J < 3 J), 2 parts, 20 steps, "
+        "1.2 s."
+    )
+    at_once = proof(part(time=0.0))
+    assert "; inside from the start (v" in at_once.sentence
+    assert "1 part, 20" in at_once.sentence
+
+
+def test_a_sentence_about_two_regions_compares_no_energy_of_one_with_the_level_of_the_other():
+    found = proof(part(energy=(1.0, 2.0)), part(rest_state=2, energy=(-9.0, -8.0), bound=-7.0))
+    assert found.rest_states == (1, 2)
+    assert "to rest state 1 or 2: proved" in found.sentence
+    assert "(v from -9 to 2 J)" in found.sentence
+
+
+def test_the_sentence_of_a_part_never_claims_the_whole():
+    almost = proof(part(), fraction=1 - 2**-53, why="more than 2 parts would be needed")
+    assert almost.proved is None
+    assert almost.sentence == (
+        "Every start within the tolerances: not decided; proved for 99.99 % of them; "
+        "more than 2 parts would be needed."
+    )
+    third = proof(part(), fraction=1 / 3, why="x")
+    assert "proved for 33.33 % of them" in third.sentence
+    nothing = proof(fraction=0.0, why="no region")
+    assert nothing.sentence == "Every start within the tolerances: not decided; no region."
+    assert nothing.time == 0.0
+
+
+def test_plain_data():
+    data = proof(part(), fraction=0.5, why="why").as_data()
+    assert data["proved"] is None
+    assert data["rest_states"] == [1]
+    assert data["tolerances"][2] == {
+        "key": "initial.angular_velocity[2]",
+        "low": "-16.1",
+        "high": "-15.9",
+    }
+    assert json.loads(json.dumps(data)) == data
+    assert not {"id", "version", "seconds"} & set(data)
+    assert Path(starts_file(Path("x"), "y")) == Path("x/proofs/starts-y.json")

@@ -131,10 +131,9 @@ def prove_starts(  # noqa: PLR0913 (options by name)
 
 def _all_starts(config: Config, tolerances: Sequence[Tolerance]) -> tuple[list[Part], str]:
     """Return all starts as one part; none, and the reason, if they have no bounds."""
-    try:
-        with proof_precision():
-            starts = start_set_of(config, tolerances, state_scale(problem_of(config)))
-    except TooWide:
+    with proof_precision():
+        starts = start_set_of(config, tolerances, state_scale(problem_of(config)))
+    if starts is None:
         return [], "the tolerances are too wide, or the numbers of the start too large"
     return [whole(starts)], ""
 

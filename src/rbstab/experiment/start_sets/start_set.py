@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rbstab.analysis.exact import fraction_ball
+from rbstab.analysis.motion_proof.linear_flow import frames_of
 from rbstab.analysis.motion_proof.rounding import rounded_up
 from rbstab.analysis.motion_proof.sets.graph import Graph, traced
 from rbstab.analysis.motion_proof.sets.models import Model, evaluated, program
-from rbstab.analysis.motion_proof.sets.monomials import Monomials
+from rbstab.analysis.motion_proof.sets.monomials import Monomials, monomials_up_to
 from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
 from rbstab.config.build import start_of
 from rbstab.config.entries import replaced
@@ -29,10 +29,10 @@ def monomials_of(variables: int) -> Monomials:
     degree = MAX_DEGREE
     while degree > 1 and len(Monomials(variables, degree)) > MAX_MONOMIALS:
         degree -= 1
-    return Monomials(variables, degree)
+    return monomials_up_to(variables, degree)
 
 
-def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) -> MotionSet:
+def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) -> MotionSet | None:
     """Return the set of all starts, as the only one; call it in `proof_precision`.
 
     The number with the i-th tolerance is middle + radius z_i, with |z_i| <= 1.
@@ -41,11 +41,19 @@ def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) 
         config: The config.
         tolerances: Tolerances of its initial state.
         scale: The size of each state, shape (n,).
+
+    Returns:
+        The set; None if the starts have no bounds.
+
+    Raises:
+        ValueError: There is no tolerance, or one is not of the initial state.
     """
+    if not tolerances or any(one.section != "initial" for one in tolerances):
+        raise ValueError("a set of starts needs tolerances of the initial state, and no others")
     graph = Graph()
     z = graph.variables(len(tolerances))
     numbers = {
-        path: fraction_ball(one.middle) + variable * fraction_ball(one.radius)
+        path: one.middle + variable * one.radius
         for one, variable in zip(tolerances, z, strict=True)
         for path in one.entry.paths
     }
@@ -57,7 +65,10 @@ def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) 
     remainder = np.array([[one.remainder[0] for one in found]])
     polynomial = np.array([[one.polynomial[:, 0] for one in found]])
     frame = np.diag(scale)[np.newaxis]
-    return MotionSet(space, polynomial, frame, rounded_up(remainder / scale))
+    with np.errstate(all="ignore"):
+        states = MotionSet(space, polynomial, frame, rounded_up(remainder / scale))
+        usable = np.isfinite(frames_of(frame).error).all() and np.isfinite(states.error).all()
+    return states if usable else None
 
 
 def _variable(space: Monomials, index: int) -> Model:

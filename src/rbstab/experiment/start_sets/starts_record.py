@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from functools import partial
 from typing import Any
 
@@ -29,8 +30,8 @@ class ProvedPart(_Model):
     """A part of the starts of which every motion converges, proved.
 
     Number i of the tolerances is its middle plus its radius times z_i, with low <= z_i <= high.
-    From `time` on, s, all motions of the part are in the region of a rest state; v there, J, is in
-    `energy`, below `bound`.
+    From `time` on, s (rounded up), all motions of the part are in the region of a rest state; v at
+    that time, J, is in `energy`, below `bound`.
     """
 
     low: tuple[float, ...]
@@ -45,8 +46,8 @@ class ProvedPart(_Model):
 class StartsProof(_Model):
     """A proof of convergence for all starts within tolerances.
 
-    fraction is the part of the starts of which it is proved, by volume: 1 if it is proved of all.
-    examined and steps count all parts that were followed.
+    fraction is the part of the starts of which it is proved, by volume, rounded down: 1 if it is
+    proved of all. examined and steps count all parts that were followed.
     """
 
     id: str
@@ -73,17 +74,21 @@ class StartsProof(_Model):
     def sentence(self) -> str:
         """What is proved, in words without a full stop."""
         if not self.proved:
-            share = f"proved for {100 * self.fraction:.4g} % of them; " if self.parts else ""
+            percent = _four_digits(Decimal(self.fraction) * 100, ROUND_FLOOR)
+            share = f"proved for {percent} % of them; " if self.parts else ""
             return f"convergence is not decided; {share}{self.why}"
         states = " or ".join(map(str, self.rest_states))
         inside = "inside the certified region from the start"
         if self.time > 0:
-            inside = f"inside the certified region from t = {self.time:.4g} s at the latest"
+            latest = _four_digits(Decimal(self.time), ROUND_CEILING)
+            inside = f"inside the certified region from t = {latest} s at the latest"
         low, high = self.energy
+        # Parts that reach different regions may have a v above the lowest of their levels.
+        level = f" < {self.bound:.6g} J" if high < self.bound else ""
         effort = f"{len(self.parts)} part{'s' if len(self.parts) > 1 else ''}, {self.steps} steps"
         return (
             f"the motion converges to rest state {states}, {PROVED}; {inside} (v from {low:.6g} "
-            f"to {high:.6g} J < {self.bound:.6g} J), {effort}, {self.seconds:.1f} s"
+            f"to {high:.6g} J{level}), {effort}, {self.seconds:.1f} s"
         )
 
     @property
@@ -107,6 +112,10 @@ class StartsProof(_Model):
         """Return the entries of its JSON."""
         found = self.model_dump(mode="json", exclude={"id", "version", "seconds"})
         return {"proved": self.proved, "rest_states": list(self.rest_states), **found}
+
+
+def _four_digits(number: Decimal, rounding: str) -> str:
+    return f"{float(Context(prec=4, rounding=rounding).plus(number)):.4g}"
 
 
 def bounds_of(tolerances: Sequence[Tolerance]) -> tuple[StoredTolerance, ...]:

@@ -33,11 +33,16 @@ class Within(NamedTuple):
     @property
     def statements(self) -> list[str]:
         """Sentences, the answer first."""
-        from rbstab.experiment.robust.sentences import largest_sentences, within_sentences
+        from rbstab.experiment.robust.sentences import (
+            largest_sentences,
+            tolerance_names,
+            within_sentences,
+        )
 
         found = [] if self.record is None else within_sentences(self.texts, self.record)
         if self.starts is not None:
-            found = [f"For every start within {', '.join(self.texts)}: {self.starts.sentence}."]
+            starts = f"For every start within {tolerance_names(self.texts)}"
+            found = [f"{starts}: {self.starts.sentence}."]
         return [
             *found,
             *(line for one in self.largest for line in largest_sentences(one, self.texts)),

@@ -79,7 +79,6 @@ def test_largest_is_bracketed(held: Path, rbstab: Invoke) -> None:
     ("arguments", "message"),
     [
         (["--within", "controller.K_r"], "expected KEY=±SIZE"),
-        (["--within", "initial=±1"], "initial.orientation[0] is a number of the initial state"),
         (["--largest-within", "initial"], "is a number of the initial state"),
         (["--largest-within", "controller.K_x"], "controller.K_x has no numbers"),
         (["--within", "controller.K_r=±100%"], "at the low end of the tolerance"),

@@ -98,8 +98,8 @@ def _mixed(tolerances: "Sequence[Tolerance]", *, with_largest: bool) -> list[str
     if starts and with_largest:
         key = starts[0].entry.key
         return [
-            f"--largest-within: {key} is a number of the initial state "
-            f"(expected only numbers of body, gravity and controller)"
+            f"--largest-within, --within: {key} is a number of the initial state "
+            f"(with --largest-within, expected only numbers of body, gravity and controller)"
         ]
     if starts and others:
         return [

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from rbstab.experiment.verification.verify import Verification
 
 
+OTHER_PROOFS = ("within-", "starts-")
+"""The beginnings of the names of proofs within tolerances."""
+
+
 @click.command("verify")
 @click.argument("proof", metavar="PROOF", type=click.Path(path_type=Path))
 @click.option(
@@ -58,6 +62,11 @@ def command(
     if certificate is not None:
         check_target(certificate, force=force)
     config = None if config_path is None else load_all([config_path], changes)[config_path]
+    if proof.name.startswith(OTHER_PROOFS):
+        raise click.UsageError(
+            f"{proof} is a proof for all bodies, or for all starts, within tolerances; only proofs "
+            "of rest states can be checked"
+        )
     try:
         stored = read_model(proof, Proof)
     except StoreError as error:

@@ -103,11 +103,13 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
     number = None if match is None else _decimal(match["number"])
     if match is None or number is None:
         raise ConfigError([_problem(text, "is not a tolerance", _EXPECTED)])
+    if number >= LARGEST:
+        raise ConfigError([_problem(text, "is too large", "expected a size below 1e100")])
     entries = _entries_at(config, key)
     if not entries:
-        sections = ", ".join(SECTIONS)
-        expected = f"expected a key of {sections} that this config has"
-        raise ConfigError([_problem(text, f"{shortened(key)} has no numbers", expected)])
+        problem = f"{shortened(key)} has no numbers that can have a tolerance"
+        expected = f"expected a key of {', '.join(SECTIONS)} that this config has"
+        raise ConfigError([_problem(text, problem, expected)])
     found = []
     for entry in entries:
         middle = Fraction(repr(entry.value))
@@ -115,7 +117,10 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
         if radius > 0:
             found.append(Tolerance(entry, middle, radius))
     if not found:
-        raise ConfigError([_problem(text, "is a tolerance of 0", "expected a size above 0")])
+        problem = "is a tolerance of 0"
+        if match["percent"] and number > 0:
+            problem = f"is a tolerance of 0, because {shortened(key)} is 0"
+        raise ConfigError([_problem(text, problem, "expected a size above 0")])
     return found
 
 
@@ -135,12 +140,10 @@ def decimal_text(number: Fraction) -> str:
 
 
 def _decimal(digits: str) -> Fraction | None:
-    """Return a number that a double can hold as well; None if the digits are no such number."""
     try:
-        number = Fraction(digits)
+        return Fraction(digits)
     except ValueError:
         return None
-    return number if number < LARGEST else None
 
 
 def _entries_at(config: Config, key: str) -> tuple[Entry, ...]:

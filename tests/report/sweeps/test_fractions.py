@@ -44,7 +44,7 @@ def test_a_table_and_a_figure_of_what_was_drawn(made):
         "completed, not settled": "20",
         "range left": "7",
         "diverged": "3",
-        "completed, |E| stays below 1 mm": "90",
+        "completed, |E| below 1 mm from some time on": "90",
         "proved to converge": "44",
     }
     left = next(row for row in table.rows if row[0].text == "range left")

@@ -26,7 +26,7 @@ class Undecided(StrEnum):
     """The enclosure reached its largest number of steps."""
 
     AT_REST = "at rest"
-    """The energy has all but stopped to fall, outside of every certified region."""
+    """The energy has almost stopped falling, outside of every certified region."""
 
     NO_STEP = "no step"
     """No further step of the enclosure could be proved."""

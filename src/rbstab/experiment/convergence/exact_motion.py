@@ -160,7 +160,7 @@ def _followed(  # noqa: PLR0913, PLR0917 (one motion, its limits and its proof)
                 why = f"{steps} steps of the enclosure reach t = {now:.4g} s"
             elif steps < limits.steps:
                 why = (
-                    f"v has all but stopped to fall, outside of every certified region (by less "
+                    f"v has almost stopped falling, outside of every certified region (by less "
                     f"than {LEAST_FALL:g} of its loss in {PATIENCE} steps, to t = {now:.4g} s)"
                 )
             reason = Undecided.STEP_LIMIT if steps == limits.steps else Undecided.AT_REST

@@ -175,8 +175,9 @@ def _all_followed(
             suppress(BrokenProcessPool),
             worker_pool(min(processes, len(parts)), _set_up, config, proof) as pool,
         ):
-            for result in pool.map(_follow, [part.start for part in parts]):
-                yield left.pop(0), result
+            # `pool.map` would cancel its futures at an interrupt, and loky prints a traceback then.
+            for future in [pool.submit(_follow, part.start) for part in parts]:
+                yield left.pop(0), future.result()
     follower = _Follower(config, proof) if left else None
     for part in left:
         assert follower is not None

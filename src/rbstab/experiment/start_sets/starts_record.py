@@ -82,13 +82,13 @@ class StartsProof(_Model):
         if self.time > 0:
             latest = _four_digits(Decimal(self.time), ROUND_CEILING)
             inside = f"inside the certified region from t = {latest} s at the latest"
-        low, high = self.energy
+        _, high = self.energy
         # Parts that reach different regions may have a v above the lowest of their levels.
         level = f" < {self.bound:.6g} J" if high < self.bound else ""
         effort = f"{len(self.parts)} part{'s' if len(self.parts) > 1 else ''}, {self.steps} steps"
         return (
-            f"the motion converges to rest state {states}, {PROVED}; {inside} (v from {low:.6g} "
-            f"to {high:.6g} J{level}), {effort}, {self.seconds:.1f} s"
+            f"the motion converges to rest state {states}, {PROVED}; {inside} (v at most "
+            f"{high:.6g} J{level}), {effort}, {self.seconds:.1f} s"
         )
 
     @property

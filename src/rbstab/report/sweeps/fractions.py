@@ -83,7 +83,7 @@ def fractions_of(members: Members) -> list[Fraction]:
         if members.outcome_counts[code + 1]
     ]
     near = members.completed & np.isfinite(members.column("displacement_settling_time"))
-    fractions.append(fraction("completed, |E| stays below 1 mm", near))
+    fractions.append(fraction("completed, |E| below 1 mm from some time on", near))
     if (members.convergence != NO_PROOF).any():
         fractions.append(fraction("proved to converge", members.convergence == PROVED))
     return fractions

@@ -29,7 +29,7 @@ MEANINGS = {
 
 REASONS = {
     "step limit": "the enclosure reached its largest number of steps",
-    "at rest": "the energy has all but stopped to fall, outside of every certified region",
+    "at rest": "the energy has almost stopped falling, outside of every certified region",
     "no step": "no further step of the enclosure could be proved",
     "no region": "no certified region is proved",
     "sliding": "the force of a sliding connector jumps",
@@ -82,7 +82,7 @@ def proof_blocks(name: str, members: Members) -> list[Block]:
         for k, label in enumerate(found.labels)
     ]
     rows += [
-        (Cell(f"not decided: {REASONS[word]}"), whole(count))
+        (Cell(f"of those not decided: {REASONS[word]}"), whole(count))
         for word, count in _reasons(members).items()
     ]
     heads = (Head("convergence of the exact motion"), Head("members", numbers=True))
@@ -97,21 +97,23 @@ def _sentence(members: Members) -> str:
         f"{count[PROVED]} of {len(members)} members are proved to converge to a rest state"
     ]
     if "proved_time" in members.table.layout:
-        later = (convergence == PROVED) & (members.column("proved_time") > 0)
-        sentences[0] += f", {int(later.sum())} of them by an enclosure of their exact motion"
+        later = int(((convergence == PROVED) & (members.column("proved_time") > 0)).sum())
+        if later:
+            some = "all" if later == count[PROVED] else str(later)
+            sentences[0] += f", {some} of them by an enclosure of their exact motion"
     if count[FALSE]:
         sentences.append(f"{count[FALSE]} are proved not to come to rest")
     if count[NOT_DECIDED]:
-        sentences.append(
-            f"{count[NOT_DECIDED]} are not decided, although their motion was enclosed"
-        )
+        sentences.append(f"{count[NOT_DECIDED]} are not decided; the table has the reasons")
     if count[NOT_PROVED]:
         sentences.append(
             f"{count[NOT_PROVED]} start outside of every certified region, and their motion was "
             "not enclosed"
         )
     if count[NO_PROOF]:
-        sentences.append(f"Of {count[NO_PROOF]}, nothing is known, because no proof is stored")
+        sentences.append(
+            f"Of {count[NO_PROOF]}, nothing is known: there is no proof of their rest states"
+        )
     return ". ".join(sentences) + "."
 
 

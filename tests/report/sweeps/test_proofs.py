@@ -43,8 +43,8 @@ def sections(made):
 def test_the_first_statement_counts_the_proved_members(sections):
     assert sections[0].blocks[0] == (
         "10 of 20 members are proved to converge to a rest state, 3 of them by an enclosure of "
-        "their exact motion. 2 are proved not to come to rest. 5 are not decided, although their "
-        "motion was enclosed. 3 start outside of every certified region, and their motion was not "
+        "their exact motion. 2 are proved not to come to rest. 5 are not decided; the table has the "
+        "reasons. 3 start outside of every certified region, and their motion was not "
         "enclosed."
     )
 
@@ -57,8 +57,8 @@ def test_the_table_has_the_reasons(sections):
         ["does not come to rest: proved", "2"],
         ["not decided", "5"],
         ["not proved at the start, motion not enclosed", "3"],
-        ["not decided: the enclosure reached its largest number of steps", "2"],
-        ["not decided: no further step of the enclosure could be proved", "3"],
+        ["of those not decided: the enclosure reached its largest number of steps", "2"],
+        ["of those not decided: no further step of the enclosure could be proved", "3"],
     ]
 
 

@@ -406,9 +406,7 @@ def test_the_bounds_of_a_step_satisfy_their_inequality():
     for k in np.flatnonzero(found):
         assert np.all(b[k] <= margin[k])
         inner = G[k] @ b[k] + d[k]
-        assert np.all(
-            radius[k] + linear.residual[k] @ b[k] + linear.backward[k] @ inner <= W[k]
-        )
+        assert np.all(radius[k] + linear.residual[k] @ b[k] + linear.backward[k] @ inner <= W[k])
         assert np.all(linear.forward[k] @ W[k] + linear.mismatch[k] @ b[k] < b[k])
     # The margin is a condition: slopes are bounded within it only. Each step has its own.
     narrow = np.where(np.arange(len(b))[:, np.newaxis] % 2, margin, np.minimum(margin, 0.9 * b))

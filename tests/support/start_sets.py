@@ -46,7 +46,7 @@ def random_config(variant, coordinates, seed=0, **changes):
 
 
 def random_set(config, seed=0, *, width=1e-2, error=1e-6, variables=2, degree=4):
-    """Return a set of states about the start of a config, as a set of one, and the size of each state.
+    """Return a set of states about the start of a config, in a set of one, and the size of each.
 
     Its polynomial has terms of all degrees, and its frame is not orthonormal.
     """

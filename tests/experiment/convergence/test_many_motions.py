@@ -1,6 +1,7 @@
 """Motions that are enclosed together converge where single enclosures say so, and never falsely."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from support.valleys import TWO_VALLEYS
 
 import rbstab
 from rbstab.analysis.motion_proof.sets.set_motion import followed
+from rbstab.analysis.motion_proof.sets.set_step import FOR_POINTS
 from rbstab.config.build import problem_of, start_of
 from rbstab.experiment.convergence import many_motions as module
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
@@ -17,6 +19,7 @@ from rbstab.experiment.convergence.decisions import PATIENCE
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.convergence.many_motions import ManyMotions
+from rbstab.experiment.convergence.region_bounds import region_energies
 from rbstab.experiment.proof import prove
 
 MAX_STEPS = 400
@@ -91,6 +94,8 @@ def test_members_agree_with_single_enclosures(variant):
         assert isinstance(decision, Convergence)
         assert decision.proved is True
         assert decision.time == result.time
+        assert decision.energy is not None
+        assert decision.bound is not None
         low, high = decision.energy
         assert low <= high < decision.bound
         system, end = motion_in_doubles(one, result.time)
@@ -116,7 +121,8 @@ def test_each_motion_reaches_its_own_valley():
         )
         for x in speeds
     ]
-    found = many.follow(*values_of(configs), MAX_STEPS)
+    values, errors = values_of(configs)
+    found = many.follow(values, errors, MAX_STEPS)
     assert found[0].steps == found[4].steps
     assert {one.decision.rest_state for one in found} == {1, 2}
     for start, one in zip(configs, found, strict=True):
@@ -198,10 +204,10 @@ def test_errors_of_the_start_are_in_the_bounds_of_the_energy():
     assert narrow.decision.energy[1] - narrow.decision.energy[0] < 1e-9
 
 
-def decisions_of(lows, highs, proof, monkeypatch):
+def decisions_of(lows, highs, proof):
     """Return what is decided of motions with some bounds on their energies, shape (times, m)."""
-    config, many = many_of("free")
-    decide = module._Decisions(proof, many._equations, lows.shape[1])
+    _, many = many_of("free")
+    decide: Any = module._Decisions(proof, many._equations, lows.shape[1])
 
     class States:
         def __init__(self, k, numbers):
@@ -227,10 +233,10 @@ def decisions_of(lows, highs, proof, monkeypatch):
     return found
 
 
-def test_at_rest_outside_of_every_region(monkeypatch):
+def test_at_rest_outside_of_every_region():
     """Each motion by its own energies, also after others have ended before it."""
     _, many = many_of("free")
-    level = max(bound for _, bound in module.region_energies(many.proof))
+    level = max(bound for _, bound in region_energies(many.proof))
     k = np.arange(3 * PATIENCE)[:, np.newaxis]
     falls = level + 2000.0 - 1.0 * k
     stops = level + 1000.0 - np.minimum(k, 20)
@@ -238,7 +244,7 @@ def test_at_rest_outside_of_every_region(monkeypatch):
     unknown = np.nan * k
     lows = np.hstack([inside, falls, stops, unknown, falls + 1e4 * (k < 5), stops])
     lows[0, 5] += 1e9  # so it has lost much more, and stops at the same time
-    found = decisions_of(lows, lows + 1e-6, many.proof, monkeypatch)
+    found = decisions_of(lows, lows + 1e-6, many.proof)
     assert sorted(found) == [0, 2, 5]
     assert found[0][0] == 0
     assert isinstance(found[0][1], Convergence)
@@ -247,29 +253,29 @@ def test_at_rest_outside_of_every_region(monkeypatch):
     assert found[5] == (PATIENCE + 1, Undecided.AT_REST)
 
 
-def test_a_motion_in_a_region_converges_although_its_energy_stays(monkeypatch):
+def test_a_motion_in_a_region_converges_although_its_energy_stays():
     """What is proved counts more than that it has come to rest."""
     _, many = many_of("free")
-    level = max(bound for _, bound in module.region_energies(many.proof))
+    level = max(bound for _, bound in region_energies(many.proof))
     lows = np.full((2 * PATIENCE, 1), level + 1.0)
     lows[0] += 1e3
     highs = lows + 1e-6
     highs[PATIENCE + 1 :] = level - 1.0
     lows[PATIENCE + 1 :] = level - 1.0 - 1e-6
     lows[1:] = np.minimum(lows[1:], level + 1.0)
-    found = decisions_of(lows, highs, many.proof, monkeypatch)
+    found = decisions_of(lows, highs, many.proof)
     assert isinstance(found[0][1], Convergence)
 
 
 def test_follow_uses_the_orders_of_points(monkeypatch):
     asked = []
 
-    def follow(equations, starts, scale, decide, max_steps, orders):
-        asked.append((len(starts), starts.space, max_steps, orders))
-        return followed(equations, starts[:0], scale, decide, max_steps, orders)
+    def follow(equations, starts, scale, decide, *options):
+        asked.append((len(starts), starts.space, *options))
+        return followed(equations, starts[:0], scale, decide, *options)
 
-    config, many = many_of("free")
+    _, many = many_of("free")
     monkeypatch.setattr(module, "followed", follow)
     monkeypatch.setattr(module, "BATCH_SIZE", 3)
     many.follow(np.zeros((7, 12)), np.zeros((7, 12)), 11)
-    assert asked == [(n, module.POINT, 11, module.FOR_POINTS) for n in (3, 3, 1)]
+    assert asked == [(n, module.POINT, 11, FOR_POINTS) for n in (3, 3, 1)]

@@ -10,6 +10,7 @@ from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.start_sets import cache, starts_record
 from rbstab.experiment.start_sets.cache import starts_file, starts_for, stored_starts
+from rbstab.experiment.start_sets.prove_starts import MAX_PARTS
 from rbstab.experiment.start_sets.starts_record import (
     ProvedPart,
     StartsProof,
@@ -109,7 +110,7 @@ def test_what_is_proved_is_stored_and_found_again(tmp_path, monkeypatch):
 
     def prove(given, tolerances, rest_states, **options):
         asked.append(tolerances)
-        identity = starts_id(given, tolerances, cache.MAX_PARTS)
+        identity = starts_id(given, tolerances, MAX_PARTS)
         return proof(part()).model_copy(update={"id": identity, "steps": len(asked)})
 
     monkeypatch.setattr(cache, "prove_starts", prove)

@@ -132,8 +132,18 @@ def test_hyperbolic_functions_are_bounded_closely():
 
 @pytest.mark.parametrize(
     ("centre", "radius"),
-    [(0.0, 0.0), (1.0, 1.0), (-1.0, 1.5), (1.0, np.inf), (np.nan, 0.1), (1.0, np.nan)]
-    + [(np.inf, 0.1), (-np.inf, 0.0), (1e-320, 0.0), (1.0, np.nextafter(1.0, 2))],
+    [
+        (0.0, 0.0),
+        (1.0, 1.0),
+        (-1.0, 1.5),
+        (1.0, np.inf),
+        (np.nan, 0.1),
+        (1.0, np.nan),
+        (np.inf, 0.1),
+        (-np.inf, 0.0),
+        (1e-320, 0.0),
+        (1.0, np.nextafter(1.0, 2)),
+    ],
 )
 def test_a_disc_that_may_contain_zero_has_no_inverse(centre, radius):
     """Neither has one without bounds. It does not change what is found of the discs beside it."""

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from functools import cache, partial
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -420,7 +421,7 @@ def test_bounds_that_are_not_numbers_prove_nothing(name, bad):
     """They do not change what is found of the steps beside them."""
     n = 3
     one = np.stack([np.eye(n)] * 3)
-    good = {
+    good: dict[str, Any] = {
         "linear": LinearBounds(*(x * one for x in (0.0, 1.0, 1.0, 0.0))),
         "radius": np.full((3, n), 1e-9),
         "d": np.full((3, n), 1e-9),

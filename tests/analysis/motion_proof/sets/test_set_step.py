@@ -625,3 +625,20 @@ def test_motions_of_points_end_in_their_sets(variant, coordinates):
         there = step.end[k : k + 1]
         assert np.all(np.abs(place_in_frame(there, [], end)) <= there.radius[0])
         assert np.all(there.error < 10 * one.error + 3e-11 * scale)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_set_at_the_end_without_bounds_is_not_proved(monkeypatch, bad):
+    """One radius that is not finite is enough, and only for its own set."""
+    config = random_config("permanent", "reduced", 5)
+    states, scale = random_set(config, 7, width=1e-3, error=1e-9)
+    original = step_module.moved_frames
+
+    def moved(*given):
+        frame, radius = original(*given)
+        radius[1, 4] = bad
+        return frame, radius
+
+    monkeypatch.setattr(step_module, "moved_frames", moved)
+    found = tried(config, together(states, states, states), scale)
+    assert found.proved.tolist() == [True, False, True]

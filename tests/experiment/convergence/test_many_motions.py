@@ -257,14 +257,33 @@ def test_a_motion_in_a_region_converges_although_its_energy_stays():
     """What is proved counts more than that it has come to rest."""
     _, many = many_of("free")
     level = max(bound for _, bound in region_energies(many.proof))
-    lows = np.full((2 * PATIENCE, 1), level + 1.0)
+    lows, highs = np.full((2, 2 * PATIENCE, 1), level - 10.0)
     lows[0] += 1e3
-    highs = lows + 1e-6
-    highs[PATIENCE + 1 :] = level - 1.0
-    lows[PATIENCE + 1 :] = level - 1.0 - 1e-6
-    lows[1:] = np.minimum(lows[1:], level + 1.0)
+    highs[: PATIENCE + 1] = level + 1e3  # so wide that they decide nothing
+    highs[PATIENCE + 1 :] = level - 5.0
     found = decisions_of(lows, highs, many.proof)
+    assert found[0][0] == PATIENCE + 1
     assert isinstance(found[0][1], Convergence)
+
+
+def test_each_decision_is_about_its_own_motion(monkeypatch):
+    """Its energy, its angles and its time, also where some motions are not asked about."""
+    config, many = many_of("free")
+    values, errors = values_of(starts_of(config, [0.1, 3.0, 0.2, 0.3]))
+    values[:, :3] += 0.01 * np.arange(12).reshape(4, 3)
+    seen = []
+    monkeypatch.setattr(module, "convergence_in", lambda *given: seen.append(given))
+    decide = module._Decisions(many.proof, many._equations, 6)
+    times = np.array([0.1, 0.2, 0.3, 0.4])
+    states = many._starts(values, errors)
+    assert decide(states, times, np.array([1, 2, 4, 5])) == [None] * 4
+    system = enclosed_system(config, lambda numbers: numbers)
+    assert [given[3] for given in seen] == [0.1, 0.3, 0.4]  # the second has too much energy
+    for k, (proof, (low, high), (least, most), _) in zip((0, 2, 3), seen, strict=True):
+        assert proof is many.proof
+        energy = system.observe(values[k]).energy.sum()
+        assert low < energy < high < low + 1e-9
+        assert np.all((least < values[k, :3]) & (values[k, :3] < most) & (most < least + 1e-9))
 
 
 def test_follow_uses_the_orders_of_points(monkeypatch):

@@ -269,8 +269,8 @@ def test_a_motion_in_a_region_converges_although_its_energy_stays():
 def test_each_decision_is_about_its_own_motion(monkeypatch):
     """Its energy, its angles and its time, also where some motions are not asked about."""
     config, many = many_of("free")
-    values, errors = values_of(starts_of(config, [0.1, 3.0, 0.2, 0.3]))
-    values[:, :3] += 0.01 * np.arange(12).reshape(4, 3)
+    values, errors = values_of(starts_of(config, [0.1, 3.0, 0.15, 0.2]))
+    values[:, :3] += 0.001 * np.arange(12).reshape(4, 3)
     seen = []
     monkeypatch.setattr(module, "convergence_in", lambda *given: seen.append(given))
     decide = module._Decisions(many.proof, many._equations, 6)

@@ -1,4 +1,7 @@
-"""Polynomials in z, exactly: their values, and the places of exact states in a set of states."""
+"""Polynomials in z, exactly: their values, and the places of exact states in a set of states.
+
+The sets are sets of one.
+"""
 
 import numpy as np
 from flint import arb, ctx
@@ -20,20 +23,22 @@ def value_at(space, coefficients, z):
 
 def state_of(states, z, w):
     """Return P(z) + Qw of a set as exact balls."""
+    (polynomial,), (frame,) = states.polynomial.tolist(), states.frame.tolist()
     with ctx.workprec(BITS):
         balls = [
             value_at(states.space, row, z)
             + sum((arb(q) * arb(x) for q, x in zip(line, w, strict=True)), arb(0))
-            for row, line in zip(states.polynomial.tolist(), states.frame.tolist(), strict=True)
+            for row, line in zip(polynomial, frame, strict=True)
         ]
         return np.array([ball.mid() for ball in balls], dtype=object)
 
 
 def place_in_frame(states, z, y):
     """Return Q⁻¹(y - P(z)) of an exact state; the difference is exact, the rest in doubles."""
+    (polynomial,), (frame,) = states.polynomial.tolist(), states.frame
     with ctx.workprec(BITS):
         apart = [
             float(entry - value_at(states.space, row, z))
-            for entry, row in zip(y, states.polynomial.tolist(), strict=True)
+            for entry, row in zip(y, polynomial, strict=True)
         ]
-    return np.linalg.solve(states.frame, np.array(apart))
+    return np.linalg.solve(frame, np.array(apart))

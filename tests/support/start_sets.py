@@ -46,7 +46,7 @@ def random_config(variant, coordinates, seed=0, **changes):
 
 
 def random_set(config, seed=0, *, width=1e-2, error=1e-6, variables=2, degree=4):
-    """Return a set of states about the start of a config, and the size of each state.
+    """Return a set of states about the start of a config, in a set of one, and the size of each.
 
     Its polynomial has terms of all degrees, and its frame is not orthonormal.
     """
@@ -59,4 +59,11 @@ def random_set(config, seed=0, *, width=1e-2, error=1e-6, variables=2, degree=4)
     polynomial[:, 0] = start
     n = len(start)
     frame = scale[:, np.newaxis] * (np.eye(n) + 0.1 * rng.uniform(-1, 1, (n, n)))
-    return MotionSet(space, polynomial, frame, np.full(n, error)), scale
+    one = (part[np.newaxis] for part in (polynomial, frame, np.full(n, error)))
+    return MotionSet(space, *one), scale
+
+
+def together(*sets):
+    """Return several sets of motions as one `MotionSet`, in their order."""
+    parts = [(one.polynomial, one.frame, one.radius) for one in sets]
+    return MotionSet(sets[0].space, *map(np.concatenate, zip(*parts, strict=True)))

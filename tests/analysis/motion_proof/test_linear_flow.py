@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rbstab.analysis.motion_proof.linear_flow import Frame, frame_of, linear_bounds, linear_flow
+from rbstab.analysis.motion_proof.linear_flow import (
+    Frame,
+    frame_of,
+    frames_of,
+    linear_bounds,
+    linear_flow,
+)
 from rbstab.analysis.motion_proof.taylor import JacobianSeries
 
 H = 0.4
@@ -97,3 +103,40 @@ def test_the_last_term_decides_by_scaled_states():
 
 def test_a_singular_frame_is_refused():
     assert frame_of(np.array([[1.0, 1.0], [1.0, 1.0 + 1e-16]]) + np.diag([0, 1e-17])) is None
+
+
+def test_frames_that_have_no_inverse_are_told_from_those_beside_them(rng):
+    """Singular ones and such with NaN, among good ones, which stay as they are, bit for bit."""
+    good = rng.uniform(-1, 1, (4, 5, 5)) + 3 * np.eye(5)
+    singular = np.ones((5, 5))
+    zero, nan, infinite, huge = np.zeros((5, 5)), good[0].copy(), good[0].copy(), good[0].copy()
+    nan[1, 2], infinite[3, 3], huge[0, 0] = np.nan, -np.inf, 1e300
+    nearly = singular + 1e-17 * np.eye(5)
+    bad = [singular, nan, zero, infinite, nearly]
+    for chosen in ([nan], [singular], bad, [infinite, zero], [nan, huge]):
+        matrices = np.array([good[0], *chosen, *good[1:]])
+        with np.errstate(all="ignore"):
+            found = frames_of(matrices)
+        count = len(chosen)
+        for k, one in enumerate(chosen, start=1):
+            if one is not huge:
+                assert np.isinf(found.error[k]).all()
+                assert not np.isfinite(found.inverse_size[k]).any()
+        for k, one in [(0, good[0]), *((count + k, good[k]) for k in range(1, 4))]:
+            alone = frame_of(one)
+            assert alone is not None
+            for name in ("matrix", "inverse", "error"):
+                assert np.array_equal(getattr(found, name)[k], getattr(alone, name))
+            assert found.inverse[k] @ one == pytest.approx(np.eye(5), abs=1e-12)
+        assert np.array_equal(found.matrix, matrices, equal_nan=True)
+
+
+def test_frames_have_any_number_of_axes_in_front(rng):
+    matrices = rng.uniform(-1, 1, (2, 3, 4, 4)) + 3 * np.eye(4)
+    matrices[1, 1] = 0.0
+    found = frames_of(matrices)
+    assert found.error.shape == found.inverse.shape == matrices.shape
+    usable = np.isfinite(found.error).all(axis=(-2, -1))
+    assert usable.tolist() == [[True] * 3, [True, False, True]]
+    one = frames_of(matrices[1, 2])
+    assert np.array_equal(one.inverse, found.inverse[1, 2])

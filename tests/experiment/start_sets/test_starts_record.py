@@ -8,16 +8,16 @@ from support.configs import BY_VARIANT, plain
 
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
-from rbstab.experiment.start_sets import starts_record
+from rbstab.experiment.start_sets import cache, starts_record
+from rbstab.experiment.start_sets.cache import starts_file, starts_for, stored_starts
+from rbstab.experiment.start_sets.prove_starts import MAX_PARTS
 from rbstab.experiment.start_sets.starts_record import (
     ProvedPart,
     StartsProof,
     bounds_of,
-    starts_file,
     starts_id,
-    store_starts,
-    stored_starts,
 )
+from rbstab.store.document import write_document
 from rbstab.store.errors import StoreError
 
 TEXT = "initial.angular_velocity=±0.1"
@@ -52,17 +52,21 @@ def proof(*parts, fraction=1.0, why=""):
     )
 
 
+def store(folder, found):
+    write_document(starts_file(folder, found.id), found.model_dump(mode="json"))
+
+
 @pytest.mark.parametrize("found", [proof(), proof(part(), part(rest_state=3), fraction=0.1 + 0.2)])
 def test_what_is_stored_is_read_again(tmp_path, found):
     assert stored_starts(tmp_path, found.id) is None
-    store_starts(tmp_path, found)
+    store(tmp_path, found)
     assert stored_starts(tmp_path, found.id) == found
     assert stored_starts(tmp_path, "0" * 32) is None
 
 
 def test_damaged_files_are_none(tmp_path):
     found = proof(part(), fraction=0.5, why="more than 2 parts would be needed")
-    store_starts(tmp_path, found)
+    store(tmp_path, found)
     file = starts_file(tmp_path, found.id)
     content = file.read_text(encoding="utf-8")
     damaged = [
@@ -83,7 +87,7 @@ def test_damaged_files_are_none(tmp_path):
 
 def test_a_file_of_another_proof_is_not_taken(tmp_path):
     found = proof(part())
-    store_starts(tmp_path, found)
+    store(tmp_path, found)
     other = "1" * 32
     starts_file(tmp_path, found.id).rename(starts_file(tmp_path, other))
     assert stored_starts(tmp_path, other) is None
@@ -95,9 +99,45 @@ def test_an_error_of_the_disk_is_no_missing_file(tmp_path, monkeypatch):
     def fails(*_):
         raise StoreError("disk") from OSError(5, "input/output error")
 
-    monkeypatch.setattr(starts_record, "read_model", fails)
+    monkeypatch.setattr(cache, "read_model", fails)
     with pytest.raises(StoreError):
         stored_starts(tmp_path, "0" * 32)
+
+
+def test_what_is_proved_is_stored_and_found_again(tmp_path, monkeypatch):
+    """One proof serves all later calls; those of other tolerances are not mixed up."""
+    config, asked = load_config(plain()), []
+
+    def prove(given, tolerances, rest_states, **options):
+        asked.append(tolerances)
+        identity = starts_id(given, tolerances, MAX_PARTS)
+        return proof(part()).model_copy(update={"id": identity, "steps": len(asked)})
+
+    monkeypatch.setattr(cache, "prove_starts", prove)
+    monkeypatch.setattr(cache, "proof_for", lambda *_: None)
+    one, other = (tolerances_of(config, [text]) for text in (TEXT, "initial.orientation=±0.1"))
+    first = starts_for(tmp_path, config, one)
+    assert first[1] is None
+    assert starts_for(tmp_path, config, one) == first
+    assert starts_for(tmp_path, config, other)[0].steps == len(asked) == 2
+    assert starts_file(tmp_path, first[0].id).exists()
+
+
+def test_a_proof_that_cannot_be_stored_is_returned_with_the_error(tmp_path, monkeypatch):
+    def fails(*_):
+        raise StoreError("disk") from OSError(5, "input/output error")
+
+    monkeypatch.setattr(cache, "prove_starts", lambda *_, **__: proof(part()))
+    for name in ("prove", "proof_for"):
+        monkeypatch.setattr(cache, name, lambda *_: None)
+    config = load_config(plain())
+    for broken in ("write_document", "read_model"):
+        with monkeypatch.context() as patch:
+            patch.setattr(cache, broken, fails)
+            found, problem = starts_for(tmp_path, config, tolerances_of(config, [TEXT]))
+        assert found == proof(part())
+        assert isinstance(problem, StoreError)
+        assert not starts_file(tmp_path, found.id).exists()
 
 
 def identity(text=TEXT, max_parts=64, **changes):
@@ -141,19 +181,18 @@ def test_the_sentence_of_a_whole_proof():
     assert found.proved is True
     assert found.rest_states == (1,)
     assert found.sentence == (
-        "Every start within the tolerances converges to rest state 1: proved; inside the certified "
-        "region from t = 0.1235 s at the latest (v from 0.5 to 2 J < 3 J), 2 parts, 20 steps, "
-        "1.2 s."
+        "the motion converges to rest state 1, proved; inside the certified region from "
+        "t = 0.1235 s at the latest (v from 0.5 to 2 J < 3 J), 2 parts, 20 steps, 1.2 s"
     )
     at_once = proof(part(time=0.0))
-    assert "; inside from the start (v" in at_once.sentence
+    assert "; inside the certified region from the start (v" in at_once.sentence
     assert "1 part, 20" in at_once.sentence
 
 
 def test_a_sentence_about_two_regions_compares_no_energy_of_one_with_the_level_of_the_other():
     found = proof(part(energy=(1.0, 2.0)), part(rest_state=2, energy=(-9.0, -8.0), bound=-7.0))
     assert found.rest_states == (1, 2)
-    assert "to rest state 1 or 2: proved" in found.sentence
+    assert "to rest state 1 or 2, proved" in found.sentence
     assert "(v from -9 to 2 J)" in found.sentence
 
 
@@ -161,13 +200,12 @@ def test_the_sentence_of_a_part_never_claims_the_whole():
     almost = proof(part(), fraction=1 - 2**-53, why="more than 2 parts would be needed")
     assert almost.proved is None
     assert almost.sentence == (
-        "Every start within the tolerances: not decided; proved for 99.99 % of them; "
-        "more than 2 parts would be needed."
+        "convergence is not decided; proved for 99.99 % of them; more than 2 parts would be needed"
     )
     third = proof(part(), fraction=1 / 3, why="x")
     assert "proved for 33.33 % of them" in third.sentence
     nothing = proof(fraction=0.0, why="no region")
-    assert nothing.sentence == "Every start within the tolerances: not decided; no region."
+    assert nothing.sentence == "convergence is not decided; no region"
     assert nothing.time == 0.0
 
 

@@ -118,13 +118,6 @@ def test_equations_of_a_config(variant, anchor):
     # No entry that depends on the state is left out, and no derivative is zero everywhere.
     seen = {(int(i), int(j)) for i, j in np.argwhere(expected)}
     assert seen <= set(equations.places)
-    assert_near(np.array([float(x.value) for x in duals(equations, y)]), system.rates(y))
-
-
-def duals(equations, y):
-    from rbstab.analysis.motion_proof.dual import Dual, objects
-
-    return equations.field(objects([Dual(arb(x)) for x in y.tolist()]))
 
 
 def values_of(program, y):

@@ -86,8 +86,10 @@ def _inverse(x: Discs) -> Discs:
     """|1/(c + δ) - 1/c| = |δ|/(|c||c + δ|)."""
     centre, size = 1.0 / x.centre, np.abs(x.centre)
     least = np.nextafter(size - x.radius, 0.0)
-    radius = rounded_up(x.radius / (size * least)) + 2 * UNIT * np.abs(centre)
-    return Discs(centre, np.where(least > 0.0, rounded_up(radius), np.inf))
+    # Not over the product of both: where that overflows, the quotient would be zero.
+    radius = rounded_up(x.radius / size / least) + 2 * UNIT * np.abs(centre)
+    usable = (least > 0.0) & np.isfinite(x.centre)
+    return Discs(centre, np.where(usable, rounded_up(radius), np.inf))
 
 
 def _of_angle(x: Discs, *, sine: bool) -> Discs:

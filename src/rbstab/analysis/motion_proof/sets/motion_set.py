@@ -114,5 +114,5 @@ class MotionSet:
 def _bounds(polynomial: Array, remainder: Array) -> tuple[Array, Array]:
     """Return bounds on polynomials in z, shape (..., monomials)."""
     spread = rounded_up(np.abs(polynomial[..., 1:]).sum(axis=-1) + remainder)
-    middle = polynomial[..., 0]
+    middle = np.where(np.isfinite(polynomial[..., 0]), polynomial[..., 0], np.nan)
     return np.nextafter(middle - spread, -np.inf), np.nextafter(middle + spread, np.inf)

@@ -136,17 +136,18 @@ def followed(  # noqa: PLR0913, PLR0917 (two of them are options)
     running = _Running(
         np.arange(len(starts)), starts, zero.astype(int), zero, zero + FIRST_STEP, zero
     )
-    while len(running.number):
-        decisions = decide(running.states, running.time, running.number)
-        left = np.ones(len(decisions), dtype=bool)
-        for k, decision in enumerate(decisions):
-            if decision is not None or running.steps[k] >= max_steps:
-                found[int(running.number[k])] = running.ended(k, decision)
-                left[k] = False
-        running = running[left]
-        if len(running.number):
-            step = set_steps(equations, running.states, scale, running.longest, orders)
-            running = _moved(running, step, scale, found)
+    with np.errstate(all="ignore"):  # what is not finite fails every test
+        while len(running.number):
+            decisions = decide(running.states, running.time, running.number)
+            left = np.ones(len(decisions), dtype=bool)
+            for k, decision in enumerate(decisions):
+                if decision is not None or running.steps[k] >= max_steps:
+                    found[int(running.number[k])] = running.ended(k, decision)
+                    left[k] = False
+            running = running[left]
+            if len(running.number):
+                step = set_steps(equations, running.states, scale, running.longest, orders)
+                running = _moved(running, step, scale, found)
     return [found[number] for number in range(len(starts))]
 
 

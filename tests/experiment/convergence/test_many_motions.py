@@ -1,0 +1,300 @@
+"""Motions that are enclosed together converge where single enclosures say so, and never falsely."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from support.paper_runs import paper_config
+from support.valleys import TWO_VALLEYS
+
+import rbstab
+from rbstab.analysis.motion_proof.sets.set_motion import followed
+from rbstab.analysis.motion_proof.sets.set_step import FOR_POINTS
+from rbstab.config.build import problem_of, start_of
+from rbstab.experiment.convergence import many_motions as module
+from rbstab.experiment.convergence.convergence import Convergence, Undecided
+from rbstab.experiment.convergence.decisions import PATIENCE
+from rbstab.experiment.convergence.enclosed_system import enclosed_system
+from rbstab.experiment.convergence.exact_motion import prove_convergence
+from rbstab.experiment.convergence.many_motions import ManyMotions
+from rbstab.experiment.convergence.region_bounds import region_energies
+from rbstab.experiment.proof import prove
+
+MAX_STEPS = 400
+ROUND_OFF = 1e-14
+"""A bound on the rounding of a start, relative to the size of its states."""
+
+
+@cache
+def many_of(variant):
+    """Return the config of a paper's case, and what encloses its motions."""
+    config = rbstab.load_config(paper_config(variant))
+    return config, ManyMotions(config, prove(config))
+
+
+def starts_of(config, factors):
+    """Return starts with the angular velocities of a config times some factors, as configs."""
+    speeds = np.array(config.initial.angular_velocity)
+    return [
+        config.model_copy(
+            update={
+                "initial": config.initial.model_copy(
+                    update={"angular_velocity": tuple((speeds * x).round(3).tolist())}
+                )
+            }
+        )
+        for x in factors
+    ]
+
+
+def values_of(configs):
+    """Return the starts of configs in doubles, and bounds on their rounding."""
+    values = []
+    for config in configs:
+        system = enclosed_system(config, lambda numbers: numbers)
+        values.append(start_of(config, system))
+    found = np.array(values)
+    return found, ROUND_OFF * (1 + np.abs(found))
+
+
+def motion_in_doubles(config, time):
+    """Return the system and its state at a time."""
+    system = enclosed_system(config, lambda numbers: numbers)
+    end = solve_ivp(
+        lambda _, y: system.rates(y),
+        (0, max(time, 1e-9)),
+        start_of(config, system),
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-12,
+    ).y[:, -1]
+    return system, end
+
+
+@pytest.mark.parametrize(
+    "variant",
+    [
+        "free",
+        *(
+            pytest.param(x, marks=pytest.mark.slow)
+            for x in ("permanent", "visco-elastic", "embedded")
+        ),
+    ],
+)
+def test_members_agree_with_single_enclosures(variant):
+    """In the rest state and the time; the energy of a computed motion is inside the bounds."""
+    config, many = many_of(variant)
+    configs = starts_of(config, [1.0, 0.01, 0.8])
+    found = many.follow(*values_of(configs), MAX_STEPS)
+    rest = many.proof.states[0].energy
+    for k, (one, result) in enumerate(zip(configs, found, strict=True)):
+        decision = result.decision
+        assert isinstance(decision, Convergence)
+        assert decision.proved is True
+        assert decision.time == result.time
+        assert decision.energy is not None
+        assert decision.bound is not None
+        low, high = decision.energy
+        assert low <= high < decision.bound
+        system, end = motion_in_doubles(one, result.time)
+        v = system.observe(end).energy.sum() - rest
+        assert low - 1e-7 * (1 + v) <= v <= high + 1e-7 * (1 + v)
+        if k < 2:
+            alone = prove_convergence(one, problem_of(one), many.proof).convergence
+            assert alone.rest_state == decision.rest_state
+            assert result.time == pytest.approx(alone.time, rel=0.3)
+    assert found[0].steps > 0
+    assert (found[1].steps, found[1].time) == (0, 0.0)
+    assert found[2].time < found[0].time
+
+
+def test_each_motion_reaches_its_own_valley():
+    """Starts on both sides of the pass, one after the other in the same batch."""
+    config = rbstab.load_config(TWO_VALLEYS | {"initial": {"orientation": [-0.5, 0, 0]}})
+    many = ManyMotions(config, prove(config))
+    speeds = [-11.0, 10.0, 12.0, 14.0, -11.0]
+    configs = [
+        rbstab.load_config(
+            TWO_VALLEYS | {"initial": {"orientation": [-0.5, 0, 0], "angular_velocity": [x, 0, 0]}}
+        )
+        for x in speeds
+    ]
+    values, errors = values_of(configs)
+    found = many.follow(values, errors, MAX_STEPS)
+    assert found[0].steps == found[4].steps
+    assert {one.decision.rest_state for one in found} == {1, 2}
+    for start, one in zip(configs, found, strict=True):
+        _, end = motion_in_doubles(start, one.time + 30.0)
+        rest = many.proof.states[one.decision.rest_state - 1]
+        assert end[:3] == pytest.approx(rest.orientation, abs=0.02)
+
+
+def same(one, other):
+    """Whether the same was found, bit for bit."""
+    a, b = one.decision, other.decision
+    if isinstance(a, Convergence) and isinstance(b, Convergence):
+        a, b = ((x.proved, x.rest_state, x.time, x.energy, x.bound) for x in (a, b))
+    return (one.steps, one.time, a) == (other.steps, other.time, b)
+
+
+def test_what_is_found_does_not_depend_on_the_batch(monkeypatch):
+    """Of motions of different lengths, of which some are not proved."""
+    config, many = many_of("free")
+    values, errors = values_of(starts_of(config, [0.4, 0.01, 0.45, 0.9, 0.5]))
+    values[4, 0], errors[2, 3] = np.nan, 1e3
+    whole = many.follow(values, errors, 14)
+    assert {type(one.decision) for one in whole} == {Convergence, type(None)}
+    assert len({one.steps for one in whole}) > 2
+    order = np.array([3, 1, 4, 0, 2])
+    for k, one in zip(order, many.follow(values[order], errors[order], 14), strict=True):
+        assert same(one, whole[k])
+    monkeypatch.setattr(module, "BATCH_SIZE", 2)
+    for one, other in zip(many.follow(values, errors, 14), whole, strict=True):
+        assert same(one, other)
+    assert [one.steps for one in whole][2::2] == [0, 0]
+
+
+def test_the_limit_of_steps():
+    config, many = many_of("free")
+    start = values_of(starts_of(config, [0.5, 0.01]))
+    enough = many.follow(*start, MAX_STEPS)
+    steps = enough[0].steps
+    short, inside = many.follow(*start, steps - 1)
+    assert (short.steps, short.decision) == (steps - 1, None)
+    assert same(inside, enough[1])
+    assert same(many.follow(*start, steps)[0], enough[0])
+
+
+def test_numbers_without_bounds_prove_nothing():
+    """Neither at the start nor later, and also where a start would be inside of a region."""
+    config, many = many_of("visco-elastic")
+    values, errors = values_of(starts_of(config, [0.01]))
+    assert isinstance(many.follow(values, errors, 5)[0].decision, Convergence)
+    broken = []
+    for bad in (np.nan, np.inf, -np.inf, 1e200):
+        for place in (0, 4, 7, 11):
+            one = values.copy()
+            one[0, place] = bad
+            broken.append((one, errors))
+            broken.append((values, np.where(np.arange(12) == place, abs(bad), errors)))
+    found = many.follow(*(np.concatenate(parts) for parts in zip(*broken, strict=True)), 5)
+    assert [one.decision for one in found] == [None] * len(broken)
+    assert {one.steps for one in found} == {0}
+
+
+def test_errors_of_the_start_are_in_the_bounds_of_the_energy():
+    """At the start the energy is ½ Ω'JΩ, with Ω up to its errors."""
+    config, many = many_of("free")
+    configs = starts_of(config, [0.01])
+    values, errors = values_of(configs)
+    errors[0, 3:6] = 0.01
+    (found,) = many.follow(values, errors, 0)
+    low, high = found.decision.energy
+    system = enclosed_system(configs[0], lambda numbers: numbers)
+    rest = many.proof.states[0].energy
+    seen = []
+    for sign in (-1.0, 1.0):
+        y = values[0].copy()
+        y[3:6] += sign * np.sign(y[3:6]) * 0.01
+        seen.append(system.observe(y).energy.sum() - rest)
+    assert low <= min(seen) < max(seen) <= high
+    (narrow,) = many.follow(*values_of(configs), 0)
+    assert narrow.decision.energy[1] - narrow.decision.energy[0] < 1e-9
+
+
+def decisions_of(lows, highs, proof):
+    """Return what is decided of motions with some bounds on their energies, shape (times, m)."""
+    _, many = many_of("free")
+    decide: Any = module._Decisions(proof, many._equations, lows.shape[1])
+
+    class States:
+        def __init__(self, k, numbers):
+            self.k, self.numbers = k, numbers
+
+        def __len__(self):
+            return len(self.numbers)
+
+        def bounds(self, _):
+            return lows[self.k, self.numbers], highs[self.k, self.numbers]
+
+        def angle_bounds(self):
+            return np.zeros((2, len(self.numbers), 3))
+
+    numbers, found = np.arange(lows.shape[1]), {}
+    for k in range(len(lows)):
+        states = States(k, numbers)
+        decided = decide(states, np.full(len(numbers), 0.1 * k), numbers)
+        for number, one in zip(numbers.tolist(), decided, strict=True):
+            if one is not None:
+                found[number] = (k, one)
+        numbers = np.array([n for n in numbers if n not in found], dtype=int)
+    return found
+
+
+def test_at_rest_outside_of_every_region():
+    """Each motion by its own energies, also after others have ended before it."""
+    _, many = many_of("free")
+    level = max(bound for _, bound in region_energies(many.proof))
+    k = np.arange(3 * PATIENCE)[:, np.newaxis]
+    falls = level + 2000.0 - 1.0 * k
+    stops = level + 1000.0 - np.minimum(k, 20)
+    inside = level - 5.0 + 0.0 * k
+    unknown = np.nan * k
+    lows = np.hstack([inside, falls, stops, unknown, falls + 1e4 * (k < 5), stops])
+    lows[0, 5] += 1e9  # so it has lost much more, and stops at the same time
+    found = decisions_of(lows, lows + 1e-6, many.proof)
+    assert sorted(found) == [0, 2, 5]
+    assert found[0][0] == 0
+    assert isinstance(found[0][1], Convergence)
+    assert found[2] == (20 + PATIENCE, Undecided.AT_REST)
+    # A fall of 1 J in 50 steps is nothing beside 1e9 J.
+    assert found[5] == (PATIENCE + 1, Undecided.AT_REST)
+
+
+def test_a_motion_in_a_region_converges_although_its_energy_stays():
+    """What is proved counts more than that it has come to rest."""
+    _, many = many_of("free")
+    level = max(bound for _, bound in region_energies(many.proof))
+    lows, highs = np.full((2, 2 * PATIENCE, 1), level - 10.0)
+    lows[0] += 1e3
+    highs[: PATIENCE + 1] = level + 1e3  # so wide that they decide nothing
+    highs[PATIENCE + 1 :] = level - 5.0
+    found = decisions_of(lows, highs, many.proof)
+    assert found[0][0] == PATIENCE + 1
+    assert isinstance(found[0][1], Convergence)
+
+
+def test_each_decision_is_about_its_own_motion(monkeypatch):
+    """Its energy, its angles and its time, also where some motions are not asked about."""
+    config, many = many_of("free")
+    values, errors = values_of(starts_of(config, [0.1, 3.0, 0.15, 0.2]))
+    values[:, :3] += 0.001 * np.arange(12).reshape(4, 3)
+    seen = []
+    monkeypatch.setattr(module, "convergence_in", lambda *given: seen.append(given))
+    decide = module._Decisions(many.proof, many._equations, 6)
+    times = np.array([0.1, 0.2, 0.3, 0.4])
+    states = many._starts(values, errors)
+    assert decide(states, times, np.array([1, 2, 4, 5])) == [None] * 4
+    system = enclosed_system(config, lambda numbers: numbers)
+    assert [given[3] for given in seen] == [0.1, 0.3, 0.4]  # the second has too much energy
+    for k, (proof, (low, high), (least, most), _) in zip((0, 2, 3), seen, strict=True):
+        assert proof is many.proof
+        energy = system.observe(values[k]).energy.sum()
+        assert low < energy < high < low + 1e-9
+        assert np.all((least < values[k, :3]) & (values[k, :3] < most) & (most < least + 1e-9))
+
+
+def test_follow_uses_the_orders_of_points(monkeypatch):
+    asked = []
+
+    def follow(equations, starts, scale, decide, *options):
+        asked.append((len(starts), starts.space, *options))
+        return followed(equations, starts[:0], scale, decide, *options)
+
+    _, many = many_of("free")
+    monkeypatch.setattr(module, "followed", follow)
+    monkeypatch.setattr(module, "BATCH_SIZE", 3)
+    many.follow(np.zeros((7, 12)), np.zeros((7, 12)), 11)
+    assert asked == [(n, module.POINT, 11, FOR_POINTS) for n in (3, 3, 1)]

@@ -349,13 +349,25 @@ def test_tolerances_of_a_body_are_an_error():
 
 def test_a_broken_pool_of_workers_loses_nothing(monkeypatch):
     """What the workers have not done is done here, in the same order."""
+    from concurrent.futures import Future
     from concurrent.futures.process import BrokenProcessPool
     from contextlib import contextmanager
 
     class Pool:
-        def map(self, function, starts):
-            yield module._Follower(free_config(), prove(free_config())).follow(next(iter(starts)))
-            raise BrokenProcessPool
+        """A pool whose first task succeeds, and whose worker then dies."""
+
+        def __init__(self) -> None:
+            self.submitted = 0
+
+        def submit(self, _function, start):
+            future: Future[Followed] = Future()
+            self.submitted += 1
+            if self.submitted == 1:
+                follower = module._Follower(free_config(), prove(free_config()))
+                future.set_result(follower.follow(start))
+            else:
+                future.set_exception(BrokenProcessPool())
+            return future
 
     @contextmanager
     def pool(*_):

@@ -182,7 +182,7 @@ def test_the_sentence_of_a_whole_proof():
     assert found.rest_states == (1,)
     assert found.sentence == (
         "the motion converges to rest state 1, proved; inside the certified region from "
-        "t = 0.1235 s at the latest (v from 0.5 to 2 J < 3 J), 2 parts, 20 steps, 1.2 s"
+        "t = 0.1235 s at the latest (v at most 2 J < 3 J), 2 parts, 20 steps, 1.2 s"
     )
     at_once = proof(part(time=0.0))
     assert "; inside the certified region from the start (v" in at_once.sentence
@@ -193,7 +193,7 @@ def test_a_sentence_about_two_regions_compares_no_energy_of_one_with_the_level_o
     found = proof(part(energy=(1.0, 2.0)), part(rest_state=2, energy=(-9.0, -8.0), bound=-7.0))
     assert found.rest_states == (1, 2)
     assert "to rest state 1 or 2, proved" in found.sentence
-    assert "(v from -9 to 2 J)" in found.sentence
+    assert "(v at most 2 J)" in found.sentence
 
 
 def test_the_sentence_of_a_part_never_claims_the_whole():

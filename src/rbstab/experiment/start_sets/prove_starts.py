@@ -177,7 +177,8 @@ def _all_followed(
         ):
             # `pool.map` would cancel its futures at an interrupt, and loky prints a traceback then.
             for future in [pool.submit(_follow, part.start) for part in parts]:
-                yield left.pop(0), future.result()
+                result = future.result()
+                yield left.pop(0), result
     follower = _Follower(config, proof) if left else None
     for part in left:
         assert follower is not None

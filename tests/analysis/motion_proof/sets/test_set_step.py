@@ -28,6 +28,7 @@ from rbstab.analysis.motion_proof.sets.set_step import (
     _Steps,
     set_steps,
 )
+from rbstab.analysis.motion_proof.step import moved_frames
 from rbstab.analysis.motion_proof.taylor import DiscBounds
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.mechanics.derivatives import jacobian
@@ -632,7 +633,7 @@ def test_a_set_at_the_end_without_bounds_is_not_proved(monkeypatch, bad):
     """One radius that is not finite is enough, and only for its own set."""
     config = random_config("permanent", "reduced", 5)
     states, scale = random_set(config, 7, width=1e-3, error=1e-9)
-    original = step_module.moved_frames
+    original = moved_frames
 
     def moved(*given):
         frame, radius = original(*given)

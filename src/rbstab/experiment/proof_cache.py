@@ -9,7 +9,7 @@ from pathlib import Path
 from rbstab.config.schema import Config
 from rbstab.experiment.proof import PROOF_VERSION, Proof, proof_id, prove
 from rbstab.integrate.problem import Problem
-from rbstab.store.document import read_model, write_document
+from rbstab.store.document import Model, read_model, write_document
 from rbstab.store.errors import NotAResultError, StoreError
 
 NO_FILE_ERRORS = (
@@ -42,15 +42,24 @@ def cached_proof(folder: Path, config: Config) -> Proof | None:
 
 def _cached(folder: Path, config: Config, version: int) -> Proof | None:
     """Return the cached proof of one version."""
+    proof = stored_model(proof_file(folder, config, version), Proof)
+    return proof if proof is not None and proof.id == proof_id(config, version) else None
+
+
+def stored_model(file: Path, model: type[Model]) -> Model | None:
+    """Read a stored proof of any kind; None if it is missing or damaged.
+
+    Raises:
+        StoreError: The disk reports an error; the proof may be whole.
+    """
     try:
-        proof = read_model(proof_file(folder, config, version), Proof)
+        return read_model(file, model)
     except NotAResultError:
         return None
     except StoreError as error:
         if isinstance(error.__cause__, OSError) and error.__cause__.errno not in NO_FILE_ERRORS:
             raise
         return None
-    return proof if proof.id == proof_id(config, version) else None
 
 
 def proof_for(folder: Path, config: Config, problem: Problem | None = None) -> Proof:

@@ -5,11 +5,11 @@ from pathlib import Path
 
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
-from rbstab.experiment.proof_cache import NO_FILE_ERRORS
+from rbstab.experiment.proof_cache import stored_model
 from rbstab.experiment.robust.bodies import bodies_id, prove_within, stored
 from rbstab.experiment.robust.record import BodiesRecord
-from rbstab.store.document import read_model, write_document
-from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.store.document import write_document
+from rbstab.store.errors import StoreError
 
 PREFIX = "within-"
 """The beginning of the names of these files, which tells them from proofs of one config."""
@@ -26,15 +26,8 @@ def cached_bodies(folder: Path, identity: str) -> BodiesRecord | None:
     Raises:
         StoreError: The disk reports an error; the proof may be whole.
     """
-    try:
-        found = read_model(bodies_file(folder, identity), BodiesRecord)
-    except NotAResultError:
-        return None
-    except StoreError as error:
-        if isinstance(error.__cause__, OSError) and error.__cause__.errno not in NO_FILE_ERRORS:
-            raise
-        return None
-    return found if found.id == identity else None
+    found = stored_model(bodies_file(folder, identity), BodiesRecord)
+    return found if found is not None and found.id == identity else None
 
 
 def bodies_for(folder: Path, config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecord:

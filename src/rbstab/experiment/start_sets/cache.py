@@ -6,11 +6,11 @@ from pathlib import Path
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.proof import prove
-from rbstab.experiment.proof_cache import NO_FILE_ERRORS, proof_for
+from rbstab.experiment.proof_cache import proof_for, stored_model
 from rbstab.experiment.start_sets.prove_starts import MAX_PARTS, Progress, prove_starts
 from rbstab.experiment.start_sets.starts_record import StartsProof, starts_id
-from rbstab.store.document import read_model, write_document
-from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.store.document import write_document
+from rbstab.store.errors import StoreError
 
 
 def starts_file(folder: Path, identity: str) -> Path:
@@ -24,15 +24,8 @@ def stored_starts(folder: Path, identity: str) -> StartsProof | None:
     Raises:
         StoreError: The disk reports an error; the proof may be whole.
     """
-    try:
-        found = read_model(starts_file(folder, identity), StartsProof)
-    except NotAResultError:
-        return None
-    except StoreError as error:
-        if isinstance(error.__cause__, OSError) and error.__cause__.errno not in NO_FILE_ERRORS:
-            raise
-        return None
-    return found if found.id == identity else None
+    found = stored_model(starts_file(folder, identity), StartsProof)
+    return found if found is not None and found.id == identity else None
 
 
 def starts_for(

@@ -8,6 +8,7 @@ from support.configs import BY_VARIANT, plain
 
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment import proof_cache
 from rbstab.experiment.start_sets import cache, starts_record
 from rbstab.experiment.start_sets.cache import starts_file, starts_for, stored_starts
 from rbstab.experiment.start_sets.prove_starts import MAX_PARTS
@@ -99,7 +100,7 @@ def test_an_error_of_the_disk_is_no_missing_file(tmp_path, monkeypatch):
     def fails(*_):
         raise StoreError("disk") from OSError(5, "input/output error")
 
-    monkeypatch.setattr(cache, "read_model", fails)
+    monkeypatch.setattr(proof_cache, "read_model", fails)
     with pytest.raises(StoreError):
         stored_starts(tmp_path, "0" * 32)
 
@@ -131,9 +132,9 @@ def test_a_proof_that_cannot_be_stored_is_returned_with_the_error(tmp_path, monk
     for name in ("prove", "proof_for"):
         monkeypatch.setattr(cache, name, lambda *_: None)
     config = load_config(plain())
-    for broken in ("write_document", "read_model"):
+    for room, broken in ((cache, "write_document"), (proof_cache, "read_model")):
         with monkeypatch.context() as patch:
-            patch.setattr(cache, broken, fails)
+            patch.setattr(room, broken, fails)
             found, problem = starts_for(tmp_path, config, tolerances_of(config, [TEXT]))
         assert found == proof(part())
         assert isinstance(problem, StoreError)

@@ -15,4 +15,4 @@ TWO_VALLEYS: dict[str, Any] = {
     "initial": {"orientation": [0, 0, 0]},
     "integration": {"duration": 60.0, "samples": 61},
 }
-"""A body on soft springs under a tilted weight: two valleys, the deeper one at θ1 > 0."""
+"""A body on soft springs under a tilted weight: two valleys, the deeper one at θ1 < 0."""

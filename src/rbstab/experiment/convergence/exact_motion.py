@@ -187,7 +187,7 @@ def _ended(found: Convergence | None, why: str, reason: Undecided) -> Convergenc
 
 
 def _is_at_rest(energies: list[float]) -> bool:
-    """Return whether the energy, J, after each step has stopped to fall."""
+    """Return whether the energy, J, after each step has stopped falling."""
     if len(energies) <= PATIENCE:
         return False
     return energies[-PATIENCE - 1] - energies[-1] < LEAST_FALL * (energies[0] - energies[-1])

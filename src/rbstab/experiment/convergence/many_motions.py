@@ -98,7 +98,10 @@ class _Decisions:
         return found
 
     def _at_rest(self, lows: Array, numbers: Array) -> Array:
-        """Return whether the energy of each motion has stopped to fall."""
+        """Return whether the energy of each motion has stopped falling.
+
+        A step that could not be proved counts as one without a fall.
+        """
         row = np.full(self._count, np.nan)
         row[numbers] = lows
         self._lows.append(row)

@@ -14,6 +14,7 @@ from rbstab.sweep.members.scipy_comparison import ENGINE, MEMBERS_PER_SAMPLE, is
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.convergence import shares_proof
 from rbstab.sweep.proofs.motions import motion_columns
 
 CALIBRATION_TIME = 3.0
@@ -23,7 +24,11 @@ SAMPLED_MEMBERS = 256
 """Members sampled to find the share of each variant."""
 
 PROVED_MEMBERS = 16
-"""Largest number of members whose proofs are timed."""
+"""Largest number of members whose proofs are timed, if each is enclosed by itself."""
+
+JOINT_MEMBERS = 64
+"""Members of the block whose proofs are timed, if they are enclosed together. The larger blocks of
+a sweep are faster, so the estimate is somewhat high."""
 
 MIN_BLOCK = 64
 """Members. Variants in shorter blocks are timed together: a piece would contain several."""
@@ -169,16 +174,22 @@ def _proof_time(plan: Plan, clock: Clock) -> float:
     """
     if plan.prove is None:
         return 0.0
-    members = plan.prove.first(PROVED_MEMBERS, plan.members)
-    motion_columns(plan, members[0], members[0] + 1)  # warm-up: the proof of the rest states
-    begin, done = clock(), 0
-    for member in members:
-        motion_columns(plan, member, member + 1)
-        done += 1
+    share = plan.prove.count(plan.members) / plan.members
+    if share > 0.5 and all(shares_proof(plan, variant) for variant in plan.variants):
+        first = max(0, (plan.members - JOINT_MEMBERS) // 2)
+        blocks = [(first, min(first + JOINT_MEMBERS, plan.members))]
+    else:
+        members = plan.prove.first(PROVED_MEMBERS, plan.members)
+        blocks = [(member, member + 1) for member in members]
+    start, _ = blocks[0]
+    motion_columns(plan, start, start + 1)  # warm-up: the proof of the rest states
+    begin, proved = clock(), 0
+    for start, stop in blocks:
+        motion_columns(plan, start, stop)
+        proved += int(plan.prove.selected(start, stop, plan.members).sum())
         if clock() - begin > CALIBRATION_TIME:
             break
-    share = plan.prove.count(plan.members) / plan.members
-    return share * (clock() - begin) / done
+    return share * (clock() - begin) / max(proved, 1)
 
 
 def _comparison_time(

@@ -54,9 +54,14 @@ def test_a_proof_of_a_random_body_is_verified(variant: str, seed: int, count: in
     assert refusals(proof) == []
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("variant", ["permanent", "visco-elastic", "embedded"])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(0, marks=pytest.mark.slow),
+        *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2)),
+    ],
+)
 def test_more_proofs_are_verified(variant: str, seed: int) -> None:
     for system in (system_of(variant, seed + 1), soft_body(variant, seed)):
         proof = proof_of(system, wide=True)

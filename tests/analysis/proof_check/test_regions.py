@@ -71,8 +71,13 @@ def test_each_region_is_a_claim_of_its_own(leaning: PROOF) -> None:
     assert refusals(leaning) == []
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 8, 10])
+SLOW, LONG = pytest.mark.slow, pytest.mark.long
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [pytest.param(3, marks=SLOW), *(pytest.param(k, marks=LONG) for k in (0, 1, 2, 4, 8, 10))],
+)
 @pytest.mark.parametrize("variant", ["permanent", "visco-elastic", "embedded"])
 def test_regions_of_soft_bodies(variant: str, seed: int) -> None:
     proof = proof_of(soft_body(variant, seed), wide=True)

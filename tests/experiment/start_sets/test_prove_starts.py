@@ -162,7 +162,7 @@ def test_starts_near_those_of_the_paper(variant):
     check_motions(config, found, text)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_starts_on_both_sides_of_a_pass_are_not_decided():
     """Some reach the one valley, some the other; in between is the way to the pass."""
     config, text = two_valleys(5.0), "initial.angular_velocity[0]=±0.5"

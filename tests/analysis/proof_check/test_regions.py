@@ -112,6 +112,7 @@ def test_a_region_raised_by_a_hundredth_is_refused(leaning: PROOF) -> None:
     assert refused.claim == "region of rest state 2"
 
 
+@pytest.mark.slow
 def test_three_minima(three_minima: PROOF) -> None:
     claims = three_minima["regions"]
     assert [(one["rest_state"], one["pass_state"]) for one in claims] == [(1, 3), (2, 3), (4, None)]

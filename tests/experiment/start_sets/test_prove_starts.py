@@ -152,8 +152,16 @@ def test_all_starts_of_the_paper_within_half_a_radian_per_second():
     check_motions(config, found, text)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])
+@pytest.mark.parametrize(
+    "variant",
+    [
+        pytest.param("free", marks=pytest.mark.slow),
+        *(
+            pytest.param(variant, marks=pytest.mark.long)
+            for variant in ("permanent", "visco-elastic", "embedded")
+        ),
+    ],
+)
 def test_starts_near_those_of_the_paper(variant):
     config = rbstab.load_config(paper_config(variant))
     text = "initial.angular_velocity[0]=±0.01"
@@ -323,7 +331,7 @@ def test_tolerances_without_a_set_are_not_decided():
         pytest.param(
             {"orientation": [0, 1.55, 0], "angular_velocity": [0, 300, 0]},
             ["orientation[1]=±0.01"],
-            marks=pytest.mark.slow,
+            marks=pytest.mark.long,
         ),
         pytest.param(
             {"orientation": [0, 1.56, 0]},

@@ -20,6 +20,7 @@ MEMBERS = {
     "robustness": 2**14,
     "connector_scale": 61 * 61,
     "variants": 5 * 1000,
+    "proved_spins_visco_elastic": 21 * 21,
 }
 
 

@@ -34,8 +34,17 @@ PROVED = [
     ("free", {"gravity": HEAVY}, ["controller=±20%"]),
 ]
 
+LONGEST = {3, 4}
+"""The cases that take longest, up to 40 s."""
 
-@pytest.mark.parametrize(("variant", "sections", "texts"), PROVED)
+
+@pytest.mark.parametrize(
+    ("variant", "sections", "texts"),
+    [
+        pytest.param(*case, marks=pytest.mark.long if k in LONGEST else ())
+        for k, case in enumerate(PROVED)
+    ],
+)
 def test_random_bodies_are_as_proved(variant, sections, texts):
     """Scipy searches the configurations of each body, without U and without this proof."""
     rng = np.random.default_rng(8)

@@ -13,6 +13,7 @@ from rbstab.experiment.robust.cache import bodies_for
 from rbstab.report.sweeps.members import read_members
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.proofs import robust
 from rbstab.sweep.proofs.robust import START_COLUMNS, RobustProofs
 
 SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
@@ -72,3 +73,15 @@ def test_a_member_that_approaches_a_state_outside_of_the_range_is_not_proved(swe
     assert not proofs.proved(values, columns)[0]
     columns["rest_orientation"][0] = np.nan
     assert not proofs.proved(values, columns)[0]
+
+
+def test_the_load_is_that_of_each_member_although_the_base_has_none():
+    base = rbstab.load_config(paper_config("permanent", **SHORT))
+    K_t = np.array(base.controller.K_t)
+    varied = {
+        ("gravity", 2): np.array([0.0, -10.0]),
+        ("controller", "K_t", 2): np.array([K_t[2], K_t[2] / 4]),
+    }
+    weight = base.body.mass * 10.0
+    expected = [0.0, 2 * weight**2 / (K_t[2] / 4)]
+    assert robust._load_energies(base, varied, 2) == pytest.approx(expected)

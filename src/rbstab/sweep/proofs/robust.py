@@ -1,10 +1,15 @@
 """The members whose body and gains lie inside the box of a stored proof for all such bodies."""
 
 from collections.abc import Mapping
-from pathlib import Path
+from pathlib import Path as FilePath
 
 import numpy as np
 
+from rbstab.analysis.bounded import bounded_decimal, bounded_decimals
+from rbstab.config.build import system_of
+from rbstab.config.entries import replaced
+from rbstab.config.schema import Config
+from rbstab.config.source import Path
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.experiment.proof import OPEN_RANGE, ROUND_OFF
@@ -12,7 +17,6 @@ from rbstab.experiment.robust.covering import robust_levels
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers
-from rbstab.systems.system import System
 
 START_COLUMNS = ("lyapunov_start", "energy_at_rest", "rest_orientation")
 """The columns of a shard that are needed."""
@@ -27,9 +31,8 @@ class RobustProofs:
         results: The folder of results, which contains the stored proofs.
     """
 
-    def __init__(self, plan: Plan, variant: str, results: Path) -> None:
+    def __init__(self, plan: Plan, variant: str, results: FilePath) -> None:
         self.plan, self.variant, self.results = plan, variant, results
-        self._load_energy = _load_energy(plan.initial_value_problems[variant].system)
 
     def proved(self, values: Mapping[str, Array], outcome: Mapping[str, Array]) -> Array:
         """Return whether each member converges to its only rest state, shape (members,).
@@ -49,20 +52,41 @@ class RobustProofs:
         varied = varied_numbers(base, keys, floats)
         levels = robust_levels(self.results, base, varied, count)
         start, rest = outcome["lyapunov_start"], outcome["energy_at_rest"]
-        error = ROUND_OFF * (np.abs(start) + np.abs(rest) + self._load_energy)
+        load = _load_energies(base, varied, count)
+        error = ROUND_OFF * (np.abs(start) + np.abs(rest) + load)
         in_range = np.all(np.abs(outcome["rest_orientation"]) <= OPEN_RANGE, axis=-1)
         inside: Array = in_range & (start + error < levels)
         return inside
 
 
-def _load_energy(system: System) -> float:
-    """Return b² = 2 G'K_t⁻¹G, J, for the size of the energies that are added up in E = v + U*.
+def _load_energies(base: Config, varied: Mapping[Path, Array], count: int) -> Array:
+    """Return b² = 2 G'K_t⁻¹G of each member, J: a measure of the energies that E = v + U* sums.
 
     The energy of the stabilizer is ½ X'K_t X <= P, the sum of all energies that are not negative.
-    So |G'X| <= b √P, and E = P - G'X. Then P <= 2|E| + b², and P + |G'X| <= 3|E| + 2b². The
-    round-off of v is at most 1e-13 times that (`SUM_ERROR`). So `ROUND_OFF` (|E| + b²) is enough
-    also for members whose own b² is a thousand times that of the base.
+    So |G'X| <= b √P, and E = P - G'X. Then P <= 2|E| + b², and P + |G'X| <= 3|E| + 2b². So the
+    round-off of v, at most `SUM_ERROR` times that, is far below `ROUND_OFF` (|E| + b²).
+
+    Args:
+        base: The base of the members.
+        varied: The values of their varied numbers by path, each of shape (count,).
+        count: The number of members.
     """
-    (weight,) = (one.weight for one in system.elements if isinstance(one, Gravity))
-    (stiffness,) = (one.K_t for one in system.elements if isinstance(one, TranslationalStabilizer))
-    return float(2.0 * weight @ np.linalg.solve(stiffness, weight)) if weight.any() else 0.0
+    numbers = {path: bounded_decimal(value) for path, value in varied.items()}
+    with np.errstate(all="ignore"):  # what is not finite proves nothing
+        system = system_of(replaced(base, numbers), bounded_decimals)
+        (weight,) = (e.weight for e in system.elements if isinstance(e, Gravity))
+        (K_t,) = (e.K_t for e in system.elements if isinstance(e, TranslationalStabilizer))
+        G = _values(weight, count)
+        stiffness = _values(K_t.ravel(), count).reshape(count, 3, 3)
+        try:
+            reached = np.linalg.solve(stiffness, G[..., np.newaxis])[..., 0]
+        except np.linalg.LinAlgError:  # a stiffness is singular: nothing is proved
+            return np.full(count, np.inf)
+        load: Array = 2.0 * (G * reached).sum(axis=1)
+        return load
+
+
+def _values(entries: Array, count: int) -> Array:
+    """Return the values of bounded numbers, shape (count, entries)."""
+    columns = [getattr(entry, "value", entry) for entry in entries.tolist()]
+    return np.stack([np.broadcast_to(np.asarray(x, float), (count,)) for x in columns], axis=1)

@@ -193,7 +193,10 @@ class MotionProver:
         if not proof.states:
             return _Shared(proof, None, None)
         refused = refusal(self.plan.initial_value_problems[variant], proof)
-        many = ManyMotions(base, proof) if refused is None else None
+        many = None
+        if refused is None:
+            with suppress(Exception):  # then each member is enclosed by itself
+                many = ManyMotions(base, proof)
         return _Shared(proof, ProvedStarts(base, keys, proof), many)
 
 

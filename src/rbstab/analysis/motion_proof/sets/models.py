@@ -146,7 +146,7 @@ def combination(form: "ConstantFactors", models: list[Model], like: Model) -> Mo
 
 @dataclass(frozen=True, eq=False)
 class ConstantFactors:
-    """The factors of a form as doubles, with bounds on their distances from the balls."""
+    """The factors of a form as doubles, with bounds on their distances from the exact ones."""
 
     nodes: tuple[int, ...]
     factors: tuple[float, ...]

@@ -1,11 +1,11 @@
 """One step of all motions from a set: P(z) + Qw with |z| <= 1 and |w| <= ω, and such a set later.
 
-As in `motion_proof.step`, but p is a polynomial in τ = t/h and in z: one for each start. Φ and Ψ
-belong to p at z = 0, and J is ∂f/∂y there. For each z, J̄ is the mean of ∂f/∂y between p and p + e.
-Taylor models of ∂f/∂y on the whole set give a bound G on |J̄ - J|. Then, as there, |e| is below b on
-the whole step and |w| at most W, as soon as
+As in `motion_proof.step`, but p is a polynomial in τ = t/h and in z: one for each start. All rates
+are by τ. Φ and Ψ belong to p at z = 0, and J is h∂f/∂y there. For each z, J̄ is the mean of h∂f/∂y
+between p and p + e. Taylor models of ∂f/∂y on the whole set give a bound G on |J̄ - J|, and d bounds
+|hf(p) - p'|. Then, as there, |e| is below b on the whole step and |w| at most W, as soon as
 
-    W = ω + A b + hC (G b + |d|),    |ΦQ| W + |I - ΦΨ| b < b.
+    W = ω + A b + C (G b + d),    |ΦQ| W + |I - ΦΨ| b < b.
 
 `docs/proofs.md` has the proof.
 """

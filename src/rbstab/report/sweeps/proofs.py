@@ -39,7 +39,7 @@ REASONS = {
 
 NOTE = (
     "Proved means a theorem about the exact motion, with its hypotheses checked in rigorous "
-    "arithmetic. Rest states are counted from the lowest, as `rbstab stability` lists them. A "
+    "arithmetic. Rest states are numbered from the lowest, as by rbstab stability. A "
     "member that is not proved may converge all the same."
 )
 

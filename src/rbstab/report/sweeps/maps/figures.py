@@ -22,7 +22,7 @@ from rbstab.report.sweeps.parameters import BinnedAxis, Parameter
 from rbstab.report.sweeps.proofs import proof_codes
 from rbstab.report.sweeps.quantities import MemberQuantity, mapped, start_over_level, varies
 
-LEVEL = "v(0) = c*; convergence is proved inside"
+LEVEL = "v(0) = c*; proved at the start inside"
 
 NO_PROOF = (
     "No proof is stored beside the results, so the maps show v(0) and not v(0) / c*; c* is the "

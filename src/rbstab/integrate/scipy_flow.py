@@ -50,7 +50,8 @@ class ScipyFlow:
     def advance(self, start: DriverState, end: float, log: SwitchLog) -> DriverState:
         """Integrate to the next event, or to a time (see `Flow`)."""
         problem, current = self.problem, start
-        system = self._rates.system = system_for_modes(problem.system, start.modes)
+        system = system_for_modes(problem.system, start.modes)
+        self._rates.use(system)
         event_functions = _EventFunctions(system, start, self.switching, problem.range_bound)
         try:
             while current.time < end:

@@ -37,19 +37,16 @@ class WatchedRates:
         deadline: The deadline of the run.
 
     Attributes:
+        audited_rates: The rates; those of another system may be set between two steps.
         evaluations: Evaluations so far.
         non_finite_count: How many of the last evaluations in a row were not finite.
     """
 
     def __init__(self, system: System, deadline: Deadline) -> None:
-        self.use(system)
+        self.audited_rates = audited_rates_of(system)
         self.evaluations = 0
         self.non_finite_count = 0
         self._deadline = deadline
-
-    def use(self, system: System) -> None:
-        """Change the system, between two steps."""
-        self.audited_rates = audited_rates_of(system)
 
     def __call__(self, _t: float, y: Array) -> Array:
         """Return the rates.

@@ -67,7 +67,7 @@ def system_for_modes(system: System, modes: Modes) -> System:
     coordinates = ContactCoordinates()
     if modes.any_held:
         held = np.array(modes.held)
-        coordinates = PartlyHeldCoordinates(held, float(connector.rate_weight * connector.slope))
+        coordinates = PartlyHeldCoordinates(held, connector.rate_weight * connector.slope)
     return replace(system, elements=elements, coordinates=coordinates)
 
 

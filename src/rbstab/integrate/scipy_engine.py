@@ -60,11 +60,10 @@ class _Run:
         self.progress = progress
         self.deadline = deadline
         self.rates = WatchedRates(problem.system, deadline)
-        self.projection = (
-            StraightLine(_projected, problem.system, problem.system.size + AUDIT_SIZE)
-            if problem.project
-            else None
-        )
+        self.projected: StraightLine | None = None
+        if problem.project:
+            size = problem.system.size + AUDIT_SIZE
+            self.projected = StraightLine(_projected, problem.system, size)
         self.t = float(problem.times[0])
         self.y = problem.audited_start()
         self.step_size: float | None = None
@@ -155,7 +154,9 @@ class _Run:
             # method proposed before.
             proposal = max(proposal, self.step_size)
         self.step_size = proposal
-        self.t, self.y = float(solver.t), self._projected(solver.y)
+        self.t, self.y = float(solver.t), solver.y
+        if self.projected is not None:
+            self.y = self.projected(self.y)
         if self.progress is not None:
             self.progress(self.t)
 
@@ -198,9 +199,6 @@ class _Run:
             if self.deadline.expired():
                 raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
             self._add_sample(t, path(t))
-
-    def _projected(self, y: Array) -> Array:
-        return y if self.projection is None else self.projection(y)
 
 
 def _projected(system: System, y: Array) -> Array:

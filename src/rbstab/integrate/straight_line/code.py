@@ -61,7 +61,8 @@ def source(trace: Trace, results: Sequence[int]) -> str:
     uses = _uses(operations, results)
     expressions: dict[int, str] = {}
     depths: dict[int, int] = {}
-    prepared, evaluated = [], []
+    prepared: list[str] = []
+    evaluated: list[str] = []
     for index, (kind, operands, varies) in enumerate(operations):
         if kind == INPUT:
             expressions[index] = f"x{index}"
@@ -96,7 +97,7 @@ def _uses(operations: Sequence[Operation], results: Sequence[int]) -> Counter[in
     """Return how often each operation is used by those that the results need."""
     uses = Counter(results)
     for index in range(len(operations) - 1, -1, -1):
-        kind, operands, varies = operations[index]
+        kind, operands, _ = operations[index]
         if uses[index] and kind not in (INPUT, CONSTANT):
             uses.update(operands)
     return uses

@@ -80,9 +80,9 @@ class _Recipe:
 def _prepared(equations: Equations, system: System, size: int) -> dict[str, Evaluate]:
     """Return the code for each kind of number of a vector, by numpy's character of its type."""
     flat = [np.ravel(value) for value in parameters(system).values()]
-    if any(value.dtype != float for value in flat):
+    if any(value.dtype.kind not in "if" for value in flat):
         return {}
-    values = np.concatenate(flat)
+    values = np.concatenate(flat).astype(float)
     is_zero = values == 0.0
     recipe = _Recipe(equations, structure(system), size, tuple(is_zero.tolist()), system)
     prepare = _code(recipe)

@@ -1,8 +1,8 @@
 """A kind of number that records the operations of the equations.
 
 A trace is a list of operations in an order in which they can be computed. Equal operations are
-recorded once. Operations whose result is known are not recorded: x + 0, x - x·0, 1·x, -(-x). None of
-this rounds: with finite numbers, the results are those of the same operations on floats.
+recorded once. Operations with a known result are not recorded: x + 0, 0·x, 1·x, -(-x). As long as
+all numbers are finite, this changes no bit of a result, except the sign of a zero.
 """
 
 import math
@@ -160,7 +160,10 @@ class TracedNumber:
     def __rtruediv__(self, other: Any) -> Any:
         if isinstance(other, np.ndarray):
             return NotImplemented
-        return 0.0 if _is(other, 0.0) else self.trace.record(DIVIDE, other, self)
+        if _is(other, 0.0) and not self.trace.operations[self.index].varies:
+            # A zero in the inverse of a constant matrix. Only a divisor that varies can become 0.
+            return 0.0
+        return self.trace.record(DIVIDE, other, self)
 
     def __neg__(self) -> "TracedNumber":
         negated = _negated(self)
@@ -186,7 +189,7 @@ class TracedNumber:
 
 
 def _is(number: Any, value: float) -> bool:
-    return not isinstance(number, TracedNumber) and bool(number == value)
+    return isinstance(number, int | float | np.integer) and bool(number == value)
 
 
 def _negated(number: Any) -> TracedNumber | None:

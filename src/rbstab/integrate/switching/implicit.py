@@ -10,6 +10,7 @@ Source: V. Acary, B. Brogliato, Systems & Control Letters 59 (2010) 284-293.
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple, Protocol
 
@@ -93,7 +94,8 @@ def step(system: System, y: Array, h: Number) -> StepResult:
     return StepResult(state, connector_of(system).surface(E, F), force)
 
 
-class _StepInModes(NamedTuple):
+@dataclass(frozen=True)
+class _StepInModes:
     """The step in given modes, as a function of a system and of a vector: the state, then h."""
 
     modes: Modes

@@ -1,30 +1,16 @@
 """Where no code can be made, or a value is not finite, numpy's bits stand."""
 
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.problems import problem, solve
+from support.springs import with_spring
 from support.systems import random_state, random_system
 
-from rbstab.elements.element import Element, force_at_contact
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import audited_rates_of
 from rbstab.systems.system import System
-
-
-@dataclass(frozen=True, eq=False)
-class Spring(Element):
-    """Λ = -k g(E), with a function g of the user."""
-
-    name: ClassVar[str] = "connector"
-
-    k: Any
-    g: Any
-
-    def wrench(self, motion, own):
-        return force_at_contact(-self.k * self.g(motion.E))
 
 
 def branch(E):
@@ -78,13 +64,8 @@ TRACEABLE = {
     "stack": lambda E: np.vstack([E, E])[1][::-1],
     "division": lambda E: E / (1.0 + E @ E),
     "integers": lambda E: 2 * E + np.arange(3),
-    "constant": lambda E: np.array([1.0, -0.0, -2.5]),
+    "constant": lambda _: np.array([1.0, -0.0, -2.5]),
 }
-
-
-def with_spring(rng, g):
-    system = random_system(rng, "free")
-    return replace(system, elements=(*system.elements, Spring(700.0, g)))
 
 
 def state_of(rng, system):

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.springs import Spring, with_spring
 from support.systems import random_state, random_system
 
-from integrate.straight_line.test_fallback import with_spring
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.integrate.straight_line import equations as module
 from rbstab.integrate.straight_line.equations import StraightLine
@@ -18,7 +18,7 @@ from rbstab.systems.system import System
 
 @pytest.fixture(autouse=True)
 def _empty():
-    module._code.cache_clear()
+    module.forget_codes()
 
 
 def codes_made():
@@ -88,9 +88,7 @@ def test_elements_with_other_functions_share_no_code(rng):
     """A function in a field is no parameter: it cannot be an input of the code."""
     single = with_spring(rng, lambda E: E)
     y = np.concatenate([random_state(rng, single), np.zeros(2)])
-    double = replace(
-        single, elements=(*single.elements[:-1], replace(single.elements[-1], g=lambda E: 2.0 * E))
-    )
+    double = replace(single, elements=(*single.elements[:-1], Spring(700.0, lambda E: 2.0 * E)))
     close(single, y)
     close(double, y)
 
@@ -99,7 +97,7 @@ def test_bits_do_not_depend_on_what_ran_before(rng):
     system, other = random_system(rng, "embedded"), random_system(rng, "embedded")
     y = np.concatenate([random_state(rng, system), np.zeros(2)])
     first = audited_rates_of(system)(y)
-    module._code.cache_clear()
+    module.forget_codes()
     audited_rates_of(other)(y)
     np.testing.assert_array_equal(audited_rates_of(system)(y), first)
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.configs import BY_VARIANT
+from support.configs import BY_VARIANT, plain
 from support.problems import solve
 from support.sliding import paper_problem
 
@@ -57,7 +57,7 @@ def test_motions_by_every_method(by_numpy, variant, method):
     changes = [f"integration.method={method}", "integration.duration=0.3", "integration.samples=7"]
     if method != "DOP853":
         changes += ["integration.rtol=1e-7", "integration.atol=1e-9"]
-    problem = problem_of(load_config(BY_VARIANT[variant], changes))
+    problem = problem_of(load_config(plain(BY_VARIANT[variant]), changes))
     # LSODA chooses its order by comparing numbers that differ by round-off.
     tolerance = 1e-6 if method == "LSODA" else 1e-13
     check(solve("scipy", problem), by_numpy(problem), tolerance)
@@ -76,6 +76,8 @@ def test_sliding_motions(by_numpy, name):
     found, expected = solve("scipy", problem), by_numpy(problem)
     # Each bounce multiplies an error.
     check(found, expected, 1e-10)
+    assert found.switches is not None
+    assert expected.switches is not None
     np.testing.assert_array_equal(found.switches.modes, expected.switches.modes)
     np.testing.assert_array_equal(found.switches.counts, expected.switches.counts)
     assert found.switches.counts[-1].sum() > 0
@@ -86,7 +88,7 @@ def test_sliding_motions(by_numpy, name):
 
 def test_a_run_evaluates_by_its_code(monkeypatch):
     """Numpy evaluates no rates of a run of a paper's variant; a fallback would be slow."""
-    problem = problem_of(load_config(BY_VARIANT["embedded"], ["integration.duration=0.1"]))
+    problem = problem_of(load_config(plain(BY_VARIANT["embedded"]), ["integration.duration=0.1"]))
     calls = []
     monkeypatch.setattr(StraightLine, "by_numpy", lambda _line, x: calls.append(x))
     assert solve("scipy", problem).status == "completed"

@@ -114,3 +114,8 @@ def _code(recipe: _Recipe) -> Prepare | None:
         # another one, numpy raises the same error.
         return None
     return compiled(trace, results)
+
+
+def forget_codes() -> None:
+    """Empty the cache of codes, to measure or test how they are made."""
+    _code.cache_clear()

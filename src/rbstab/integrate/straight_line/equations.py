@@ -30,8 +30,8 @@ MAX_CODES = 128
 class StraightLine:
     """The equations of one system as a function of a vector.
 
-    numpy evaluates them instead if they cannot be traced, or if their value is not finite. So the
-    errors and the non-finite numbers are those of numpy.
+    numpy evaluates them instead if they cannot be traced, or if the vector or their value is not
+    finite. So the errors and the non-finite numbers are those of numpy.
 
     Args:
         equations: The equations.
@@ -53,14 +53,16 @@ class StraightLine:
         return self._equations(self._system, x)
 
     def finite_value(self, x: Array) -> Array | None:
-        """Return the value, shape (n,), or None if it is not finite or there is no code."""
+        """Return the value, shape (n,); None if it or x is not finite, or if there is no code."""
         evaluate = self._by_kind.get(x.dtype.char)
         if evaluate is None:
             return None
+        entries = x.tolist()
         try:
-            value = evaluate(x.tolist())
+            value = evaluate(entries)
             # One number that is not finite makes the sum so. So can an overflow of the sum itself.
-            return np.array(value) if cmath.isfinite(sum(value)) else None
+            # Entries count too: numpy's 0·x is NaN if x is infinite, and the code leaves it out.
+            return np.array(value) if cmath.isfinite(sum(value) + sum(entries)) else None
         except (ArithmeticError, ValueError):
             # Python raises for 1/0 and sin(inf), where numpy returns NaN.
             return None
@@ -79,12 +81,17 @@ class _Recipe:
 
 def _prepared(equations: Equations, system: System, size: int) -> dict[str, Evaluate]:
     """Return the code for each kind of number of a vector, by numpy's character of its type."""
-    flat = [np.ravel(value) for value in parameters(system).values()]
+    try:
+        flat = [np.ravel(value) for value in parameters(system).values()]
+        kind = structure(system)
+    except ValueError:
+        # Two elements have the same name, and so their parameters have.
+        return {}
     if any(value.dtype.kind not in "if" for value in flat):
         return {}
     values = np.concatenate(flat).astype(float)
     is_zero = values == 0.0
-    recipe = _Recipe(equations, structure(system), size, tuple(is_zero.tolist()), system)
+    recipe = _Recipe(equations, kind, size, tuple(is_zero.tolist()), system)
     prepare = _code(recipe)
     if prepare is None:
         return {}

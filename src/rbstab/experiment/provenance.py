@@ -44,7 +44,7 @@ def commit() -> str:
     if not (checkout / ".git").exists() or source.parent.name != "src":
         return ""
     # One call of git tells both: it takes as long as a tenth of a short run.
-    options = ("--porcelain=v2", "--branch", "--untracked-files=no")
+    options = ("--porcelain=v2", "--branch", "--no-ahead-behind", "--untracked-files=no")
     lines = _git(checkout, "status", *options, "--", "src", "cli").splitlines()
     head = next((line.removeprefix(_HEAD) for line in lines if line.startswith(_HEAD)), "")
     if head == _NO_COMMIT:

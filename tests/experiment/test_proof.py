@@ -183,7 +183,7 @@ def proved_configs(monkeypatch):
         configs.append(config)
         return prove(config, problem)
 
-    monkeypatch.setattr(proof_cache, "prove", record_and_prove)
+    monkeypatch.setattr("rbstab.experiment.proof.prove", record_and_prove)
     return configs
 
 

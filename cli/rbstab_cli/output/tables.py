@@ -1,6 +1,5 @@
 """Tables and numbers on stdout."""
 
-import os
 import sys
 import unicodedata
 from dataclasses import dataclass, field
@@ -17,9 +16,6 @@ if TYPE_CHECKING:
 
 FILE_WIDTH = 1000
 """Width in characters if stdout is not a terminal; wide enough that no cell is cut."""
-
-STYLE_VARIABLES = ("FORCE_COLOR", "TTY_COMPATIBLE")
-"""Variables of the environment that make rich write colours to a pipe, too."""
 
 
 @dataclass
@@ -71,11 +67,9 @@ def _plain_lines(table: Table) -> list[str] | None:
     """Return the lines as rich makes them for a file, without importing it.
 
     Returns:
-        The lines; None if rich would fold or colour them, or if a character may not be one column
+        The lines; None if rich would fold them, or if a character may not be one column
         wide.
     """
-    if any(name in os.environ for name in STYLE_VARIABLES):
-        return None
     rows = [table.columns, *(cells for cells, _ in table.rows)]
     if not all(_has_plain_width(cell) for row in rows for cell in row):
         return None

@@ -279,6 +279,7 @@ def __getattr__(name: str) -> Any:
                 return model(variant)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
+
 Config = Experiment
 """A config of any variant."""
 

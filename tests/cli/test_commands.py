@@ -41,7 +41,7 @@ def test_help_does_not_wait_for_numerical_packages() -> None:
     assert not heavy & set(done.stderr.split())
 
 
-UNUSED_PACKAGES = ("heyoka", "rich", "flint", "loky", "multiprocessing", "concurrent.futures")
+UNUSED_PACKAGES = ("heyoka", "rich", "flint", "loky", "multiprocessing")
 OPTIONAL_PACKAGES = ("xarray", "netCDF4", "pandas", "matplotlib", "plotly", "distributed")
 UNUSED_MODULES = (
     *("rbstab.analysis.motion_proof", "rbstab.analysis.proof", "rbstab.analysis.proof_check"),

@@ -22,7 +22,7 @@ def compile_code(number):
 
 
 def asked(code: str, **variables: str) -> list[str]:
-    """Return the lines that a new process prints on stdout and stderr; only these places are set."""
+    """Return the lines that a new process prints; of the variables of places only these are set."""
     others = {"HOME", "XDG_CACHE_HOME", "HEYOKA_CACHE_DIR", "LOCALAPPDATA"}
     kept = {name: value for name, value in os.environ.items() if name not in others}
     done = subprocess.run(

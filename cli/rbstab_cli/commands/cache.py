@@ -10,7 +10,7 @@ from rbstab_cli import exit_codes
 def command(clear: bool) -> None:
     """Show the cache of compiled code, or clear it.
 
-    Prints its folder and its size. Sweeps and the engine heyoka compile the equations of a config once and keep the code, up to 200
+    Sweeps and the engine heyoka compile the equations of a config once and keep the code, up to 200
     MB; then the code that was not used for the longest time is removed. It lies in the cache folder
     of the user, or in the folder that the variable HEYOKA_CACHE_DIR names. Results do not depend on
     it.

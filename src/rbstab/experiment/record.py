@@ -2,7 +2,7 @@
 
 import math
 import time
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from rbstab.analysis.approached_state import LyapunovZero, lyapunov_zero
 from rbstab.analysis.certificate import Check
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
-from rbstab.experiment.proof import Proof, number_of
 from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
     has_no_potential,
@@ -24,6 +23,9 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
 from rbstab.systems.quantities import BY_NAME, RUN_DIMENSIONS
 from rbstab.systems.system import System
+
+if TYPE_CHECKING:
+    from rbstab.experiment.proof import Proof
 
 RECORDING_MARGIN = 0.1
 """s: the time after the deadline at which samples that are not recorded yet are dropped. Without it
@@ -100,7 +102,7 @@ def zero_of(
         return lyapunov_zero(smooth, motion, own, nearest, is_late)
 
 
-def zero_description(zero: LyapunovZero, proof: Proof | None) -> str:
+def zero_description(zero: LyapunovZero, proof: "Proof | None") -> str:
     """Return a text that names the state at which v is zero, and says whether a lower one exists.
 
     Args:
@@ -117,13 +119,22 @@ def zero_description(zero: LyapunovZero, proof: Proof | None) -> str:
     name = "the rest state that the motion approaches"
     if not zero.rest.found:
         name += ", outside the range of eq. 5"
-    number = None if proof is None else number_of(proof, zero.rest)
-    if proof is not None and number is not None:
+    if proof is None:
+        return f"{name}; {_lower_one(zero)}"
+    # Imported late: most runs have no proof.
+    from rbstab.experiment.proof import number_of
+
+    number = number_of(proof, zero.rest)
+    if number is not None:
         if len(proof.states) == 1:
             return f"{name}; proved to be the only one in the range of eq. 5"
         count = len(proof.states)
         return f"{name}; number {number} of the {count} in the range of eq. 5, the lowest first"
-    return f"{name}; {'no' if zero.is_lowest else 'a'} lower one is known"
+    return f"{name}; {_lower_one(zero)}"
+
+
+def _lower_one(zero: LyapunovZero) -> str:
+    return f"{'no' if zero.is_lowest else 'a'} lower one is known"
 
 
 def recording_time(problem: Problem) -> float:

@@ -8,8 +8,8 @@ from support.sliding import connector, paper_problem, pushed_ball
 
 from rbstab.integrate.switching.modes import (
     Modes,
+    SurfaceDynamics,
     modes_on_surface,
-    surface_dynamics,
     system_for_modes,
 )
 
@@ -24,7 +24,7 @@ def body_on_the_surface(rng, axes):
     y[9:12] = rng.normal(0, 1, 3)
     y[9:12][axes] = -SLOPE * y[6:9][axes]
     every = Modes((0.0, 0.0, 0.0), held=(1.0, 1.0, 1.0))
-    needed = np.abs(surface_dynamics(system_for_modes(system, every), y).force)
+    needed = np.abs(SurfaceDynamics(system_for_modes(system, every), y).force)
     bounds = replace(connector(1.0, SLOPE), K_s=needed * rng.uniform(0.3, 1.7, 3))
     return replace(system, elements=(*system.elements[:-1], bounds)), y
 
@@ -40,7 +40,7 @@ def test_the_choice_is_consistent(axes):
         system, y = body_on_the_surface(rng, axes)
         others = rng.choice([-1.0, 1.0], 3)
         chosen = modes_on_surface(system, y, Modes(tuple(others.tolist())), axes)
-        now = surface_dynamics(system_for_modes(system, chosen), y)
+        now = SurfaceDynamics(system_for_modes(system, chosen), y)
         bounds = system.elements[-1].K_s
         for axis in range(3):
             side = chosen.mode[axis]

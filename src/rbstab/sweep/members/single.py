@@ -55,7 +55,7 @@ class SingleRuns:
             try:
                 problem = self._problem(self._plan.config_of(start + index))
                 deadline = Deadline(problem.time_limit)
-                trajectory, quantities = self._integrate(problem, deadline)
+                trajectory, quantities = self._integrate(problem, deadline, bool(selected[index]))
             except Exception:  # noqa: S112
                 continue
             columns["status"][index] = STATUSES.index(trajectory.status)
@@ -75,14 +75,14 @@ class SingleRuns:
         return problem
 
     def _integrate(
-        self, problem: Problem, deadline: Deadline
+        self, problem: Problem, deadline: Deadline, traced: bool
     ) -> tuple[Trajectory, dict[str, Array]]:
         deadline.recording_time = recording_time(problem)
         with np.errstate(all="ignore"):
             trajectory = engine(self._engine)(problem, None, deadline)
             try:
                 zero = zero_of(problem, trajectory, deadline=deadline)
-                found = recorded(problem, trajectory, zero.rest, deadline)
+                found = recorded(problem, trajectory, zero.rest, deadline, only_outcome=not traced)
                 if not zero.approached:
                     found.quantities["rest_orientation"] = np.full(3, np.nan)
                 return found
@@ -110,7 +110,9 @@ class SingleRuns:
 def trajectory_of(problem: Problem, quantities: dict[str, Array]) -> MemberTrajectories:
     """Return the quantities of a single run as `MemberTrajectories` of one member."""
     Theta, Omega = quantities["orientation"], quantities["angular_velocity"]
-    rates = np.array([rate_matrix(a) @ w for a, w in zip(Theta, Omega, strict=True)])
+    rates = quantities.get("orientation_rate")
+    if rates is None:
+        rates = np.array([rate_matrix(a) @ w for a, w in zip(Theta, Omega, strict=True)])
     arrays = {name: array[np.newaxis] for name, array in quantities.items() if name != TIME}
     return MemberTrajectories(
         time=quantities[TIME],

@@ -102,24 +102,33 @@ class HeyokaFlow:
             levels[:] = 0.0
         is_used = np.abs(levels) < UNREACHABLE
         extra = [np.where(is_used, levels, 0.0), is_used, [problem.range_bound, self.scale]]
+        switched = switched_system(system, problem.rtol)
+        values = np.concatenate([parameter_values(system), *extra])
+        to_joules = np.ones(system.size + AUDIT_SIZE)
+        to_joules[-AUDIT_SIZE:] = self.scale
+        from_joules = np.ones_like(to_joules)
+        from_joules[-AUDIT_SIZE:] = 1.0 / self.scale
         return _ModeSetup(
-            switched_system(system, problem.rtol),
-            np.concatenate([parameter_values(system), *extra]),
+            switched,
+            # heyoka has no `par[]` after the last one that the equations use.
+            values[: len(switched.integrator.pars)],
             connector,
             EVENT_OFFSET * float(connector.layer_width) if switching.layered else 0.0,
             switches_inside,
             self.weak_chatter,
-            upper,
-            lower,
-            self.scale,
+            upper.tolist(),
+            lower.tolist(),
+            to_joules,
+            from_joules,
         )
 
 
 class _ModeSetup(NamedTuple):
     """The inputs of a run in given modes, apart from its start.
 
-    values are the values of the open parameters; upper and lower are the thresholds of s. See
-    `_Run` for the rest.
+    values are the values of the open parameters; upper and lower are the thresholds of s. to_joules
+    and from_joules are the factors between the states of the integrator, with scaled audit states,
+    and those of the driver. See `_Run` for the rest.
     """
 
     switched: CompiledSwitchedSystem
@@ -128,9 +137,10 @@ class _ModeSetup(NamedTuple):
     layer_offset: float
     switches_inside: bool
     weak_chatter: WeakChatter | None
-    upper: Array
-    lower: Array
-    scale: float
+    upper: list[float]
+    lower: list[float]
+    to_joules: Array
+    from_joules: Array
 
 
 class _Run:
@@ -145,17 +155,13 @@ class _Run:
     ) -> None:
         self.integrator, self.dispatcher = setup.switched.integrator, setup.switched.dispatcher
         self.mode, self.log, self.deadline = setup.switched.mode, log, deadline
-        self.connector, self.layer_offset, self.scale = (
-            setup.connector,
-            setup.layer_offset,
-            setup.scale,
-        )
+        self.connector, self.layer_offset = setup.connector, setup.layer_offset
         self.switches_inside, self.weak_chatter = setup.switches_inside, setup.weak_chatter
-        self.upper, self.lower = setup.upper, setup.lower
+        self.upper, self.lower, self.to_joules = setup.upper, setup.lower, setup.to_joules
         self.modes = start.modes
-        self.integrator.pars[:] = setup.values[: len(self.integrator.pars)]
+        self.integrator.pars[:] = setup.values
         self.integrator.time = start.time
-        self.integrator.state[:] = self._scaled(start.state, 1.0 / self.scale)
+        self.integrator.state[:] = start.state * setup.from_joules
         self.integrator.reset_cooldowns()
         self.events: list[SwitchEvent] = []
         self.left_range = self.missed = self.out_of_time = False
@@ -258,34 +264,43 @@ class _Run:
             modes, (x, y, z) = integrator.pars[self.mode], state[E_OF_W]
             self.missed = x * modes[0] < 0 or y * modes[1] < 0 or z * modes[2] < 0
         else:
-            E, F = state[E_OF_W], state[F_OF_W]
-            s = self.connector.surface(E, F)
-            tolerance = ROUND_OFF * self.connector.surface(np.abs(E), np.abs(F)) + MISSED_TOLERANCE
-            beyond = (s > self.upper + tolerance) | (s < self.lower - tolerance)
-            beyond[[event.axis for event in self.events]] = False
-            self.missed = bool(beyond.any())
+            self.missed = self._is_beyond_threshold(state.tolist())
         if not self.missed:
             self._save_checkpoint()
         self.out_of_time = self.deadline.expired()
         return not (self.missed or self.out_of_time)
 
+    def _is_beyond_threshold(self, state: list[float]) -> bool:
+        """Return whether s of an axis without an event is beyond its thresholds.
+
+        This runs after every step, so it uses floats: arrays of three would take longer.
+        """
+        surface, known = self.connector.surface, [event.axis for event in self.events]
+        for axis, (E, F, upper, lower) in enumerate(
+            zip(state[E_OF_W], state[F_OF_W], self.upper, self.lower, strict=True)
+        ):
+            s = surface(E, F)
+            tolerance = ROUND_OFF * surface(abs(E), abs(F)) + MISSED_TOLERANCE
+            if (s > upper + tolerance or s < lower - tolerance) and axis not in known:
+                return True
+        return False
+
     def _save_checkpoint(self) -> None:
         integrator = self.integrator
-        self.checkpoint = (
-            integrator.time,
-            integrator.state.copy(),
-            integrator.pars[self.mode].copy(),
-            self.log.checkpoint(),
-        )
+        # Only crossings inside the run change the modes and the log.
+        inside = None
+        if self.switches_inside:
+            inside = integrator.pars[self.mode].copy(), self.log.checkpoint()
+        self.checkpoint = integrator.time, integrator.state.copy(), inside
 
     def _undo_step(self) -> float:
         """Undo a step that missed a crossing; return the maximum length of its repetition."""
         integrator = self.integrator
         max_step = abs(integrator.last_h) / STEP_REDUCTION
-        integrator.time, integrator.state[:], integrator.pars[self.mode], checkpoint = (
-            self.checkpoint
-        )
-        self.log.restore(checkpoint)
+        integrator.time, integrator.state[:], inside = self.checkpoint
+        if inside is not None:
+            integrator.pars[self.mode], log = inside
+            self.log.restore(log)
         integrator.reset_cooldowns()
         self.missed = False
         self.events.clear()
@@ -302,16 +317,10 @@ class _Run:
         if self.switches_inside:
             a, b, c = integrator.pars[self.mode].tolist()
             modes = modes._replace(mode=(a, b, c))
-        state = self._scaled(integrator.state, self.scale)
+        state = integrator.state * self.to_joules
         return DriverState(integrator.time, state, modes, tuple(self.events), status)
 
     def _failed(self, status: RunStatus, reason: str) -> DriverState:
         """Return the state after the last good step, with a status and its reason."""
-        time, state, _, _ = self.checkpoint
-        scaled = self._scaled(state, self.scale)
-        return DriverState(time, scaled, self.modes, status=status, reason=reason)
-
-    @staticmethod
-    def _scaled(state: Array, factor: float) -> Array:
-        """Return a copy of a state with scaled audit states."""
-        return np.concatenate([state[:-AUDIT_SIZE], state[-AUDIT_SIZE:] * factor])
+        time, state, _ = self.checkpoint
+        return DriverState(time, state * self.to_joules, self.modes, status=status, reason=reason)

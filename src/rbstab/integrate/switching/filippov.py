@@ -160,6 +160,8 @@ class FilippovDriver:
     def _handle_events(self, current: DriverState) -> DriverState:
         if current.status is not None:
             return current
+        if not (current.events or self.on_position):
+            return current._replace(status=self._limit_reached())
         crossings = [event for event in current.events if not event.release]
         for event in current.events:
             if event.release:

@@ -1,12 +1,14 @@
 """An engine that integrates members one by one, as single runs."""
 
+from collections.abc import Hashable
 from dataclasses import replace
 
 import numpy as np
 
+from rbstab.analysis.rest_state import RestState
 from rbstab.config.build import problem_of
 from rbstab.config.schema import MIN_SCIPY_RTOL, Config
-from rbstab.experiment.record import recorded, recording_time, zero_of
+from rbstab.experiment.record import recorded, recording_time, rest_state_of, zero_of
 from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
@@ -24,6 +26,7 @@ from rbstab.sweep.members.outcome import (
 from rbstab.sweep.members.single_peaks import SinglePeaks
 from rbstab.sweep.members.traces import TIME, copy_single_run, layout_of
 from rbstab.sweep.plan.plan import Plan
+from rbstab.systems.parameters import parameters
 
 
 class SingleRuns:
@@ -41,6 +44,7 @@ class SingleRuns:
         self._plan = plan
         self._engine = name or plan.engine
         self._layout = layout_of(plan)
+        self._nearest: tuple[Hashable, RestState] | None = None
         engine(self._engine)
 
     def compute(self, start: int, stop: int) -> Shard:
@@ -81,7 +85,7 @@ class SingleRuns:
         with np.errstate(all="ignore"):
             trajectory = engine(self._engine)(problem, None, deadline)
             try:
-                zero = zero_of(problem, trajectory, deadline=deadline)
+                zero = zero_of(problem, trajectory, self._rest_state(problem), deadline)
                 found = recorded(problem, trajectory, zero.rest, deadline, only_outcome=not traced)
                 if not zero.approached:
                     found.quantities["rest_orientation"] = np.full(3, np.nan)
@@ -89,6 +93,14 @@ class SingleRuns:
             except Exception:
                 # Without quantities, the member still has the status of its trajectory.
                 return trajectory, {}
+
+    def _rest_state(self, problem: Problem) -> RestState:
+        """Return `rest_state_of(problem)`; it is the same if only the initial state differs."""
+        values = [(name, array.tobytes()) for name, array in parameters(problem.system).items()]
+        key = type(problem.system.coordinates), problem.switching, tuple(values)
+        if self._nearest is None or self._nearest[0] != key:
+            self._nearest = key, rest_state_of(problem)
+        return self._nearest[1]
 
     def _outcome(
         self,

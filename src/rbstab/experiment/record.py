@@ -9,6 +9,7 @@ import numpy as np
 
 from rbstab.analysis.approached_state import LyapunovZero, lyapunov_zero
 from rbstab.analysis.certificate import Check
+from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.experiment.proof import Proof, number_of
@@ -288,12 +289,10 @@ def _observer(system: System) -> Callable[[System, Array], tuple[Any, ...]]:
 
 def _outcome_at(system: System, state: Array) -> tuple[Any, ...]:
     """Return `_MOTION`, the energy of each part, and Θ̇ at a state."""
-    motion, end = system.motion(state), system.coordinates.size
-    energy = [system.body.kinetic_energy(motion.Omega, motion.V)]
-    for element in system.elements:
-        begin, end = end, end + element.state_size
-        energy.append(element.stored(motion, state[begin:end]))
-    return *_motion_rows(motion), energy, motion.B @ motion.Omega
+    motion = system.motion(state)
+    kinetic = system.body.kinetic_energy(motion.Omega, motion.V)
+    stored = stored_energies(system, motion, state[system.coordinates.size :])
+    return *_motion_rows(motion), [kinetic, *stored], motion.B @ motion.Omega
 
 
 def _motion_rows(motion: Motion) -> tuple[Array, ...]:

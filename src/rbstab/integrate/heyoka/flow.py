@@ -10,9 +10,9 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.switched_system import (
     CompiledSwitchedSystem,
     WeakChatter,
-    switched_system,
+    compiled_modes,
 )
-from rbstab.integrate.heyoka.symbols import energy_scale, parameter_values
+from rbstab.integrate.heyoka.symbols import energy_scale
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.driver import DriverState, SwitchEvent
@@ -22,7 +22,6 @@ from rbstab.integrate.switching.modes import (
     UNREACHABLE,
     Modes,
     connector_of,
-    system_for_modes,
     thresholds,
 )
 from rbstab.integrate.switching.switch_log import SwitchLog
@@ -90,8 +89,8 @@ class HeyokaFlow:
 
     def _setup(self, modes: Modes) -> "_ModeSetup":
         problem, switching = self.problem, self.switching
-        system = system_for_modes(problem.system, modes)
-        connector = connector_of(system)
+        compiled = compiled_modes(problem.system, problem.rtol, modes)
+        system, connector = compiled.system, connector_of(compiled.system)
         # If an axis is held, its equivalent force jumps at a crossing. The driver must check this
         # force, so the crossing must end the run.
         switches_inside = self.on_position and not switching.layered and not modes.any_held
@@ -102,22 +101,21 @@ class HeyokaFlow:
             levels[:] = 0.0
         is_used = np.abs(levels) < UNREACHABLE
         extra = [np.where(is_used, levels, 0.0), is_used, [problem.range_bound, self.scale]]
-        switched = switched_system(system, problem.rtol)
-        values = np.concatenate([parameter_values(system), *extra])
-        to_joules = np.ones(system.size + AUDIT_SIZE)
-        to_joules[-AUDIT_SIZE:] = self.scale
-        from_joules = np.ones_like(to_joules)
-        from_joules[-AUDIT_SIZE:] = 1.0 / self.scale
+        values = np.concatenate([compiled.values, *extra])
+        to_joules, from_joules = np.ones((2, system.size + AUDIT_SIZE))
+        to_joules[-AUDIT_SIZE:], from_joules[-AUDIT_SIZE:] = self.scale, 1.0 / self.scale
         return _ModeSetup(
-            switched,
+            compiled.switched,
             # heyoka has no `par[]` after the last one that the equations use.
-            values[: len(switched.integrator.pars)],
+            values[: len(compiled.switched.integrator.pars)],
             connector,
             EVENT_OFFSET * float(connector.layer_width) if switching.layered else 0.0,
             switches_inside,
             self.weak_chatter,
-            upper.tolist(),
-            lower.tolist(),
+            [
+                (axis, float(upper[axis]), float(lower[axis]))
+                for axis in np.flatnonzero(is_used[:3] | is_used[3:]).tolist()
+            ],
             to_joules,
             from_joules,
         )
@@ -126,9 +124,9 @@ class HeyokaFlow:
 class _ModeSetup(NamedTuple):
     """The inputs of a run in given modes, apart from its start.
 
-    values are the values of the open parameters; upper and lower are the thresholds of s. to_joules
-    and from_joules are the factors between the states of the integrator, with scaled audit states,
-    and those of the driver. See `_Run` for the rest.
+    values are the values of the open parameters. thresholds are the axes with thresholds of s, each
+    with the upper and the lower one. to_joules and from_joules are the factors between the states
+    of the integrator, with scaled audit states, and those of the driver. See `_Run` for the rest.
     """
 
     switched: CompiledSwitchedSystem
@@ -137,8 +135,7 @@ class _ModeSetup(NamedTuple):
     layer_offset: float
     switches_inside: bool
     weak_chatter: WeakChatter | None
-    upper: list[float]
-    lower: list[float]
+    thresholds: list[tuple[int, float, float]]
     to_joules: Array
     from_joules: Array
 
@@ -157,7 +154,7 @@ class _Run:
         self.mode, self.log, self.deadline = setup.switched.mode, log, deadline
         self.connector, self.layer_offset = setup.connector, setup.layer_offset
         self.switches_inside, self.weak_chatter = setup.switches_inside, setup.weak_chatter
-        self.upper, self.lower, self.to_joules = setup.upper, setup.lower, setup.to_joules
+        self.thresholds, self.to_joules = setup.thresholds, setup.to_joules
         self.modes = start.modes
         self.integrator.pars[:] = setup.values
         self.integrator.time = start.time
@@ -259,12 +256,11 @@ class _Run:
         )
 
     def _after_step(self, integrator: Any) -> bool:
-        state = integrator.state
         if self.switches_inside:
-            modes, (x, y, z) = integrator.pars[self.mode], state[E_OF_W]
+            modes, (x, y, z) = integrator.pars[self.mode], integrator.state[E_OF_W]
             self.missed = x * modes[0] < 0 or y * modes[1] < 0 or z * modes[2] < 0
-        else:
-            self.missed = self._is_beyond_threshold(state.tolist())
+        elif self.thresholds:
+            self.missed = self._is_beyond_threshold(integrator.state.tolist())
         if not self.missed:
             self._save_checkpoint()
         self.out_of_time = self.deadline.expired()
@@ -275,12 +271,11 @@ class _Run:
 
         This runs after every step, so it uses floats: arrays of three would take longer.
         """
-        surface, known = self.connector.surface, [event.axis for event in self.events]
-        for axis, (E, F, upper, lower) in enumerate(
-            zip(state[E_OF_W], state[F_OF_W], self.upper, self.lower, strict=True)
-        ):
-            s = surface(E, F)
-            tolerance = ROUND_OFF * surface(abs(E), abs(F)) + MISSED_TOLERANCE
+        surface, E, F = self.connector.surface, state[E_OF_W], state[F_OF_W]
+        known = [event.axis for event in self.events]
+        for axis, upper, lower in self.thresholds:
+            s = surface(E[axis], F[axis])
+            tolerance = ROUND_OFF * surface(abs(E[axis]), abs(F[axis])) + MISSED_TOLERANCE
             if (s > upper + tolerance or s < lower - tolerance) and axis not in known:
                 return True
         return False

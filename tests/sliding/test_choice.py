@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.sliding import connector, paper_problem, pushed_ball
 
+from rbstab.integrate.switching import modes as switching_modes
 from rbstab.integrate.switching.modes import (
     Modes,
     SurfaceDynamics,
@@ -55,6 +56,26 @@ def test_the_choice_is_consistent(axes):
                 assert now.force[axis] == pytest.approx(-bounds[axis] * side)
         kinds.add(sum(chosen.held))
     assert len(kinds) == len(axes) + 1
+
+
+def test_the_search_ends_with_the_first_choice_that_is_consistent(monkeypatch):
+    """Of 27 choices for three axes, the one that holds all of them comes first."""
+    examined = []
+
+    class Counted(SurfaceDynamics):
+        def __init__(self, *args):
+            super().__init__(*args)
+            examined.append(self)
+
+    monkeypatch.setattr(switching_modes, "SurfaceDynamics", Counted)
+    system, y = body_on_the_surface(np.random.default_rng(2), [0, 1, 2])
+    strong = replace(system.elements[-1], K_s=np.full(3, 1e9))
+    system = replace(system, elements=(*system.elements[:-1], strong))
+    chosen = modes_on_surface(system, y, Modes((1.0, 1.0, 1.0)), [0, 1, 2])
+    assert chosen.held == (1, 1, 1)
+    assert len(examined) == 1
+    # Nothing but the force of a held axis is needed.
+    assert set(vars(examined[0])) == {"system", "y", "force"}
 
 
 @pytest.mark.parametrize(

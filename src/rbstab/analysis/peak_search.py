@@ -83,6 +83,11 @@ def peaks_of_cubics(samples: Samples, indices: Sequence[Array] | None = None) ->
         samples: The samples; the times have the shape (n,).
         indices: The largest sample of each quantity and member, if it is known.
     """
+    if len(samples.values) * len(samples.values[0]) <= SIGNALS_TOGETHER:
+        values, rates = np.array(samples.values), np.array(samples.rates)
+        together = None if indices is None else np.array(indices)
+        value, time = peaks_at_samples(samples.times, values, rates, together)
+        return Peaks(value, time, np.full(value.shape, np.nan))
     found = [
         peaks_at_samples(samples.times, values, rates, None if indices is None else indices[k])
         for k, (values, rates) in enumerate(zip(samples.values, samples.rates, strict=True))
@@ -202,7 +207,8 @@ class _Search:
         The signals of all groups are searched together, because each search takes many calls of
         numpy.
         """
-        rows, signals = (_concatenated([group[part] for group in groups]) for part in (1, 2))
+        rows = _concatenated([group.rows for group in groups])
+        signals = _concatenated([group.signals for group in groups])
         quantities = [group.quantity for group in groups]
         values, rates = (
             [arrays[quantity] for quantity in quantities]

@@ -266,7 +266,7 @@ class _Run:
         self.out_of_time = self.deadline.expired()
         return not (self.missed or self.out_of_time)
 
-    def _is_beyond_threshold(self, state: list[float]) -> bool:
+    def _is_beyond_threshold(self, state: list[Any]) -> bool:
         """Return whether s of an axis without an event is beyond its thresholds.
 
         This runs after every step, so it uses floats: arrays of three would take longer.

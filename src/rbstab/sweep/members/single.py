@@ -1,11 +1,11 @@
 """An engine that integrates members one by one, as single runs."""
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
+from typing import Generic, TypeVar
 
 import numpy as np
 
-from rbstab.analysis.rest_state import RestState
 from rbstab.config.build import problem_of
 from rbstab.config.schema import MIN_SCIPY_RTOL, Config
 from rbstab.experiment.record import recorded, recording_time, rest_state_of, zero_of
@@ -28,6 +28,8 @@ from rbstab.sweep.members.traces import TIME, copy_single_run, layout_of
 from rbstab.sweep.plan.plan import Plan
 from rbstab.systems.parameters import parameters
 
+T = TypeVar("T")
+
 
 class SingleRuns:
     """Integrates members one by one (a `MemberEngine`).
@@ -44,7 +46,8 @@ class SingleRuns:
         self._plan = plan
         self._engine = name or plan.engine
         self._layout = layout_of(plan)
-        self._nearest: tuple[Hashable, RestState] | None = None
+        self._recording_time = _OncePerSystem(recording_time)
+        self._rest_state = _OncePerSystem(rest_state_of)
         engine(self._engine)
 
     def compute(self, start: int, stop: int) -> Shard:
@@ -81,11 +84,12 @@ class SingleRuns:
     def _integrate(
         self, problem: Problem, deadline: Deadline, traced: bool
     ) -> tuple[Trajectory, dict[str, Array]]:
-        deadline.recording_time = recording_time(problem)
+        key = _key_of_system(problem)
+        deadline.recording_time = self._recording_time(problem, key)
         with np.errstate(all="ignore"):
             trajectory = engine(self._engine)(problem, None, deadline)
             try:
-                zero = zero_of(problem, trajectory, self._rest_state(problem), deadline)
+                zero = zero_of(problem, trajectory, self._rest_state(problem, key), deadline)
                 found = recorded(problem, trajectory, zero.rest, deadline, only_outcome=not traced)
                 if not zero.approached:
                     found.quantities["rest_orientation"] = np.full(3, np.nan)
@@ -93,14 +97,6 @@ class SingleRuns:
             except Exception:
                 # Without quantities, the member still has the status of its trajectory.
                 return trajectory, {}
-
-    def _rest_state(self, problem: Problem) -> RestState:
-        """Return `rest_state_of(problem)`; it is the same if only the initial state differs."""
-        values = [(name, array.tobytes()) for name, array in parameters(problem.system).items()]
-        key = type(problem.system.coordinates), problem.switching, tuple(values)
-        if self._nearest is None or self._nearest[0] != key:
-            self._nearest = key, rest_state_of(problem)
-        return self._nearest[1]
 
     def _outcome(
         self,
@@ -117,6 +113,30 @@ class SingleRuns:
         except Exception:
             # A motion with a single sample has no outcome; its columns keep their defaults.
             return {}
+
+
+class _OncePerSystem(Generic[T]):
+    """A function of a problem that does not depend on its start; it keeps its last value.
+
+    Args:
+        function: The function.
+    """
+
+    def __init__(self, function: Callable[[Problem], T]) -> None:
+        self._function = function
+        self._last: tuple[Hashable, T] | None = None
+
+    def __call__(self, problem: Problem, key: Hashable) -> T:
+        """Return the value for a problem with this `_key_of_system`."""
+        if self._last is None or self._last[0] != key:
+            self._last = key, self._function(problem)
+        return self._last[1]
+
+
+def _key_of_system(problem: Problem) -> Hashable:
+    """Return a key that problems share if only their starts, samples and tolerances differ."""
+    values = [(name, array.tobytes()) for name, array in parameters(problem.system).items()]
+    return type(problem.system.coordinates), problem.switching, tuple(values)
 
 
 def trajectory_of(problem: Problem, quantities: dict[str, Array]) -> MemberTrajectories:

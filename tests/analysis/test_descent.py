@@ -65,7 +65,8 @@ class CountedHessians:
 
 
 def test_a_hessian_is_only_read_for_another_step():
-    energy, points, reads = double_well(np.zeros(1)), [], []
+    energy, points = double_well(np.zeros(1)), []
+    reads: list[int] = []
 
     def counted(rows, q):
         points.append(q)

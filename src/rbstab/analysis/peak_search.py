@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.peaks import indices_of_largest, peaks_at_samples
-from rbstab.analysis.turning_points import turning_points
+from rbstab.analysis.turning_points import Signals, longest_interval, turning_points
 from rbstab.mechanics.numbers import Array
 
 RELATIVE = 1e-5
@@ -24,6 +24,9 @@ SAFETY = 4.0
 
 MAX_DIVISIONS = 6
 """How often an interval between two samples is divided at most."""
+
+SIGNALS_TOGETHER = 64
+"""All quantities of so few signals are searched together."""
 
 
 class Samples(NamedTuple):
@@ -80,6 +83,11 @@ def peaks_of_cubics(samples: Samples, indices: Sequence[Array] | None = None) ->
         samples: The samples; the times have the shape (n,).
         indices: The largest sample of each quantity and member, if it is known.
     """
+    if len(samples.values) * len(samples.values[0]) <= SIGNALS_TOGETHER:
+        values, rates = np.array(samples.values), np.array(samples.rates)
+        together = None if indices is None else np.array(indices)
+        value, time = peaks_at_samples(samples.times, values, rates, together)
+        return Peaks(value, time, np.full(value.shape, np.nan))
     found = [
         peaks_at_samples(samples.times, values, rates, None if indices is None else indices[k])
         for k, (values, rates) in enumerate(zip(samples.values, samples.rates, strict=True))
@@ -104,6 +112,19 @@ class _Candidates(NamedTuple):
 
     def where(self, chosen: Array) -> "_Candidates":
         return _Candidates(*(array[chosen] for array in self))
+
+
+class _Group(NamedTuple):
+    """Signals of one quantity: members of some samples, and the signal of each, shape (r,)."""
+
+    quantity: int
+    rows: Array
+    signals: Array
+
+
+def _concatenated(arrays: Sequence[Array]) -> Array:
+    """Return arrays one after the other; a single array is not copied."""
+    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
 
 
 def _joined(parts: Sequence[_Candidates]) -> _Candidates:
@@ -133,11 +154,11 @@ class _Search:
         """Return all turning points that may be peaks, as accurate as possible."""
         samples, everyone = self.samples, np.arange(self.members)
         starts = range(0, len(self.largest), self.members)
-        parts = [
-            self._between(samples, quantity, everyone, start + everyone)
-            for quantity, start in enumerate(starts)
-        ]
-        open_, done = _joined(parts), []
+        groups = [_Group(k, everyone, start + everyone) for k, start in enumerate(starts)]
+        # The arrays of many members are too large to be copied for one search.
+        together = len(self.largest) <= SIGNALS_TOGETHER
+        calls = [groups] if together else [[group] for group in groups]
+        open_, done = _joined([self._between(samples, call) for call in calls]), []
         for divisions in range(MAX_DIVISIONS + 1):
             resolved = open_.error <= self._tolerance(self.largest[open_.signal])
             done.append(open_.where(resolved))
@@ -180,24 +201,36 @@ class _Search:
         """Return half of the allowed error: the choice among peaks may add the other half."""
         return 0.5 * np.maximum(self.tolerance * magnitude, ABSOLUTE)
 
-    def _between(self, samples: Samples, quantity: int, rows: Array, signals: Array) -> _Candidates:
-        """Return the candidates of one quantity between samples.
+    def _between(self, samples: Samples, groups: Sequence[_Group]) -> _Candidates:
+        """Return the candidates of some signals between samples.
 
-        Args:
-            samples: The samples.
-            quantity: The number of the quantity.
-            rows: Members of `samples`, shape (r,).
-            signals: The signal of each of these members, shape (r,).
+        The signals of all groups are searched together, because each search takes many calls of
+        numpy.
         """
-        values, rates, times = samples.values[quantity], samples.rates[quantity], samples.times
+        rows = _concatenated([group.rows for group in groups])
+        signals = _concatenated([group.signals for group in groups])
+        quantities = [group.quantity for group in groups]
+        values, rates = (
+            [arrays[quantity] for quantity in quantities]
+            for arrays in (samples.values, samples.rates)
+        )
+        times, longest = samples.times, None
         if samples is self.samples:
-            indices = self.indices[quantity]
+            indices = _concatenated([self.indices[quantity] for quantity in quantities])
         else:
-            values, rates, times = values[rows], rates[rows], times[rows]
-            indices = indices_of_largest(values)
+            chosen = [group.rows for group in groups]
+            values, rates = (
+                [array[of_group] for array, of_group in zip(arrays, chosen, strict=True)]
+                for arrays in (values, rates)
+            )
+            lengths = [longest_interval(times[of_group]) for of_group in chosen]
+            longest = np.repeat(lengths, [len(of_group) for of_group in chosen])
+            times = times[rows]
+            indices = indices_of_largest(np.concatenate(values))
         # A quantity that is zero but for round-off has many turning points and no peak.
         lowest = np.maximum(self.largest[signals], ABSOLUTE)
-        found = turning_points(times, values, rates, lowest, indices)
+        sampled = Signals(times, _concatenated(values), _concatenated(rates))
+        found = turning_points(sampled, lowest, indices, longest)
         row, signal = rows[found.row], signals[found.row]
         return _Candidates(signal, row, found.interval, found.time, found.value, found.error)
 
@@ -212,8 +245,8 @@ class _Search:
         quantities = found.signal // self.members
         is_finite = np.all([np.isfinite(array).all(axis=1) for array in finer.values], axis=0)
         is_finite &= np.all([np.isfinite(array).all(axis=1) for array in finer.rates], axis=0)
-        parts = []
+        groups = []
         for quantity in range(len(finer.values)):
             chosen = (quantities == quantity) & is_finite[rows]
-            parts.append(self._between(finer, quantity, rows[chosen], found.signal[chosen]))
-        return finer, _joined(parts), found.where(~is_finite[rows])
+            groups.append(_Group(quantity, rows[chosen], found.signal[chosen]))
+        return finer, self._between(finer, groups), found.where(~is_finite[rows])

@@ -32,6 +32,20 @@ ROWS_AT_ONCE = 32
 """Signals whose changes are in memory at once: they stay in the cache of the processor."""
 
 
+class Signals(NamedTuple):
+    """Sampled signals.
+
+    Attributes:
+        times: Shape (n,) for all signals, or (rows, n), s.
+        values: Shape (rows, n).
+        rates: The derivatives of the values, shape (rows, n).
+    """
+
+    times: Array
+    values: Array
+    rates: Array
+
+
 class TurningPoints(NamedTuple):
     """Turning points of signals, shape (p,) each.
 
@@ -51,7 +65,7 @@ class TurningPoints(NamedTuple):
 
 
 def turning_points(
-    times: Array, values: Array, rates: Array, lowest: Array, indices: Array
+    signals: Signals, lowest: Array, indices: Array, longest: Array | None = None
 ) -> TurningPoints:
     """Return the turning points at which a signal may be farther from zero than a bound.
 
@@ -59,16 +73,18 @@ def turning_points(
     two samples. Intervals that look so are included, with an infinite error.
 
     Args:
-        times: Shape (n,) for all signals, or (rows, n), s.
-        values: Shape (rows, n).
-        rates: The derivatives of the values, shape (rows, n).
+        signals: The signals.
         lowest: The bound of each signal, shape (rows,). It must be above 0.
         indices: The sample of each signal that is farthest from zero, shape (rows,).
+        longest: The length of an interval of each signal, shape (rows,), s; default the longest
+            interval of all signals.
     """
+    times, values, rates = signals
     rising = rates > 0
-    longest = np.diff(times).max(initial=0.0)
+    if longest is None:
+        longest = np.full(len(values), longest_interval(times))
     row, interval = _pairs(np.flatnonzero(rising[:, 1:] != rising[:, :-1]), values.shape[1] - 1)
-    excess = _excess(values, rates, row, interval, longest)
+    excess = _excess(values, rates, row, interval, longest[row])
     in_reach = excess >= lowest[row]
     row, interval = row[in_reach], interval[in_reach]
     times = np.broadcast_to(times, values.shape)
@@ -80,7 +96,8 @@ def turning_points(
     row, interval = row[same_sign], interval[same_sign]
     ends = row, np.array([interval, interval + 1])
     magnitudes = np.abs(values[ends])
-    in_reach = magnitudes.max(axis=0) + longest * np.abs(rates[ends]).max(axis=0) >= lowest[row]
+    reach = magnitudes.max(axis=0) + longest[row] * np.abs(rates[ends]).max(axis=0)
+    in_reach = reach >= lowest[row]
     end = interval + (magnitudes[1] > magnitudes[0])
     unknown = np.full(len(row), np.inf)
     hidden = TurningPoints(row, interval, times[row, end], values[row, end], unknown)
@@ -89,13 +106,18 @@ def turning_points(
     )
 
 
+def longest_interval(times: Array) -> float:
+    """Return the longest interval between two samples of any row, s."""
+    return float(np.diff(times).max(initial=0.0))
+
+
 def _pairs(keys: Array, count: int) -> tuple[Array, Array]:
     """Return the quotients and remainders of keys."""
     row = keys // count
     return row, keys - row * count
 
 
-def _excess(values: Array, rates: Array, row: Array, interval: Array, longest: float) -> Array:
+def _excess(values: Array, rates: Array, row: Array, interval: Array, longest: Array) -> Array:
     """Return how far from zero a signal may turn between samples where its rate changes sign.
 
     The bound is the larger sample, plus three times the height of the intersection of the tangents.
@@ -120,7 +142,7 @@ def _beside_largest(times: Array, values: Array, rates: Array, indices: Array) -
     return np.asarray((row * count + interval)[turns])
 
 
-def _where_rate_jumps(times: Array, rates: Array, lowest: Array, longest: float) -> Array:
+def _where_rate_jumps(times: Array, rates: Array, lowest: Array, longest: Array) -> Array:
     """Return the intervals in which the rate changes fast, as keys."""
     largest = np.empty(len(rates))
     for first in range(0, len(rates), ROWS_AT_ONCE):

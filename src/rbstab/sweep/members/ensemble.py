@@ -19,7 +19,12 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.integrate.heyoka.engine import integrate
-from rbstab.integrate.heyoka.ensemble import Ensemble, EnsembleTrajectories, ObservedTrajectories
+from rbstab.integrate.heyoka.ensemble import (
+    Ensemble,
+    EnsembleTrajectories,
+    ObservedPositions,
+    ObservedTrajectories,
+)
 from rbstab.integrate.heyoka.ensemble_forces import EnsembleForces
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
@@ -164,10 +169,13 @@ class _VariantEngine:
         observed = self.ensemble.observe(parameters, trajectories)
         # Members that were not integrated to the end are computed by single runs.
         last = np.where(trajectories.done, trajectories.states[..., -1], np.nan)
-        rest = self._rest_states(values, parameters, last, observed.X)
+        positions = self.ensemble.observe_positions(
+            parameters, trajectories, only_last=not len(with_trace)
+        )
+        rest = self._rest_states(values, parameters, last, positions.X[..., -1])
         energy = observed.energy - rest.energy[:, np.newaxis]
         residual = energy - energy[:, :1] - trajectories.lyapunov_change
-        members = self._members(trajectories.states, observed, energy, residual, rest)
+        members = self._members(trajectories.states, observed, positions, energy, residual, rest)
         with np.errstate(all="ignore"):
             peaks = self.peaks.find(parameters, starts, trajectories, observed)
             outcome = outcome_of(members, peaks)
@@ -208,7 +216,7 @@ class _VariantEngine:
         The orientation is NaN where none was found that the member approaches.
         """
         own = last[self.problem.system.coordinates.size :]
-        pose = [last[THETA]] if self.approached.configurations.held else [last[THETA], X[..., -1]]
+        pose = [last[THETA]] if self.approached.configurations.held else [last[THETA], X]
         rest = self.approached.find(parameters, np.concatenate([*pose, own]))
         for k in np.flatnonzero(~rest.found & np.isfinite(last).all(axis=0)).tolist():
             system = self._problem(values, k).system
@@ -224,10 +232,11 @@ class _VariantEngine:
         row = {key: column[k] for key, column in values.items() if key != "controller.variant"}
         return problem_of(self.binding.config_of(row))
 
-    def _members(
+    def _members(  # noqa: PLR0913, PLR0917 (all that is known of the members)
         self,
         states: Array,
         observed: ObservedTrajectories,
+        positions: ObservedPositions,
         energy: Array,
         residual: Array,
         rest: RestStatesOfMembers,
@@ -241,8 +250,8 @@ class _VariantEngine:
             orientation=along(states[THETA]),
             orientation_rate=along(observed.Theta_rate),
             angular_velocity=along(states[OMEGA]),
-            position=along(observed.X),
-            velocity=along(observed.V),
+            position=along(positions.X),
+            velocity=along(positions.V),
             contact_displacement=along(observed.E),
             contact_velocity=along(observed.F),
             lyapunov=energy,

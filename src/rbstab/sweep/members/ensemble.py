@@ -109,6 +109,8 @@ class EnsembleEngine:
         for variant, engine in self.variant_engines.items():
             of_variant = np.ones(members, bool) if variants is None else variants == variant
             rows = np.flatnonzero(of_variant)
+            if len(rows):
+                rows = rows[engine.order({key: column[rows] for key, column in values.items()})]
             size = max(SIMD, SAMPLES_IN_MEMORY // len(engine.problem.times) // SIMD * SIMD)
             for first in range(0, len(rows), size):
                 yield engine, rows[first : first + size]
@@ -150,6 +152,15 @@ class _VariantEngine:
             return SharedState(q, nearest.energy) if nearest.found else None
         # Without a load it is the unloaded position, where no energy is stored.
         return SharedState(None, 0.0) if weightless else None
+
+    def order(self, values: dict[str, Array]) -> Array:
+        """Return the order in which members are integrated, shape (m,): by their energy.
+
+        A batch takes as many steps as its slowest member. Members of like energy take like numbers
+        of steps. The result of a member does not depend on the others in its batch.
+        """
+        parameters, starts = self.binding.parameters_and_starts(values)
+        return np.asarray(self.ensemble.scales(parameters, starts).argsort(kind="stable"))
 
     def outcome(
         self, values: dict[str, Array], with_trace: Array

@@ -241,7 +241,12 @@ def _best_polynomials(  # noqa: PLR0913, PLR0917 (samples and intervals)
         errors = [np.abs(run.values_at(middle) - exact) for run in runs]
         return np.choose(np.clip(start, 0, count - nodes + fewer) - first, errors)
 
-    error_of_next = np.maximum(error_from(centred, 1), error_from(centred + 1, 1))
+    if nodes == MORE_NODES:
+        # Beside the first and last samples few polynomials agree by chance, so all of them count.
+        runs = [table.through(offset, nodes - 1) for offset in (0, 1)]
+        error_of_next = np.max([np.abs(run.values_at(middle) - exact) for run in runs], axis=0)
+    else:
+        error_of_next = np.maximum(error_from(centred, 1), error_from(centred + 1, 1))
     error_of_lower = error_from(centred + 1, 2)
     # Of a resolved motion, the best degree has a much smaller error than the next one.
     error = np.where(

@@ -113,7 +113,7 @@ def test_peaks_that_the_cubics_show_keep_their_bits():
     times = np.linspace(0.0, 2.0, 401)
     phase = 3.0 * times + np.arange(5)[:, np.newaxis]
     values, rates = np.sin(phase), 3.0 * np.cos(phase)
-    found = find_peaks(Samples(times, [values], [rates]))
+    found = find_peaks(Samples(times, values[np.newaxis], rates[np.newaxis]))
     value, time = peaks_at_samples(times, values, rates)
     assert found.value[0].tolist() == value.tolist()
     assert found.time[0].tolist() == time.tolist()

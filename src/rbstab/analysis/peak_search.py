@@ -239,9 +239,8 @@ class _Search:
         intervals = samples.times.shape[-1]
         keys, rows = np.unique(found.row * intervals + found.interval, return_inverse=True)
         finer = samples.divide(keys // intervals, keys % intervals)
-        is_finite = np.isfinite(finer.values).all(axis=(0, 2)) & np.isfinite(finer.rates).all(
-            axis=(0, 2)
-        )
+        finite: Array = np.isfinite(finer.values) & np.isfinite(finer.rates)
+        is_finite = np.asarray(finite.all(axis=(0, 2)))
         chosen = is_finite[rows]
         signals, rows = found.signal[chosen], rows[chosen]
         quantities = signals // self.members

@@ -71,10 +71,11 @@ def turning_points(
         lowest: The bound of each signal, shape (rows,). It must be above 0.
         indices: The sample of each signal that is farthest from zero, shape (rows,).
     """
-    longest = np.diff(times).max(initial=0.0)
+    # The longest interval of each signal, s. It does not depend on the other signals.
+    longest = np.broadcast_to(np.diff(times).max(axis=-1, initial=0.0), lowest.shape)
     turns, jumps = _scanned(rates, JUMP * lowest / longest)
     row, interval = _pairs(turns, values.shape[1])
-    in_reach = _excess(values, rates, turns, longest) >= lowest[row]
+    in_reach = _excess(values, rates, turns, longest[row]) >= lowest[row]
     row, interval = row[in_reach], interval[in_reach]
     found = TurningPoints(row, interval, *_interpolated(times, values, rates, row, interval))
     beside = _beside_largest(times, values, rates, indices)
@@ -83,7 +84,8 @@ def turning_points(
     row, interval = row[same_sign], interval[same_sign]
     ends = row, np.array([interval, interval + 1])
     magnitudes = np.abs(values[ends])
-    in_reach = magnitudes.max(axis=0) + longest * np.abs(rates[ends]).max(axis=0) >= lowest[row]
+    reach = magnitudes.max(axis=0) + longest[row] * np.abs(rates[ends]).max(axis=0)
+    in_reach = reach >= lowest[row]
     end = interval + (magnitudes[1] > magnitudes[0])
     unknown = np.full(len(row), np.inf)
     hidden = TurningPoints(row, interval, _times_at(times, row, end), values[row, end], unknown)
@@ -131,7 +133,7 @@ def _scanned(rates: Array, largest_change: Array) -> tuple[Array, Array]:
     return np.concatenate(turns), np.concatenate(jumps)
 
 
-def _excess(values: Array, rates: Array, keys: Array, longest: float) -> Array:
+def _excess(values: Array, rates: Array, keys: Array, longest: Array) -> Array:
     """Return how far from zero a signal may turn between samples where its rate changes sign.
 
     The bound is the larger sample, plus three times the height of the intersection of the tangents.

@@ -1,4 +1,4 @@
-"""Protects the choice of compared members: the plan alone decides it, and few members show faults."""
+"""Protects the choice of compared members: the plan decides it, and few members show faults."""
 
 import numpy as np
 import pytest

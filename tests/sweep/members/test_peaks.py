@@ -136,10 +136,9 @@ def test_the_peaks_of_a_quantity_do_not_depend_on_other_quantities(members):
             return samples_of(chosen, np.linspace(begin, end, 5, axis=1), rows[members])
 
         values, rates = (
-            [
-                np.array([curve(line)[row] for row, line in zip(rows, t, strict=True)])
-                for curve in kind
-            ]
+            np.array(
+                [[curve(line)[row] for row, line in zip(rows, t, strict=True)] for curve in kind]
+            )
             for kind in zip(*chosen, strict=True)
         )
         return Samples(t, values, rates, divide)

@@ -67,7 +67,7 @@ class Estimate(NamedTuple):
     bytes: int
 
 
-def estimate(
+def estimate(  # noqa: PLR0913 (a sweep and how it is run)
     plan: Plan,
     remaining: int,
     factory: EngineFactory,

@@ -1,6 +1,8 @@
 """Peer: `scipy.integrate.solve_ivp` with equations in numpy, member after member."""
 
+import sys
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 if __name__ == "__main__":
@@ -14,13 +16,18 @@ from scipy.integrate import solve_ivp
 
 
 def motions(
-    rates: Callable[..., Any], problem: Mapping[str, Any], tolerance: float, members: int
+    rates: Callable[..., Any],
+    problem: Mapping[str, Any],
+    method: str,
+    tolerance: float,
+    members: int,
 ) -> Any:
     """Return the states of the first members at all samples, shape (members, samples, 12).
 
     Args:
         rates: The right-hand side.
         problem: `starts`, the initial states; `times`, the samples in s.
+        method: The integrator.
         tolerance: The relative and the absolute tolerance of a step.
         members: How many.
     """
@@ -31,7 +38,7 @@ def motions(
             rates,
             (times[0], times[-1]),
             np.array(start),
-            method="DOP853",
+            method=method,
             t_eval=times,
             rtol=tolerance,
             atol=tolerance,
@@ -40,13 +47,13 @@ def motions(
     return np.array(solutions)
 
 
-def peer(problem: Mapping[str, Any]) -> Callable[[float, int], Callable[[bool], Any]]:
+def peer(method: str, problem: Mapping[str, Any]) -> Callable[[float, int], Callable[[bool], Any]]:
     """Return the function that prepares the integration of the members."""
     rates = make_rates(np, problem)
-    return lambda tolerance, members: lambda _: motions(rates, problem, tolerance, members)
+    return lambda tolerance, members: lambda _: motions(rates, problem, method, tolerance, members)
 
 
 if __name__ == "__main__":
     from serve import serve
 
-    serve(peer, ("numpy", "scipy"))
+    serve(partial(peer, sys.argv[1]), ("numpy", "scipy"))

@@ -1,5 +1,5 @@
-"""Protects `docs/performance.md` and `make bench-peers`: the plain equations of the peers agree with
-rbstab, a tolerance is chosen by its error, and a program that is missing is named.
+"""Protects `docs/performance.md` and `make bench-peers`: the plain equations agree with rbstab, a
+tolerance is chosen by its error, and a program that is missing is named.
 """
 
 import importlib
@@ -67,7 +67,7 @@ def test_angles_and_rotations_are_those_of_rbstab(peers) -> None:
 
 
 def test_the_plain_script_leads_to_the_same_motion(peers, problem, reference) -> None:
-    states = peers.scipy_numpy.peer(problem)(1e-11, MEMBERS)(True)
+    states = peers.scipy_numpy.peer("DOP853", problem)(1e-11, MEMBERS)(True)
     assert peers.problem.largest_error(states, reference) < 1e-8
 
 
@@ -129,7 +129,7 @@ def test_a_peer_runs_as_a_process_of_its_own(
 ) -> None:
     monkeypatch.setattr(peers.process, "FOLDER", tmp_path / "peers")
     # Without packages it runs in this environment.
-    peer = peers.catalogue.Peer("numpy", "scipy_numpy.py")
+    peer = peers.catalogue.Peer("numpy", "scipy_numpy.py", argument="LSODA")
     process = peers.process.PeerProcess(peer, problem, tmp_path)
     try:
         assert f"numpy {np.__version__}" in process.versions
@@ -152,11 +152,11 @@ def test_a_program_that_is_missing_is_named_with_its_reason(peers, tmp_path, mon
         raise peers.environments.NotInstalledError("ERROR: no | matching distribution")
 
     monkeypatch.setattr(peers.environments, "_run", refuse)
-    monkeypatch.setattr(peers.environments, "FOLDER", ROOT / ".peers" / "of_a_test")
+    monkeypatch.setattr(peers.environments, "FOLDER", tmp_path)
     monkeypatch.setattr(peers.process, "FOLDER", tmp_path)
     monkeypatch.setattr(peers.rows, "PEERS", (broken, absent))
     monkeypatch.setattr(peers.rows, "MEMBERS", MEMBERS)
-    monkeypatch.setattr(peers.rows, "reference_of", lambda members: None)
+    monkeypatch.setattr(peers.rows, "reference_of", lambda _: None)
     text = peers.page.tables(peers.rows.measured_rows())
     assert re.search(r"\| Broken \| not installed: .*a_program_that_is_missing", text)
     assert r"| Absent | not installed: ERROR: no \| matching distribution |" in text

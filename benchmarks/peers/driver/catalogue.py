@@ -47,13 +47,25 @@ PEERS = (
         "`rbstab sweep`, `keep: traces`",
         "rbstab_sweep.py",
         (),
-        "the same, and v, v', audit, contact force and states at all samples, stored",
+        "the same; also v, v', audit and contact force at all samples, stored with the states",
         "traces",
     ),
     Peer("`rbstab run`, heyoka", "rbstab_run.py", (), RUN, "heyoka"),
     Peer("`rbstab run`, scipy", "rbstab_run.py", (), RUN, "scipy"),
-    Peer("`solve_ivp` (DOP853), numpy equations", "scipy_numpy.py", ("numpy", "scipy")),
-    Peer("`solve_ivp` (DOP853), numba equations", "scipy_numba.py", ("numba", "numpy", "scipy")),
+    *(
+        Peer(
+            f"`solve_ivp` ({method}), {kind} equations",
+            f"scipy_{kind}.py",
+            packages,
+            argument=method,
+        )
+        for kind, packages in (
+            ("numpy", ("numpy", "scipy")),
+            ("numba", ("numba", "numpy", "scipy")),
+        )
+        for method in ("DOP853", "LSODA")
+    ),
+    # Of its explicit methods Tsit5 was the fastest here.
     # More members at once are slower: they leave the processor's cache.
     Peer("diffrax (Tsit5), vmapped", "diffrax_vmap.py", ("jax", "diffrax"), largest_batch=1024),
     Peer("Drake, `runge_kutta3`", "drake_plant.py", ("drake",), argument="runge_kutta3"),

@@ -29,7 +29,7 @@ def python_of(peer: Peer) -> Path:
     # The stamp is written last, so a broken installation never counts as complete.
     stamp, packages = folder / ".installed", " ".join(peer.packages)
     if not stamp.exists() or stamp.read_text() != packages:
-        print(f"installing {packages} in {folder.relative_to(ROOT)}", flush=True)
+        print(f"installing {packages} in {FOLDER.name}/{folder.name}", flush=True)
         _run([sys.executable, "-m", "venv", "--clear", str(folder)])
         pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
         _run([*pip, *peer.packages])

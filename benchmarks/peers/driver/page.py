@@ -33,14 +33,18 @@ def tables(rows: list[Row]) -> str:
             "Members per second on one core:",
             "",
             *_table(
-                ["program", *(f"error at most {t:.0e}" for t in TARGETS), "computes besides"],
+                ["program", *(f"error at most {short(t, 0)}" for t in TARGETS), "computes besides"],
                 [_summary(row) for row in rows],
             ),
             "",
             f"Settings, and the errors of {CHECKED} members:",
             "",
             *_table(
-                ["program", *(f"setting, error ({t:.0e})" for t in TARGETS), "first result after"],
+                [
+                    "program",
+                    *(f"setting, error (at most {short(t, 0)})" for t in TARGETS),
+                    "first result after",
+                ],
                 [_detail(row) for row in rows if not row.failure],
             ),
             "",
@@ -74,7 +78,7 @@ def _summary(row: Row) -> list[str]:
 
 def _rate(measured: Measured) -> str:
     if measured.setting is None:
-        return f"not reached; smallest error {measured.error:.1e}"
+        return f"not reached; smallest error {short(measured.error)}"
     return "failed" if math.isnan(measured.rate) else _number(measured.rate)
 
 
@@ -84,13 +88,23 @@ def _number(value: float) -> str:
     return f"{float(f'{value:.1e}'):,.{digits}f}"
 
 
+def _setting(value: float) -> str:
+    """Return a tolerance, or a number of steps."""
+    return f"{value:g}" if value >= 1 else short(value, 0)
+
+
+def short(value: float, digits: int = 1) -> str:
+    """Return a number as 1.3e-7, without a zero before the power."""
+    return f"{value:.{digits}e}".replace("e-0", "e-")
+
+
 def _detail(row: Row) -> list[str]:
     name = row.peer.setting
     return [
         row.peer.title,
         *(
-            "-" if one.setting is None else f"{name} {one.setting:g}, {one.error:.1e}"
+            "-" if one.setting is None else f"{name} {_setting(one.setting)}, {short(one.error)}"
             for one in row.measured
         ),
-        f"{row.first_result:.0f} s",
+        f"{row.first_result:.0f} s" if row.first_result >= 0.5 else "below 1 s",
     ]

@@ -141,8 +141,8 @@ def _time(pairs: list[tuple[PeerProcess, Measured]]) -> None:
     actions = [lambda pair=pair: seconds(*pair) for pair in pairs]
     for (_, measured), taken in zip(pairs, by_turns(ROUNDS, *actions), strict=True):
         measured.rate = 1 / taken
-        walls, processors = zip(*measured.times, strict=True)
-        share = sum(processors) / sum(walls)
+        walls = sum(times.wall for times in measured.times)
+        share = sum(times.processor for times in measured.times) / walls if walls else 0.0
         if share < BUSY:
             print(f"WARNING: a process had only {share:.0%} of its core; the machine is busy")
 

@@ -18,7 +18,7 @@ SAY_BROWSERLESS := $(if $(BROWSER),:,echo "WARNING: Chromium is not installed: t
 PAPER := $(patsubst configs/paper/%.yaml,results/%.h5,$(wildcard configs/paper/*.yaml))
 
 .DEFAULT_GOAL := help
-.PHONY: help install run test test-quick test-long soak check format bench figures docs clean
+.PHONY: help install run test test-quick test-long soak check format bench bench-peers figures docs clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -65,6 +65,9 @@ format: $(READY)  ## format the code
 bench: $(READY)  ## run the benchmarks; they print ratios within one run
 	$(BIN)/python -m benchmarks
 
+bench-peers: $(READY)  ## measure other programs on the same problem; write the table in docs/performance.md
+	$(BIN)/python -m benchmarks.peers
+
 figures: $(READY)  ## make the figures of the documentation, and print its tables
 	$(BIN)/python docs/figures/sliding.py
 	$(BIN)/python docs/figures/report.py
@@ -72,6 +75,6 @@ figures: $(READY)  ## make the figures of the documentation, and print its table
 docs: $(READY)  ## write the tables of modules into docs/architecture.md
 	$(BIN)/python docs/architecture_tables.py
 
-clean:  ## remove .venv and the caches of the tools
-	rm -rf $(VENV) dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+clean:  ## remove .venv, .peers and the caches of the tools
+	rm -rf $(VENV) .peers dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -2,7 +2,7 @@
 
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rbstab.config.load import load_config, resolved
@@ -22,13 +22,18 @@ CASE = "configs/paper/case2_visco_elastic.yaml"
 MAX_LOOP_MEMBERS = 8192
 """Members of the bare loop, a multiple of the batch size."""
 
-INTEGRATION = ["integration.engine=heyoka", "integration.rtol=1e-8"]
+INTEGRATION = ("integration.engine=heyoka", "integration.rtol=1e-8")
 
 
-def plan_of(members: int, samples: int = 201, keep: str = "summary") -> Plan:
+def plan_of(
+    members: int,
+    samples: int = 201,
+    keep: str = "summary",
+    integration: Sequence[str] = INTEGRATION,
+) -> Plan:
     """Return a plan of members with random initial spins."""
     spin = {"uniform": [-40, 40]}
-    base = resolved(load_config(CASE, [*INTEGRATION, f"integration.samples={samples}"]))
+    base = resolved(load_config(CASE, [*integration, f"integration.samples={samples}"]))
     keys = [f"initial.angular_velocity[{axis}]" for axis in (0, 1)]
     vary = dict.fromkeys(keys, spin)
     drawn = {"design": "random", "members": members, "seed": 1}
@@ -51,7 +56,7 @@ class _LastingWorker(ShardWorker):
 def warm_engine(plan: Plan) -> MemberEngine:
     """Return an engine that has compiled its code."""
     engine = factory_for("heyoka")(plan)
-    engine.compute(0, 64)
+    engine.compute(0, min(64, plan.members))
     return engine
 
 

@@ -1,0 +1,1 @@
+"""The driver: environments, the problem, the choice of tolerances, timing, and the table."""

@@ -5,10 +5,10 @@ Run as a script with the JUnit files of pytest, it replaces the times of the tes
 
 import json
 import sys
-import xml.etree.ElementTree as ElementTree
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
+from xml.etree import ElementTree
 
 from support.tiers import SECONDS_FILE, Seconds, read_seconds
 

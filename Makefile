@@ -59,7 +59,7 @@ test-long: $(READY)  ## run all tests, with hundreds of kills, full disks and fa
 	@$(SAY_BROWSERLESS)
 
 test-times: $(READY)  ## run all tests but the long ones, and store how long each takes
-	$(BIN)/python -m pytest $(BY_FILE) -m 'not long' --junitxml=.pytest_cache/times.xml
+	$(BIN)/python -m pytest $(BY_FILE) -m 'not long$(AND_BROWSERLESS)' --junitxml=.pytest_cache/times.xml
 	PYTHONPATH=tests $(BIN)/python -m support.measure .pytest_cache/times.xml
 
 soak: $(READY)  ## sweep 10^6 members while workers are killed; check results and memory

@@ -9,7 +9,16 @@ import pytest
 from _pytest.mark.expression import Expression
 
 from support import measure
-from support.tiers import LIMITS, below, covering, identity, longest_first, mark_by_time, names_of
+from support.tiers import (
+    LIMITS,
+    Case,
+    below,
+    covering,
+    identity,
+    longest_first,
+    mark_by_time,
+    names_of,
+)
 
 ROOT = Path(__file__).parents[2]
 
@@ -41,10 +50,14 @@ def chosen_by(target):
     ]
     if not expression:
         return every
-    compiled = Expression.compile(expression)
-    return [
-        marks for marks in every if compiled.evaluate(lambda name, marks=marks, **_: name in marks)
-    ]
+    return [marks for marks in every if is_chosen(expression, marks)]
+
+
+def is_chosen(expression, marks):
+    def has(name: str, /, **_: object) -> bool:
+        return name in marks
+
+    return Expression.compile(expression).evaluate(has)
 
 
 def test_what_runs_for_every_change_is_all_but_the_long_tests():
@@ -106,12 +119,12 @@ def test_cases_that_use_each_value_once_are_kept():
 
 
 def test_a_few_cases_are_too_many_if_they_take_too_long():
-    cases = [{("x", n // 2)} for n in range(4)]
+    cases: list[Case] = [{("x", n // 2)} for n in range(4)]
     assert [len(below(1.0, each, cases)) for each in (0.25, 0.26, 0.5, 0.51)] == [4, 2, 2, 0]
 
 
 def test_no_value_is_left_out():
-    cases = [{("x", n % 3), ("y", n % 4), ("z", n // 6)} for n in range(12)]
+    cases: list[Case] = [{("x", n % 3), ("y", n % 4), ("z", n // 6)} for n in range(12)]
     kept = covering(cases)
     assert len(kept) == 4
     assert set().union(*(cases[k] for k in kept)) == set().union(*cases)

@@ -1,18 +1,26 @@
-"""Switches of a sliding connector that the compiled engine computes per second."""
+"""Speed of a sliding connector in the compiled engine: switches, and members of a sweep."""
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 from benchmarks.measure import by_turns, line
 from rbstab import load_config
 from rbstab.config.build import problem_of
+from rbstab.integrate.heyoka.engine import integrate
 from rbstab.integrate.heyoka.flow import HeyokaFlow
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.switching.filippov import FilippovDriver
+from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.load import load_plan
 
 CASE = "configs/examples/sliding/position_exact_20000.yaml"
 SETTINGS = ["integration.duration=4", "integration.samples=1001"]
 SWITCHES = 100_000
+
+PLAN = "configs/sweeps/variants.yaml"
+MEMBERS = 20
+"""Sliding members that are computed in each turn; they are the last variant of the plan."""
 
 
 def main() -> None:
@@ -39,6 +47,35 @@ def main() -> None:
     )
     line("heyoka: s = E, 20,000 N, 100,000 switches", 1 / each, "1/s", "at least 50,000")
     line("  rate of the last quarter to that of the first", early / late, "", "about 1")
+    _members()
+
+
+def _members() -> None:
+    """Measure the sliding members of a sweep, and how much of their time the motion takes."""
+    plan = load_plan(PLAN)
+    runs, first = SingleRuns(plan), plan.members - MEMBERS
+    assert plan.config_of(first).controller.variant == "sliding"
+    problems = [
+        replace(problem_of(plan.config_of(member)), diagnosed=False)
+        for member in range(first, plan.members)
+    ]
+
+    def motions() -> None:
+        for problem in problems:
+            integrate(problem)
+
+    def members() -> None:
+        runs.compute(first, plan.members)
+
+    whole, alone = by_turns(5, lambda: _seconds_of(members), lambda: _seconds_of(motions))
+    line("heyoka: sliding members of variants.yaml", MEMBERS / whole, "1/s", "at least 15")
+    line("  time of their integrations to the whole time", alone / whole, "", "about 0.5")
+
+
+def _seconds_of(call: Callable[[], object]) -> float:
+    begin = time.perf_counter()
+    call()
+    return time.perf_counter() - begin
 
 
 def _switch_times(problem: Problem, flow: HeyokaFlow) -> list[tuple[int, float]]:

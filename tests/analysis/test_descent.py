@@ -51,6 +51,36 @@ def test_the_energy_never_rises():
     np.testing.assert_allclose(q[0] ** 3 - q[0] + heights, 0, atol=1e-9)
 
 
+class CountedHessians:
+    """Energies that count how often their Hessians are read."""
+
+    def __init__(self, at, reads):
+        self.value, self.gradient = at.value, at.gradient
+        self._hessian, self._reads = at.hessian, reads
+
+    @property
+    def hessian(self):
+        self._reads.append(len(self.value))
+        return self._hessian
+
+
+def test_a_hessian_is_only_read_for_another_step():
+    energy, points = double_well(np.zeros(1)), []
+    reads: list[int] = []
+
+    def counted(rows, q):
+        points.append(q)
+        return CountedHessians(energy(rows, q), reads)
+
+    _, _, converged = descend(counted, np.array([[0.9], [0.1]]), np.array([1e-10]))
+    assert converged.all()
+    # The descent ends at the last point, so only the points before it need a Hessian.
+    assert len(reads) == len(points) - 1 > 2
+    reads.clear()
+    descend(counted, np.array([[1.0], [0.0]]), np.array([1e-10]))
+    assert not reads
+
+
 def test_a_start_without_slope_stays():
     q, value, converged = descend(double_well(np.zeros(1)), np.zeros((2, 1)), np.array([1e-10]))
     assert converged.all()

@@ -41,21 +41,72 @@ def test_help_does_not_wait_for_numerical_packages() -> None:
     assert not heavy & set(done.stderr.split())
 
 
-def test_a_run_imports_nothing_that_it_does_not_use(folder: Path) -> None:
+UNUSED_PACKAGES = ("heyoka", "rich", "flint", "loky", "multiprocessing")
+OPTIONAL_PACKAGES = ("xarray", "netCDF4", "pandas", "matplotlib", "plotly", "distributed")
+UNUSED_MODULES = (
+    *("rbstab.analysis.motion_proof", "rbstab.analysis.proof", "rbstab.analysis.proof_check"),
+    *("rbstab.experiment.proof", "rbstab.experiment.proof_record"),
+    *("rbstab.experiment.convergence.exact_motion", "rbstab.experiment.convergence.region_bounds"),
+    *("rbstab.processes", "rbstab.store.opening", "rbstab.store.table", "rbstab.sweep"),
+    *("rbstab.integrate.heyoka", "rbstab.report"),
+)
+
+
+def imported_by_run(*arguments: str) -> set[str]:
+    """Return the names of all modules that a process has after `rbstab run`."""
     code = (
         "import sys\n"
         "from rbstab_cli.main import main\n"
-        "sys.argv = ['rbstab', 'run', 'good.yaml', '--json', '-q']\n"
+        f"sys.argv = ['rbstab', 'run', *{arguments}]\n"
         "try:\n"
         "    main()\n"
         "except SystemExit as stop:\n"
         "    assert stop.code == 0\n"
-        "print(*sorted(sys.modules), file=sys.stderr)\n"
+        "print('modules:', *sorted(sys.modules), file=sys.stderr)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    modules = set(done.stderr.split())
-    assert {"scipy.integrate", "h5py"} <= modules
-    assert not {"heyoka", "rich", "xarray", "netCDF4", "pandas", "matplotlib"} & modules
+    return set(done.stderr.partition("modules:")[2].split())
+
+
+@pytest.mark.parametrize("options", [("--json", "-q"), ()])
+def test_a_run_imports_nothing_that_it_does_not_use(options: tuple[str, ...], folder: Path) -> None:
+    modules = imported_by_run("good.yaml", *options)
+    assert {"scipy.integrate", "h5py", "rbstab.experiment.run_to_file"} <= modules
+    assert not {*UNUSED_PACKAGES, *OPTIONAL_PACKAGES, *UNUSED_MODULES} & modules
+
+
+def test_a_run_builds_only_the_models_of_its_variant(folder: Path) -> None:
+    code = (
+        "from rbstab.config.load import load_config\n"
+        "load_config('good.yaml')\n"
+        "from rbstab.config.schema import Experiment\n"
+        "print(*(model.__name__ for model in Experiment.__subclasses__()))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["FreeExperiment"]
+
+
+def test_a_run_reads_a_stored_proof_if_there_is_one(folder: Path) -> None:
+    (folder / "results" / "proofs").mkdir(parents=True)
+    assert "rbstab.experiment.proof" in imported_by_run("good.yaml", "-q")
+
+
+def test_the_modules_that_a_run_imports_are_excluded_from_garbage_collection(folder: Path) -> None:
+    code = (
+        "import gc, sys\n"
+        "from rbstab_cli.main import main\n"
+        "sys.argv = ['rbstab', 'run', 'good.yaml', '-q']\n"
+        "before = gc.get_freeze_count()\n"
+        "try:\n"
+        "    main()\n"
+        "except SystemExit:\n"
+        "    pass\n"
+        "import scipy.integrate\n"
+        "found = any(held is vars(scipy.integrate) for held in gc.get_objects())\n"
+        "print(before, gc.get_freeze_count() > 10_000, gc.isenabled(), found, file=sys.stderr)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr.split()[-4:] == ["0", "True", "True", "False"]
 
 
 def test_version(rbstab: Invoke) -> None:

@@ -84,7 +84,7 @@ def test_the_comparison_is_made_when_the_parts_are_joined(rbstab):
     assert not Path("results/plan/check.json").exists()
     gathered = rbstab("gather", "results/plan")
     assert gathered.exit_code == 0
-    assert "1 members, largest relative difference" in gathered.stdout
+    assert "4 members, largest relative difference" in gathered.stdout
     assert Path("results/plan/check.json").exists()
 
 

@@ -9,7 +9,6 @@ from support.paper_runs import paper_config
 
 import rbstab
 from rbstab.config.build import problem_of
-from rbstab.experiment import proof_cache
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof import Proof, proof_id, prove, start_level, starts_inside
 from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
@@ -183,7 +182,7 @@ def proved_configs(monkeypatch):
         configs.append(config)
         return prove(config, problem)
 
-    monkeypatch.setattr(proof_cache, "prove", record_and_prove)
+    monkeypatch.setattr("rbstab.experiment.proof.prove", record_and_prove)
     return configs
 
 

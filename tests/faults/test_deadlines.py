@@ -22,6 +22,7 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine as engine_of
 from rbstab.integrate.scipy_flow import ScipyFlow
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.switching.filippov import FilippovDriver
 from rbstab.systems.system import System
 
@@ -82,6 +83,8 @@ class WorkClock:
         self.work, self.allowed = 0, MUCH_WORK
         for name in ("rates", "audited_rates", "observe"):
             monkeypatch.setattr(System, name, self._counted(getattr(System, name)))
+        by_code = StraightLine.finite_value
+        monkeypatch.setattr(StraightLine, "finite_value", self._counted(by_code))
 
     def __call__(self) -> float:
         self._count()

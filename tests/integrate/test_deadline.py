@@ -81,7 +81,7 @@ def test_compiling_does_not_count(monkeypatch):
 @pytest.mark.parametrize("law", [{}, {"step": 1e-3}])
 def test_compiling_for_a_sliding_connector_does_not_count(monkeypatch, law):
     clock = Clock()
-    monkeypatch.setattr(flow, "switched_system", slow(switched.switched_system, clock))
+    monkeypatch.setattr(switched, "switched_system", slow(switched.switched_system, clock))
     monkeypatch.setattr(flow, "WeakChatter", slow(switched.WeakChatter, clock))
     slow_compilation = slow(implicit_stepper.compiled_stepper, clock)
     monkeypatch.setattr(implicit_stepper, "compiled_stepper", slow_compilation)

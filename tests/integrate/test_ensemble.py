@@ -50,14 +50,25 @@ def test_every_member_is_a_single_run(made):
 def test_what_is_observed_is_what_the_system_says(made):
     systems, parameters, _, ensemble, motions = made
     observed = ensemble.observe(parameters, motions)
+    positions = ensemble.observe_positions(parameters, motions, only_last=False)
     for k in (0, MEMBERS - 1):
         for n in (0, 7):
             seen = systems[k].observe(motions.states[:, k, n])
             motion = seen.motion
-            expected = [motion.B @ motion.Omega, motion.X, motion.V, motion.E, motion.F]
-            vectors = np.array([rows[:, k, n] for rows in observed[:-1]])
+            expected = [motion.E, motion.Theta, motion.F, motion.B @ motion.Omega]
+            expected += [motion.X, motion.V]
+            found = (observed.values, observed.rates, positions.X, positions.V)
+            vectors = np.concatenate([rows[:, k, n] for rows in found]).reshape(-1, 3)
             assert vectors == pytest.approx(np.array(expected), rel=1e-10, abs=1e-12)
             assert observed.energy[k, n] == pytest.approx(seen.energy.sum(), rel=1e-10, abs=1e-9)
+
+
+def test_the_last_positions_are_those_of_all(made):
+    _, parameters, _, ensemble, motions = made
+    every = ensemble.observe_positions(parameters, motions, only_last=False)
+    last = ensemble.observe_positions(parameters, motions, only_last=True)
+    for rows, expected in zip(last, every, strict=True):
+        assert rows.tobytes() == expected[..., -1:].tobytes()
 
 
 def bits(motions, chosen):

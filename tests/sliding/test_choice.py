@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from support.sliding import connector, paper_problem, pushed_ball
 
+from rbstab.integrate.switching import modes as switching_modes
 from rbstab.integrate.switching.modes import (
     Modes,
+    SurfaceDynamics,
     modes_on_surface,
-    surface_dynamics,
     system_for_modes,
 )
 
@@ -24,7 +25,7 @@ def body_on_the_surface(rng, axes):
     y[9:12] = rng.normal(0, 1, 3)
     y[9:12][axes] = -SLOPE * y[6:9][axes]
     every = Modes((0.0, 0.0, 0.0), held=(1.0, 1.0, 1.0))
-    needed = np.abs(surface_dynamics(system_for_modes(system, every), y).force)
+    needed = np.abs(SurfaceDynamics(system_for_modes(system, every), y).force)
     bounds = replace(connector(1.0, SLOPE), K_s=needed * rng.uniform(0.3, 1.7, 3))
     return replace(system, elements=(*system.elements[:-1], bounds)), y
 
@@ -40,7 +41,7 @@ def test_the_choice_is_consistent(axes):
         system, y = body_on_the_surface(rng, axes)
         others = rng.choice([-1.0, 1.0], 3)
         chosen = modes_on_surface(system, y, Modes(tuple(others.tolist())), axes)
-        now = surface_dynamics(system_for_modes(system, chosen), y)
+        now = SurfaceDynamics(system_for_modes(system, chosen), y)
         bounds = system.elements[-1].K_s
         for axis in range(3):
             side = chosen.mode[axis]
@@ -55,6 +56,26 @@ def test_the_choice_is_consistent(axes):
                 assert now.force[axis] == pytest.approx(-bounds[axis] * side)
         kinds.add(sum(chosen.held))
     assert len(kinds) == len(axes) + 1
+
+
+def test_the_search_ends_with_the_first_choice_that_is_consistent(monkeypatch):
+    """Of 27 choices for three axes, the one that holds all of them comes first."""
+    examined = []
+
+    class Counted(SurfaceDynamics):
+        def __init__(self, *args):
+            super().__init__(*args)
+            examined.append(self)
+
+    monkeypatch.setattr(switching_modes, "SurfaceDynamics", Counted)
+    system, y = body_on_the_surface(np.random.default_rng(2), [0, 1, 2])
+    strong = replace(system.elements[-1], K_s=np.full(3, 1e9))
+    system = replace(system, elements=(*system.elements[:-1], strong))
+    chosen = modes_on_surface(system, y, Modes((1.0, 1.0, 1.0)), [0, 1, 2])
+    assert chosen.held == (1, 1, 1)
+    assert len(examined) == 1
+    # Nothing but the force of a held axis is needed.
+    assert set(vars(examined[0])) == {"system", "y", "force"}
 
 
 @pytest.mark.parametrize(

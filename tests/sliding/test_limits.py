@@ -11,7 +11,7 @@ from support.sliding import ball_in_a_V, connector, paper_problem, pushed_ball, 
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.driver import DriverState, SwitchEvent
 from rbstab.integrate.switching.filippov import FilippovDriver
-from rbstab.integrate.switching.modes import Modes, surface_dynamics, system_for_modes
+from rbstab.integrate.switching.modes import Modes, SurfaceDynamics, system_for_modes
 
 
 def turning_ball(rate, samples, angle=0.0):
@@ -119,7 +119,7 @@ def crossed(bounds):
     *_, last = driver.samples()
     modes = last.driver_state.modes
     now = system_for_modes(system, modes)
-    return modes, surface_dynamics(now, y[:12]).force, now.rates(y[:12])[9:12], driver.log
+    return modes, SurfaceDynamics(now, y[:12]).force, now.rates(y[:12])[9:12], driver.log
 
 
 def test_a_crossing_that_overloads_two_held_axes_releases_both():

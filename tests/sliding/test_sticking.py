@@ -8,7 +8,7 @@ from support.sliding import audit, ball_in_a_V, connector, paper_problem, pushed
 
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.chatter import stick
-from rbstab.integrate.switching.modes import Modes, surface_dynamics, system_for_modes
+from rbstab.integrate.switching.modes import Modes, SurfaceDynamics, system_for_modes
 
 STATE = np.array([0.2, -0.3, 0.4, 3.0, 5.0, -4.0, 0.0, 0.0, 0.0, 0.3, -0.2, 0.4, 7.0, 8.0])
 """Θ, Ω, E = 0, F, and the two integrals of energy, which sticking does not change."""
@@ -80,7 +80,7 @@ def test_every_held_axis_has_to_bear_its_force(weak):
     modes = Modes((1.0, 1.0, 1.0))
     strong = bound_by([1e6, 1e6, 1e6])
     stuck = stick_of(strong, STATE, modes)
-    force = np.abs(surface_dynamics(system_for_modes(strong, stuck.modes), stuck.state).force)
+    force = np.abs(SurfaceDynamics(system_for_modes(strong, stuck.modes), stuck.state).force)
     for share, allowed in ((1.0001, True), (0.9999, False)):
         bounds = np.full(3, 1e6)
         bounds[weak] = share * force[weak]
@@ -101,7 +101,7 @@ def test_an_axis_that_is_held_must_bear_what_others_put_on_it(held):
     strong = bound_by([1e6, 1e6, 1e6])
     all_stuck = stick_of(strong, y, modes)
     needed = np.abs(
-        surface_dynamics(system_for_modes(strong, all_stuck.modes), all_stuck.state).force
+        SurfaceDynamics(system_for_modes(strong, all_stuck.modes), all_stuck.state).force
     )
     bounds = np.full(3, 1e6)
     bounds[held] = 0.999 * needed[held]

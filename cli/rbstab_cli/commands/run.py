@@ -1,6 +1,7 @@
 """`rbstab run`."""
 
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.members import MEMBERS, load_members
 from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, results_folder
+from rbstab_cli.garbage import keep_imports
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -76,11 +78,16 @@ def command(
     if engine is not None:
         refuse_engine_change(changes)
         changes = (*changes, f"integration.engine={engine}")
-    loaded = (
-        load_members(configs, members, changes, output)
-        if members
-        else {(str(path), path.stem): config for path, config in load_all(configs, changes).items()}
-    )
+    with keep_imports():
+        loaded = (
+            load_members(configs, members, changes, output)
+            if members
+            else {
+                (str(path), path.stem): config
+                for path, config in load_all(configs, changes).items()
+            }
+        )
+        _import_engines({config.integration.engine for config in loaded.values()})
     targets = _targets(loaded, output)
     batch = _Batch(output, force=force, prove=prove, to_end=to_end, quiet=quiet)
     try:
@@ -95,6 +102,16 @@ def command(
     if batch.finished and not quiet and batch.exit_code != exit_codes.INTERRUPTED:
         click.echo(f"Next: rbstab show {batch.finished[-1].path}", err=True)
     raise click.exceptions.Exit(batch.exit_code)
+
+
+def _import_engines(names: set[str]) -> None:
+    """Import all that a run needs; an engine that is missing is reported by its first run."""
+    import rbstab.experiment.run_to_file  # noqa: F401 (imported here for later)
+    from rbstab.integrate.engines import EngineMissingError, engine
+
+    for name in names:
+        with suppress(EngineMissingError):
+            engine(name)
 
 
 def _targets(names: Iterable[tuple[str, str]], output: Path) -> dict[tuple[str, str], Path]:

@@ -86,6 +86,12 @@ def _part_by_old_name(
     help="Rerun shards with failed members (diverged, hit a limit, not integrated).",
 )
 @click.option("--fail-fast", is_flag=True, help="Stop at the first failed member.")
+@click.option(
+    "--compare",
+    metavar="N",
+    type=click.IntRange(1),
+    help="Members that scipy computes again, for comparison; default: 4 to 16.",
+)
 @click.option("--force", is_flag=True, help="Move a different sweep of the same name aside.")
 @AS_JSON
 @QUIET
@@ -105,6 +111,7 @@ def command(
     dry_run: bool,
     retry_failed: bool,
     fail_fast: bool,
+    compare: int | None,
     force: bool,
     as_json: bool,
     quiet: bool,
@@ -127,10 +134,11 @@ def command(
         "--force": force,
         "--dask": dask,
         "--threads": threads,
+        "--compare": compare,
     }
     given["--dry-run"] = dry_run
-    _refuse_together(given, "--part", "--shard", "--force")
-    _refuse_together(given, "--shard", "--force")
+    _refuse_together(given, "--part", "--shard", "--force", "--compare")
+    _refuse_together(given, "--shard", "--force", "--compare")
     _refuse_together(given, "--dask", "--threads", "--dry-run")
     part = part or old_part
     try:
@@ -145,7 +153,9 @@ def command(
             refuse_engine_change(changes)
             name = _engine(engine, folder, plan)
             loaded = _load(plan, (*changes, f"integration.engine={name}"))
-            options = SweepOptions(None, threads, shard_size, retry_failed, fail_fast, force, part)
+            options = SweepOptions(
+                None, threads, shard_size, retry_failed, fail_fast, force, part, compare=compare
+            )
             if dry_run:
                 from rbstab_cli.output.sweep_report import report_estimate
 

@@ -120,7 +120,7 @@ def report_estimate(plan: "Plan", path: Path, options: "SweepOptions", *, as_jso
     members, done = _member_counts(plan, path, options)
     threads = options.threads or processor_count()
     factory = options.factory or factory_for(plan.engine)
-    found = estimate(plan, members - done, factory, threads)
+    found = estimate(plan, members - done, factory, threads, compare=options.compare)
     if options.part is not None:
         # A part is neither compared nor gathered.
         share = members / plan.members

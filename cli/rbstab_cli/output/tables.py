@@ -1,6 +1,8 @@
 """Tables and numbers on stdout."""
 
 import sys
+import unicodedata
+from dataclasses import dataclass, field
 from io import StringIO
 from typing import TYPE_CHECKING
 
@@ -10,53 +12,48 @@ from rbstab.config.errors import printable
 
 if TYPE_CHECKING:
     from rich.console import JustifyMethod
-    from rich.table import Table
+    from rich.table import Table as RichTable
 
 FILE_WIDTH = 1000
 """Width in characters if stdout is not a terminal; wide enough that no cell is cut."""
 
 
-def new_table(*columns: str, words: tuple[str, ...] = (), numbers: tuple[str, ...] = ()) -> "Table":
-    """Make an empty table.
+@dataclass
+class Table:
+    """A table of texts.
 
     Args:
         columns: The headers.
         words: Columns that never fold.
         numbers: Columns that never fold and are right-aligned.
+        rows: The cells of each row, and its style on a terminal.
     """
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
 
-    on_terminal = sys.stdout.isatty()
-    table = Table(box=box.SIMPLE_HEAD if on_terminal else None, header_style="bold")
-    for column in columns:
-        # A terminal is narrow: the unit goes below the name, and long texts fold.
-        header = Text(column.replace(" [", "\n[") if on_terminal else column)
-        right = column in numbers
-        whole = right or column in words
-        justify: JustifyMethod = "right" if right else "left"
-        table.add_column(header, justify=justify, no_wrap=whole, overflow="fold")
-    return table
+    columns: tuple[str, ...]
+    words: tuple[str, ...] = ()
+    numbers: tuple[str, ...] = ()
+    rows: list[tuple[tuple[str, ...], str | None]] = field(default_factory=list)
 
 
-def add_row(table: "Table", *cells: str, style: str | None = None) -> None:
+def new_table(*columns: str, words: tuple[str, ...] = (), numbers: tuple[str, ...] = ()) -> Table:
+    """Make an empty table; see `Table`."""
+    return Table(columns, words, numbers)
+
+
+def add_row(table: Table, *cells: str, style: str | None = None) -> None:
     """Add a row; cells are plain text, never markup."""
-    from rich.text import Text
-
-    table.add_row(*(Text(printable(cell)) for cell in cells), style=style)
+    table.rows.append((tuple(printable(cell) for cell in cells), style))
 
 
-def print_table(table: "Table") -> None:
+def print_table(table: Table) -> None:
     """Print a table to stdout, in colour on a terminal unless NO_COLOR is set."""
-    from rbstab_cli.output.console import OutputConsole
-
     if sys.stdout.isatty():
-        OutputConsole(highlight=False).print(table)
+        from rbstab_cli.output.console import OutputConsole
+
+        OutputConsole(highlight=False).print(_rich_table(table, on_terminal=True))
         return
-    text = StringIO()
-    OutputConsole(file=text, width=FILE_WIDTH, highlight=False).print(table)
-    for line in text.getvalue().splitlines():
+    lines = _plain_lines(table)
+    for line in _rich_lines(table) if lines is None else lines:
         click.echo(line.rstrip())
     click.echo()
 
@@ -64,3 +61,62 @@ def print_table(table: "Table") -> None:
 def number(value: float, digits: int = 4) -> str:
     """Return a number with the given count of significant digits."""
     return f"{value:.{digits}g}"
+
+
+def _plain_lines(table: Table) -> list[str] | None:
+    """Return the lines as rich makes them for a file, without importing it.
+
+    Returns:
+        The lines; None if rich would fold them, or if a character may not be one column
+        wide.
+    """
+    rows = [table.columns, *(cells for cells, _ in table.rows)]
+    if not all(_has_plain_width(cell) for row in rows for cell in row):
+        return None
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    if sum(widths) + 2 * len(widths) > FILE_WIDTH:
+        return None
+    is_right = [name in table.numbers for name in table.columns]
+    return [
+        "".join(
+            f" {cell.rstrip():>{width}} " if right else f" {cell:<{width}} "
+            for cell, width, right in zip(row, widths, is_right, strict=True)
+        )
+        for row in rows
+    ]
+
+
+def _has_plain_width(text: str) -> bool:
+    """Whether each character of a printable text is one column wide."""
+    return text.isascii() or all(
+        unicodedata.east_asian_width(c) not in "WF" and unicodedata.category(c)[0] != "M"
+        for c in text
+    )
+
+
+def _rich_lines(table: Table) -> list[str]:
+    from rbstab_cli.output.console import OutputConsole
+
+    text = StringIO()
+    console = OutputConsole(file=text, width=FILE_WIDTH, highlight=False)
+    console.print(_rich_table(table, on_terminal=False))
+    return text.getvalue().splitlines()
+
+
+def _rich_table(table: Table, *, on_terminal: bool) -> "RichTable":
+    # Imported late: only a terminal needs it.
+    from rich import box
+    from rich.table import Table as RichTable
+    from rich.text import Text
+
+    made = RichTable(box=box.SIMPLE_HEAD if on_terminal else None, header_style="bold")
+    for column in table.columns:
+        # A terminal is narrow: the unit goes below the name, and long texts fold.
+        header = Text(column.replace(" [", "\n[") if on_terminal else column)
+        right = column in table.numbers
+        whole = right or column in table.words
+        justify: JustifyMethod = "right" if right else "left"
+        made.add_column(header, justify=justify, no_wrap=whole, overflow="fold")
+    for cells, style in table.rows:
+        made.add_row(*(Text(cell) for cell in cells), style=style)
+    return made

@@ -42,10 +42,18 @@ class LyapunovZero(NamedTuple):
     is_lowest: bool
 
 
-class _SingleEnergy(NamedTuple):
-    value: Array
-    gradient: Array
-    hessian: Array
+class _SingleEnergy:
+    """The energy of one configuration (an `EnergyAt`); its Hessian is computed when it is read."""
+
+    def __init__(self, at_rest: Configurations, q: Array) -> None:
+        self._gradient, self._q = at_rest.gradient, q
+        self.value = np.array([float(at_rest.energy(q))])
+        self.gradient = at_rest.gradient(q)[np.newaxis]
+
+    @property
+    def hessian(self) -> Array:
+        """The Hessian, shape (1, n, n)."""
+        return numerical_hessian(self._gradient, self._q)[np.newaxis]
 
 
 def lyapunov_zero(
@@ -92,12 +100,7 @@ def _descended(at_rest: Configurations, q: Array, is_late: Callable[[], bool]) -
         return None
 
     def energy(_rows: Array, q: Array) -> _SingleEnergy:
-        point = q[:, 0]
-        return _SingleEnergy(
-            np.array([float(at_rest.energy(point))]),
-            at_rest.gradient(point)[np.newaxis],
-            numerical_hessian(at_rest.gradient, point)[np.newaxis],
-        )
+        return _SingleEnergy(at_rest, q[:, 0])
 
     tolerance = gradient_tolerance(largest_load(at_rest, q))
     ends, _, _ = descend(energy, q[:, np.newaxis], np.array([tolerance]), is_late, _is_upright)

@@ -75,11 +75,26 @@ class Configurations:
 
     def energies(self, q: Array) -> Array:
         """Return the energy stored in each element, shape (elements,), J."""
-        return self.system.observe(self.state(q)).energy[1:]
+        return np.array(stored_energies(self.system, self.motion(q), q[self.pose_size :]))
 
     def gradient(self, q: Array) -> Array:
         """Return the derivatives of the energy, shape (size,): N m, then N."""
         return jacobian(self.energy, q)
+
+
+def stored_energies(system: System, motion: Motion, own: Array) -> list[Number]:
+    """Return the energy stored in each element, J, without computing any force.
+
+    Args:
+        system: The system.
+        motion: The motion of its body.
+        own: The own states of all elements, one after the other.
+    """
+    energies, end = [], 0
+    for element in system.elements:
+        begin, end = end, end + element.state_size
+        energies.append(element.stored(motion, own[begin:end]))
+    return energies
 
 
 def configurations(system: System) -> Configurations:

@@ -25,7 +25,10 @@ ROUND_OFF = 1e-12
 
 
 class EnergyAt(Protocol):
-    """Energies with their derivatives at m points."""
+    """Energies with their derivatives at m points.
+
+    A descent reads the Hessians only if it makes another step.
+    """
 
     @property
     def value(self) -> Array:
@@ -73,13 +76,16 @@ def descend(
     q = starts.copy()
     rows = np.arange(q.shape[1])
     at = energy(rows, q)
-    value, gradient, hessian = at.value.copy(), at.gradient.copy(), at.hessian.copy()
+    value, gradient = at.value.copy(), at.gradient.copy()
+    hessian = np.empty((*gradient.shape, gradient.shape[1]))
+    accepted, lower = rows, np.ones(len(rows), dtype=bool)
     shortened = np.ones(len(rows))
     for _ in range(MAX_STEPS):
         steep = np.abs(gradient).max(axis=1) > tolerance
         rows = np.flatnonzero(steep & (shortened > SHORTEST_STEP))
         if not len(rows) or is_late():
             break
+        hessian[accepted] = at.hessian[lower]
         trial = q[:, rows] + shortened[rows] * _steps(gradient[rows], hessian[rows]).T
         at = energy(rows, trial)
         slack = ROUND_OFF * (np.abs(value[rows]) + 1.0)
@@ -88,7 +94,7 @@ def descend(
             lower &= is_inside(trial)
         accepted = rows[lower]
         q[:, accepted], value[accepted] = trial[:, lower], at.value[lower]
-        gradient[accepted], hessian[accepted] = at.gradient[lower], at.hessian[lower]
+        gradient[accepted] = at.gradient[lower]
         shortened[accepted] = np.minimum(1.0, 2.0 * shortened[accepted])
         shortened[rows[~lower]] *= 0.5
     return q, value, np.abs(gradient).max(axis=1) <= tolerance

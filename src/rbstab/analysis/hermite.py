@@ -12,11 +12,11 @@ class HermitePolynomials(NamedTuple):
 
     Attributes:
         nodes: Each sample time twice, shape (2k, p), s.
-        coefficients: The divided differences, shape (2k, p).
+        coefficients: The divided differences, 2k arrays of shape (p,).
     """
 
     nodes: Array
-    coefficients: Array
+    coefficients: list[Array]
 
     def values_at(self, t: Array) -> Array:
         """Return the values at times of shape (p,)."""
@@ -38,8 +38,25 @@ class HermitePolynomials(NamedTuple):
         return value, first, second
 
 
-def hermite_polynomials(times: Array, values: Array, rates: Array) -> HermitePolynomials:
-    """Return the polynomials through samples.
+class HermiteTable(NamedTuple):
+    """Divided differences of samples: they contain the polynomials through all consecutive ones.
+
+    Attributes:
+        nodes: Each sample time twice, shape (2k, p), s.
+        differences: The differences of every order j, shape (2k - j, p) each.
+    """
+
+    nodes: Array
+    differences: list[Array]
+
+    def through(self, first: int, count: int) -> HermitePolynomials:
+        """Return the polynomials through `count` consecutive samples."""
+        coefficients = [self.differences[order][2 * first] for order in range(2 * count)]
+        return HermitePolynomials(self.nodes[2 * first : 2 * (first + count)], coefficients)
+
+
+def hermite_table(times: Array, values: Array, rates: Array) -> HermiteTable:
+    """Return the divided differences of samples.
 
     Args:
         times: Shape (k, p), s, each column ascending.
@@ -48,11 +65,11 @@ def hermite_polynomials(times: Array, values: Array, rates: Array) -> HermitePol
     """
     nodes, repeated = np.repeat(times, 2, axis=0), np.repeat(values, 2, axis=0)
     # The difference over a repeated node is the rate.
-    differences = np.empty_like(repeated[1:])
-    differences[::2] = rates
-    differences[1::2] = (values[1:] - values[:-1]) / (times[1:] - times[:-1])
-    coefficients = [repeated[0], differences[0]]
+    first = np.empty_like(repeated[1:])
+    first[::2] = rates
+    first[1::2] = (values[1:] - values[:-1]) / (times[1:] - times[:-1])
+    differences = [repeated, first]
     for order in range(2, len(nodes)):
-        differences = (differences[1:] - differences[:-1]) / (nodes[order:] - nodes[:-order])
-        coefficients.append(differences[0])
-    return HermitePolynomials(nodes, np.array(coefficients))
+        lower = differences[-1]
+        differences.append((lower[1:] - lower[:-1]) / (nodes[order:] - nodes[:-order]))
+    return HermiteTable(nodes, differences)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.peaks import indices_of_largest, peaks_at_samples
-from rbstab.analysis.turning_points import turning_points
+from rbstab.analysis.turning_points import TurningPoints, finer_by_interpolation, turning_points
 from rbstab.mechanics.numbers import Array
 
 RELATIVE = 1e-5
@@ -27,20 +27,20 @@ MAX_DIVISIONS = 6
 
 
 class Samples(NamedTuple):
-    """Sampled quantities of m members.
+    """Samples of q quantities of m members.
 
     Attributes:
         times: Shape (n,) for all members, or (m, n), s.
-        values: For each quantity an array of shape (m, n).
-        rates: The derivatives of the values, in the same form.
+        values: Shape (q, m, n).
+        rates: The derivatives of the values, shape (q, m, n).
         divide: Returns finer samples of some intervals, given the number of a member and the number
             of an interval, both of shape (p,). The result has one member for each interval. It is
             NaN where it cannot be computed. None if there are no finer samples.
     """
 
     times: Array
-    values: Sequence[Array]
-    rates: Sequence[Array]
+    values: Array
+    rates: Array
     divide: "Callable[[Array, Array], Samples] | None" = None
 
 
@@ -70,21 +70,20 @@ def find_peaks(samples: Samples, tolerance: float = RELATIVE, cubics: Peaks | No
     """
     search = _Search(samples, tolerance)
     found = search.candidates()
-    return search.chosen(found, cubics or peaks_of_cubics(samples, search.indices))
+    if cubics is None:
+        indices = search.indices.reshape(samples.values.shape[:2])
+        cubics = peaks_of_cubics(samples, indices)
+    return search.chosen(found, cubics)
 
 
-def peaks_of_cubics(samples: Samples, indices: Sequence[Array] | None = None) -> Peaks:
+def peaks_of_cubics(samples: Samples, indices: Array | None = None) -> Peaks:
     """Return the peaks of the cubic interpolants, with unknown errors (see `peaks_at_samples`).
 
     Args:
         samples: The samples; the times have the shape (n,).
-        indices: The largest sample of each quantity and member, if it is known.
+        indices: The largest sample of each quantity and member, shape (q, m), if it is known.
     """
-    found = [
-        peaks_at_samples(samples.times, values, rates, None if indices is None else indices[k])
-        for k, (values, rates) in enumerate(zip(samples.values, samples.rates, strict=True))
-    ]
-    value, time = (np.array([one[part] for one in found]) for part in (0, 1))
+    value, time = peaks_at_samples(samples.times, samples.values, samples.rates, indices)
     return Peaks(value, time, np.full(value.shape, np.nan))
 
 
@@ -102,7 +101,14 @@ class _Candidates(NamedTuple):
     value: Array
     error: Array
 
+    @classmethod
+    def of(cls, found: TurningPoints, signals: Array, rows: Array) -> "_Candidates":
+        """Return turning points as candidates; their rows have these signals and sample rows."""
+        signal, row = signals[found.row], rows[found.row]
+        return cls(signal, row, found.interval, found.time, found.value, found.error)
+
     def where(self, chosen: Array) -> "_Candidates":
+        """Return some candidates."""
         return _Candidates(*(array[chosen] for array in self))
 
 
@@ -113,44 +119,54 @@ def _joined(parts: Sequence[_Candidates]) -> _Candidates:
 class _Search:
     """The search for the peaks of all members.
 
+    Signal number i is quantity i // m of member i % m.
+
     Attributes:
-        indices: The largest sample of each quantity and member, arrays of shape (m,).
-        at_samples: The values of these samples, shape (quantities * m,).
-        largest: A lower bound of the magnitude of each peak, in the same order.
+        values: The samples of all signals, shape (q * m, n).
+        rates: Their rates, in the same form.
+        indices: The largest sample of each signal, shape (q * m,).
+        at_samples: The values of these samples, shape (q * m,).
+        largest: A lower bound of the magnitude of each peak, shape (q * m,).
     """
 
     def __init__(self, samples: Samples, tolerance: float) -> None:
         self.samples = samples
         self.tolerance = tolerance
-        self.members = len(samples.values[0])
-        self.indices = [indices_of_largest(values) for values in samples.values]
-        rows = np.arange(self.members)
-        pairs = zip(samples.values, self.indices, strict=True)
-        self.at_samples = np.concatenate([values[rows, at] for values, at in pairs])
+        self.members, count = samples.values.shape[1:]
+        self.values = samples.values.reshape(-1, count)
+        self.rates = samples.rates.reshape(-1, count)
+        self.indices = indices_of_largest(self.values)
+        self.at_samples = self.values[np.arange(len(self.values)), self.indices]
         self.largest = np.abs(self.at_samples)
 
     def candidates(self) -> _Candidates:
         """Return all turning points that may be peaks, as accurate as possible."""
-        samples, everyone = self.samples, np.arange(self.members)
-        starts = range(0, len(self.largest), self.members)
-        parts = [
-            self._between(samples, quantity, everyone, start + everyone)
-            for quantity, start in enumerate(starts)
-        ]
-        open_, done = _joined(parts), []
-        for divisions in range(MAX_DIVISIONS + 1):
-            resolved = open_.error <= self._tolerance(self.largest[open_.signal])
-            done.append(open_.where(resolved))
-            # An estimate that is not small may be too small, so only resolved points count here.
-            np.fmax.at(self.largest, done[-1].signal, np.abs(done[-1].value) - done[-1].error)
-            open_ = open_.where(~resolved)
-            upper = np.abs(open_.value) + SAFETY * open_.error
-            open_ = open_.where(~(upper < self.largest[open_.signal]))
-            if samples.divide is None or divisions == MAX_DIVISIONS or not len(open_.row):
+        samples, signals = self.samples, np.arange(len(self.values))
+        lowest = self._lowest(signals)
+        found = turning_points(samples.times, self.values, self.rates, lowest, self.indices)
+        done: list[_Candidates] = []
+        open_ = self._sorted_out(_Candidates.of(found, signals, signals % self.members), done)
+        open_ = self._interpolated(open_, done)
+        for _ in range(MAX_DIVISIONS):
+            if samples.divide is None or not len(open_.row):
                 break
             samples, open_, failed = self._divided(samples, open_)
             done.append(failed)
+            open_ = self._sorted_out(open_, done)
         return _joined([*done, open_])
+
+    def _sorted_out(self, found: _Candidates, done: list[_Candidates]) -> _Candidates:
+        """Move candidates that are accurate enough to a list, and return the open ones.
+
+        Open candidates that are too low for a peak are left out.
+        """
+        resolved = found.error <= self._tolerance(self.largest[found.signal])
+        done.append(found.where(resolved))
+        # An estimate that is not small may be too small, so only resolved points count here.
+        np.fmax.at(self.largest, done[-1].signal, np.abs(done[-1].value) - done[-1].error)
+        open_ = found.where(~resolved)
+        upper = np.abs(open_.value) + SAFETY * open_.error
+        return open_.where(~(upper < self.largest[open_.signal]))
 
     def chosen(self, found: _Candidates, cubics: Peaks) -> Peaks:
         """Return the peaks of the cubics, replaced by candidates or samples where they are wrong.
@@ -166,7 +182,7 @@ class _Search:
         np.maximum.at(upper, found.signal, np.abs(found.value) + found.error)
         tolerance = self._tolerance(magnitude)
         wrong = np.abs(np.abs(value) - magnitude) > tolerance
-        at = self.samples.times[np.concatenate(self.indices)]
+        at = self.samples.times[self.indices]
         value, time = np.where(wrong, self.at_samples, value), np.where(wrong, at, time)
         # Of several points that are alike within the tolerance, take the first.
         alike = np.abs(found.value) >= (magnitude - tolerance)[found.signal]
@@ -180,26 +196,40 @@ class _Search:
         """Return half of the allowed error: the choice among peaks may add the other half."""
         return 0.5 * np.maximum(self.tolerance * magnitude, ABSOLUTE)
 
-    def _between(self, samples: Samples, quantity: int, rows: Array, signals: Array) -> _Candidates:
-        """Return the candidates of one quantity between samples.
+    def _lowest(self, signals: Array) -> Array:
+        """Return what a turning point must reach at least.
+
+        A quantity that is zero but for round-off has many turning points and no peak.
+        """
+        return np.maximum(self.largest[signals], ABSOLUTE)
+
+    def _interpolated(self, open_: _Candidates, done: list[_Candidates]) -> _Candidates:
+        """Look for turning points between interpolated samples; return those that stay open.
 
         Args:
-            samples: The samples.
-            quantity: The number of the quantity.
-            rows: Members of `samples`, shape (r,).
-            signals: The signal of each of these members, shape (r,).
+            open_: Open candidates between the samples.
+            done: The candidates that are accurate enough; those found here are added.
         """
-        values, rates, times = samples.values[quantity], samples.rates[quantity], samples.times
-        if samples is self.samples:
-            indices = self.indices[quantity]
-        else:
-            values, rates, times = values[rows], rates[rows], times[rows]
-            indices = indices_of_largest(values)
-        # A quantity that is zero but for round-off has many turning points and no peak.
-        lowest = np.maximum(self.largest[signals], ABSOLUTE)
-        found = turning_points(times, values, rates, lowest, indices)
-        row, signal = rows[found.row], signals[found.row]
-        return _Candidates(signal, row, found.interval, found.time, found.value, found.error)
+        intervals = self.values.shape[1]
+        keys, which = np.unique(open_.signal * intervals + open_.interval, return_inverse=True)
+        signal, interval = keys // intervals, keys % intervals
+        finer = finer_by_interpolation(
+            self.samples.times, self.values, self.rates, signal, interval
+        )
+        is_accurate = finer.error <= 0.5 * self._tolerance(self.largest[signal])
+        rows = np.flatnonzero(is_accurate)
+        values, rates = finer.values[rows], finer.rates[rows]
+        indices = indices_of_largest(values)
+        lowest = self._lowest(signal[rows])
+        found = turning_points(finer.times[rows], values, rates, lowest, indices)
+        error = found.error + finer.error[rows][found.row]
+        # `row` is the number of the interval here, to tell which intervals stay open.
+        refined = self._sorted_out(
+            _Candidates.of(found._replace(error=error), signal[rows], rows), done
+        )
+        stays_open = ~is_accurate
+        stays_open[refined.row] = True
+        return open_.where(stays_open[which])
 
     def _divided(
         self, samples: Samples, found: _Candidates
@@ -209,11 +239,14 @@ class _Search:
         intervals = samples.times.shape[-1]
         keys, rows = np.unique(found.row * intervals + found.interval, return_inverse=True)
         finer = samples.divide(keys // intervals, keys % intervals)
-        quantities = found.signal // self.members
-        is_finite = np.all([np.isfinite(array).all(axis=1) for array in finer.values], axis=0)
-        is_finite &= np.all([np.isfinite(array).all(axis=1) for array in finer.rates], axis=0)
-        parts = []
-        for quantity in range(len(finer.values)):
-            chosen = (quantities == quantity) & is_finite[rows]
-            parts.append(self._between(finer, quantity, rows[chosen], found.signal[chosen]))
-        return finer, _joined(parts), found.where(~is_finite[rows])
+        is_finite = np.isfinite(finer.values).all(axis=(0, 2)) & np.isfinite(finer.rates).all(
+            axis=(0, 2)
+        )
+        chosen = is_finite[rows]
+        signals, rows = found.signal[chosen], rows[chosen]
+        quantities = signals // self.members
+        values, rates = finer.values[quantities, rows], finer.rates[quantities, rows]
+        between = turning_points(
+            finer.times[rows], values, rates, self._lowest(signals), indices_of_largest(values)
+        )
+        return finer, _Candidates.of(between, signals, rows), found.where(~chosen)

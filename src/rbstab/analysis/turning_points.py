@@ -4,17 +4,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.hermite import HermitePolynomials, hermite_polynomials
+from rbstab.analysis.hermite import HermitePolynomials, HermiteTable, hermite_table
 from rbstab.mechanics.numbers import Array
 
 NODES = 4
 """The samples through which a turning point is interpolated, with their rates (degree 7)."""
 
+MORE_NODES = 6
+"""The samples for interpolation where `NODES` are not accurate enough (degree 11)."""
+
+PARTS = 4
+"""The parts into which interpolation divides an interval."""
+
 ROOT_STEPS = 3
 """Steps to find where the rate of an interpolant is zero."""
 
 CONVERGING = 0.25
-"""The motion is resolved if degree 5 has at most this times the error of degree 3."""
+"""The motion is resolved if a degree has at most this times the error of two degrees below it."""
 
 UNRESOLVED = 10.0
 """Factor on the differences between interpolants that do not converge."""
@@ -28,8 +34,8 @@ JUMP = 0.5
 turn twice in it."""
 
 
-ROWS_AT_ONCE = 32
-"""Signals whose changes are in memory at once: they stay in the cache of the processor."""
+ROWS_AT_ONCE = 64
+"""Signals that are scanned at once: they stay in the cache of the processor."""
 
 
 class TurningPoints(NamedTuple):
@@ -65,25 +71,22 @@ def turning_points(
         lowest: The bound of each signal, shape (rows,). It must be above 0.
         indices: The sample of each signal that is farthest from zero, shape (rows,).
     """
-    rising = rates > 0
     longest = np.diff(times).max(initial=0.0)
-    row, interval = _pairs(np.flatnonzero(rising[:, 1:] != rising[:, :-1]), values.shape[1] - 1)
-    excess = _excess(values, rates, row, interval, longest)
-    in_reach = excess >= lowest[row]
+    turns, jumps = _scanned(rates, JUMP * lowest / longest)
+    row, interval = _pairs(turns, values.shape[1])
+    in_reach = _excess(values, rates, turns, longest) >= lowest[row]
     row, interval = row[in_reach], interval[in_reach]
-    times = np.broadcast_to(times, values.shape)
     found = TurningPoints(row, interval, *_interpolated(times, values, rates, row, interval))
     beside = _beside_largest(times, values, rates, indices)
-    keys = np.unique(np.concatenate([beside, _where_rate_jumps(times, rates, lowest, longest)]))
-    row, interval = _pairs(keys, values.shape[1])
-    same_sign = rising[row, interval] == rising[row, interval + 1]
+    row, interval = _pairs(np.unique(np.concatenate([beside, jumps])), values.shape[1])
+    same_sign = (rates[row, interval] > 0) == (rates[row, interval + 1] > 0)
     row, interval = row[same_sign], interval[same_sign]
     ends = row, np.array([interval, interval + 1])
     magnitudes = np.abs(values[ends])
     in_reach = magnitudes.max(axis=0) + longest * np.abs(rates[ends]).max(axis=0) >= lowest[row]
     end = interval + (magnitudes[1] > magnitudes[0])
     unknown = np.full(len(row), np.inf)
-    hidden = TurningPoints(row, interval, times[row, end], values[row, end], unknown)
+    hidden = TurningPoints(row, interval, _times_at(times, row, end), values[row, end], unknown)
     return TurningPoints(
         *(np.concatenate([a, b[in_reach]]) for a, b in zip(found, hidden, strict=True))
     )
@@ -95,16 +98,48 @@ def _pairs(keys: Array, count: int) -> tuple[Array, Array]:
     return row, keys - row * count
 
 
-def _excess(values: Array, rates: Array, row: Array, interval: Array, longest: float) -> Array:
+def _times_at(times: Array, row: Array, index: Array) -> Array:
+    """Return some samples of signals; `times` has the shape (n,) or (rows, n)."""
+    return times[index] if times.ndim == 1 else times[row, index]
+
+
+def _scanned(rates: Array, largest_change: Array) -> tuple[Array, Array]:
+    """Return the intervals in which rates change their sign, and those in which they jump, as keys.
+
+    Args:
+        rates: Shape (rows, n).
+        largest_change: A larger change of a rate is a jump, shape (rows,).
+    """
+    rows, count = rates.shape
+    turns, jumps = [], []
+    # No interval follows the last sample of a row.
+    is_turn = np.zeros((min(rows, ROWS_AT_ONCE), count), dtype=bool)
+    is_jump = np.zeros_like(is_turn)
+    for first in range(0, rows, ROWS_AT_ONCE):
+        some = rates[first : first + ROWS_AT_ONCE]
+        some_turn, some_jump = is_turn[: len(some)], is_jump[: len(some)]
+        rising = some > 0
+        np.not_equal(rising[:, 1:], rising[:, :-1], out=some_turn[:, :-1])
+        change = some[:, 1:] - some[:, :-1]
+        np.abs(change, out=change)
+        bound = largest_change[first : first + ROWS_AT_ONCE, np.newaxis]
+        np.greater(change, bound, out=some_jump[:, :-1])
+        turns.append(np.flatnonzero(some_turn) + first * count)
+        jumps.append(np.flatnonzero(some_jump) + first * count)
+    if not rows:
+        return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
+    return np.concatenate(turns), np.concatenate(jumps)
+
+
+def _excess(values: Array, rates: Array, keys: Array, longest: float) -> Array:
     """Return how far from zero a signal may turn between samples where its rate changes sign.
 
     The bound is the larger sample, plus three times the height of the intersection of the tangents.
     """
-    key = row * values.shape[1] + interval
     flat, flat_rates = values.reshape(-1), rates.reshape(-1)
-    up, down = np.abs(flat_rates[key]), np.abs(flat_rates[key + 1])
+    up, down = np.abs(flat_rates[keys]), np.abs(flat_rates[keys + 1])
     height = 3.0 * longest * up * down / (up + down)
-    return np.asarray(np.maximum(np.abs(flat[key]), np.abs(flat[key + 1])) + height)
+    return np.asarray(np.maximum(np.abs(flat[keys]), np.abs(flat[keys + 1])) + height)
 
 
 def _beside_largest(times: Array, values: Array, rates: Array, indices: Array) -> Array:
@@ -115,59 +150,111 @@ def _beside_largest(times: Array, values: Array, rates: Array, indices: Array) -
     begin, end = (row, interval), (row, interval + 1)
     mean_of_ends = (rates[begin] + rates[end]) / 2
     # The rate of the cubic in the middle of the interval.
-    middle = 1.5 * (values[end] - values[begin]) / (times[end] - times[begin]) - mean_of_ends / 2
+    h = _times_at(times, *end) - _times_at(times, *begin)
+    middle = 1.5 * (values[end] - values[begin]) / h - mean_of_ends / 2
     turns = middle * np.sign(mean_of_ends) < MIN_MIDDLE_RATE * np.abs(mean_of_ends)
     return np.asarray((row * count + interval)[turns])
 
 
-def _where_rate_jumps(times: Array, rates: Array, lowest: Array, longest: float) -> Array:
-    """Return the intervals in which the rate changes fast, as keys."""
-    largest = np.empty(len(rates))
-    for first in range(0, len(rates), ROWS_AT_ONCE):
-        block = slice(first, first + ROWS_AT_ONCE)
-        change = rates[block, 1:] - rates[block, :-1]
-        largest[block] = np.maximum(change.max(axis=1), -change.min(axis=1))
-    suspect = np.flatnonzero(longest * largest > JUMP * lowest)
-    h = np.diff(times[suspect])
-    row, interval = np.nonzero(
-        h * np.abs(np.diff(rates[suspect])) > JUMP * lowest[suspect, np.newaxis]
-    )
-    return np.asarray(suspect[row] * rates.shape[1] + interval)
+class FinerSamples(NamedTuple):
+    """Interpolated samples inside of p intervals.
+
+    Attributes:
+        times: Shape (p, PARTS + 1), s.
+        values: Shape (p, PARTS + 1).
+        rates: The derivatives of the values, shape (p, PARTS + 1).
+        error: The estimated error of the values, shape (p,); infinite if there is none.
+    """
+
+    times: Array
+    values: Array
+    rates: Array
+    error: Array
+
+
+def finer_by_interpolation(
+    times: Array, values: Array, rates: Array, row: Array, interval: Array
+) -> FinerSamples:
+    """Return finer samples of some intervals, interpolated with degree 11.
+
+    Args:
+        times: Shape (n,), s.
+        values: Shape (rows, n).
+        rates: The derivatives of the values, shape (rows, n).
+        row: The number of the signal of each interval, shape (p,).
+        interval: The numbers of the intervals, shape (p,).
+    """
+    finer = np.linspace(times[interval], times[interval + 1], PARTS + 1, axis=1)
+    between, slopes = np.empty(finer.shape), np.empty(finer.shape)
+    for end in (0, PARTS):
+        at = row, interval + end // PARTS
+        between[:, end], slopes[:, end] = values[at], rates[at]
+    if len(times) < MORE_NODES:
+        between[:, 1:-1], slopes[:, 1:-1] = np.nan, np.nan
+        return FinerSamples(finer, between, slopes, np.full(len(row), np.inf))
+    best, error = _best_polynomials(times, values, rates, row, interval, MORE_NODES)
+    for part in range(1, PARTS):
+        between[:, part], slopes[:, part], _ = best.at(finer[:, part])
+    return FinerSamples(finer, between, slopes, np.where(np.isfinite(error), error, np.inf))
 
 
 def _interpolated(
     times: Array, values: Array, rates: Array, row: Array, interval: Array
 ) -> tuple[Array, Array, Array]:
     """Return the times and values of turning points, and the estimates of their errors."""
-    count = values.shape[1]
-
-    def through(first: Array, nodes: int) -> HermitePolynomials:
-        chosen = row, np.clip(first, 0, count - nodes) + np.arange(nodes)[:, np.newaxis]
-        return hermite_polynomials(times[chosen], values[chosen], rates[chosen])
-
-    ends = row, np.array([interval, interval + 1])
-    begin, end = times[ends]
-    cubic = through(interval, 2)
-    if count < NODES:
-        t, value, _ = _turn(cubic, begin, end, rates[ends])
+    begin, end = _times_at(times, row, interval), _times_at(times, row, interval + 1)
+    slopes = rates[row, np.array([interval, interval + 1])]
+    if values.shape[1] < NODES:
+        cubic = _table(times, values, rates, row, interval, 2).through(0, 2)
+        t, value, _ = _turn(cubic, begin, end, slopes)
         return t, value, np.full(len(t), np.inf)
-    best = through(interval - 1, NODES)
-    quintics = [through(first, NODES - 1) for first in (interval - 1, interval)]
-    t, value, remainder = _turn(best, begin, end, rates[ends])
-    # The interpolants differ most in the middle of the interval.
-    middle = (begin + end) / 2
-    exact = best.values_at(middle)
-    error_of_cubic = np.abs(cubic.values_at(middle) - exact)
-    errors = [np.abs(quintic.values_at(middle) - exact) for quintic in quintics]
-    error_of_quintic = np.maximum(*errors)
-    # Of a resolved motion, degree 7 has a much smaller error than degree 5.
-    error = np.where(
-        error_of_quintic <= CONVERGING * error_of_cubic,
-        error_of_quintic,
-        UNRESOLVED * (error_of_cubic + error_of_quintic),
-    )
+    best, error = _best_polynomials(times, values, rates, row, interval, NODES)
+    t, value, remainder = _turn(best, begin, end, slopes)
     error = error + remainder
     return t, value, np.where(np.isfinite(value) & np.isfinite(error), error, np.inf)
+
+
+def _table(  # noqa: PLR0913, PLR0917 (samples and nodes)
+    times: Array, values: Array, rates: Array, row: Array, first: Array, nodes: int
+) -> HermiteTable:
+    """Return the divided differences of some samples of each row, from the first one."""
+    chosen = first + np.arange(nodes)[:, np.newaxis]
+    return hermite_table(_times_at(times, row, chosen), values[row, chosen], rates[row, chosen])
+
+
+def _best_polynomials(  # noqa: PLR0913, PLR0917 (samples and intervals)
+    times: Array, values: Array, rates: Array, row: Array, interval: Array, nodes: int
+) -> tuple[HermitePolynomials, Array]:
+    """Return the polynomials around intervals through some nodes, and their estimated errors."""
+    # The first of the nodes, with as many before as after the interval; but all must be samples.
+    centred, count = interval - nodes // 2 + 1, values.shape[1]
+    first = np.clip(centred, 0, count - nodes)
+    table = _table(times, values, rates, row, first, nodes)
+    best = table.through(0, nodes)
+    # The interpolants differ most in the middle of the interval.
+    middle = (_times_at(times, row, interval) + _times_at(times, row, interval + 1)) / 2
+    exact = best.values_at(middle)
+
+    def error_from(start: Array, fewer: int) -> Array:
+        """Return the error of the polynomials through fewer nodes, from the one at `start`."""
+        runs = [table.through(offset, nodes - fewer) for offset in range(fewer + 1)]
+        errors = [np.abs(run.values_at(middle) - exact) for run in runs]
+        return np.choose(np.clip(start, 0, count - nodes + fewer) - first, errors)
+
+    if nodes == MORE_NODES:
+        # Beside the first and last samples few polynomials agree by chance, so all of them count.
+        runs = [table.through(offset, nodes - 1) for offset in (0, 1)]
+        error_of_next = np.max([np.abs(run.values_at(middle) - exact) for run in runs], axis=0)
+    else:
+        error_of_next = np.maximum(error_from(centred, 1), error_from(centred + 1, 1))
+    error_of_lower = error_from(centred + 1, 2)
+    # Of a resolved motion, the best degree has a much smaller error than the next one.
+    error = np.where(
+        error_of_next <= CONVERGING * error_of_lower,
+        error_of_next,
+        UNRESOLVED * (error_of_lower + error_of_next),
+    )
+    return best, error
 
 
 def _turn(

@@ -1,7 +1,9 @@
 """The config schema, version 1, with one model for each variant of the controller."""
 
+from collections.abc import Iterator, Mapping
 from functools import cache, reduce
 from operator import or_
+from threading import RLock
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field_validator
@@ -194,9 +196,18 @@ _DOCUMENTATION = {
 }
 
 
-@cache
+_MAKING = RLock()
+"""Held while a model is made: all threads must get the same one, or pickle refuses the other."""
+
+
 def _initial(variant: str) -> type[Section]:
     """Return the model of a variant's initial state, with the own states of its connector."""
+    with _MAKING:
+        return _made_initial(variant)
+
+
+@cache
+def _made_initial(variant: str) -> type[Section]:
     if variant == "permanent":
         return HeldInitial
     states = CONNECTORS[variant].states if variant in CONNECTORS else ()
@@ -221,6 +232,12 @@ _INTEGRATIONS: dict[str, type[Integration]] = {
 
 def _experiment(variant: str) -> type[Experiment]:
     """Return the model of a variant's config."""
+    with _MAKING:
+        return _made_experiment(variant)
+
+
+@cache
+def _made_experiment(variant: str) -> type[Experiment]:
     initial = _initial(variant)
     return create_model(
         model_name(variant, "Experiment"),
@@ -232,12 +249,36 @@ def _experiment(variant: str) -> type[Experiment]:
     )
 
 
-VARIANTS: dict[str, type[Experiment]] = {variant: _experiment(variant) for variant in CONTROLLERS}
+class _Variants(Mapping[str, type[Experiment]]):
+    """The models by variant, each one made when it is first used: a run needs one of them."""
+
+    def __getitem__(self, variant: str) -> type[Experiment]:
+        if variant not in CONTROLLERS:
+            raise KeyError(variant)
+        return _experiment(variant)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(CONTROLLERS)
+
+    def __len__(self) -> int:
+        return len(CONTROLLERS)
+
+    def __contains__(self, variant: object) -> bool:
+        return variant in CONTROLLERS
+
+
+VARIANTS = _Variants()
 """The config model of each variant."""
 
-# Pickle finds a model by its name in this module.
-globals().update({model.__name__: model for model in VARIANTS.values()})
-globals().update({model.__name__: model for model in map(_initial, CONTROLLERS)})
+
+def __getattr__(name: str) -> Any:
+    # Pickle finds a model by its name in this module.
+    for variant in CONTROLLERS:
+        for kind, model in (("Experiment", _experiment), ("Initial", _initial)):
+            if name == model_name(variant, kind):
+                return model(variant)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
 
 Config = Experiment
 """A config of any variant."""

@@ -5,12 +5,18 @@ All runs with the same body, gravity and controller share one proof.
 
 import errno
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rbstab.config.schema import Config
-from rbstab.experiment.proof import PROOF_VERSION, Proof, proof_id, prove
 from rbstab.integrate.problem import Problem
 from rbstab.store.document import Model, read_model, write_document
 from rbstab.store.errors import NotAResultError, StoreError
+
+if TYPE_CHECKING:
+    from rbstab.experiment.proof import Proof
+
+PROOFS = "proofs"
+"""The name of the folder of proofs in a folder of results."""
 
 NO_FILE_ERRORS = (
     *(errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EINVAL),
@@ -19,12 +25,15 @@ NO_FILE_ERRORS = (
 """Errors of opening a path at which there is no file that can be read. Then there is no proof."""
 
 
-def proof_file(folder: Path, config: Config, version: int = PROOF_VERSION) -> Path:
-    """Return the file of a config's proof in a folder of results."""
-    return folder / "proofs" / f"{proof_id(config, version)}.json"
+def proof_file(folder: Path, config: Config, version: int | None = None) -> Path:
+    """Return the file of a config's proof in a folder of results; None is the newest version."""
+    from rbstab.experiment.proof import PROOF_VERSION, proof_id
+
+    number = PROOF_VERSION if version is None else version
+    return folder / PROOFS / f"{proof_id(config, number)}.json"
 
 
-def cached_proof(folder: Path, config: Config) -> Proof | None:
+def cached_proof(folder: Path, config: Config) -> "Proof | None":
     """Return the cached proof of a config in a folder of results; None if it is missing.
 
     A proof of an older version is returned if there is no newer one. A damaged file is treated as
@@ -33,6 +42,10 @@ def cached_proof(folder: Path, config: Config) -> Proof | None:
     Raises:
         StoreError: The disk reports an error; the proof may be whole.
     """
+    if not _may_hold_proofs(folder):
+        return None
+    from rbstab.experiment.proof import PROOF_VERSION
+
     for version in range(PROOF_VERSION, 0, -1):
         found = _cached(folder, config, version)
         if found is not None:
@@ -40,8 +53,25 @@ def cached_proof(folder: Path, config: Config) -> Proof | None:
     return None
 
 
-def _cached(folder: Path, config: Config, version: int) -> Proof | None:
+def _may_hold_proofs(folder: Path) -> bool:
+    """Whether a folder of results has a folder of proofs, or it is not known.
+
+    Most folders have none. Then the modules of proofs need not be imported, which takes longer than
+    all else that a short run does besides its integration.
+    """
+    try:
+        (folder / PROOFS).stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except (OSError, ValueError):
+        return True  # reading the proof tells the error
+    return True
+
+
+def _cached(folder: Path, config: Config, version: int) -> "Proof | None":
     """Return the cached proof of one version."""
+    from rbstab.experiment.proof import Proof, proof_id
+
     proof = stored_model(proof_file(folder, config, version), Proof)
     return proof if proof is not None and proof.id == proof_id(config, version) else None
 
@@ -62,7 +92,7 @@ def stored_model(file: Path, model: type[Model]) -> Model | None:
         return None
 
 
-def proof_for(folder: Path, config: Config, problem: Problem | None = None) -> Proof:
+def proof_for(folder: Path, config: Config, problem: Problem | None = None) -> "Proof":
     """Return the cached proof of a config; if there is none, make it and write it to the cache.
 
     A proof of an older version stays in the cache, and a new one is made beside it.
@@ -70,6 +100,8 @@ def proof_for(folder: Path, config: Config, problem: Problem | None = None) -> P
     Raises:
         StoreError: The proof cannot be written, or the disk fails to read it.
     """
+    from rbstab.experiment.proof import PROOF_VERSION, prove
+
     found = _cached(folder, config, PROOF_VERSION)
     if found is None:
         found = prove(config, problem)

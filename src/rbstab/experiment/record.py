@@ -2,15 +2,16 @@
 
 import math
 import time
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.approached_state import LyapunovZero, lyapunov_zero
 from rbstab.analysis.certificate import Check
+from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
-from rbstab.experiment.proof import Proof, number_of
 from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
     has_no_potential,
@@ -20,10 +21,14 @@ from rbstab.experiment.switching_record import (
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Trajectory, first_samples
 from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
 from rbstab.systems.quantities import BY_NAME, RUN_DIMENSIONS
 from rbstab.systems.system import System
+
+if TYPE_CHECKING:
+    from rbstab.experiment.proof import Proof
 
 RECORDING_MARGIN = 0.1
 """s: the time after the deadline at which samples that are not recorded yet are dropped. Without it
@@ -100,7 +105,7 @@ def zero_of(
         return lyapunov_zero(smooth, motion, own, nearest, is_late)
 
 
-def zero_description(zero: LyapunovZero, proof: Proof | None) -> str:
+def zero_description(zero: LyapunovZero, proof: "Proof | None") -> str:
     """Return a text that names the state at which v is zero, and says whether a lower one exists.
 
     Args:
@@ -117,13 +122,22 @@ def zero_description(zero: LyapunovZero, proof: Proof | None) -> str:
     name = "the rest state that the motion approaches"
     if not zero.rest.found:
         name += ", outside the range of eq. 5"
-    number = None if proof is None else number_of(proof, zero.rest)
-    if proof is not None and number is not None:
+    if proof is None:
+        return f"{name}; {_lower_one(zero)}"
+    # Imported late: most runs have no proof.
+    from rbstab.experiment.proof import number_of
+
+    number = number_of(proof, zero.rest)
+    if number is not None:
         if len(proof.states) == 1:
             return f"{name}; proved to be the only one in the range of eq. 5"
         count = len(proof.states)
         return f"{name}; number {number} of the {count} in the range of eq. 5, the lowest first"
-    return f"{name}; {'no' if zero.is_lowest else 'a'} lower one is known"
+    return f"{name}; {_lower_one(zero)}"
+
+
+def _lower_one(zero: LyapunovZero) -> str:
+    return f"{'no' if zero.is_lowest else 'a'} lower one is known"
 
 
 def recording_time(problem: Problem) -> float:
@@ -178,6 +192,7 @@ def recorded(
     trajectory: Trajectory,
     rest: RestState,
     deadline: Deadline | None = None,
+    only_outcome: bool = False,
 ) -> RecordedTrajectory:
     """Return a trajectory with all its quantities.
 
@@ -187,11 +202,14 @@ def recorded(
         rest: The rest state at which v is zero.
         deadline: The deadline of the run; None for no limit. Samples that cannot be recorded in
             time are dropped; then the status is `TIME_LIMIT`.
+        only_outcome: Whether only the quantities are recorded that the outcome of a member of a
+            sweep needs: Θ̇, but no forces, couples, dissipation and v'. Then a sample takes a
+            quarter of the time. What is recorded has the same bits.
     """
     system = problem.system
     # Overflow is the result of a diverged run, not an error.
     with np.errstate(all="ignore"):
-        arrays = _observed(system, trajectory, deadline)
+        arrays = _observed(system, trajectory, deadline, only_outcome)
         count = len(arrays["energy"])
         if deadline is not None and count < len(trajectory.times):
             trajectory = first_samples(trajectory, count, deadline)
@@ -203,10 +221,13 @@ def recorded(
         if has_no_potential(system):
             # The contact force has no potential, so v - ε replaces v (eq. 28).
             arrays["energy"][:, system.parts.index("connector")] = -trajectory.contact_work
-        trace = lyapunov_trace(arrays["energy"], arrays["dissipation"], change, rest.energy)
+        # The dissipation only determines v'.
+        dissipation = arrays.get("dissipation", np.full_like(arrays["energy"], np.nan))
+        trace = lyapunov_trace(arrays["energy"], dissipation, change, rest.energy)
+    if not only_outcome:
+        arrays["lyapunov_rate"] = trace.rate
     quantities = arrays | {
         "lyapunov": trace.value,
-        "lyapunov_rate": trace.rate,
         "lyapunov_change": trajectory.lyapunov_change,
         "energy_residual": trace.residual,
         "contact_work": trajectory.contact_work,
@@ -235,36 +256,58 @@ def motion_warnings(trajectory: Trajectory) -> list[str]:
 
 
 def _observed(
-    system: System, trajectory: Trajectory, deadline: Deadline | None
+    system: System, trajectory: Trajectory, deadline: Deadline | None, only_outcome: bool
 ) -> dict[str, Array]:
     """Return the observed quantities of the samples; of fewer if the deadline expires."""
-    names = [element.name for element in system.elements]
-    H, N = names.index("translational stabilizer"), names.index("rotational stabilizer")
-    length = len(trajectory.times)
-    vectors = (
-        *("orientation", "angular_velocity", "position", "velocity", "contact_displacement"),
-        *("contact_velocity", "contact_force", "stabilizing_force", "stabilizing_couple"),
-    )
-    arrays = {name: np.empty((length, 3)) for name in vectors}
-    arrays |= {name: np.empty((length, len(system.parts))) for name in ("energy", "dissipation")}
+    length, parts = len(trajectory.times), len(system.parts)
+    sizes = dict.fromkeys(_MOTION, 3) | {"energy": parts}
+    if only_outcome:
+        sizes |= {"orientation_rate": 3}
+    else:
+        sizes |= dict.fromkeys(_FORCES, 3) | {"dissipation": parts}
+    arrays = {name: np.empty((length, size)) for name, size in sizes.items()}
+    rows = tuple(arrays.values())
+    observe = _outcome_at if only_outcome else _observer(system)
     systems = trajectory.systems or (system,) * length
     for row, (system_now, state) in enumerate(zip(systems, trajectory.states, strict=True)):
         if row and deadline is not None and deadline.remaining() < -RECORDING_MARGIN:
             return {name: array[:row] for name, array in arrays.items()}
-        observation = system_now.observe(state)
-        motion, wrenches = observation.motion, observation.wrenches
-        arrays["orientation"][row] = motion.Theta
-        arrays["angular_velocity"][row] = motion.Omega
-        arrays["position"][row] = motion.X
-        arrays["velocity"][row] = motion.V
-        arrays["contact_displacement"][row] = motion.E
-        arrays["contact_velocity"][row] = motion.F
-        arrays["contact_force"][row] = observation.contact_force
-        arrays["stabilizing_force"][row] = wrenches[H].force
-        arrays["stabilizing_couple"][row] = wrenches[N].couple
-        arrays["energy"][row] = observation.energy
-        arrays["dissipation"][row] = observation.dissipation
+        for array, value in zip(rows, observe(system_now, state), strict=True):
+            array[row] = value
     return arrays
+
+
+_MOTION = (
+    *("orientation", "angular_velocity", "position", "velocity"),
+    *("contact_displacement", "contact_velocity"),
+)
+_FORCES = ("contact_force", "stabilizing_force", "stabilizing_couple")
+
+
+def _observer(system: System) -> Callable[[System, Array], tuple[Any, ...]]:
+    """Return the function that observes `_MOTION`, energy, `_FORCES` and dissipation at a state."""
+    names = [element.name for element in system.elements]
+    H, N = names.index("translational stabilizer"), names.index("rotational stabilizer")
+
+    def observe(system_now: System, state: Array) -> tuple[Any, ...]:
+        seen = system_now.observe(state)
+        force, couple = seen.wrenches[H].force, seen.wrenches[N].couple
+        forces = seen.contact_force, force, couple
+        return *_motion_rows(seen.motion), seen.energy, *forces, seen.dissipation
+
+    return observe
+
+
+def _outcome_at(system: System, state: Array) -> tuple[Any, ...]:
+    """Return `_MOTION`, the energy of each part, and Θ̇ at a state."""
+    motion = system.motion(state)
+    kinetic = system.body.kinetic_energy(motion.Omega, motion.V)
+    stored = stored_energies(system, motion, state[system.coordinates.size :])
+    return *_motion_rows(motion), [kinetic, *stored], motion.B @ motion.Omega
+
+
+def _motion_rows(motion: Motion) -> tuple[Array, ...]:
+    return motion.Theta, motion.Omega, motion.X, motion.V, motion.E, motion.F
 
 
 def _of_states(

@@ -1,6 +1,6 @@
 """The certificate of a run, as arrays of its result."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,12 +15,13 @@ from rbstab.analysis.certificate import (
 )
 from rbstab.analysis.exact import exact_rest_energy
 from rbstab.analysis.lyapunov import audit_scale
-from rbstab.experiment.convergence.region_bounds import level_of
-from rbstab.experiment.proof import Proof, start_level, start_state
 from rbstab.experiment.switching_record import has_no_potential, smooth_rest_system
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
+
+if TYPE_CHECKING:
+    from rbstab.experiment.proof import Proof
 
 GROUP = "certificate"
 """Name of the group of a result file that holds the certificate."""
@@ -64,7 +65,7 @@ def computed_audit_bound(problem: Problem) -> float:
     return MAX_AUDIT_BOUND if implicit else audit_bound(problem.rtol)
 
 
-def proved_checks(problem: Problem, proof: Proof | None) -> list[Check]:
+def proved_checks(problem: Problem, proof: "Proof | None") -> list[Check]:
     """Return the two checks that a proof decides: global stability, and certified region.
 
     The first concerns all motions, the second the start of the problem.
@@ -75,6 +76,10 @@ def proved_checks(problem: Problem, proof: Proof | None) -> list[Check]:
     region = Check("certified region", Verdict.UNKNOWN, np.nan, np.nan, np.nan, "v(0), J")
     if proof is None or not (proof.states or proof.proved):
         return [stable, region]
+    # Imported late: most runs have no proof.
+    from rbstab.experiment.convergence.region_bounds import level_of
+    from rbstab.experiment.proof import start_level, start_state
+
     verdicts = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
     verdict = verdicts[proof.globally_stable]
     stable = stable._replace(verdict=verdict, value=float(len(proof.states)))

@@ -1,13 +1,12 @@
 """Run a config and write its result file; finished and different results are kept."""
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import run_id
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Enclose, stored_convergence
-from rbstab.experiment.proof import Proof
 from rbstab.experiment.run_certificate import GROUP, proved_checks
 from rbstab.experiment.simulate import simulate_problem
 from rbstab.experiment.store_run import (
@@ -23,6 +22,9 @@ from rbstab.store.disk.existence import check_writable, path_exists
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
 from rbstab.store.run_file import open_result
+
+if TYPE_CHECKING:
+    from rbstab.experiment.proof import Proof
 
 
 class FiledRun(NamedTuple):
@@ -50,7 +52,7 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
     problem: Problem | None = None,
     *,
     force: bool = False,
-    proof: Proof | None = None,
+    proof: "Proof | None" = None,
     enclose: Enclose = Enclose.NOTHING,
     progress: Progress | None = None,
 ) -> FiledRun:
@@ -96,7 +98,7 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
 
 
 def finished_run(
-    config: Config, problem: Problem, path: Path, *, proof: Proof | None = None
+    config: Config, problem: Problem, path: Path, *, proof: "Proof | None" = None
 ) -> Result | None:
     """Return the finished result of a config if its certificate has the checks of the proof.
 
@@ -111,7 +113,7 @@ def finished_run(
     return found if final else None
 
 
-def _is_final(result: Result, problem: Problem, proof: Proof | None) -> bool:
+def _is_final(result: Result, problem: Problem, proof: "Proof | None") -> bool:
     return not depends_on_machine(result) and _has_proof(result, problem, proof)
 
 
@@ -121,7 +123,7 @@ def _enclosed(result: Result) -> Enclose:
     return Enclose.NOTHING if found is None else found.enclosed
 
 
-def _has_proof(result: Result, problem: Problem, proof: Proof | None) -> bool:
+def _has_proof(result: Result, problem: Problem, proof: "Proof | None") -> bool:
     """Return whether the certificate of a result has the checks that a proof decides."""
     if proof is None:
         return True

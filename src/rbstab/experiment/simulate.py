@@ -3,24 +3,24 @@
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rbstab.analysis.certificate import overall
 from rbstab.config.build import config_warnings, problem_of
 from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
-from rbstab.experiment.convergence.convergence import Enclose, convergence_attributes
+from rbstab.experiment.convergence.convergence import (
+    Convergence,
+    Enclose,
+    convergence_attributes,
+)
+from rbstab.experiment.convergence.decisions import refusal
 from rbstab.experiment.convergence.enclosed_samples import (
+    EnclosedSamples,
     computed_motion_check,
     enclosure_variables,
 )
-from rbstab.experiment.convergence.exact_motion import (
-    MotionProof,
-    convergence_at_start,
-    prove_convergence,
-)
-from rbstab.experiment.proof import Proof
 from rbstab.experiment.provenance import provenance
 from rbstab.experiment.record import (
     motion_warnings,
@@ -41,12 +41,15 @@ from rbstab.integrate.problem import Problem, Progress
 from rbstab.store.result import Result
 from rbstab.systems.quantities import LAYOUT_VERSION
 
+if TYPE_CHECKING:
+    from rbstab.experiment.proof import Proof
+
 
 def simulate(
     config: Config | str | Path | Mapping[str, Any],
     *,
     progress: Progress | None = None,
-    proof: Proof | None = None,
+    proof: "Proof | None" = None,
     enclose: Enclose = Enclose.NOTHING,
 ) -> Result:
     """Integrate a config and return its result; no file is written.
@@ -76,7 +79,7 @@ def simulate_problem(
     problem: Problem,
     *,
     progress: Progress | None = None,
-    proof: Proof | None = None,
+    proof: "Proof | None" = None,
     enclose: Enclose = Enclose.NOTHING,
 ) -> Result:
     """Integrate the problem of a config and return its result; see `simulate`."""
@@ -89,12 +92,12 @@ def simulate_problem(
     wall_time = time.perf_counter() - begin
     record = record_of(problem, trajectory, rest, deadline)
     trajectory = record.trajectory
-    motion = _motion_proof(config, problem, proof, enclose)
+    convergence, samples = _motion_proof(config, problem, proof, enclose)
     checks, enclosure = record.checks, {}
-    if motion.samples is not None:
+    if samples is not None:
         bound = computed_audit_bound(problem)
-        checks = [*checks, computed_motion_check(motion.samples, record.variables, bound)]
-        enclosure = enclosure_variables(motion.samples)
+        checks = [*checks, computed_motion_check(samples, record.variables, bound)]
+        enclosure = enclosure_variables(samples)
     attributes: dict[str, str | int | float] = {
         "title": config.title,
         "variant": config.controller.variant,
@@ -111,7 +114,7 @@ def simulate_problem(
         ),
         "lyapunov_zero": zero_description(record.zero, proof),
         "verdict": str(overall(checks)),
-        **convergence_attributes(motion.convergence),
+        **convergence_attributes(convergence),
         "run_id": run_id(config),
         "layout_version": LAYOUT_VERSION,
         "engine": config.integration.engine,
@@ -125,9 +128,17 @@ def simulate_problem(
 
 
 def _motion_proof(
-    config: Config, problem: Problem, proof: Proof | None, enclose: Enclose
-) -> MotionProof:
+    config: Config, problem: Problem, proof: "Proof | None", enclose: Enclose
+) -> tuple[Convergence, EnclosedSamples | None]:
     """Return what is proved of the exact motion; it is followed only if asked."""
-    if enclose and proof is not None:
-        return prove_convergence(config, problem, proof, enclose)
-    return MotionProof(convergence_at_start(config, problem, proof), None)
+    if proof is None:
+        refused = refusal(problem, None)
+        assert refused is not None
+        return refused, None
+    # Imported late: most runs have no proof.
+    from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
+
+    if enclose:
+        convergence, samples = prove_convergence(config, problem, proof, enclose)
+        return convergence, samples
+    return convergence_at_start(config, problem, proof), None

@@ -19,12 +19,14 @@ from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.range_exit import TESTS_PER_STEP, excess, exit_inside, may_leave
 from rbstab.integrate.scipy_flow import ScipyFlow
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.implicit import numpy_stepper
+from rbstab.integrate.straight_line.equations import StraightLine
+from rbstab.integrate.switching.implicit import python_stepper
 from rbstab.integrate.switching.laws import drive_sliding
 from rbstab.integrate.watched_rates import StopRun, WatchedRates
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY
+from rbstab.systems.system import AUDIT_SIZE, System
 
 NEEDS_JACOBIAN = ("Radau", "LSODA")
 INTERPOLATED = ("LSODA",)
@@ -43,7 +45,7 @@ def integrate(
             return drive_sliding(
                 problem,
                 lambda p: ScipyFlow(p, switching, deadline),
-                lambda: numpy_stepper(problem.system),
+                lambda: python_stepper(problem.system),
                 progress,
                 deadline,
             )
@@ -58,6 +60,10 @@ class _Run:
         self.progress = progress
         self.deadline = deadline
         self.rates = WatchedRates(problem.system, deadline)
+        self.projected: StraightLine | None = None
+        if problem.project:
+            size = problem.system.size + AUDIT_SIZE
+            self.projected = StraightLine(_projected, problem.system, size)
         self.t = float(problem.times[0])
         self.y = problem.audited_start()
         self.step_size: float | None = None
@@ -148,7 +154,9 @@ class _Run:
             # method proposed before.
             proposal = max(proposal, self.step_size)
         self.step_size = proposal
-        self.t, self.y = float(solver.t), self._projected(solver.y)
+        self.t, self.y = float(solver.t), solver.y
+        if self.projected is not None:
+            self.y = self.projected(self.y)
         if self.progress is not None:
             self.progress(self.t)
 
@@ -192,10 +200,7 @@ class _Run:
                 raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
             self._add_sample(t, path(t))
 
-    def _projected(self, y: Array) -> Array:
-        if not self.problem.project:
-            return y
-        system = self.problem.system
-        return np.concatenate(
-            [projected_state(system.body, system.anchor, y[BODY]), y[BODY.stop :]]
-        )
+
+def _projected(system: System, y: Array) -> Array:
+    """Return an audited state whose motion is projected onto the submanifold E = F = 0."""
+    return np.concatenate([projected_state(system.body, system.anchor, y[BODY]), y[BODY.stop :]])

@@ -4,9 +4,10 @@ import numpy as np
 
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.system import System
+from rbstab.systems.system import AUDIT_SIZE, System
 
 MAX_NON_FINITE_IN_A_ROW = 1000
 """A run stops after this many evaluations in a row without finite rates. A step that shrinks from
@@ -21,6 +22,11 @@ class StopRun(Exception):
         self.status = status
 
 
+def audited_rates_of(system: System) -> StraightLine:
+    """Return the audited rates of a system, as a function of the audited state."""
+    return StraightLine(System.audited_rates, system, system.size + AUDIT_SIZE)
+
+
 class WatchedRates:
     """The audited rates of a system, as a function of time and state.
 
@@ -31,13 +37,13 @@ class WatchedRates:
         deadline: The deadline of the run.
 
     Attributes:
-        system: The system; it may be changed between two steps.
+        audited_rates: The rates; those of another system may be set between two steps.
         evaluations: Evaluations so far.
         non_finite_count: How many of the last evaluations in a row were not finite.
     """
 
     def __init__(self, system: System, deadline: Deadline) -> None:
-        self.system = system
+        self.audited_rates = audited_rates_of(system)
         self.evaluations = 0
         self.non_finite_count = 0
         self._deadline = deadline
@@ -50,7 +56,11 @@ class WatchedRates:
         """
         self.evaluations += 1
         self._check_deadline()
-        rates = self.system.audited_rates(y)
+        rates = self.audited_rates.finite_value(y)
+        if rates is not None:
+            self.non_finite_count = 0
+            return rates
+        rates = self.audited_rates.by_numpy(y)
         self.non_finite_count = 0 if np.isfinite(rates).all() else self.non_finite_count + 1
         if self.non_finite_count > MAX_NON_FINITE_IN_A_ROW:
             raise StopRun(RunStatus.DIVERGED, "the rates stopped being finite")
@@ -60,7 +70,7 @@ class WatchedRates:
         """Return the Jacobian of the rates, for implicit methods; errors as for the rates."""
         self.evaluations += len(y)
         self._check_deadline()
-        return jacobian(self.system.audited_rates, y)
+        return jacobian(self.audited_rates, y)
 
     def _check_deadline(self) -> None:
         if self._deadline.expired():

@@ -3,11 +3,14 @@
 import hashlib
 import json
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rbstab.store.result import Result, Variable
-from rbstab.store.table import TableHeader
+
+if TYPE_CHECKING:
+    from rbstab.store.table import TableHeader
 
 
 def digest_of(result: Result) -> str:
@@ -21,7 +24,7 @@ def digest_of(result: Result) -> str:
     return digest.hexdigest()
 
 
-def digest_of_table(header: TableHeader, arrays_digest: str) -> str:
+def digest_of_table(header: "TableHeader", arrays_digest: str) -> str:
     """Return the SHA-256 of a whole table, in hexadecimal.
 
     Args:

@@ -29,6 +29,16 @@ def coordinate_name(name: str, dimension: str) -> str:
     return f"{group}{slash}{dimension}"
 
 
+def check_shape(name: str, data: NDArray[Any], shape: tuple[int, ...]) -> None:
+    """Check the shape of an array.
+
+    Raises:
+        ValueError: The shape is wrong.
+    """
+    if np.shape(data) != shape:
+        raise ValueError(f"{name} has the shape {np.shape(data)} (expected {shape})")
+
+
 @dataclass(frozen=True)
 class Result:
     """The result of one run.

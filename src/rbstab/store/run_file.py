@@ -1,6 +1,7 @@
 """The file of one run in netCDF-4 compatible HDF5, described in `results/README.md`."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import h5py
 
@@ -9,9 +10,10 @@ from rbstab.store.disk.atomic import write_atomically
 from rbstab.store.disk.isolated_reading import IsolatedReader
 from rbstab.store.disk.seal import add_seal, check_seal, has_seal
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.opening import Hdf5Reader, open_hdf5
-from rbstab.store.result import SCHEMA_VERSION, Result, Variable, coordinate_name
-from rbstab.store.table import check_shape
+from rbstab.store.result import SCHEMA_VERSION, Result, Variable, check_shape, coordinate_name
+
+if TYPE_CHECKING:
+    from rbstab.store.opening import Hdf5Reader
 
 TEXT = h5py.string_dtype("utf-8")
 
@@ -61,6 +63,9 @@ def open_result(path: str | Path) -> Result:
 
 
 def _open_here(path: Path) -> Result:
+    # Imported late: a new run only writes.
+    from rbstab.store.opening import open_hdf5
+
     with open_hdf5(path) as file:
         return _read(file)
 
@@ -110,7 +115,7 @@ def _write_array(file: h5py.File, name: str, variable: Variable, *, is_scale: bo
         dataset.dims[index].attach_scale(parent[dimension])
 
 
-def _read(file: Hdf5Reader) -> Result:
+def _read(file: "Hdf5Reader") -> Result:
     path = file.path
     file.check_version(SCHEMA_VERSION)
     attributes = file.attributes()

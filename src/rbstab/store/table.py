@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rbstab.store.result import Variable
+from rbstab.store.result import Variable, check_shape
 
 if TYPE_CHECKING:
     import xarray
@@ -140,16 +140,6 @@ class Table:
             for dimension, length in dimensions_of(self.layout).items()
         }
         return xarray.Dataset(data, coords=coordinates, attrs=dict(self.attributes))
-
-
-def check_shape(name: str, data: NDArray[Any], shape: tuple[int, ...]) -> None:
-    """Check the shape of an array.
-
-    Raises:
-        ValueError: The shape is wrong.
-    """
-    if np.shape(data) != shape:
-        raise ValueError(f"{name} has the shape {np.shape(data)} (expected {shape})")
 
 
 def check_columns(layout: Layout, arrays: Arrays) -> None:

@@ -20,7 +20,7 @@ from rbstab.store.disk.atomic import atomic_file, write_at
 from rbstab.store.disk.seal import format_seal
 from rbstab.store.errors import StoreError
 from rbstab.store.hdf5_layout import Layout, Piece, array_bytes
-from rbstab.store.result import Variable
+from rbstab.store.result import Variable, check_shape
 from rbstab.store.table import (
     RUN,
     Arrays,
@@ -28,7 +28,6 @@ from rbstab.store.table import (
     TableDigest,
     TableHeader,
     attributes_of,
-    check_shape,
     dimensions_of,
 )
 

@@ -22,9 +22,10 @@ class SweepOptions:
         force: Rename the folder of a different sweep with the same name; not for a part.
         part: Run only this part, without gathering; by default the whole sweep is run.
         executor: Runs the shards, instead of threads.
+        compare: How many members are run again by SciPy; default 4 to 16 (`members_to_compare`).
 
     Raises:
-        ValueError: threads or shard_size is below 1.
+        ValueError: threads, shard_size or compare is below 1.
     """
 
     factory: EngineFactory | None = None
@@ -35,9 +36,11 @@ class SweepOptions:
     force: bool = False
     part: Part | None = None
     executor: Executor | None = None
+    compare: int | None = None
 
     def __post_init__(self) -> None:
         """Reject zero: no threads would hang, an empty shard would never finish."""
-        for name, count in (("threads", self.threads), ("shard_size", self.shard_size)):
+        for name in ("threads", "shard_size", "compare"):
+            count = getattr(self, name)
             if count is not None and count < 1:
                 raise ValueError(f"{name} is {count} (expected at least 1)")

@@ -11,7 +11,12 @@ from rbstab.config.errors import ConfigError
 from rbstab.processes.processors import processor_count
 from rbstab.store.disk.existence import check_writable
 from rbstab.store.errors import NotAResultError
-from rbstab.sweep.execution.compare_with_scipy import compare_with_scipy
+from rbstab.sweep.execution.compare_with_scipy import (
+    compare_with_scipy,
+    comparison_runs,
+    read_comparison,
+)
+from rbstab.sweep.execution.comparison_runs import ComparisonRuns
 from rbstab.sweep.execution.events import Comparing, EventCallback, Gathering, Started
 from rbstab.sweep.execution.execute import Execution
 from rbstab.sweep.execution.shard_worker import ShardWorker
@@ -98,12 +103,31 @@ def sweep_to_folder(
             keep_proofs(plan, path.parent)
         members = folder.members_of(numbers)
         on_event(Started(folder, inventory, opened.moved_aside, opened.changed_versions, members))
-        Execution(plan, folder, executor, on_event, stop, options.fail_fast).run(inventory)
-        inventory.add_from(before)
-        if options.part is not None or inventory.missing or stop.is_set():
+        execution = Execution(plan, folder, executor, on_event, stop, options.fail_fast)
+        if options.part is not None:
+            execution.run(inventory)
+            inventory.add_from(before)
             return Sweep(folder, inventory, None, finished=False, part=options.part)
-        control = _Control(on_event, stop, options.threads or processor_count())
-        return _finish(plan, folder, inventory, control)
+        with _comparison_runs(plan, folder, inventory, options) as runs:
+            execution.run(inventory)
+            inventory.add_from(before)
+            if inventory.missing or stop.is_set():
+                return Sweep(folder, inventory, None, finished=False)
+            return _finish(plan, folder, inventory, runs, _Control(on_event, stop))
+
+
+def _comparison_runs(
+    plan: Plan, folder: SweepFolder, inventory: ShardInventory, options: SweepOptions
+) -> ComparisonRuns:
+    """Return the single runs for the comparison. A factory of the caller starts no processes."""
+    threads = options.threads or processor_count()
+    return comparison_runs(
+        plan,
+        folder,
+        options.compare,
+        complete=not inventory.missing,
+        processes=threads if options.factory is None else 1,
+    )
 
 
 def gather_folder(
@@ -137,8 +161,10 @@ def gather_folder(
         factory_for(plan.engine)
         if locks_supported:
             remove_old_partial_files(path)
-        control = _Control(on_event, stop or Event(), processor_count())
-        return _finish(plan, folder, inventory, control)
+        with comparison_runs(
+            plan, folder, None, complete=True, processes=processor_count()
+        ) as runs:
+            return _finish(plan, folder, inventory, runs, _Control(on_event, stop or Event()))
 
 
 def _thread_executor(plan: Plan, options: SweepOptions) -> ThreadExecutor:
@@ -173,16 +199,21 @@ def _stored_plan(folder: SweepFolder) -> Plan:
 
 
 class _Control(NamedTuple):
-    """Callback, stop event and number of processes for the last steps of a sweep."""
+    """Callback and stop event for the last steps of a sweep."""
 
     on_event: EventCallback
     stop: Event
-    processes: int
 
 
-def _finish(plan: Plan, folder: SweepFolder, inventory: ShardInventory, control: _Control) -> Sweep:
-    """Compare sampled members with SciPy, and gather the shards. All shards must be stored."""
-    on_event, stop, processes = control
+def _finish(
+    plan: Plan,
+    folder: SweepFolder,
+    inventory: ShardInventory,
+    runs: ComparisonRuns,
+    control: _Control,
+) -> Sweep:
+    """Compare members with SciPy, and gather the shards. All shards must be stored."""
+    on_event, stop = control
     digest = digest_of_shards(inventory)
     gathered = is_gathered(folder, digest)
     if not gathered:
@@ -190,12 +221,15 @@ def _finish(plan: Plan, folder: SweepFolder, inventory: ShardInventory, control:
     comparison = None
     if plan.engine != ENGINE:
 
-        def on_compared(done: int, members: int) -> None:
-            on_event(Comparing(done, members))
+        def on_done(done: int) -> None:
+            on_event(Comparing(done, len(runs.members)))
 
-        comparison = compare_with_scipy(plan, folder, digest, stop, on_compared, processes)
+        before = read_comparison(folder)
+        comparison = compare_with_scipy(runs, folder, digest, stop, on_done)
         if comparison is None:
             return Sweep(folder, inventory, None, finished=False)
+        # The file of the sweep states the comparison.
+        gathered = gathered and comparison == before
     if not gathered:
         on_event(Gathering())
         gather(plan, folder, digest, comparison)

@@ -6,7 +6,7 @@ parameters by its own symbols, traces the equations once, and then integrates an
 same `structure`.
 """
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import fields, is_dataclass, replace
 from numbers import Number
 from typing import Any
@@ -53,9 +53,15 @@ def structure(system: System) -> Hashable:
 
     Two systems with equal structure have the same equations, states and parameter names.
     """
-    kinds = [type(system.coordinates), *(type(element) for element in system.elements)]
+    owners = (system.coordinates, *system.elements)
+    kinds = [(type(owner), *_functions(owner)) for owner in owners]
     shapes = [(name, np.shape(value)) for name, value in parameters(system).items()]
     return tuple(kinds), tuple(shapes)
+
+
+def _functions(owner: Any) -> Iterator[Callable[..., Any]]:
+    """Yield the fields of an element or of coordinates that are functions, not parameters."""
+    return filter(callable, (getattr(owner, field.name) for field in fields(owner)))
 
 
 def _mapped(value: Any, name: str, transform: Transform) -> Any:

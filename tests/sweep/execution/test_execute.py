@@ -180,15 +180,15 @@ def test_real_members(tmp_path):
     assert np.allclose(table["end_time"], 0.02)
 
 
-def test_the_check_finds_what_is_wrong(tmp_path, monkeypatch):
-    monkeypatch.setattr("rbstab.sweep.members.scipy_comparison.MEMBERS_PER_SAMPLE", 7)
+def test_the_check_finds_what_is_wrong(tmp_path):
     plan = plan_of(20, base=quick(engine="heyoka"))
-    options = SweepOptions(lambda plan: SingleRuns(plan, "scipy"), shard_size=8)
+    options = SweepOptions(lambda plan: SingleRuns(plan, "scipy"), shard_size=8, compare=3)
     check = sweep_to_folder(plan, tmp_path / "a", options).comparison
     assert check is not None
     assert (len(check.members), check.unlike) == (3, 0)
     assert set(check.differences.values()) == {0.0}
-    wrong = sweep_to_folder(plan, tmp_path / "b", SweepOptions(FakeEngine)).comparison
+    options = SweepOptions(FakeEngine, compare=3)
+    wrong = sweep_to_folder(plan, tmp_path / "b", options).comparison
     assert wrong is not None
     assert wrong.members == check.members
     assert wrong.unlike == 3  # Made up members settle; a run of 0.02 s does not.
@@ -198,7 +198,31 @@ def test_the_check_finds_what_is_wrong(tmp_path, monkeypatch):
     assert "lyapunov_end" in table["check_column"].tolist()
 
 
-@pytest.mark.parametrize("wrong", [{"threads": 0}, {"threads": -1}, {"shard_size": 0}])
+def test_more_members_may_be_compared_later(tmp_path):
+    """A stored comparison is kept, unless another number is asked for."""
+    plan, path = plan_of(20, base=quick(engine="heyoka")), tmp_path / "a"
+
+    def compared(count):
+        options = SweepOptions(lambda plan: SingleRuns(plan, "scipy"), compare=count)
+        check = sweep_to_folder(plan, path, options).comparison
+        assert check is not None
+        assert read_table(path / "sweep.h5").attributes["checked_members"] == len(check.members)
+        return check.members
+
+    first = compared(None)
+    assert len(first) == 4
+    gathered = (path / "sweep.h5").stat().st_mtime_ns
+    assert compared(None) == first
+    assert (path / "sweep.h5").stat().st_mtime_ns == gathered
+    assert len(compared(9)) == 9
+    assert len(compared(None)) == 9
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"threads": 0}, {"threads": -1}, {"shard_size": 0}, {"compare": 0}]
+)
 def test_a_sweep_by_nobody_is_refused(wrong):
-    with pytest.raises(ValueError, match=r"(threads|shard_size) is -?\d \(expected at least 1\)"):
+    with pytest.raises(
+        ValueError, match=r"(threads|shard_size|compare) is -?\d \(expected at least 1\)"
+    ):
         SweepOptions(**wrong)

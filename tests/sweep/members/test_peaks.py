@@ -113,11 +113,47 @@ def test_peaks_that_the_cubics_show_keep_their_bits():
     times = np.linspace(0.0, 2.0, 401)
     phase = 3.0 * times + np.arange(5)[:, np.newaxis]
     values, rates = np.sin(phase), 3.0 * np.cos(phase)
-    found = find_peaks(Samples(times, [values], [rates]))
+    found = find_peaks(Samples(times, values[np.newaxis], rates[np.newaxis]))
     value, time = peaks_at_samples(times, values, rates)
     assert found.value[0].tolist() == value.tolist()
     assert found.time[0].tolist() == time.tolist()
     assert (found.error <= 1e-5).all()
+
+
+@pytest.mark.parametrize("members", [1, 2, 30])
+def test_the_peaks_of_a_quantity_do_not_depend_on_other_quantities(members):
+    """Few signals are searched together. The last interval is longer, as after a stop."""
+    times = np.append(np.linspace(0.0, 2.0, 22), 2.2)
+    shift = np.arange(members)[:, np.newaxis]
+    curves = [
+        (lambda t, w=w: np.sin(w * t + shift), lambda t, w=w: w * np.cos(w * t + shift))
+        for w in (3.0, 7.0, 19.0)
+    ]
+
+    def samples_of(chosen, t, rows):
+        def divide(members, intervals):
+            begin, end = t[members, intervals], t[members, intervals + 1]
+            return samples_of(chosen, np.linspace(begin, end, 5, axis=1), rows[members])
+
+        values, rates = (
+            [
+                np.array([curve(line)[row] for row, line in zip(rows, t, strict=True)])
+                for curve in kind
+            ]
+            for kind in zip(*chosen, strict=True)
+        )
+        return Samples(t, values, rates, divide)
+
+    rows = np.arange(members)
+    lines = np.broadcast_to(times, (members, len(times)))
+    together = find_peaks(samples_of(curves, lines, rows)._replace(times=times))
+    for number, curve in enumerate(curves):
+        alone = find_peaks(samples_of([curve], lines, rows)._replace(times=times))
+        for one, all_of_them in zip(alone, together, strict=True):
+            assert one[0].tobytes() == all_of_them[number].tobytes()
+    peaks, in_tolerance = np.abs(together.value), together.error <= 1e-5
+    assert in_tolerance.all()
+    assert peaks == pytest.approx(1.0, abs=2e-5)
 
 
 def test_a_sliding_member_has_a_peak_with_an_error():

@@ -1,6 +1,7 @@
 """Protects sliding members: the same bits in any order and batch, and each fails alone."""
 
 import threading
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,10 +10,12 @@ from support.hang_guard import within
 from support.paper_runs import paper_config
 
 from rbstab.experiment import record
+from rbstab.experiment.simulate import simulate
 from rbstab.integrate.status import RunStatus
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.trace_selection import TraceSelection
 
 SHORT: dict[str, Any] = {"duration": 0.1, "samples": 5, "rtol": 1e-10, "engine": "heyoka"}
 
@@ -134,7 +137,7 @@ def test_a_member_that_reaches_the_switch_limit_fails_alone():
 
 
 def test_what_no_column_shows_is_not_asked_for(monkeypatch, alone):
-    """Members need neither the second run behind `trusted_until` nor a certificate."""
+    """Members need no second run behind `trusted_until`, no forces and no certificate."""
 
     def refuse(*_):
         raise AssertionError("computed although no column needs it")
@@ -142,5 +145,29 @@ def test_what_no_column_shows_is_not_asked_for(monkeypatch, alone):
     monkeypatch.setattr("rbstab.integrate.switching.driver._trusted_until", refuse)
     monkeypatch.setattr("rbstab.integrate.switching.driver.chatter_energy", refuse)
     monkeypatch.setattr(record, "certificate_of", refuse)
+    monkeypatch.setattr(record, "_observer", refuse)
     plan, expected = alone["s = E"]
     assert bits(factory_for("heyoka")(plan).compute(0, 2)) == bits(expected, slice(2))
+
+
+@pytest.mark.parametrize("name", PLANS)
+def test_keeping_motions_changes_no_bit_of_a_column(alone, name):
+    """A kept motion has forces, dissipation and v'; the columns need none of them."""
+    plan, expected = alone[name]
+    kept = whole(replace(plan, keep=TraceSelection(every=1)))
+    assert bits(kept) == bits(expected)
+    assert np.isfinite(kept.traces["contact_force"]).all()
+
+
+def test_each_member_has_the_rest_state_of_its_own_system():
+    """Members of the same system share the rest state next to the unloaded position."""
+    base = paper_config("free", False, controller=SLOPE, **SHORT)
+    vary = {
+        "initial.angular_velocity[1]": {"values": [5.0, 20.0]},
+        "body.mass": {"values": [40.0, 40.0, 42.0]},
+    }
+    plan = load_plan({"base": base | {"gravity": [0.0, 0.0, -10.0]}, "vary": vary})
+    found = whole(plan).outcome["energy_at_rest"]
+    runs = [within(120.0, simulate, plan.config_of(member)) for member in range(plan.members)]
+    assert found.tolist() == [float(run["energy_at_rest"]) for run in runs]
+    assert found[0] == found[1] == found[3] != found[2]

@@ -1,16 +1,17 @@
 """When the convergence of exact motions is decided: by a region of a proof, or never."""
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
-from rbstab.experiment.convergence.region_bounds import level_of, region_energies
-from rbstab.experiment.proof import OPEN_RANGE, has_no_rest_state, reached_state
-from rbstab.experiment.proof_record import Proof
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
+
+if TYPE_CHECKING:
+    from rbstab.experiment.proof_record import Proof
 
 COMMAND = "rbstab run --prove"
 
@@ -21,7 +22,7 @@ LEAST_FALL = 1e-6
 """Relative to the energy that the motion has lost since its start."""
 
 
-def refusal(problem: Problem, proof: Proof | None) -> Convergence | None:
+def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     """Return a convergence that no enclosure can decide, with the reason; None if one may."""
     if any(isinstance(element, SlidingConnector) for element in problem.system.elements):
         why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
@@ -29,6 +30,10 @@ def refusal(problem: Problem, proof: Proof | None) -> Convergence | None:
     if proof is None:
         why = f"no proof of the rest states is stored; {COMMAND} makes it"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
+    # Imported late: most runs have no proof.
+    from rbstab.experiment.convergence.region_bounds import region_energies
+    from rbstab.experiment.proof import has_no_rest_state
+
     if has_no_rest_state(proof):
         return Convergence(False, why="there is no rest state with |θ2| < π/2")
     if proof.proved and not proof.states:
@@ -41,7 +46,7 @@ def refusal(problem: Problem, proof: Proof | None) -> Convergence | None:
 
 
 def convergence_in(
-    proof: Proof, energy: tuple[float, float], box: tuple[Array, Array], t: float
+    proof: "Proof", energy: tuple[float, float], box: tuple[Array, Array], t: float
 ) -> Convergence | None:
     """Return the convergence of all motions of a set if it is proved, else None.
 
@@ -51,6 +56,9 @@ def convergence_in(
         box: The smallest and the largest Θ, each of shape (3,), rad.
         t: The time, s.
     """
+    from rbstab.experiment.convergence.region_bounds import level_of
+    from rbstab.experiment.proof import OPEN_RANGE, reached_state
+
     low, high = energy
     number = reached_state(proof, high, *box)
     if number is None:

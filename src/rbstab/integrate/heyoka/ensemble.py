@@ -55,26 +55,42 @@ class EnsembleTrajectories(NamedTuple):
 
 
 class ObservedTrajectories(NamedTuple):
-    """The observed quantities of m members at n samples, in the order of the compiled outputs.
+    """The observed quantities of m members at n samples.
 
     Attributes:
-        Theta_rate: Θ̇ = BΩ, shape (3, m, n), rad/s.
-        X: m; X, V, E and F have shape (3, m, n) and are inertial.
-        V: m/s.
-        E: m.
-        F: m/s.
+        values: E and Θ, shape (6, m, n), m, inertial, and rad.
+        rates: F = Ė and Θ̇ = BΩ, shape (6, m, n), m/s, inertial, and rad/s.
         energy: The sum of all energies, shape (m, n), J.
     """
 
-    Theta_rate: Array
-    X: Array
-    V: Array
-    E: Array
-    F: Array
+    values: Array
+    rates: Array
     energy: Array
 
+    @property
+    def E(self) -> Array:
+        """E, shape (3, m, n), m, inertial."""
+        return self.values[:3]
 
-OBSERVED_SIZE = 5 * 3 + 1
+    @property
+    def F(self) -> Array:
+        """F, shape (3, m, n), m/s, inertial."""
+        return self.rates[:3]
+
+    @property
+    def Theta_rate(self) -> Array:
+        """Θ̇ = BΩ, shape (3, m, n), rad/s."""
+        return self.rates[3:]
+
+
+class ObservedPositions(NamedTuple):
+    """X, m, and V, m/s, of m members at n samples, shape (3, m, n) each, inertial."""
+
+    X: Array
+    V: Array
+
+
+OBSERVED_SIZE = 4 * 3 + 1
 """The number of values of `ObservedTrajectories` at one sample."""
 
 
@@ -114,13 +130,21 @@ class Ensemble:
             state=np.zeros((len(y), self.batch)),
             tol=tolerance,
         )
+        # Views of the integrator's memory: getting them takes as long as a step.
+        self._pars, self._state = self.integrator.pars, self.integrator.state
         self.grid = np.repeat(times[:, np.newaxis], self.batch, axis=1)
         observation = symbolic.observe(y[: system.size])
         motion = observation.motion
         energies = [hy.expression(0.0) + entry for entry in observation.energy.tolist()]
-        vectors = [motion.B @ motion.Omega, motion.X, motion.V, motion.E, motion.F]
-        entries = [hy.expression(0.0) + entry for vector in vectors for entry in vector.tolist()]
-        self.observed = hy.cfunc([*entries, sum(energies)], vars=list(y[: system.size]))
+        constant = hy.expression(0.0)
+
+        def compiled(vectors: list[Array], *others: Any) -> Any:
+            entries = [constant + entry for vector in vectors for entry in vector.tolist()]
+            return hy.cfunc([*entries, *others], vars=list(y[: system.size]))
+
+        along = [motion.E, motion.Theta, motion.F, motion.B @ motion.Omega]
+        self.observed = compiled(along, sum(energies))
+        self.positions = compiled([motion.X, motion.V])
         self.energies = hy.cfunc(energies, vars=list(y[: system.size]))
         self._buffers: dict[str, Array] = {}
 
@@ -155,8 +179,10 @@ class Ensemble:
         full = np.minimum(np.arange(-(-members // self.batch) * self.batch), members - 1)
         grid = self.grid if times is None else np.repeat(times[:, np.newaxis], self.batch, axis=1)
         shape = (self.size + AUDIT_SIZE, len(full), len(grid))
+        pars = np.vstack([parameters[self.open_indices], scales])
         lanes = _Lanes(
-            np.vstack([parameters[self.open_indices], scales])[:, full],
+            # heyoka has no `par[]` after the last one that the equations use.
+            pars[: len(self.integrator.pars), full],
             np.vstack([starts, np.zeros((AUDIT_SIZE, members))])[:, full],
             self._buffer("states", shape) if times is None else np.empty(shape),
             np.zeros(len(full), dtype=int),
@@ -164,13 +190,13 @@ class Ensemble:
             grid,
         )
         for first in range(0, len(full), self.batch):
-            batch = slice(first, first + self.batch)
-            self._integrate_batch(batch, lanes)
-            # One failing lane can stop the whole batch. So each unfinished member runs again, in a
-            # batch that contains only this member.
-            for lane in range(first, min(first + self.batch, members)):
-                if not lanes.done[lane]:
-                    self._integrate_batch(slice(lane, lane + 1), lanes)
+            self._integrate_batch(slice(first, first + self.batch), lanes)
+        self._check_finite(lanes)
+        # One failing lane can stop the whole batch. So each unfinished member runs again, in a
+        # batch that contains only this member.
+        for lane in np.flatnonzero(~lanes.done[:members]).tolist():
+            self._integrate_batch(slice(lane, lane + 1), lanes)
+        self._check_finite(lanes)
         lyapunov_change = lanes.states[LYAPUNOV_CHANGE, :members] * scales[:, np.newaxis]
         steps, done = lanes.steps[:members], lanes.done[:members]
         return EnsembleTrajectories(lanes.states[: self.size], lyapunov_change, steps, done)
@@ -178,17 +204,20 @@ class Ensemble:
     def _integrate_batch(self, chosen: slice, lanes: "_Lanes") -> None:
         """Integrate one batch: members in all its lanes, or one member in every lane."""
         integrator = self.integrator
-        integrator.set_time(float(lanes.grid[0, 0]))
-        integrator.pars[:] = lanes.parameters[: len(integrator.pars), chosen]
-        integrator.state[:] = lanes.starts[:, chosen]
+        integrator.set_time(lanes.grid.item(0))
+        self._pars[:] = lanes.parameters[:, chosen]
+        self._state[:] = lanes.starts[:, chosen]
         _, found = integrator.propagate_grid(lanes.grid, max_steps=MAX_STEPS)
         used = chosen.stop - chosen.start
         lanes.states[:, chosen] = found.transpose(1, 2, 0)[:, :used]
         outcomes = integrator.propagate_res[:used]
         lanes.steps[chosen] = [taken for _, _, _, taken in outcomes]
-        # A state that became infinite or NaN stays so: the last sample is enough.
-        finite = np.isfinite(found[-1, :, :used]).all(axis=0)
-        lanes.done[chosen] = finite & [outcome == GRID_COMPLETED for outcome, _, _, _ in outcomes]
+        lanes.done[chosen] = [outcome == GRID_COMPLETED for outcome, _, _, _ in outcomes]
+
+    @staticmethod
+    def _check_finite(lanes: "_Lanes") -> None:
+        """A state that became infinite or NaN stays so: the last sample is enough."""
+        lanes.done[:] &= np.isfinite(lanes.states[..., -1]).all(axis=0)
 
     def observe(
         self, parameters: Array, trajectories: EnsembleTrajectories, *, reuse: bool = True
@@ -211,8 +240,27 @@ class Ensemble:
             outputs=found,
         )
         rows = found.reshape(OBSERVED_SIZE, full, samples)[:, : len(trajectories.steps)]
-        Theta_rate, X, V, E, F = np.split(rows[:-1], 5)
-        return ObservedTrajectories(Theta_rate, X, V, E, F, rows[-1])
+        return ObservedTrajectories(rows[:6], rows[6:12], rows[12])
+
+    def observe_positions(
+        self, parameters: Array, trajectories: EnsembleTrajectories, *, only_last: bool
+    ) -> ObservedPositions:
+        """Return X and V at all samples of a run, or only at the last one (n = 1).
+
+        Args:
+            parameters: Shape (parameters, m).
+            trajectories: The result of `run`.
+            only_last: Whether the other samples are left out.
+        """
+        lanes = trajectories.lanes[..., -1:] if only_last else trajectories.lanes
+        size, full, samples = lanes.shape
+        chosen = parameters[self.open_indices][: self.positions.nparams]
+        found = self.positions(
+            np.ascontiguousarray(lanes.reshape(size, full * samples)),
+            pars=self._repeat_for_samples(chosen, full, samples),
+        )
+        rows = found.reshape(6, full, samples)[:, : len(trajectories.steps)]
+        return ObservedPositions(rows[:3], rows[3:])
 
     def _buffer(self, name: str, shape: tuple[int, ...]) -> Array:
         """Return an array of a shape; calls with the same name reuse its memory."""

@@ -10,9 +10,9 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.switched_system import (
     CompiledSwitchedSystem,
     WeakChatter,
-    switched_system,
+    compiled_modes,
 )
-from rbstab.integrate.heyoka.symbols import energy_scale, parameter_values
+from rbstab.integrate.heyoka.symbols import energy_scale
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.driver import DriverState, SwitchEvent
@@ -22,7 +22,6 @@ from rbstab.integrate.switching.modes import (
     UNREACHABLE,
     Modes,
     connector_of,
-    system_for_modes,
     thresholds,
 )
 from rbstab.integrate.switching.switch_log import SwitchLog
@@ -90,8 +89,8 @@ class HeyokaFlow:
 
     def _setup(self, modes: Modes) -> "_ModeSetup":
         problem, switching = self.problem, self.switching
-        system = system_for_modes(problem.system, modes)
-        connector = connector_of(system)
+        compiled = compiled_modes(problem.system, problem.rtol, modes)
+        system, connector = compiled.system, connector_of(compiled.system)
         # If an axis is held, its equivalent force jumps at a crossing. The driver must check this
         # force, so the crossing must end the run.
         switches_inside = self.on_position and not switching.layered and not modes.any_held
@@ -102,24 +101,32 @@ class HeyokaFlow:
             levels[:] = 0.0
         is_used = np.abs(levels) < UNREACHABLE
         extra = [np.where(is_used, levels, 0.0), is_used, [problem.range_bound, self.scale]]
+        values = np.concatenate([compiled.values, *extra])
+        to_joules, from_joules = np.ones((2, system.size + AUDIT_SIZE))
+        to_joules[-AUDIT_SIZE:], from_joules[-AUDIT_SIZE:] = self.scale, 1.0 / self.scale
         return _ModeSetup(
-            switched_system(system, problem.rtol),
-            np.concatenate([parameter_values(system), *extra]),
+            compiled.switched,
+            # heyoka has no `par[]` after the last one that the equations use.
+            values[: len(compiled.switched.integrator.pars)],
             connector,
             EVENT_OFFSET * float(connector.layer_width) if switching.layered else 0.0,
             switches_inside,
             self.weak_chatter,
-            upper,
-            lower,
-            self.scale,
+            [
+                (axis, float(upper[axis]), float(lower[axis]))
+                for axis in np.flatnonzero(is_used[:3] | is_used[3:]).tolist()
+            ],
+            to_joules,
+            from_joules,
         )
 
 
 class _ModeSetup(NamedTuple):
     """The inputs of a run in given modes, apart from its start.
 
-    values are the values of the open parameters; upper and lower are the thresholds of s. See
-    `_Run` for the rest.
+    values are the values of the open parameters. thresholds are the axes with thresholds of s, each
+    with the upper and the lower one. to_joules and from_joules are the factors between the states
+    of the integrator, with scaled audit states, and those of the driver. See `_Run` for the rest.
     """
 
     switched: CompiledSwitchedSystem
@@ -128,9 +135,9 @@ class _ModeSetup(NamedTuple):
     layer_offset: float
     switches_inside: bool
     weak_chatter: WeakChatter | None
-    upper: Array
-    lower: Array
-    scale: float
+    thresholds: list[tuple[int, float, float]]
+    to_joules: Array
+    from_joules: Array
 
 
 class _Run:
@@ -145,17 +152,13 @@ class _Run:
     ) -> None:
         self.integrator, self.dispatcher = setup.switched.integrator, setup.switched.dispatcher
         self.mode, self.log, self.deadline = setup.switched.mode, log, deadline
-        self.connector, self.layer_offset, self.scale = (
-            setup.connector,
-            setup.layer_offset,
-            setup.scale,
-        )
+        self.connector, self.layer_offset = setup.connector, setup.layer_offset
         self.switches_inside, self.weak_chatter = setup.switches_inside, setup.weak_chatter
-        self.upper, self.lower = setup.upper, setup.lower
+        self.thresholds, self.to_joules = setup.thresholds, setup.to_joules
         self.modes = start.modes
-        self.integrator.pars[:] = setup.values[: len(self.integrator.pars)]
+        self.integrator.pars[:] = setup.values
         self.integrator.time = start.time
-        self.integrator.state[:] = self._scaled(start.state, 1.0 / self.scale)
+        self.integrator.state[:] = start.state * setup.from_joules
         self.integrator.reset_cooldowns()
         self.events: list[SwitchEvent] = []
         self.left_range = self.missed = self.out_of_time = False
@@ -253,39 +256,46 @@ class _Run:
         )
 
     def _after_step(self, integrator: Any) -> bool:
-        state = integrator.state
         if self.switches_inside:
-            modes, (x, y, z) = integrator.pars[self.mode], state[E_OF_W]
+            modes, (x, y, z) = integrator.pars[self.mode], integrator.state[E_OF_W]
             self.missed = x * modes[0] < 0 or y * modes[1] < 0 or z * modes[2] < 0
-        else:
-            E, F = state[E_OF_W], state[F_OF_W]
-            s = self.connector.surface(E, F)
-            tolerance = ROUND_OFF * self.connector.surface(np.abs(E), np.abs(F)) + MISSED_TOLERANCE
-            beyond = (s > self.upper + tolerance) | (s < self.lower - tolerance)
-            beyond[[event.axis for event in self.events]] = False
-            self.missed = bool(beyond.any())
+        elif self.thresholds:
+            self.missed = self._is_beyond_threshold(integrator.state.tolist())
         if not self.missed:
             self._save_checkpoint()
         self.out_of_time = self.deadline.expired()
         return not (self.missed or self.out_of_time)
 
+    def _is_beyond_threshold(self, state: list[Any]) -> bool:
+        """Return whether s of an axis without an event is beyond its thresholds.
+
+        This runs after every step, so it uses floats: arrays of three would take longer.
+        """
+        surface, E, F = self.connector.surface, state[E_OF_W], state[F_OF_W]
+        known = [event.axis for event in self.events]
+        for axis, upper, lower in self.thresholds:
+            s = surface(E[axis], F[axis])
+            tolerance = ROUND_OFF * surface(abs(E[axis]), abs(F[axis])) + MISSED_TOLERANCE
+            if (s > upper + tolerance or s < lower - tolerance) and axis not in known:
+                return True
+        return False
+
     def _save_checkpoint(self) -> None:
         integrator = self.integrator
-        self.checkpoint = (
-            integrator.time,
-            integrator.state.copy(),
-            integrator.pars[self.mode].copy(),
-            self.log.checkpoint(),
-        )
+        # Only crossings inside the run change the modes and the log.
+        inside = None
+        if self.switches_inside:
+            inside = integrator.pars[self.mode].copy(), self.log.checkpoint()
+        self.checkpoint = integrator.time, integrator.state.copy(), inside
 
     def _undo_step(self) -> float:
         """Undo a step that missed a crossing; return the maximum length of its repetition."""
         integrator = self.integrator
         max_step = abs(integrator.last_h) / STEP_REDUCTION
-        integrator.time, integrator.state[:], integrator.pars[self.mode], checkpoint = (
-            self.checkpoint
-        )
-        self.log.restore(checkpoint)
+        integrator.time, integrator.state[:], inside = self.checkpoint
+        if inside is not None:
+            integrator.pars[self.mode], log = inside
+            self.log.restore(log)
         integrator.reset_cooldowns()
         self.missed = False
         self.events.clear()
@@ -302,16 +312,10 @@ class _Run:
         if self.switches_inside:
             a, b, c = integrator.pars[self.mode].tolist()
             modes = modes._replace(mode=(a, b, c))
-        state = self._scaled(integrator.state, self.scale)
+        state = integrator.state * self.to_joules
         return DriverState(integrator.time, state, modes, tuple(self.events), status)
 
     def _failed(self, status: RunStatus, reason: str) -> DriverState:
         """Return the state after the last good step, with a status and its reason."""
-        time, state, _, _ = self.checkpoint
-        scaled = self._scaled(state, self.scale)
-        return DriverState(time, scaled, self.modes, status=status, reason=reason)
-
-    @staticmethod
-    def _scaled(state: Array, factor: float) -> Array:
-        """Return a copy of a state with scaled audit states."""
-        return np.concatenate([state[:-AUDIT_SIZE], state[-AUDIT_SIZE:] * factor])
+        time, state, _ = self.checkpoint
+        return DriverState(time, state * self.to_joules, self.modes, status=status, reason=reason)

@@ -3,7 +3,8 @@
 All parameters are set at run time: one compilation serves all systems of a structure, in all modes.
 """
 
-from typing import Any, Protocol
+import threading
+from typing import Any, NamedTuple, Protocol
 
 import heyoka as hy
 import numpy as np
@@ -17,7 +18,7 @@ from rbstab.integrate.heyoka.symbols import (
 )
 from rbstab.integrate.switching.chatter import contact_kinetic_energy
 from rbstab.integrate.switching.driver import SwitchEvent
-from rbstab.integrate.switching.modes import connector_of
+from rbstab.integrate.switching.modes import Modes, connector_of, system_for_modes
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY, E_OF_W, THETA
@@ -137,6 +138,40 @@ def switched_system(system: System, tolerance: float) -> CompiledSwitchedSystem:
     """Return the compiled equations of a system's structure, compiled once in each thread."""
     key = CompiledSwitchedSystem, structure(system), tolerance
     return compiled_once(key, lambda: CompiledSwitchedSystem(system, tolerance))
+
+
+class CompiledModes(NamedTuple):
+    """A system in given modes, its compiled equations, and the values of its parameters."""
+
+    system: System
+    switched: CompiledSwitchedSystem
+    values: Array
+
+
+class _LastSystem(threading.local):
+    """The modes of the last system of this thread.
+
+    The search for the peaks of one run starts many short runs of the same system.
+    """
+
+    def __init__(self) -> None:
+        self.key: tuple[System, float] | None = None
+        self.found: dict[Modes, CompiledModes] = {}
+
+
+_last = _LastSystem()
+
+
+def compiled_modes(system: System, tolerance: float, modes: Modes) -> CompiledModes:
+    """Return a system in given modes with its compiled equations."""
+    # Systems are compared as objects, not by their values.
+    if _last.key != (system, tolerance):
+        _last.key, _last.found = (system, tolerance), {}
+    if modes not in _last.found:
+        smooth = system_for_modes(system, modes)
+        switched = switched_system(smooth, tolerance)
+        _last.found[modes] = CompiledModes(smooth, switched, parameter_values(smooth))
+    return _last.found[modes]
 
 
 class WeakChatter:

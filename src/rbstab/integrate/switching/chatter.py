@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.integrate.switching.modes import Modes, connector_of, surface_dynamics, system_for_modes
+from rbstab.integrate.switching.modes import Modes, SurfaceDynamics, connector_of, system_for_modes
 from rbstab.mechanics.algebra import inverse, quadratic_form
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
@@ -65,7 +65,7 @@ def stick(system: System, y: Array, modes: Modes) -> StickResult | None:
             # An axis that is already held takes part in the impulse.
             all_held = [axis for axis in range(3) if candidate.held[axis]]
             after = _state_without_chatter(system, y, all_held)
-            force = surface_dynamics(held, after).force
+            force = SurfaceDynamics(held, after).force
             if all(abs(force[axis]) <= connector_of(system).K_s[axis] for axis in all_held):
                 before = system.observe(y).energy.sum()
                 discarded = float(before - held.observe(after).energy.sum())

@@ -126,9 +126,12 @@ def drive(
     try:
         for sample in driver.samples():
             state = sample.driver_state
-            systems.append(system_for_modes(problem.system, state.modes))
+            # Most samples have the modes of the sample before.
+            if not samples or state.modes is not samples[-1].driver_state.modes:
+                system = system_for_modes(problem.system, state.modes)
+            systems.append(system)
             chatter_energies.append(
-                chatter_energy(systems[-1], state.state[BODY]) if problem.diagnosed else np.nan
+                chatter_energy(system, state.state[BODY]) if problem.diagnosed else np.nan
             )
             samples.append(sample)
             deadline.samples = len(samples)

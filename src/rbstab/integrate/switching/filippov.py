@@ -18,9 +18,9 @@ from rbstab.integrate.switching.driver import DriverState, Sample, SwitchEvent, 
 from rbstab.integrate.switching.modes import (
     ROUND_OFF,
     Modes,
+    SurfaceDynamics,
     connector_of,
     modes_on_surface,
-    surface_dynamics,
     system_for_modes,
     thresholds,
 )
@@ -160,6 +160,8 @@ class FilippovDriver:
     def _handle_events(self, current: DriverState) -> DriverState:
         if current.status is not None:
             return current
+        if not (current.events or self.on_position):
+            return current._replace(status=self._limit_reached())
         crossings = [event for event in current.events if not event.release]
         for event in current.events:
             if event.release:
@@ -242,7 +244,7 @@ class FilippovDriver:
             if axis in known_axes or not at_threshold:
                 continue
             if rate is None:
-                rate = surface_dynamics(system, current.state[BODY]).surface_rate
+                rate = SurfaceDynamics(system, current.state[BODY]).surface_rate
             direction = 1.0 if abs(s[axis] - upper[axis]) <= tolerance[axis] else -1.0
             if direction * rate[axis] > 0:
                 found.append(SwitchEvent(axis, direction, release=False))
@@ -275,7 +277,7 @@ class FilippovDriver:
     def _release_overloaded(self, current: DriverState) -> DriverState:
         """Release each held axis whose equivalent force is beyond its bound after a crossing."""
         for _ in range(3):
-            force = surface_dynamics(
+            force = SurfaceDynamics(
                 system_for_modes(self.problem.system, current.modes), current.state[BODY]
             ).force
             load_ratio = np.abs(force) / connector_of(self.problem.system).K_s * current.modes.held

@@ -10,6 +10,7 @@ Source: V. Acary, B. Brogliato, Systems & Control Letters 59 (2010) 284-293.
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple, Protocol
 
@@ -18,6 +19,7 @@ import numpy as np
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.switch_trace import Transition
 from rbstab.integrate.switching.driver import DriverState, Sample, initial_driver_state
 from rbstab.integrate.switching.modes import ROUND_OFF, Modes, connector_of, system_for_modes
@@ -26,7 +28,7 @@ from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.states import BODY, E_OF_W, F_OF_W, OMEGA, THETA
 from rbstab.systems.coordinates import PartlyHeldCoordinates
-from rbstab.systems.system import CONTACT_WORK, LYAPUNOV_CHANGE, System
+from rbstab.systems.system import AUDIT_SIZE, CONTACT_WORK, LYAPUNOV_CHANGE, System
 
 SIDES = [(a, b, c) for a, b, c in product((1.0, -1.0, 0.0), repeat=3)]
 """Every combination of the sides of three axes; 0 for a held axis."""
@@ -92,11 +94,28 @@ def step(system: System, y: Array, h: Number) -> StepResult:
     return StepResult(state, connector_of(system).surface(E, F), force)
 
 
-def numpy_stepper(system: System) -> Stepper:
-    """Return a stepper that uses numpy."""
+@dataclass(frozen=True)
+class _StepInModes:
+    """The step in given modes, as a function of a system and of a vector: the state, then h."""
+
+    modes: Modes
+
+    def __call__(self, system: System, x: Array) -> Array:
+        """Return the state, s⁺ and Λ, one after the other."""
+        y, h = x[:-1], x[-1]
+        return np.concatenate(step(system_for_step(system, self.modes, h), y, h))
+
+
+def python_stepper(system: System) -> Stepper:
+    """Return a stepper in Python, without heyoka."""
+    size = system.size + AUDIT_SIZE
+    steps: dict[Modes, StraightLine] = {}
 
     def stepper(y: Array, modes: Modes, h: float) -> StepResult:
-        return step(system_for_step(system, modes, h), y, h)
+        if modes not in steps:
+            steps[modes] = StraightLine(_StepInModes(modes), system, size + 1)
+        value = steps[modes](np.append(y, h))
+        return StepResult(value[:size], value[size : size + 3], value[size + 3 :])
 
     return stepper
 

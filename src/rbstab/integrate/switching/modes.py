@@ -1,6 +1,7 @@
 """The modes of a sliding connector, and the smooth system for given modes."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
@@ -10,7 +11,7 @@ from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.problem import Switching
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.states import E_OF_W, F_OF_W
 from rbstab.systems.coordinates import ContactCoordinates, PartlyHeldCoordinates
 from rbstab.systems.system import System
@@ -67,27 +68,39 @@ def system_for_modes(system: System, modes: Modes) -> System:
     coordinates = ContactCoordinates()
     if modes.any_held:
         held = np.array(modes.held)
-        coordinates = PartlyHeldCoordinates(held, float(connector.rate_weight * connector.slope))
+        coordinates = PartlyHeldCoordinates(held, connector.rate_weight * connector.slope)
     return replace(system, elements=elements, coordinates=coordinates)
 
 
-class SurfaceDynamics(NamedTuple):
-    """The quantities that decide the modes: ṡ (3,), Λ (3,) and the mobility c'𝒥⁻¹c (3, 3)."""
+@dataclass(frozen=True, eq=False)
+class SurfaceDynamics:
+    """The quantities that decide the modes at a state, each computed when it is first used.
 
-    surface_rate: Array
-    force: Array
-    mobility: Array
+    Args:
+        system: The smooth system of these modes.
+        y: The state.
+    """
 
+    system: System
+    y: Array
 
-def surface_dynamics(system: System, y: Array) -> SurfaceDynamics:
-    """Return ṡ, the contact force and the mobility of a smooth system at a state."""
-    connector, motion = connector_of(system), system.motion(y)
-    rates = system.rates(y)
-    # In coordinates W the rates of E and F are entries 6 to 12.
-    surface_rate = connector.surface(rates[E_OF_W], rates[F_OF_W])
-    c = contact_directions(system.body, motion)
-    force = system.observe(y).contact_force
-    return SurfaceDynamics(surface_rate, force, mobility(system.body, c))
+    @cached_property
+    def surface_rate(self) -> Array:
+        """The rate ṡ, shape (3,)."""
+        rates = self.system.rates(self.y)
+        # In coordinates W the rates of E and F are entries 6 to 12.
+        return connector_of(self.system).surface(rates[E_OF_W], rates[F_OF_W])
+
+    @cached_property
+    def force(self) -> Array:
+        """The contact force Λ, shape (3,), N."""
+        return self.system.observe(self.y).contact_force
+
+    @cached_property
+    def mobility(self) -> Array:
+        """The mobility c'𝒥⁻¹c, shape (3, 3), 1/kg."""
+        body = self.system.body
+        return mobility(body, contact_directions(body, self.system.motion(self.y)))
 
 
 def initial_modes(system: System, y: Array, switching: Switching) -> Modes:
@@ -134,22 +147,29 @@ def modes_on_surface(system: System, y: Array, modes: Modes, axes: list[int]) ->
         modes: The modes of the other axes.
         axes: The axes on the surface.
     """
-    K_s = connector_of(system).K_s
     choices = sorted(product((0.0, 1.0, -1.0), repeat=len(axes)), key=lambda c: sum(map(abs, c)))
     best, best_violation = modes, np.inf
     for choice in choices:
         candidate = modes
         for axis, side in zip(axes, choice, strict=True):
             candidate = candidate.with_axis(axis, side, held=float(side == 0.0))
-        dynamics = surface_dynamics(system_for_modes(system, candidate), y)
-        force_excess = np.abs(dynamics.force) / K_s - 1.0
-        inward_rate = (
-            -np.array(candidate.mode) * dynamics.surface_rate / (np.diag(dynamics.mobility) * K_s)
-        )
-        violations = [
-            force_excess[axis] if candidate.held[axis] else inward_rate[axis] for axis in axes
-        ]
-        violation = max(*violations, 0.0)
+        dynamics = SurfaceDynamics(system_for_modes(system, candidate), y)
+        violation = max(*(_violation(dynamics, candidate, axis) for axis in axes), 0.0)
         if violation < best_violation - ROUND_OFF:
             best, best_violation = candidate, violation
+        if best_violation <= ROUND_OFF:
+            break  # No violation is negative, so no later choice is better than round-off.
     return best
+
+
+def _violation(dynamics: SurfaceDynamics, modes: Modes, axis: int) -> Number:
+    """Return how far an axis is from Filippov's rule in some modes; at most 0 if it obeys.
+
+    For a held axis it is the excess of the force, for another axis the rate towards the surface,
+    both relative to the bound of the force.
+    """
+    K_s = connector_of(dynamics.system).K_s[axis]
+    if modes.held[axis]:
+        return abs(dynamics.force[axis]) / K_s - 1.0
+    inward_rate = -modes.mode[axis] * dynamics.surface_rate[axis]
+    return inward_rate / (dynamics.mobility[axis, axis] * K_s)

@@ -7,12 +7,13 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rbstab.processes.isolated import CrashError, DeadlineError, IsolatedFunction, Limits
-from rbstab.processes.workers import WorkerDiedError
 from rbstab.store.disk.existence import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
+
+if TYPE_CHECKING:
+    from rbstab.processes.isolated import IsolatedFunction, Limits
 
 MIN_DEADLINE = 5.0
 """s; the longest time to read a small file."""
@@ -38,7 +39,7 @@ class IsolatedReader:
 
     def __init__(self, read: Callable[[Path], Any]) -> None:
         self._read = read
-        self._isolated = IsolatedFunction(read)
+        self._isolated: IsolatedFunction | None = None
         self._lock = Lock()
 
     def __call__(self, path: Path) -> Any:
@@ -48,6 +49,10 @@ class IsolatedReader:
             NotAResultError: Reading took too long or crashed: the file is damaged.
             StoreError: The function raised it, or there is not enough memory.
         """
+        # Imported late: most commands read no file without a seal.
+        from rbstab.processes.isolated import CrashError, DeadlineError
+        from rbstab.processes.workers import WorkerDiedError
+
         limits = read_limits(path)
         with self._lock:
             try:
@@ -67,18 +72,24 @@ class IsolatedReader:
                     "its size"
                 ) from error
 
-    def _call(self, path: Path, limits: Limits) -> Any:
+    def _call(self, path: Path, limits: "Limits") -> Any:
+        from rbstab.processes.isolated import CrashError, IsolatedFunction
+
+        if self._isolated is None:
+            self._isolated = IsolatedFunction(self._read)
         # The file need not be the cause of the first crash: something may have killed the worker.
         with suppress(CrashError):
             return self._isolated(path, limits)
         return self._isolated(path, limits)
 
 
-def read_limits(path: Path) -> Limits:
+def read_limits(path: Path) -> "Limits":
     """Return the limits for reading a file: they grow with its size.
 
     Raises:
         StoreError: The file cannot be read.
     """
+    from rbstab.processes.isolated import Limits
+
     size = path.stat().st_size if path_exists(path) else 0
     return Limits(MIN_DEADLINE + size / READING_SPEED, MIN_MEMORY + MEMORY_FACTOR * size)

@@ -1,7 +1,7 @@
 """Rerun sampled members with SciPy, compare them with the stored ones, and keep the comparison."""
 
 from collections.abc import Callable
-from contextlib import closing, suppress
+from contextlib import suppress
 from dataclasses import asdict
 from itertools import groupby
 from operator import lt
@@ -14,15 +14,14 @@ from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt
 from rbstab.mechanics.numbers import Array
 from rbstab.store.document import read_model, write_document
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.sweep.execution.single_run_pool import run_singles
+from rbstab.sweep.execution.comparison_runs import MEMBERS_PER_WORKER, ComparisonRuns
 from rbstab.sweep.folder.sweep_folder import SweepFolder
-from rbstab.sweep.members.scipy_comparison import (
-    ENGINE,
-    ScipyComparison,
-    compare,
-    members_to_compare,
-)
+from rbstab.sweep.members.compared_members import members_to_compare
+from rbstab.sweep.members.scipy_comparison import ENGINE, ScipyComparison, compare
 from rbstab.sweep.plan.plan import Plan
+
+MIN_FOR_WORKERS = 512
+"""Fewest members of a plan for which starting a worker process saves time."""
 
 _Difference = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
@@ -38,27 +37,46 @@ class _StoredComparison(BaseModel):
     differences: dict[str, _Difference]
 
 
-ComparedCallback = Callable[[int, int], None]
-"""Called with the number of compared members, and the number of members to compare."""
+def comparison_runs(
+    plan: Plan, folder: SweepFolder, count: int | None, *, complete: bool, processes: int
+) -> ComparisonRuns:
+    """Return the single runs for a comparison; of a long plan they start now, beside the sweep.
+
+    A complete folder keeps the members of its comparison, unless a number is given.
+
+    Args:
+        plan: The plan.
+        folder: The folder of the sweep.
+        count: The number of members to compare; default see `members_to_compare`.
+        complete: Whether the folder has all its shards.
+        processes: The largest number of processes, with this one.
+    """
+    if plan.engine == ENGINE:
+        return ComparisonRuns(plan, [], 0)
+    kept = read_comparison(folder) if complete else None
+    if kept is not None and count is None:
+        # It was made with another number of members, or by an older version.
+        return ComparisonRuns(plan, list(kept.members), 0)
+    members = members_to_compare(plan, count)
+    is_long = plan.members >= MIN_FOR_WORKERS or len(members) > MEMBERS_PER_WORKER
+    return ComparisonRuns(plan, members, processes - 1 if is_long else 0)
 
 
-def compare_with_scipy(  # noqa: PLR0913, PLR0917 (a sweep, its digest, and the control)
-    plan: Plan,
+def compare_with_scipy(
+    runs: ComparisonRuns,
     folder: SweepFolder,
     shards_digest: str,
     stop: Event,
-    on_compared: ComparedCallback,
-    processes: int = 1,
+    on_done: Callable[[int], None],
 ) -> ScipyComparison | None:
     """Return the comparison of a sweep with SciPy: from its folder if stored there, or a new one.
 
     Args:
-        plan: The plan.
+        runs: The single runs.
         folder: The folder, with all shards.
         shards_digest: The digest of all shards.
         stop: Any thread may set it to end early.
-        on_compared: Called at the start and after each member.
-        processes: The largest number of processes.
+        on_done: Called with the number of members that were run, whenever it has grown.
 
     Returns:
         The comparison, which is stored in the folder; None if it was stopped.
@@ -67,13 +85,18 @@ def compare_with_scipy(  # noqa: PLR0913, PLR0917 (a sweep, its digest, and the 
         StoreError: A shard is missing or damaged, or the comparison cannot be written.
     """
     kept = read_comparison(folder)
-    if kept is not None and kept.shards_digest == shards_digest:
+    if kept is not None and (kept.shards_digest, list(kept.members)) == (
+        shards_digest,
+        runs.members,
+    ):
         return kept
-    members = members_to_compare(plan, folder.manifest.plan_id)
-    theirs = _run(plan, members, stop, on_compared, processes)
+    theirs = runs.finish(stop, on_done)
     if theirs is None:
         return None
-    unlike, differences = compare(_stored(folder, members), _joined(theirs)) if members else (0, {})
+    members, unlike, differences = runs.members, 0, dict[str, float]()
+    if members:
+        rows = _joined([theirs[member] for member in members])
+        unlike, differences = compare(_stored(folder, members), rows)
     comparison = ScipyComparison(shards_digest, tuple(members), unlike, differences)
     write_document(folder.comparison_file, asdict(comparison))
     return comparison
@@ -87,24 +110,6 @@ def read_comparison(folder: SweepFolder) -> ScipyComparison | None:
         known = set(stored.differences) <= set(folder.columns)
         if known and stored.unlike <= len(stored.members) and all(map(lt, members, members[1:])):
             return ScipyComparison(**dict(stored))
-    return None
-
-
-def _run(
-    plan: Plan, members: list[int], stop: Event, on_compared: ComparedCallback, processes: int
-) -> list[dict[str, Array]] | None:
-    """Return the outcomes of some members as single runs, in their order; None if stopped."""
-    on_compared(0, len(members))
-    outcomes: dict[int, dict[str, Array]] = {}
-    with closing(run_singles(plan, ENGINE, members, processes)) as results:
-        while not stop.is_set():
-            try:
-                found = next(results)
-            except StopIteration:
-                return [outcomes[member] for member in members]
-            if found is not None:
-                outcomes[found[0]] = found[1]
-                on_compared(len(outcomes), len(members))
     return None
 
 

@@ -7,10 +7,10 @@ from math import prod
 from typing import NamedTuple
 
 from rbstab.config.source import key_of
-from rbstab.sweep.execution.single_run_pool import MIN_FOR_PROCESSES
 from rbstab.sweep.folder.disk_space import sweep_bytes
+from rbstab.sweep.members.compared_members import members_to_compare
 from rbstab.sweep.members.engine import EngineFactory, MemberEngine
-from rbstab.sweep.members.scipy_comparison import ENGINE, MEMBERS_PER_SAMPLE, is_comparable
+from rbstab.sweep.members.scipy_comparison import ENGINE
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.plan import Plan
@@ -73,6 +73,8 @@ def estimate(
     factory: EngineFactory,
     threads: int,
     clock: Clock = time.perf_counter,
+    *,
+    compare: int | None = None,
 ) -> Estimate:
     """Time some members of each variant, spread over the plan, and estimate the rest.
 
@@ -85,6 +87,7 @@ def estimate(
         factory: Makes the engine.
         threads: The number of threads of the sweep.
         clock: Returns the time, s.
+        compare: The number of members to compare with SciPy (see `members_to_compare`).
     """
     if not remaining:
         return Estimate(0.0, 0.0, 0, sweep_bytes(plan))
@@ -101,7 +104,8 @@ def estimate(
         calibrated = min(calibrated, cost.members)
     seconds_per_member += _proof_time(plan, clock)
     seconds = remaining * seconds_per_member / min(threads, remaining)
-    check_seconds = _comparison_time(plan, variants, threads, clock)
+    compared = members_to_compare(plan, compare)
+    check_seconds = _comparison_time(plan, compared, threads, clock)
     return Estimate(seconds, check_seconds, calibrated, sweep_bytes(plan))
 
 
@@ -192,20 +196,14 @@ def _proof_time(plan: Plan, clock: Clock) -> float:
     return share * (clock() - begin) / max(proved, 1)
 
 
-def _comparison_time(
-    plan: Plan, variants: dict[str, list[int]], threads: int, clock: Clock
-) -> float:
+def _comparison_time(plan: Plan, members: list[int], processes: int, clock: Clock) -> float:
     """Return the time of the comparison with SciPy, s, from one member of each variant."""
     if plan.engine == ENGINE:
         return 0.0
-    single, seconds_per_member = SingleRuns(plan, ENGINE), 0.0
-    for variant, members in variants.items():
-        if is_comparable(variant):
-            share = len(members) / SAMPLED_MEMBERS
-            seconds_per_member += share * _time(single, members[0], 1, clock)
-    compared = -(-plan.members // MEMBERS_PER_SAMPLE)
-    processes = threads if compared >= MIN_FOR_PROCESSES else 1
-    return compared * seconds_per_member / processes
+    single, seconds = SingleRuns(plan, ENGINE), 0.0
+    for compared in _by_variant(plan, members).values():
+        seconds += len(compared) * _time(single, compared[0], 1, clock)
+    return seconds / min(processes, len(members) or 1)
 
 
 def _time(engine: MemberEngine, start: int, count: int, clock: Clock) -> float:

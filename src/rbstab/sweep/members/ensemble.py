@@ -19,7 +19,12 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.integrate.heyoka.engine import integrate
-from rbstab.integrate.heyoka.ensemble import Ensemble, EnsembleTrajectories, ObservedTrajectories
+from rbstab.integrate.heyoka.ensemble import (
+    Ensemble,
+    EnsembleTrajectories,
+    ObservedPositions,
+    ObservedTrajectories,
+)
 from rbstab.integrate.heyoka.ensemble_forces import EnsembleForces
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
@@ -104,6 +109,8 @@ class EnsembleEngine:
         for variant, engine in self.variant_engines.items():
             of_variant = np.ones(members, bool) if variants is None else variants == variant
             rows = np.flatnonzero(of_variant)
+            if len(rows):
+                rows = rows[engine.order({key: column[rows] for key, column in values.items()})]
             size = max(SIMD, SAMPLES_IN_MEMORY // len(engine.problem.times) // SIMD * SIMD)
             for first in range(0, len(rows), size):
                 yield engine, rows[first : first + size]
@@ -146,6 +153,15 @@ class _VariantEngine:
         # Without a load it is the unloaded position, where no energy is stored.
         return SharedState(None, 0.0) if weightless else None
 
+    def order(self, values: dict[str, Array]) -> Array:
+        """Return the order in which members are integrated, shape (m,): by their energy.
+
+        A batch takes as many steps as its slowest member. Members of like energy take like numbers
+        of steps. The result of a member does not depend on the others in its batch.
+        """
+        parameters, starts = self.binding.parameters_and_starts(values)
+        return np.asarray(self.ensemble.scales(parameters, starts).argsort(kind="stable"))
+
     def outcome(
         self, values: dict[str, Array], with_trace: Array
     ) -> tuple[dict[str, Array], Array, "_BatchTraces"]:
@@ -164,10 +180,13 @@ class _VariantEngine:
         observed = self.ensemble.observe(parameters, trajectories)
         # Members that were not integrated to the end are computed by single runs.
         last = np.where(trajectories.done, trajectories.states[..., -1], np.nan)
-        rest = self._rest_states(values, parameters, last, observed.X)
+        positions = self.ensemble.observe_positions(
+            parameters, trajectories, only_last=not len(with_trace)
+        )
+        rest = self._rest_states(values, parameters, last, positions.X[..., -1])
         energy = observed.energy - rest.energy[:, np.newaxis]
         residual = energy - energy[:, :1] - trajectories.lyapunov_change
-        members = self._members(trajectories.states, observed, energy, residual, rest)
+        members = self._members(trajectories.states, observed, positions, energy, residual, rest)
         with np.errstate(all="ignore"):
             peaks = self.peaks.find(parameters, starts, trajectories, observed)
             outcome = outcome_of(members, peaks)
@@ -208,7 +227,7 @@ class _VariantEngine:
         The orientation is NaN where none was found that the member approaches.
         """
         own = last[self.problem.system.coordinates.size :]
-        pose = [last[THETA]] if self.approached.configurations.held else [last[THETA], X[..., -1]]
+        pose = [last[THETA]] if self.approached.configurations.held else [last[THETA], X]
         rest = self.approached.find(parameters, np.concatenate([*pose, own]))
         for k in np.flatnonzero(~rest.found & np.isfinite(last).all(axis=0)).tolist():
             system = self._problem(values, k).system
@@ -224,10 +243,11 @@ class _VariantEngine:
         row = {key: column[k] for key, column in values.items() if key != "controller.variant"}
         return problem_of(self.binding.config_of(row))
 
-    def _members(
+    def _members(  # noqa: PLR0913, PLR0917 (all that is known of the members)
         self,
         states: Array,
         observed: ObservedTrajectories,
+        positions: ObservedPositions,
         energy: Array,
         residual: Array,
         rest: RestStatesOfMembers,
@@ -241,8 +261,8 @@ class _VariantEngine:
             orientation=along(states[THETA]),
             orientation_rate=along(observed.Theta_rate),
             angular_velocity=along(states[OMEGA]),
-            position=along(observed.X),
-            velocity=along(observed.V),
+            position=along(positions.X),
+            velocity=along(positions.V),
             contact_displacement=along(observed.E),
             contact_velocity=along(observed.F),
             lyapunov=energy,

@@ -5,7 +5,6 @@ samples do not show accurately enough. If there are fewer intervals than steps o
 the samples may not show all turning points. Then the whole motion is sampled finer.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +13,6 @@ from rbstab.analysis.peak_search import RELATIVE, Peaks, Samples, find_peaks, pe
 from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.integrate.heyoka.ensemble import Ensemble, EnsembleTrajectories, ObservedTrajectories
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.states import THETA
 
 PARTS = 4
 """The parts into which an interval is divided."""
@@ -100,8 +98,8 @@ class EnsemblePeaks(NamedTuple):
         observed = self.ensemble.observe(parameters, trajectories, reuse=False)
         length = (after[-1] - after[0]) / (len(after) - 1)
         samples = self._samples(begin + after, length, parameters, trajectories.states, observed)
-        for array in (*samples.values, *samples.rates):
-            array[~trajectories.done] = np.nan
+        for arrays in (samples.values, samples.rates):
+            arrays[:, ~trajectories.done] = np.nan
         return samples
 
     def _samples(
@@ -120,8 +118,7 @@ class EnsemblePeaks(NamedTuple):
             after = np.linspace(0.0, length, PARTS + 1)
             return self._samples_again(parameters[:, members], starts, after, begin[:, np.newaxis])
 
-        values, rates = [*observed.E, *states[THETA]], [*observed.F, *observed.Theta_rate]
-        return Samples(times, values, rates, divide)
+        return Samples(times, observed.values, observed.rates, divide)
 
 
 def refinements(steps: Array, samples: int, most: int) -> Array:
@@ -145,7 +142,4 @@ def refined(times: Array, parts: int) -> Array:
 
 
 def _of_members(samples: Samples, members: Array) -> Samples:
-    def chosen(arrays: Sequence[Array]) -> list[Array]:
-        return [array[members] for array in arrays]
-
-    return Samples(samples.times, chosen(samples.values), chosen(samples.rates))
+    return Samples(samples.times, samples.values[:, members], samples.rates[:, members])

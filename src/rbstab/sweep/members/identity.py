@@ -85,7 +85,7 @@ def _cached_template(plan: Plan, variant: str, member: int) -> _TextTemplate | N
         template = _template(plan, variant)
         if template is not None:
             members, values = np.array([member]), plan.values(member, member + 1)
-            if _fill(plan, variant, template, members, values) != [_run_id_of(plan, member)]:
+            if _fill(plan, variant, template, members, values)[0] != _run_id_of(plan, member):
                 # No known plan fails this check. If one does, its identities are computed slowly.
                 template = None
         templates[variant] = template
@@ -126,7 +126,7 @@ def _number_paths(path: Path, value: Any) -> list[Path]:
 
 def _fill(
     plan: Plan, variant: str, template: _TextTemplate, members: Array, values: dict[str, Array]
-) -> list[bytes]:
+) -> Array:
     """Return the identities of some members of a variant."""
     filled = []
     for key, factor in template.numbers:
@@ -134,23 +134,24 @@ def _fill(
         # -0.0 becomes 0.0, as in a config.
         filled.append((value + 0.0).tolist())
     titles = _titles(plan, variant, members)
-    head, text, found = hashlib.sha256(template.head.encode()), template.text, []
+    head, text, digests = hashlib.sha256(template.head.encode()), template.text, []
     for row in zip(*filled, titles, strict=True):
         digest = head.copy()
         digest.update((text % row).encode())
-        found.append(digest.hexdigest()[:ID_LENGTH].encode())
-    return found
+        digests.append(digest.digest()[: ID_LENGTH // 2])
+    # All digits at once: one by one they take as long as the digests.
+    return np.frombuffer(b"".join(digests).hex().encode(), dtype=f"S{ID_LENGTH}")
 
 
 def _titles(plan: Plan, variant: str, members: Array) -> list[str]:
     """Return the titles of some members as JSON; each ends with the number of the member."""
-    found, prefixes = [], {}
-    for text in map(str, members.tolist()):
-        # The prefix depends on the length of the number, because long titles are cut.
-        if len(text) not in prefixes:
-            prefixes[len(text)] = json.dumps(plan.title_of(variant, int(text)))[: -len(text) - 1]
-        found.append(f'{prefixes[len(text)]}{text}"')
-    return found
+    texts = list(map(str, members.tolist()))
+    # The prefix depends on the length of the number, because long titles are cut.
+    prefixes = {
+        length: json.dumps(plan.title_of(variant, 10 ** (length - 1)))[: -length - 1]
+        for length in set(map(len, texts))
+    }
+    return [f'{prefixes[len(text)]}{text}"' for text in texts]
 
 
 def _canonical(data: Any) -> str:

@@ -94,8 +94,8 @@ class MemberTrajectories:
         orientation: Θ, rad; shape (m, n, 3), as all other vectors below.
         orientation_rate: Θ̇ = BΩ, rad/s.
         angular_velocity: Ω, rad/s, body.
-        position: X, m, inertial.
-        velocity: V, m/s, inertial.
+        position: X, m, inertial; without a trace only at the last sample, shape (m, 1, 3).
+        velocity: V, m/s, inertial, in the same form.
         contact_displacement: E, m, inertial.
         contact_velocity: F, m/s, inertial.
         lyapunov: v, shape (m, n), J.
@@ -143,7 +143,8 @@ def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[
         missing = np.full((count, state.size), np.nan)
         last[f"final_{state.name}"] = missing if values is None else values[:, -1]
     peak, angles = peaks.value[E_ROWS].T, np.abs(peaks.value[THETA_ROWS]).T
-    distance = np.linalg.norm(members.contact_displacement, axis=2)
+    x, y, z = np.moveaxis(members.contact_displacement, 2, 0)
+    distance = np.sqrt(x * x + y * y + z * z)
     work = members.contact_work
     value = members.lyapunov if work is None else members.lyapunov + work
     return last | {
@@ -170,9 +171,9 @@ def peak_samples(members: MemberTrajectories) -> Samples:
     """Return the quantities whose peaks are columns, in the order of `E_ROWS` and `THETA_ROWS`."""
     values = members.contact_displacement, members.orientation
     rates = members.contact_velocity, members.orientation_rate
-    return Samples(members.time, components(values), components(rates))
+    return Samples(members.time, _components(values), _components(rates))
 
 
-def components(vectors: Iterable[Array]) -> list[Array]:
-    """Return the components of vectors, arrays of shape (..., 3), one after the other."""
-    return [vector[..., axis] for vector in vectors for axis in range(vector.shape[-1])]
+def _components(vectors: Iterable[Array]) -> Array:
+    """Return the components of vectors, arrays of shape (m, n, 3), one after the other."""
+    return np.concatenate([np.moveaxis(vector, -1, 0) for vector in vectors])

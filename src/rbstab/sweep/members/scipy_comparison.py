@@ -1,20 +1,13 @@
-"""Select members to compare with single runs by SciPy, and compute their differences."""
+"""The differences of members to single runs by SciPy."""
 
-import hashlib
 from dataclasses import dataclass
 
 import numpy as np
 
-from rbstab.config.source import key_of
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.outcome import COLUMNS
-from rbstab.sweep.plan.axes import VARIANT
-from rbstab.sweep.plan.plan import Plan
 
 ENGINE = "scipy"
-
-MEMBERS_PER_SAMPLE = 1000
-"""One member of this many is rerun."""
 
 _NOT_COMPARED = (
     *("run_id", "status", "steps"),
@@ -45,29 +38,6 @@ class ScipyComparison:
     members: tuple[int, ...]
     unlike: int
     differences: dict[str, float]
-
-
-def members_to_compare(plan: Plan, seed: str) -> list[int]:
-    """Draw one random member of every thousand; omit it if its variant is not comparable.
-
-    Args:
-        plan: The plan.
-        seed: The same seed gives the same members.
-    """
-    found = []
-    for start in range(0, plan.members, MEMBERS_PER_SAMPLE):
-        stop = min(start + MEMBERS_PER_SAMPLE, plan.members)
-        digest = hashlib.sha256(f"{seed} {start}".encode()).digest()
-        member = start + int.from_bytes(digest[:8], "big") % (stop - start)
-        values = plan.values(member, member + 1, [key_of(VARIANT)])
-        if is_comparable(plan.variant_of({key: column[0] for key, column in values.items()})):
-            found.append(member)
-    return found
-
-
-def is_comparable(variant: str) -> bool:
-    """Return whether two engines find the same trajectories: not if the motion may be chaotic."""
-    return variant != "sliding"
 
 
 def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict[str, float]]:

@@ -1,12 +1,14 @@
 """An engine that integrates members one by one, as single runs."""
 
+from collections.abc import Callable, Hashable
 from dataclasses import replace
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from rbstab.config.build import problem_of
 from rbstab.config.schema import MIN_SCIPY_RTOL, Config
-from rbstab.experiment.record import recorded, recording_time, zero_of
+from rbstab.experiment.record import recorded, recording_time, rest_state_of, zero_of
 from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
@@ -24,6 +26,9 @@ from rbstab.sweep.members.outcome import (
 from rbstab.sweep.members.single_peaks import SinglePeaks
 from rbstab.sweep.members.traces import TIME, copy_single_run, layout_of
 from rbstab.sweep.plan.plan import Plan
+from rbstab.systems.parameters import parameters
+
+T = TypeVar("T")
 
 
 class SingleRuns:
@@ -41,6 +46,8 @@ class SingleRuns:
         self._plan = plan
         self._engine = name or plan.engine
         self._layout = layout_of(plan)
+        self._recording_time = _OncePerSystem(recording_time)
+        self._rest_state = _OncePerSystem(rest_state_of)
         engine(self._engine)
 
     def compute(self, start: int, stop: int) -> Shard:
@@ -55,7 +62,7 @@ class SingleRuns:
             try:
                 problem = self._problem(self._plan.config_of(start + index))
                 deadline = Deadline(problem.time_limit)
-                trajectory, quantities = self._integrate(problem, deadline)
+                trajectory, quantities = self._integrate(problem, deadline, bool(selected[index]))
             except Exception:  # noqa: S112
                 continue
             columns["status"][index] = STATUSES.index(trajectory.status)
@@ -75,14 +82,15 @@ class SingleRuns:
         return problem
 
     def _integrate(
-        self, problem: Problem, deadline: Deadline
+        self, problem: Problem, deadline: Deadline, traced: bool
     ) -> tuple[Trajectory, dict[str, Array]]:
-        deadline.recording_time = recording_time(problem)
+        key = _key_of_system(problem)
+        deadline.recording_time = self._recording_time(problem, key)
         with np.errstate(all="ignore"):
             trajectory = engine(self._engine)(problem, None, deadline)
             try:
-                zero = zero_of(problem, trajectory, deadline=deadline)
-                found = recorded(problem, trajectory, zero.rest, deadline)
+                zero = zero_of(problem, trajectory, self._rest_state(problem, key), deadline)
+                found = recorded(problem, trajectory, zero.rest, deadline, only_outcome=not traced)
                 if not zero.approached:
                     found.quantities["rest_orientation"] = np.full(3, np.nan)
                 return found
@@ -107,10 +115,36 @@ class SingleRuns:
             return {}
 
 
+class _OncePerSystem(Generic[T]):
+    """A function of a problem that does not depend on its start; it keeps its last value.
+
+    Args:
+        function: The function.
+    """
+
+    def __init__(self, function: Callable[[Problem], T]) -> None:
+        self._function = function
+        self._last: tuple[Hashable, T] | None = None
+
+    def __call__(self, problem: Problem, key: Hashable) -> T:
+        """Return the value for a problem with this `_key_of_system`."""
+        if self._last is None or self._last[0] != key:
+            self._last = key, self._function(problem)
+        return self._last[1]
+
+
+def _key_of_system(problem: Problem) -> Hashable:
+    """Return a key that problems share if only their starts, samples and tolerances differ."""
+    values = [(name, array.tobytes()) for name, array in parameters(problem.system).items()]
+    return type(problem.system.coordinates), problem.switching, tuple(values)
+
+
 def trajectory_of(problem: Problem, quantities: dict[str, Array]) -> MemberTrajectories:
     """Return the quantities of a single run as `MemberTrajectories` of one member."""
     Theta, Omega = quantities["orientation"], quantities["angular_velocity"]
-    rates = np.array([rate_matrix(a) @ w for a, w in zip(Theta, Omega, strict=True)])
+    rates = quantities.get("orientation_rate")
+    if rates is None:
+        rates = np.array([rate_matrix(a) @ w for a, w in zip(Theta, Omega, strict=True)])
     arrays = {name: array[np.newaxis] for name, array in quantities.items() if name != TIME}
     return MemberTrajectories(
         time=quantities[TIME],

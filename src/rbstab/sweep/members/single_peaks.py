@@ -9,7 +9,6 @@ from rbstab.analysis.peak_search import RELATIVE, Peaks, Samples, find_peaks, pe
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
-from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.ensemble_peaks import MAX_SAMPLES, PARTS, refined, refinements
 
@@ -114,5 +113,4 @@ class SinglePeaks:
         if not np.isfinite(state).all():
             return np.full(12, np.nan)
         motion = self.problem.system.motion(state)
-        Theta_rate = rate_matrix(motion.Theta) @ motion.Omega
-        return np.concatenate([motion.E, motion.Theta, motion.F, Theta_rate])
+        return np.concatenate([motion.E, motion.Theta, motion.F, motion.B @ motion.Omega])

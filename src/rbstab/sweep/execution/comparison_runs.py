@@ -1,0 +1,134 @@
+"""Single runs of the members to compare: in worker processes beside a sweep, and in this one."""
+
+import os
+from collections import deque
+from collections.abc import Callable
+from contextlib import closing, suppress
+from multiprocessing.connection import Connection
+from queue import SimpleQueue
+from threading import Event, Thread
+from types import TracebackType
+from typing import Self
+
+from rbstab.mechanics.numbers import Array
+from rbstab.processes.workers import Worker, WorkerDiedError
+from rbstab.sweep.members.scipy_comparison import ENGINE
+from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.plan import Plan
+
+POLL_INTERVAL = 0.02
+"""s; how often the end of the runs is looked for while a worker computes."""
+
+MEMBERS_PER_WORKER = 16
+"""Another worker process is started for every so many members."""
+
+Outcome = dict[str, Array]
+
+
+class ComparisonRuns:
+    """Single runs of some members by SciPy. It is a context manager, which ends its workers.
+
+    Args:
+        plan: The plan.
+        members: The numbers of the members.
+        workers: The largest number of worker processes; 0 runs all members in this process.
+    """
+
+    def __init__(self, plan: Plan, members: list[int], workers: int) -> None:
+        self.plan = plan
+        self.members = members
+        self.outcomes: dict[int, Outcome] = {}
+        self._left = deque(members)
+        self._closed = Event()
+        count = min(workers, -(-len(members) // MEMBERS_PER_WORKER))
+        self._threads = [Thread(target=self._run_in_worker, daemon=True) for _ in range(count)]
+        for thread in self._threads:
+            thread.start()
+
+    def __enter__(self) -> Self:
+        """Return the runs."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """End the workers at once."""
+        self._closed.set()
+        for thread in self._threads:
+            thread.join()
+
+    def finish(self, stop: Event, on_done: Callable[[int], None]) -> dict[int, Outcome] | None:
+        """Run the members that are left, and return all outcomes; None if stopped.
+
+        Args:
+            stop: Any thread may set it to end early.
+            on_done: Called with the number of members that are done, whenever it has grown.
+        """
+        singles, told = None, -1
+        while not stop.is_set():
+            if len(self.outcomes) > told:
+                told = len(self.outcomes)
+                on_done(told)
+            if told == len(self.members):
+                return self.outcomes
+            try:
+                member = self._left.popleft()
+            except IndexError:
+                self._wait()
+                continue
+            singles = singles or SingleRuns(self.plan, ENGINE)
+            self.outcomes[member] = singles.compute(member, member + 1).outcome
+        return None
+
+    def _wait(self) -> None:
+        """Wait for a worker that still runs a member."""
+        for thread in self._threads:
+            thread.join(POLL_INTERVAL)
+
+    def _run_in_worker(self) -> None:
+        """Run members in a worker process, one by one. If it dies, its member is put back."""
+        member = None
+        # If no process can be started, all members run in this one.
+        with suppress(WorkerDiedError), closing(Worker(_serve, self.plan)) as worker:
+            # A worker takes no member before it is ready: this process may be sooner.
+            while not worker.has_answer(POLL_INTERVAL):
+                if self._closed.is_set() or not self._left:
+                    return
+            worker.receive()
+            with suppress(IndexError):
+                while True:
+                    member = self._left.popleft()
+                    worker.send(member)
+                    while not worker.has_answer(POLL_INTERVAL):
+                        if self._closed.is_set():
+                            return
+                    self.outcomes[member] = worker.receive()
+                    member = None
+        if member is not None:
+            self._left.append(member)
+
+
+def _serve(connection: Connection, plan: Plan) -> None:
+    """Receive numbers of members in the main thread; another thread runs them."""
+    numbers: SimpleQueue[int] = SimpleQueue()
+    Thread(target=_run, args=(connection, plan, numbers), daemon=True).start()
+    # The pipe is closed when the parent ends, for any reason; this process then ends at once.
+    with suppress(EOFError, OSError):
+        while True:
+            numbers.put(connection.recv())
+    os._exit(0)
+
+
+def _run(connection: Connection, plan: Plan, numbers: "SimpleQueue[int]") -> None:
+    """Run members; an unexpected error ends the process."""
+    try:
+        singles = SingleRuns(plan, ENGINE)
+        connection.send(None)
+        while True:
+            member = numbers.get()
+            connection.send(singles.compute(member, member + 1).outcome)
+    finally:
+        os._exit(1)

@@ -1,0 +1,133 @@
+"""A traced number records operations, leaves out those with a known result, and has no value."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from rbstab.integrate.straight_line.code import compiled, source
+from rbstab.integrate.straight_line.number import NotTraceableError, Trace
+
+
+def evaluated(function, *values, constants=()):
+    """Return a function of traced numbers, evaluated by its code, and the code."""
+    trace = Trace()
+    fixed = [trace.input(varies=False) for _ in constants]
+    x = [trace.input(varies=True) for _ in values]
+    results = [trace.index_of(result) for result in function(*fixed, *x)]
+    prepare = compiled(trace, results)
+    found = prepare(list(constants), math.sin, math.cos)(list(values))
+    return found, source(trace, results)
+
+
+def formulas(x, y):
+    """Every operation, with numbers on both sides, constants of each sign and zeros."""
+    return [
+        x + y, x - y, x * y, x / y, -x, +x,
+        x + 2, 2 + x, x - 2, 2 - x, x * 3, 3 * x, x / 3, 3 / x,
+        x + -2.5, x - -2.5, x * -2.5, -2.5 * x, x / -2.5, -2.5 / x,
+        x + 0, 0 + x, x - 0, 0 - x, x * 1, 1.0 * x, x / 1, x * -1, -1 * x,
+        -(0 - x), -(0 - (x + y)), x - (-y), x + (-y), (-x) + y, (-x) - y, (-x) - (-y), -x + -y,
+        (-x) * y, x * (-y), (-x) * (-y), (-x) / y, x / (-y), -(x - y), y - (x - y),
+        x - y - (y - x), (x + y) + (y + x), x * y - y * x + 1, x + 1e-300, x * 5e-324 + 1e308,
+        x / (y / (x / (y + x))), ((x - y) - x) - (y - (x - y)),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.7, -1.3), (-1e-3, 1e5), (3.0, 3.0), (-0.1, -1e-300)])
+def test_every_operation_gives_the_bits_of_floats(x, y):
+    for k, expected in enumerate(formulas(x, y)):
+        (found,), _ = evaluated(lambda a, b, k=k: [formulas(a, b)[k]], x, y)
+        assert found == expected, k
+    found, _ = evaluated(formulas, x, y)
+    assert found == formulas(x, y)
+
+
+def test_sine_and_cosine():
+    found, code = evaluated(lambda x: [x.sin(), x.cos(), (-x).sin()], 0.3)
+    assert found == [math.sin(0.3), math.cos(0.3), math.sin(-0.3)]
+    assert code.count("sin(") == 2
+
+
+def test_arrays_pass_through_numpy(rng):
+    matrix, vector = rng.normal(size=(3, 3)), rng.normal(size=3)
+
+    def function(*x):
+        traced = np.array(x, dtype=object)
+        product = matrix @ traced + traced[0] * vector - vector * traced[1] + vector / traced[2]
+        return [*product, *(traced[2] - vector), *(traced[0] + np.outer(traced, traced) @ traced)]
+
+    values = rng.normal(size=3)
+    found, _ = evaluated(function, *values.tolist())
+    expected = [float(entry) for entry in function(*map(Fraction, values.tolist()))]
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_equal_operations_are_computed_once():
+    _, code = evaluated(
+        lambda x, y: [x * y + y * x, (x + y) * (y + x), x.sin() * x.sin()], 1.0, 2.0
+    )
+    assert (code.count(" * "), code.count("sin(")) == (3, 1)
+
+
+def test_zeros_ones_and_unused_operations_need_no_code():
+    def function(x, y):
+        unused = x.sin() * y.cos()
+        return [0.0 * unused + x * 1.0 + 0.0 * y, (x - 0.0 * y) / 1.0, y * 0 + 0.0]
+
+    found, code = evaluated(function, 2.0, 3.0)
+    assert found == [2.0, 2.0, 0.0]
+    assert not any(sign in code for sign in (" * ", " + ", " - ", " / ", "sin(", "cos("))
+
+
+def test_what_depends_on_fixed_inputs_only_is_prepared():
+    found, code = evaluated(lambda p, q, x: [p * q * x, x / (p - q)], 7.0, constants=(2.0, 5.0))
+    assert found == [70.0, 7.0 / -3.0]
+    prepared, inner = code.split("def evaluate")
+    assert (prepared.count(" * "), prepared.count(" - ")) == (1, 1)
+    assert (inner.count(" * "), inner.count(" - "), inner.count(" / ")) == (1, 0, 1)
+
+
+def test_results_may_be_inputs_constants_or_equal():
+    found, _ = evaluated(lambda p, x: [x, p, 2.5, -0.0, x * p, x * p], 3.0, constants=(4.0,))
+    assert found == [3.0, 4.0, 2.5, 0.0, 12.0, 12.0]
+    assert math.copysign(1.0, found[3]) == -1.0
+
+
+def test_long_chains_are_compiled():
+    def function(x):
+        value = x
+        for k in range(3000):
+            value = (value + 1.0 / (k + 1.0)) * x
+        return [value]
+
+    (found,), _ = evaluated(function, 0.5)
+    assert found == function(0.5)[0]
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        bool, float, int, complex, abs, hash, round, math.floor, list, len, math.sin,
+        lambda x: x > 0, lambda x: x >= -x, lambda x: x > 1, lambda x: x <= 0.0,
+        lambda x: x == -x, lambda x: x != 0, lambda x: x in [1.0], lambda x: {x: 1},
+        lambda x: x**2, lambda x: 2**x, lambda x: x // 2, lambda x: x % 2,
+        lambda x: x + 1j, lambda x: x * math.inf, lambda x: x - math.nan, lambda x: x + "1",
+        lambda x: x + None, lambda x: x * Trace().input(varies=True), lambda x: [1, 2][x],
+        lambda x: max(x, 0.0), lambda x: sorted([x, x]), range,
+        lambda x: np.sqrt(np.array([x])), lambda x: np.abs(np.array([x])),
+        lambda x: np.array([x]) > 0, lambda x: np.array([x], dtype=float),
+        lambda x: np.isfinite(np.array([x])), lambda x: np.sign(np.array([x])),
+    ],
+)  # fmt: skip
+def test_a_number_without_a_value_refuses_what_needs_one(use):
+    with pytest.raises(TypeError):
+        use(Trace().input(varies=True))
+
+
+def test_a_refusal_says_why():
+    with pytest.raises(NotTraceableError, match="no value"):
+        bool(Trace().input(varies=True))
+    with pytest.raises(NotTraceableError, match="cannot be combined with inf"):
+        Trace().input(varies=True) + math.inf

@@ -1,0 +1,29 @@
+"""A connector with any function of E, as a user could write it: with branches, or new functions."""
+
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from rbstab.elements.element import Element, force_at_contact
+from rbstab.systems.system import System
+from support.systems import random_system
+
+
+@dataclass(frozen=True, eq=False)
+class Spring(Element):
+    """Λ = -k g(E)."""
+
+    name: ClassVar[str] = "connector"
+
+    k: Any
+    g: Any
+
+    def wrench(self, motion, own):
+        return force_at_contact(-self.k * self.g(motion.E))
+
+
+def with_spring(rng: np.random.Generator, g: Any) -> System:
+    """Return a random free body with a spring."""
+    system = random_system(rng, "free")
+    return replace(system, elements=(*system.elements, Spring(700.0, g)))

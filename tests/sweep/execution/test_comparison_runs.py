@@ -1,0 +1,154 @@
+"""Protects the runs for a comparison: the same in any process, even if a process dies."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from threading import Event
+
+import psutil
+import pytest
+from support.paper_runs import paper_config
+
+from rbstab.sweep.execution.comparison_runs import MEMBERS_PER_WORKER, ComparisonRuns
+from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.load import load_plan
+
+pytestmark = pytest.mark.slow
+
+MEMBERS = list(range(3, 3 + 4 * MEMBERS_PER_WORKER, 2))
+"""Enough for two workers."""
+
+
+def plan():
+    """Return a plan of short members."""
+    return load_plan(
+        {
+            "base": paper_config("permanent", duration=0.1, samples=3, rtol=1e-6),
+            "vary": {"initial.angular_velocity[0]": {"uniform": [-20, 20]}},
+            "design": "random",
+            "members": 100,
+            "seed": 3,
+        }
+    )
+
+
+def bits(found):
+    return {
+        member: {name: column.tobytes() for name, column in outcome.items()}
+        for member, outcome in found.items()
+    }
+
+
+def expected():
+    singles = SingleRuns(plan(), "scipy")
+    return bits({member: singles.compute(member, member + 1).outcome for member in MEMBERS})
+
+
+def workers_of(process, before=()):
+    children = process.children(recursive=True)
+    return [
+        child
+        for child in children
+        if child.pid not in before and "popen_loky" in " ".join(child.cmdline())
+    ]
+
+
+def children_here():
+    return {child.pid for child in psutil.Process().children(recursive=True)}
+
+
+def wait_for(condition):
+    """Wait until a condition holds, for at most a minute."""
+    end = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_workers_find_what_this_process_finds():
+    """The workers do all of it: nothing calls `finish` before."""
+    counts: list[int] = []
+    with ComparisonRuns(plan(), MEMBERS, 2) as runs:
+        wait_for(lambda: len(runs.outcomes) == len(MEMBERS))
+        found = runs.finish(Event(), counts.append)
+    assert found is not None
+    assert bits(found) == expected()
+    assert counts == [len(MEMBERS)]
+
+
+def test_what_is_left_is_run_here_meanwhile():
+    counts: list[int] = []
+    with ComparisonRuns(plan(), MEMBERS, 2) as runs:
+        found = runs.finish(Event(), counts.append)
+    assert found is not None
+    assert bits(found) == expected()
+    assert counts[0] < counts[-1] == len(MEMBERS)
+    assert counts == sorted(set(counts))
+
+
+def test_the_work_of_a_process_that_dies_is_done_here():
+    before = children_here()
+    with ComparisonRuns(plan(), MEMBERS, 2) as runs:
+        wait_for(lambda: runs.outcomes)
+        for worker in workers_of(psutil.Process(), before):
+            worker.kill()
+        found = runs.finish(Event(), lambda _: None)
+    assert found is not None
+    assert bits(found) == expected()
+
+
+def test_without_workers_all_is_run_here():
+    before = children_here()
+    with ComparisonRuns(plan(), MEMBERS[:3], 0) as runs:
+        found = runs.finish(Event(), lambda _: None)
+        assert children_here() == before
+    assert found is not None
+    assert list(found) == MEMBERS[:3]
+
+
+def test_nothing_goes_on_when_nobody_waits_for_it():
+    before = children_here()
+    with ComparisonRuns(plan(), MEMBERS, 2):
+        wait_for(lambda: workers_of(psutil.Process(), before))
+    assert not workers_of(psutil.Process(), before)
+
+
+def test_a_stop_ends_the_runs():
+    stop = Event()
+    with ComparisonRuns(plan(), MEMBERS, 0) as runs:
+        found = runs.finish(stop, lambda done: stop.set() if done == 2 else None)
+        assert found is None
+        assert len(runs.outcomes) < len(MEMBERS)
+
+
+COMPARER = """
+from threading import Event
+from test_comparison_runs import MEMBERS, plan
+from rbstab.sweep.execution.comparison_runs import ComparisonRuns
+with ComparisonRuns(plan(), MEMBERS * 50, 2) as runs:
+    while not runs.outcomes:
+        pass
+    print("running", flush=True)
+    runs.finish(Event(), lambda _: None)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here")
+def test_no_process_outlives_its_parent():
+    here, tests = Path(__file__).parent, Path(__file__).parents[2]
+    path = os.pathsep.join([str(here), str(tests), os.environ.get("PYTHONPATH", "")])
+    with subprocess.Popen(
+        [sys.executable, "-c", COMPARER],
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": path},
+    ) as parent:
+        assert parent.stdout is not None
+        parent.stdout.readline()
+        others = workers_of(psutil.Process(parent.pid))
+        assert others
+        parent.kill()
+    _, left = psutil.wait_procs(others, timeout=5)
+    assert not left

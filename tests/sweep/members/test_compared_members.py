@@ -1,0 +1,169 @@
+"""Protects the choice of compared members: the plan alone decides it, and few members show faults."""
+
+import numpy as np
+import pytest
+from support.paper_runs import paper_config
+
+from rbstab.integrate.heyoka import ensemble as compiled
+from rbstab.integrate.heyoka.symbols import parameter_values
+from rbstab.sweep.members.binding import Binding
+from rbstab.sweep.members.compared_members import members_to_compare
+from rbstab.sweep.members.ensemble import ensemble_engine
+from rbstab.sweep.members.scipy_comparison import compare
+from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.load import load_plan
+
+SPIN = [f"initial.angular_velocity[{axis}]" for axis in range(3)]
+
+
+def plan_of(vary, settings=None, **design):
+    base = paper_config("visco-elastic", **(settings or {}))
+    return load_plan({"base": base, "vary": vary, **design})
+
+
+def grid(*counts):
+    return plan_of({SPIN[k]: {"linspace": [-40, 40, n]} for k, n in enumerate(counts)})
+
+
+@pytest.mark.parametrize(
+    ("counts", "expected"),
+    [((3,), 3), ((20,), 4), ((300, 300), 9), ((1000, 1000), 16), ((300, 300, 300), 16)],
+)
+def test_the_size_of_the_plan_gives_the_number(counts, expected):
+    assert len(members_to_compare(grid(*counts))) == expected
+
+
+@pytest.mark.parametrize("counts", [(7, 9), (301, 201), (1001, 1001)])
+def test_the_middle_and_the_corners_of_a_grid_come_first(counts):
+    rows, columns = counts
+    corners = {0, columns - 1, (rows - 1) * columns, rows * columns - 1}
+    found = set(members_to_compare(grid(*counts), 5))
+    assert corners < found
+    (middle,) = found - corners
+    # Of large plans, not every member is a candidate.
+    assert abs(middle // columns - (rows - 1) / 2) <= 0.1 * rows
+    assert abs(middle % columns - (columns - 1) / 2) <= 0.1 * columns
+
+
+@pytest.mark.parametrize("members", [100, 50_000])
+@pytest.mark.parametrize("design", ["random", "sobol", "latin-hypercube"])
+def test_the_extremes_of_other_designs_are_compared(design, members):
+    vary = {SPIN[0]: {"normal": [0, 10]}, "body.mass": {"loguniform": [1, 1000]}}
+    plan = plan_of(vary, design=design, members=members, seed=4)
+    found = members_to_compare(plan)
+    values = plan.values(0, members)
+    for column in values.values():
+        ranks = column.argsort().argsort()[found] / members
+        assert ranks.min() < 0.2
+        assert ranks.max() > 0.8
+        assert (np.abs(ranks - 0.5) < 0.2).any()
+
+
+def test_every_variant_is_compared_but_sliding():
+    names = ["free", "sliding", "permanent", "visco-elastic", "embedded"]
+    base = paper_config("embedded")
+    base["controller"] |= {"K_s": [2000.0] * 3, "surface": {"slope": 20.0}}
+    base["controller"].pop("variant")
+    for repeated in (1, 2000):
+        vary = {
+            "controller.variant": {"each": {"values": names}},
+            SPIN[0]: {"uniform": [-40, 40]},
+        }
+        plan = load_plan(
+            {"base": base, "vary": vary, "design": "random", "members": 3 * repeated, "seed": 1}
+        )
+        found = members_to_compare(plan)
+        variants = [plan.values(k, k + 1)["controller.variant"][0] for k in found]
+        assert sorted(variants) == sorted(set(names) - {"sliding"})
+        assert len(members_to_compare(plan, 9)) == 9
+
+
+def test_more_members_may_be_asked_for():
+    plan = grid(100, 100)
+    found = members_to_compare(plan, 500)
+    assert found == sorted(set(found))
+    assert len(found) == 500
+    assert set(members_to_compare(plan, 9)) <= set(found)
+    assert members_to_compare(grid(7), 100) == list(range(7))
+
+
+# Broken engines
+
+FEW = plan_of(
+    {SPIN[0]: {"uniform": [-20, 20]}, "body.mass": {"uniform": [30, 60]}},
+    {"duration": 0.5, "samples": 51},
+    design="random",
+    members=64,
+    seed=2,
+)
+TOLERANCE = 1e-9
+"""Both engines agree to 1e-12 of the largest number of each column."""
+
+
+@pytest.fixture(scope="module")
+def theirs():
+    """The outcomes of all members by single runs of SciPy, which are right."""
+    return SingleRuns(FEW, "scipy").compute(0, FEW.members).outcome
+
+
+def difference(theirs, members):
+    """Return the largest difference of the ensemble engine, for some members."""
+    ours = ensemble_engine(FEW).compute(0, FEW.members).outcome
+    unlike, found = compare(
+        *({name: column[members] for name, column in one.items()} for one in (ours, theirs))
+    )
+    return np.inf if unlike else max(found.values())
+
+
+def test_an_engine_without_a_fault_agrees(theirs):
+    assert difference(theirs, list(range(64))) < 1e-10
+
+
+SYSTEM = FEW.initial_value_problems["visco-elastic"].system
+COMPILED_IN = np.flatnonzero(~Binding(FEW, "visco-elastic").varies).tolist()
+"""The numbers of the system that are the same for all members."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "number",
+    # Each takes a compilation.
+    [
+        n if k % 6 == 0 else pytest.param(n, marks=pytest.mark.long)
+        for k, n in enumerate(COMPILED_IN)
+    ],
+)
+def test_a_number_that_is_compiled_in_wrong_shows_in_four_members(number, theirs, monkeypatch):
+    """Each number in turn is wrong by a millionth, or is 0.001 in place of zero."""
+
+    def wrong(given):
+        values = parameter_values(given)
+        values[number] = values[number] * (1 + 1e-6) if values[number] else 1e-3
+        return values
+
+    monkeypatch.setattr(compiled, "parameter_values", wrong)
+    assert difference(theirs, members_to_compare(FEW)) > TOLERANCE
+
+
+FAULTS = {
+    "a varied number is ignored": lambda numbers: np.repeat(numbers[:, :1], numbers.shape[1], 1),
+    "a factor is wrong": lambda numbers: numbers * (1 + 1e-6),
+    "members are shifted by one": lambda numbers: np.roll(numbers, 1, axis=1),
+    "members are in reverse order": lambda numbers: numbers[:, ::-1],
+    "single precision": lambda numbers: numbers.astype("f4").astype(float),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_wrong_binding_shows_in_four_members(fault, which, theirs, monkeypatch):
+    """The varied starts or parameters of the members are wrong."""
+    right = Binding.parameters_and_starts
+
+    def wrong(self, values):
+        parts = list(right(self, values))
+        parts[which] = FAULTS[fault](parts[which])
+        return tuple(parts)
+
+    monkeypatch.setattr(Binding, "parameters_and_starts", wrong)
+    assert difference(theirs, members_to_compare(FEW)) > TOLERANCE

@@ -4,8 +4,13 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
-# Run tests on all cores, all tests of a file on one core: they share fixtures.
-BY_FILE := --numprocesses auto --dist loadfile
+# Run tests on all cores, all tests of a file on one core: they share fixtures. tests/conftest.py orders
+# the files.
+BY_FILE := --numprocesses auto --dist loadfile --no-loadscope-reorder
+
+# Keep compiled modules: tests start many commands.
+unexport PYTHONDONTWRITEBYTECODE
+test test-quick test-heavy test-long test-times: export OPENBLAS_NUM_THREADS := 1
 
 # The tests of the report page need a browser. Without a browser, make skips these tests and prints a
 # warning as its last line. `.ci/run` installs a browser.
@@ -18,7 +23,8 @@ SAY_BROWSERLESS := $(if $(BROWSER),:,echo "WARNING: Chromium is not installed: t
 PAPER := $(patsubst configs/paper/%.yaml,results/%.h5,$(wildcard configs/paper/*.yaml))
 
 .DEFAULT_GOAL := help
-.PHONY: help install run test test-quick test-long soak check format bench bench-peers figures docs clean
+.PHONY: help install run test test-quick test-heavy test-long test-times soak check format bench bench-peers \
+	figures docs clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -37,17 +43,25 @@ run: $(READY)  ## run the paper's cases, prove where they converge, and write a 
 	$(BIN)/rbstab run configs/paper/*.yaml --prove
 	$(BIN)/rbstab report $(PAPER) -o results/report.html
 
-test: $(READY)  ## run all tests but the long ones; those in a browser only if Chromium is installed
-	$(BIN)/python -m pytest $(BY_FILE) -m 'not long$(AND_BROWSERLESS)'
+test: $(READY)  ## run the tests before each commit: all but the heavy and the long ones
+	$(BIN)/python -m pytest $(BY_FILE) -m 'not heavy and not long$(AND_BROWSERLESS)'
 	@$(SAY_BROWSERLESS)
 
-test-quick: $(READY)  ## run the tests for daily use, without the slow and the long ones
-	$(BIN)/python -m pytest $(BY_FILE) -m 'not slow and not long$(AND_BROWSERLESS)'
+test-quick: $(READY)  ## run the tests that take no time to speak of
+	$(BIN)/python -m pytest $(BY_FILE) -m 'not slow and not heavy and not long$(AND_BROWSERLESS)'
+	@$(SAY_BROWSERLESS)
+
+test-heavy: $(READY)  ## run the tests that `make test` leaves out, without the long ones
+	$(BIN)/python -m pytest $(BY_FILE) -m 'heavy and not long$(AND_BROWSERLESS)'
 	@$(SAY_BROWSERLESS)
 
 test-long: $(READY)  ## run all tests, with hundreds of kills, full disks and faults; this takes hours
 	$(BIN)/python -m pytest $(BY_FILE) -m '$(BROWSERLESS)'
 	@$(SAY_BROWSERLESS)
+
+test-times: $(READY)  ## run all tests but the long ones, and store how long each takes
+	$(BIN)/python -m pytest $(BY_FILE) -m 'not long$(AND_BROWSERLESS)' --junitxml=.pytest_cache/times.xml
+	PYTHONPATH=tests $(BIN)/python -m support.measure .pytest_cache/times.xml
 
 soak: $(READY)  ## sweep 10^6 members while workers are killed; check results and memory
 	PYTHONPATH=tests $(BIN)/python -u -m support.soak

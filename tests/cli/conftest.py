@@ -38,13 +38,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+def invoke(*arguments: str) -> Result:
+    """Call the command line in this process."""
+    return CliRunner().invoke(cli, list(arguments), prog_name="rbstab")
+
+
 @pytest.fixture
 def rbstab() -> Invoke:
     """A function that calls the command line in this process."""
-
-    def invoke(*arguments: str) -> Result:
-        return CliRunner().invoke(cli, list(arguments), prog_name="rbstab")
-
     return invoke
 
 

@@ -1,9 +1,12 @@
 """`rbstab run --prove` and `rbstab show` say what is proved of the exact motion."""
 
 import json
+import shutil
 from pathlib import Path
 
-from cli.conftest import Invoke
+import pytest
+from cli.conftest import GOOD, Invoke, invoke
+from click.testing import Result
 
 OUTSIDE = (
     *("--set", "controller.variant=permanent", "--set", "body.inertia=[10,8,0.4]"),
@@ -12,9 +15,28 @@ OUTSIDE = (
 """Nearly the first case of the paper, far outside of its certified region."""
 
 
-def test_the_sentence_stands_below_the_table(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "good.yaml", "--prove", *OUTSIDE)
+@pytest.fixture(scope="module")
+def once(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
+    """The folder of a proved run, and what the command printed."""
+    path = tmp_path_factory.mktemp("once")
+    (path / "good.yaml").write_text(GOOD)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(path)
+        done = invoke("run", "good.yaml", "--prove", *OUTSIDE)
+    return path / "results", done
+
+
+@pytest.fixture
+def proved(folder: Path, once: tuple[Path, Result]) -> Result:
+    """What the command printed. Its results are in the working folder, as if it had run there."""
+    results, done = once
     assert done.exit_code == 0, done.output
+    shutil.copytree(results, folder / "results")
+    return done
+
+
+def test_the_sentence_stands_below_the_table(proved: Result, rbstab: Invoke) -> None:
+    done = proved
     *_, sentence = done.stdout.strip().splitlines()
     begin = "results/good.h5: converges to rest state 1: proved; it is inside the certified region "
     assert sentence.startswith(begin + "from t = 0.35")
@@ -26,8 +48,7 @@ def test_the_sentence_stands_below_the_table(folder: Path, rbstab: Invoke) -> No
     assert "convergence_" not in shown.stdout
 
 
-def test_json_has_it_as_one_object(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "good.yaml", "--prove", *OUTSIDE)
+def test_json_has_it_as_one_object(proved: Result, rbstab: Invoke) -> None:
     data = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
     found = data["convergence"]
     assert found["proved"] is True
@@ -43,8 +64,7 @@ def test_json_has_it_as_one_object(folder: Path, rbstab: Invoke) -> None:
     assert again[0]["computed"] is False
 
 
-def test_a_longer_enclosure_is_added(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "good.yaml", "--prove", *OUTSIDE)
+def test_a_longer_enclosure_is_added(proved: Result, rbstab: Invoke) -> None:
     first = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
     longer = rbstab("run", "good.yaml", "--prove", "--to-end", "--json", *OUTSIDE)
     assert json.loads(longer.stdout)[0]["computed"] is True

@@ -29,24 +29,22 @@ class Trials:
     """Trials of one command on full disks.
 
     Args:
-        name: The name of its case.
+        done: The command on a disk with enough space.
         disk: The disk.
-        folder: An empty folder on a disk with enough space.
     """
 
-    def __init__(self, name: str, disk: SmallDisk, folder) -> None:
-        self.name = name
+    def __init__(self, done: Undisturbed, disk: SmallDisk) -> None:
+        self.done = done
         self.disk = disk
-        self.done = Undisturbed(CASES[name], disk.server, folder)
 
     def _start(self) -> Command:
         # The data of a report go to stdout, which is on the disk too.
-        stdout = self.disk.inside / "data.txt" if self.name == "data" else None
+        stdout = self.disk.inside / "data.txt" if self.done.name == "data" else None
         return self.disk.server.start(self.disk.inside / "work", *self.done.words, stdout=stdout)
 
     def run(self, number: int) -> None:
         """Fill the disk while the command runs; then free it, and repeat the command."""
-        rng = random.Random(f"{self.name} {number}")  # noqa: S311 (seeded trials)
+        rng = random.Random(f"{self.done.name} {number}")  # noqa: S311 (seeded trials)
         work = self.disk.path / "work"
         self.disk.mount(PLENTY)
         try:
@@ -95,19 +93,19 @@ class Trials:
             assert "No space left on device" in line or "GB are free" in line
 
 
-def run_trials(name, disk, folder, numbers):
-    trials = Trials(name, disk, folder)
+def run_trials(done, disk, numbers):
+    trials = Trials(done, disk)
     for number in numbers:
         trials.run(number)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
-def test_a_disk_that_is_filled_meanwhile(name, disk, tmp_path):
-    run_trials(name, disk, tmp_path, range(2))
+def test_a_disk_that_is_filled_meanwhile(name, disk, undisturbed):
+    run_trials(undisturbed(name), disk, range(2))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", CASES)
-def test_a_disk_that_is_filled_at_fifty_moments(name, disk, tmp_path):
-    run_trials(name, disk, tmp_path, range(2, 50))
+def test_a_disk_that_is_filled_at_fifty_moments(name, disk, undisturbed):
+    run_trials(undisturbed(name), disk, range(2, 50))

@@ -41,8 +41,8 @@ def server(tmp_path_factory):
         yield found
 
 
-def kill_at_random(name, server, folder, numbers):
-    trials = Trials(name, server, folder)
+def kill_at_random(done, server, folder, numbers):
+    trials = Trials(done, server, folder)
     for number in numbers:
         command, rng = trials.start(number)
         trials.wait(command, rng)
@@ -54,9 +54,9 @@ def kill_at_random(name, server, folder, numbers):
         trials.repeat(command.folder)
 
 
-def kill_a_worker(server, folder, numbers):
+def kill_a_worker(done, server, folder, numbers):
     """Kill a worker of a sweep: the command goes on, and its results are right."""
-    trials = Trials("sweep", server, folder)
+    trials = Trials(done, server, folder)
     for number in numbers:
         command, rng = trials.start(number)
         command.until_workers(1)
@@ -69,9 +69,9 @@ def kill_a_worker(server, folder, numbers):
         trials.repeat(command.folder)
 
 
-def kill_in_a_cluster(server, folder, numbers):
+def kill_in_a_cluster(done, server, folder, numbers):
     """Kill a worker of a cluster, then the scheduler; then sweep without the cluster."""
-    trials = Trials("sweep", server, folder)
+    trials = Trials(done, server, folder)
     for number in numbers:
         cluster_folder = folder / f"cluster {number}"
         cluster_folder.mkdir()
@@ -94,31 +94,31 @@ def kill_in_a_cluster(server, folder, numbers):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KILLS)
-def test_killed_at_a_random_moment(name, server, tmp_path):
-    kill_at_random(name, server, tmp_path, range(KILLS[name][0]))
+def test_killed_at_a_random_moment(name, undisturbed, server, tmp_path):
+    kill_at_random(undisturbed(name), server, tmp_path, range(KILLS[name][0]))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", KILLS)
-def test_killed_at_many_random_moments(name, server, tmp_path):
-    kill_at_random(name, server, tmp_path, range(*KILLS[name]))
+def test_killed_at_many_random_moments(name, undisturbed, server, tmp_path):
+    kill_at_random(undisturbed(name), server, tmp_path, range(*KILLS[name]))
 
 
 @pytest.mark.slow
-def test_a_killed_worker_of_a_sweep(server, tmp_path):
-    kill_a_worker(server, tmp_path, range(WORKER_KILLS[0]))
+def test_a_killed_worker_of_a_sweep(undisturbed, server, tmp_path):
+    kill_a_worker(undisturbed("sweep"), server, tmp_path, range(WORKER_KILLS[0]))
 
 
 @pytest.mark.long
-def test_many_killed_workers_of_sweeps(server, tmp_path):
-    kill_a_worker(server, tmp_path, range(*WORKER_KILLS))
+def test_many_killed_workers_of_sweeps(undisturbed, server, tmp_path):
+    kill_a_worker(undisturbed("sweep"), server, tmp_path, range(*WORKER_KILLS))
 
 
 @pytest.mark.slow
-def test_a_killed_worker_and_a_killed_scheduler(server, tmp_path):
-    kill_in_a_cluster(server, tmp_path, range(CLUSTER_KILLS[0]))
+def test_a_killed_worker_and_a_killed_scheduler(undisturbed, server, tmp_path):
+    kill_in_a_cluster(undisturbed("sweep"), server, tmp_path, range(CLUSTER_KILLS[0]))
 
 
 @pytest.mark.long
-def test_many_killed_workers_and_schedulers(server, tmp_path):
-    kill_in_a_cluster(server, tmp_path, range(*CLUSTER_KILLS))
+def test_many_killed_workers_and_schedulers(undisturbed, server, tmp_path):
+    kill_in_a_cluster(undisturbed("sweep"), server, tmp_path, range(*CLUSTER_KILLS))

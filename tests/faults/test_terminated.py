@@ -29,8 +29,8 @@ def server(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", ["run", "run --prove", "run --force", "gather", "html"])
-def test_terminated_at_a_random_moment(name, server, tmp_path):
-    trials = Trials(name, server, tmp_path)
+def test_terminated_at_a_random_moment(name, undisturbed, server, tmp_path):
+    trials = Trials(undisturbed(name), server, tmp_path)
     for number in range(2):
         command, rng = trials.start(number)
         trials.wait(command, rng)
@@ -43,9 +43,9 @@ def test_terminated_at_a_random_moment(name, server, tmp_path):
         trials.repeat(command.folder)
 
 
-def test_all_processes_of_a_sweep_are_terminated(server, tmp_path):
+def test_all_processes_of_a_sweep_are_terminated(undisturbed, server, tmp_path):
     """The running shards are finished, also those of workers, and no others are started."""
-    trials = Trials("sweep", server, tmp_path)
+    trials = Trials(undisturbed("sweep"), server, tmp_path)
     command, _ = trials.start(0)
     shards = command.folder / "results/plan/shards"
     assert command.until_workers(2)
@@ -63,8 +63,8 @@ def test_all_processes_of_a_sweep_are_terminated(server, tmp_path):
     trials.repeat(command.folder)
 
 
-def test_terminated_twice_a_sweep_stops_at_once(server, tmp_path):
-    trials = Trials("sweep", server, tmp_path)
+def test_terminated_twice_a_sweep_stops_at_once(undisturbed, server, tmp_path):
+    trials = Trials(undisturbed("sweep"), server, tmp_path)
     command, _ = trials.start(0, *trials.done.words, "--set", "integration.time_limit=600")
     shards = command.folder / "results/plan/shards"
     assert wait_until(lambda: any(shards.glob("0*.npy")))

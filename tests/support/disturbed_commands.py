@@ -76,12 +76,13 @@ class Undisturbed:
     """A case, its folder before the command, and the files after a run that nothing disturbed.
 
     Args:
-        case: The case.
+        name: The name of the case.
         server: Runs the commands.
-        folder: An empty folder, visible to the server.
+        folder: An empty folder.
     """
 
-    def __init__(self, case: Case, server: CommandServer, folder: Path) -> None:
+    def __init__(self, name: str, server: CommandServer, folder: Path) -> None:
+        self.name, case = name, CASES[name]
         self.words = case.words
         self.template = folder / "template"
         self.template.mkdir()
@@ -144,22 +145,21 @@ class Trials:
     """Runs of one command in folders of their own, each disturbed at another random moment.
 
     Args:
-        name: The name of its case.
+        done: The command when nothing disturbs it.
         server: Runs it.
         folder: An empty folder.
     """
 
-    def __init__(self, name: str, server: CommandServer, folder: Path) -> None:
-        self.name = name
+    def __init__(self, done: Undisturbed, server: CommandServer, folder: Path) -> None:
+        self.done = done
         self.server = server
         self.folder = folder
-        self.done = Undisturbed(CASES[name], server, folder)
 
     def start(self, number: int, *words: str) -> tuple[Command, random.Random]:
         """Start the command, or another, in a new folder; return it and this trial's generator."""
         work = self.folder / str(number)
         self.done.copy_to(work)
-        rng = random.Random(f"{self.name} {number}")  # noqa: S311 (seeded trials)
+        rng = random.Random(f"{self.done.name} {number}")  # noqa: S311 (seeded trials)
         return self.server.start(work, *(words or self.done.words)), rng
 
     def wait(self, command: Command, rng: random.Random) -> None:

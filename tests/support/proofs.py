@@ -7,7 +7,9 @@ import numpy as np
 from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT
 from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
+from rbstab.analysis.proof_check.checker import check
 from rbstab.analysis.proof_check.cover import Cover
+from rbstab.analysis.proof_check.findings import Finding
 from rbstab.experiment.proof import _regions_of
 from rbstab.experiment.proof_record import proof_record
 from rbstab.mechanics.numbers import Array
@@ -31,6 +33,18 @@ def proof_of(system: System, *, wide: bool = False, box_limit: int = BOX_LIMIT) 
             "id", _regions_of(rest), None if unwrapped is None else _regions_of(unwrapped), 0.0
         )
     return record.model_dump(mode="json")
+
+
+_FINDINGS: dict[str, list[Finding]] = {}
+
+
+def findings_of(proof: PROOF) -> list[Finding]:
+    """Return what `check` finds of a proof; equal proofs are checked once."""
+    # Python prints all digits of a float.
+    content = repr(proof)
+    if content not in _FINDINGS:
+        _FINDINGS[content] = check(proof)
+    return list(_FINDINGS[content])
 
 
 def parabola(centre: tuple[float, float, float], bound: float) -> PROOF:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.proofs import PROOF, parabola, proof_of
+from support.proofs import PROOF, findings_of, parabola, proof_of
 from support.rest import inverted_pendulum, paper_system, soft_body, system_of
 
 from rbstab.analysis.proof_check import energy
@@ -17,7 +17,7 @@ HALF_PI = np.pi / 2
 
 
 def refusals(proof: PROOF) -> list[Finding]:
-    return [finding for finding in check(proof) if not finding.verified]
+    return [finding for finding in findings_of(proof) if not finding.verified]
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def wide() -> PROOF:
 def test_a_proof_of_a_random_body_is_verified(variant: str, seed: int, count: int) -> None:
     proof = proof_of(system_of(variant, seed))
     assert len(proof["states"]) == count
-    claims = {finding.claim for finding in check(proof)}
+    claims = {finding.claim for finding in findings_of(proof)}
     assert claims >= {"rest states", "no other rest state", "certified region"}
     assert len(claims) == 3 + len(proof["regions"])
     assert refusals(proof) == []
@@ -70,7 +70,7 @@ def test_more_proofs_are_verified(variant: str, seed: int) -> None:
 
 
 def test_both_ranges_are_checked(wide: PROOF) -> None:
-    findings = check(wide)
+    findings = findings_of(wide)
     assert refusals(wide) == []
     assert [finding.claim for finding in findings if finding.about == UNWRAPPED] == [
         "ends",
@@ -170,10 +170,10 @@ def test_a_wrong_claim_is_refused(
 def test_no_region_is_checked_without_all_rest_states(
     three_states: PROOF, edit: Callable[[PROOF], None]
 ) -> None:
-    assert len([one for one in check(three_states) if "region" in one.claim]) == 2
+    assert len([one for one in findings_of(three_states) if "region" in one.claim]) == 2
     proof = deepcopy(three_states)
     edit(proof)
-    assert not any("region" in one.claim for one in check(proof))
+    assert not any("region" in one.claim for one in findings_of(proof))
 
 
 @pytest.mark.parametrize("index", [0, 1, 3])
@@ -270,7 +270,7 @@ def test_an_unfinished_proof_is_checked_outside_of_its_undecided_boxes() -> None
     proof = proof_of(paper_system("permanent", 0.1), box_limit=2500)
     assert not proof["proved"]
     assert refusals(proof) == []
-    outside, region = check(proof)[1:]
+    outside, region = findings_of(proof)[1:]
     assert f"outside of {len(proof['undecided'])} undecided boxes" in outside.text
     # Its bound is below U = 0 at the minimum.
     assert region.text.startswith("It is empty")

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from support.proofs import PROOF, leaves, proof_of
+from support.proofs import PROOF, findings_of, leaves, proof_of
 from support.rest import paper_system
 
 from rbstab.analysis.proof_check.boxes import Box
-from rbstab.analysis.proof_check.checker import check
 from rbstab.analysis.proof_check.cover import cover
 from rbstab.experiment.proof_record import ProvedEnergy
 from rbstab.mechanics.numbers import Array
@@ -55,7 +54,7 @@ def proof() -> PROOF:
 def test_each_reason_holds(proof: PROOF, rng: np.random.Generator) -> None:
     """The gradient at random points is that of the prover's form, to round-off."""
     form = ProvedEnergy.model_validate(proof["reduced_energy"]).form
-    findings = {finding.claim: finding for finding in check(proof)}
+    findings = {finding.claim: finding for finding in findings_of(proof)}
     range_cover = findings["no other rest state"].covers["range"]
     listed = leaves(range_cover)
     assert sum(volume(box) for _, box in listed) == pytest.approx(volume(np.array(range_cover.box)))
@@ -77,7 +76,7 @@ def test_each_reason_holds(proof: PROOF, rng: np.random.Generator) -> None:
 
 def test_each_face_is_above_the_bound(proof: PROOF, rng: np.random.Generator) -> None:
     form = ProvedEnergy.model_validate(proof["reduced_energy"]).form
-    (finding,) = [one for one in check(proof) if one.claim == "certified region"]
+    (finding,) = [one for one in findings_of(proof) if one.claim == "certified region"]
     faces = {name: found for name, found in finding.covers.items() if name.startswith("θ")}
     assert len(faces) == 6
     assert len(finding.covers) == 6 + len(proof["states"]) - 1

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from flint import arb, ctx
 from support.landscapes import end_of_flow
-from support.proofs import PROOF, leaves, parabola, proof_of
+from support.proofs import PROOF, findings_of, leaves, parabola, proof_of
 from support.rest import inverted_pendulum, paper_system, soft_body
 
-from rbstab.analysis.proof_check.checker import PRECISION, _regions, check
+from rbstab.analysis.proof_check.checker import PRECISION, _regions
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import IN_RANGE, UNWRAPPED, Finding, range_with
 from rbstab.analysis.proof_check.rest_states import proved_states
@@ -20,7 +20,7 @@ HALF_TURN = 0.5 * 30.0 * np.pi**2 - 200
 
 
 def regions(proof: PROOF) -> list[Finding]:
-    return [one for one in check(proof) if one.claim.startswith("region of")]
+    return [one for one in findings_of(proof) if one.claim.startswith("region of")]
 
 
 def region_alone(proof: PROOF, claim: PROOF) -> Finding:
@@ -35,7 +35,7 @@ def region_alone(proof: PROOF, claim: PROOF) -> Finding:
 
 
 def refusals(proof: PROOF) -> list[Finding]:
-    return [finding for finding in check(proof) if not finding.verified]
+    return [finding for finding in findings_of(proof) if not finding.verified]
 
 
 def with_bound(proof: PROOF, number: int, bound: float) -> PROOF:

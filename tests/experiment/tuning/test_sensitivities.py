@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from support.outcomes import differences, quantities
-from support.paper_runs import paper_config
+from support.stored_differences import CASES, stored_differences
 
 import rbstab
 from rbstab.experiment.summary import summary_of
@@ -17,52 +17,6 @@ ERROR = 1e-6
 
 NOISE = 1e-9
 """The error of finite differences, relative to the largest effect on the same quantity."""
-
-GRAVITY = [1.0, 2.0, -10.0]
-
-START = {
-    "orientation": [0.2, -0.1, 0.15],
-    "angular_velocity": [9.0, 14.0, -8.0],
-    "position": [0.03, -0.02, 0.04],
-    "velocity": [0.4, -0.3, 0.5],
-}
-HELD_START = {key: START[key] for key in ("orientation", "angular_velocity")}
-EMBEDDED_START = START | {"connector_state": [0.01, 0.02, -0.01]}
-
-FULL_GAINS = {
-    "K_t": [[4100, 600, 0], [600, 4100, -300], [0, -300, 3280]],
-    "L_t": [[200, 30, 0], [30, 200, 0], [0, 0, 140]],
-    "K_r": [[400, 50, 20], [50, 400, 0], [20, 0, 320]],
-    "L_r": [[60, 5, 0], [5, 60, 0], [0, 0, 42]],
-    "K_c": [[12300, -2000, 0], [-2000, 12300, 1000], [0, 1000, 9840]],
-    "L_c": [[600, 0, 90], [0, 600, 0], [90, 0, 420]],
-    "K_d": [[12300, 0, 500], [0, 12300, 0], [500, 0, 9840]],
-    "L_d": [[1200, 100, 0], [100, 1200, 0], [0, 0, 840]],
-}
-
-
-def config(variant, start, *, controller=None, duration=1.2, **integration):
-    data = paper_config(variant, controller=controller, duration=duration, **integration)
-    data["gravity"] = GRAVITY
-    data["initial"] = copy.deepcopy(start)
-    return data
-
-
-CASES = {
-    "visco-elastic-W-equilibrium": config(
-        "visco-elastic", START, controller={"anchor": "equilibrium"}, coordinates="W"
-    ),
-    "permanent-equilibrium": config("permanent", HELD_START, controller={"anchor": "equilibrium"}),
-    "free": config("free", START, duration=1.5),
-    "free-W": config("free", START, duration=1.5, coordinates="W"),
-    "visco-elastic-Z-origin": config("visco-elastic", START),
-    "embedded": config("embedded", EMBEDDED_START),
-    "embedded-full-gains": config(
-        "embedded", EMBEDDED_START, controller={**FULL_GAINS, "anchor": "equilibrium"}
-    ),
-}
-
-CASES["embedded-full-gains"]["body"]["inertia"] = [[10, 0.6, -0.4], [0.6, 8, 0.5], [-0.4, 0.5, 3]]
 
 ALL = [
     name if name == "visco-elastic-W-equilibrium" else pytest.param(name, marks=pytest.mark.slow)
@@ -77,13 +31,23 @@ def test_every_derivative_is_that_of_differences_of_runs(name):
     found = sensitivities(data)
     np.testing.assert_allclose(quantities(data, found), found.values, rtol=0, atol=1e-9)
     assert np.isfinite(found.derivatives).all()
-    expected = differences(data, found)
+    expected = stored_differences(name, found)
     # Each derivative is scaled by the size of its number, so that effects can be compared.
     sizes = np.array([[abs(entry.value) or 1.0] for entry in found.entries])
     actual, expected = found.derivatives * sizes, expected * sizes
     allowed = ERROR * np.abs(expected) + NOISE * np.abs(expected).max(axis=0)
     off = np.argwhere(np.abs(actual - expected) > allowed)
     assert not [(found.entries[i].key, found.quantities[j].name) for i, j in off]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", CASES)
+def test_the_stored_differences_are_those_of_runs(name):
+    found = sensitivities(CASES[name])
+    expected = stored_differences(name, found)
+    sizes = np.array([[abs(entry.value) or 1.0] for entry in found.entries])
+    allowed = NOISE * np.abs(expected * sizes).max(axis=0)
+    assert np.all(np.abs(differences(CASES[name], found) - expected) * sizes <= allowed)
 
 
 @pytest.mark.parametrize("name", ALL)

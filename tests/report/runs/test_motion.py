@@ -35,7 +35,7 @@ def test_the_contact_point_is_off_its_anchor_by_the_stored_displacement(
 
 
 def test_a_view_has_no_more_frames_than_it_needs_and_both_ends() -> None:
-    source = run("visco-elastic", samples=4001)
+    source = run("visco-elastic", samples=2001)
     motion = animation_of(source)
     assert MAX_FRAMES / 2 < len(motion.times) <= MAX_FRAMES
     assert (motion.times[0], motion.times[-1]) == (0.0, 2.0)

@@ -2,56 +2,36 @@
 
 import random
 import signal
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
+from support.forked_sweeps import MEMBERS, SHARD_SIZE, ForkedSweep, sweep_whole
 from support.sweeping import digest_of, run_sweep
 from support.sweeps import plan_with_traces, shard_files
 
-SWEEPER = """
-import functools, sys
-from pathlib import Path
-from support.sweeps import FakeEngine, plan_with_traces
-from rbstab.sweep.execution.events import ShardDone
-from rbstab.sweep.sweep import SweepOptions, sweep_to_folder
-def on_event(event):
-    if isinstance(event, ShardDone):
-        print(event.number, flush=True)
-factory = functools.partial(FakeEngine, delay=float(sys.argv[2]))
-options = SweepOptions(factory=factory, shard_size=50, threads=2)
-sweep_to_folder(plan_with_traces(1500, sys.argv[3]), Path(sys.argv[1]), options, on_event)
-"""
 
-
-def sweeper(path, keep, delay=3e-4):
-    """Start a sweep in its own process."""
-    return subprocess.Popen(
-        [sys.executable, "-c", SWEEPER, str(path), str(delay), keep],
-        stdout=subprocess.PIPE,
-        text=True,
-        cwd=Path(__file__).parents[2],
-    )
+def whole(path, keep):
+    """Run the sweep in this process."""
+    run_sweep(path, plan_with_traces(MEMBERS, keep), shard_size=SHARD_SIZE)
 
 
 def kill_until_done(path, keep, instants):
     """Kill the sweep at instants (s after its first shard), then run it to its end."""
     for instant in instants:
-        with sweeper(path, keep) as process:
-            if process.stdout.readline():
-                time.sleep(instant)
-            process.kill()
-    with sweeper(path, keep, 0) as process:
-        assert process.wait() == 0
+        process = ForkedSweep(sweep_whole, path, keep, 3e-4)
+        if process.receive() is not None:
+            time.sleep(instant)
+        process.kill()
+        process.end()
+    process = ForkedSweep(sweep_whole, path, keep, 0)
+    assert process.end() == 0
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here")
 @pytest.mark.parametrize("keep", ["summary", "traces"])
 def test_killed_at_random_instants(tmp_path, keep):
-    run_sweep(tmp_path / "a", plan_with_traces(1500, keep), shard_size=50)
+    whole(tmp_path / "a", keep)
     instants = [random.Random(seed).uniform(0, 0.06) for seed in range(3)]  # noqa: S311
     kill_until_done(tmp_path / "b", keep, instants)
     for kind in ("shards", "traces"):
@@ -63,7 +43,7 @@ def test_killed_at_random_instants(tmp_path, keep):
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here")
 @pytest.mark.parametrize("keep", ["summary", "traces"])
 def test_killed_at_fifty_random_instants(tmp_path, keep):
-    run_sweep(tmp_path / "a", plan_with_traces(1500, keep), shard_size=50)
+    whole(tmp_path / "a", keep)
     rng = random.Random(50)  # noqa: S311
     for sweep_number in range(10):
         path = tmp_path / str(sweep_number)

@@ -1,0 +1,105 @@
+"""Derivatives by differences of runs, which take long, in `tests/data/differences.json`.
+
+Run as a script, it computes them again: `PYTHONPATH=tests .venv/bin/python -m
+support.stored_differences`. `support.outcomes` has the method; no code of the sensitivities takes
+part, except that it names the entries and quantities, and says near which times to look for peaks.
+"""
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rbstab.experiment.tuning.sensitivities import Sensitivities, sensitivities
+from support.outcomes import differences
+from support.paper_runs import paper_config
+
+FILE = Path(__file__).parents[1] / "data" / "differences.json"
+
+GRAVITY = [1.0, 2.0, -10.0]
+
+START = {
+    "orientation": [0.2, -0.1, 0.15],
+    "angular_velocity": [9.0, 14.0, -8.0],
+    "position": [0.03, -0.02, 0.04],
+    "velocity": [0.4, -0.3, 0.5],
+}
+HELD_START = {key: START[key] for key in ("orientation", "angular_velocity")}
+EMBEDDED_START = START | {"connector_state": [0.01, 0.02, -0.01]}
+
+FULL_GAINS = {
+    "K_t": [[4100, 600, 0], [600, 4100, -300], [0, -300, 3280]],
+    "L_t": [[200, 30, 0], [30, 200, 0], [0, 0, 140]],
+    "K_r": [[400, 50, 20], [50, 400, 0], [20, 0, 320]],
+    "L_r": [[60, 5, 0], [5, 60, 0], [0, 0, 42]],
+    "K_c": [[12300, -2000, 0], [-2000, 12300, 1000], [0, 1000, 9840]],
+    "L_c": [[600, 0, 90], [0, 600, 0], [90, 0, 420]],
+    "K_d": [[12300, 0, 500], [0, 12300, 0], [500, 0, 9840]],
+    "L_d": [[1200, 100, 0], [100, 1200, 0], [0, 0, 840]],
+}
+
+
+def config(
+    variant: str,
+    start: dict[str, Any],
+    *,
+    controller: dict[str, Any] | None = None,
+    duration: float = 1.2,
+    **integration: Any,
+) -> dict[str, Any]:
+    """Return the config of a case."""
+    data = paper_config(variant, controller=controller, duration=duration, **integration)
+    data["gravity"] = GRAVITY
+    data["initial"] = copy.deepcopy(start)
+    return data
+
+
+CASES = {
+    "visco-elastic-W-equilibrium": config(
+        "visco-elastic", START, controller={"anchor": "equilibrium"}, coordinates="W"
+    ),
+    "permanent-equilibrium": config("permanent", HELD_START, controller={"anchor": "equilibrium"}),
+    "free": config("free", START, duration=1.5),
+    "free-W": config("free", START, duration=1.5, coordinates="W"),
+    "visco-elastic-Z-origin": config("visco-elastic", START),
+    "embedded": config("embedded", EMBEDDED_START),
+    "embedded-full-gains": config(
+        "embedded", EMBEDDED_START, controller={**FULL_GAINS, "anchor": "equilibrium"}
+    ),
+}
+
+CASES["embedded-full-gains"]["body"]["inertia"] = [[10, 0.6, -0.4], [0.6, 8, 0.5], [-0.4, 0.5, 3]]
+
+
+def stored_differences(name: str, found: Sensitivities) -> np.ndarray:
+    """Return the stored derivatives of a case, for the entries and quantities that were found.
+
+    Shape (entries, quantities).
+    """
+    stored = json.loads(FILE.read_text(encoding="utf-8"))[name]
+    # The derivatives of another config would be of no use.
+    assert stored["config"] == CASES[name]
+    assert stored["entries"] == [entry.key for entry in found.entries]
+    assert stored["quantities"] == [quantity.name for quantity in found.quantities]
+    return np.array(stored["derivatives"])
+
+
+def main() -> None:
+    """Compute the derivatives of all cases, and store them."""
+    lines = []
+    for name, data in CASES.items():
+        found = sensitivities(data)
+        case = {
+            "config": data,
+            "entries": [entry.key for entry in found.entries],
+            "quantities": [quantity.name for quantity in found.quantities],
+            "derivatives": differences(data, found).tolist(),
+        }
+        lines.append(f"{json.dumps(name)}: {json.dumps(case)}")
+    FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,176 @@
+"""Protects the choice of tests: each target of make takes what it says, and CI takes them all."""
+
+import json
+import re
+from itertools import product
+from pathlib import Path
+
+import pytest
+from _pytest.mark.expression import Expression
+
+from support import measure
+from support.tiers import (
+    LIMITS,
+    Case,
+    below,
+    covering,
+    identity,
+    longest_first,
+    mark_by_time,
+    names_of,
+)
+
+ROOT = Path(__file__).parents[2]
+
+MARKERS = ("slow", "heavy", "long")
+
+
+class Collected:
+    """A collected test, as far as its marks are concerned."""
+
+    def __init__(self, node_id, **params):
+        self.nodeid, self.marks = node_id, set()
+        if params:
+            self.callspec = type("CallSpec", (), {"params": params})()
+
+    def add_marker(self, marker):
+        self.marks.add(marker.name)
+
+
+def chosen_by(target):
+    """Return the sets of markers whose tests a target of make runs where there is a browser."""
+    recipe = (ROOT / "Makefile").read_text().partition(f"\n{target}: $(READY)")[2]
+    found = re.search(r"-m '(.*?)'", recipe)
+    assert found is not None
+    given = found.group(1)
+    expression = given.replace("$(AND_BROWSERLESS)", "").replace("$(BROWSERLESS)", "")
+    every = [
+        {name for name, there in zip(MARKERS, flags, strict=True) if there}
+        for flags in product((False, True), repeat=3)
+    ]
+    if not expression:
+        return every
+    return [marks for marks in every if is_chosen(expression, marks)]
+
+
+def is_chosen(expression, marks):
+    def has(name: str, /, **_: object) -> bool:
+        return name in marks
+
+    return Expression.compile(expression).evaluate(has)
+
+
+def test_what_runs_for_every_change_is_all_but_the_long_tests():
+    commands = (ROOT / ".ci" / "run").read_text().splitlines()
+    targets = [line.split()[1] for line in commands if line.startswith("make test")]
+    assert targets == ["test", "test-heavy"]
+    found = [marks for target in targets for marks in chosen_by(target)]
+    expected = [marks for marks in chosen_by("test-long") if "long" not in marks]
+    assert sorted(map(sorted, found)) == sorted(map(sorted, expected))
+
+
+def test_the_quick_tests_are_some_of_those_before_a_commit():
+    assert chosen_by("test-quick") == [set()]
+    assert chosen_by("test") == [set(), {"slow"}]
+    assert len(chosen_by("test-long")) == 8
+    assert chosen_by("test-times") == [
+        marks for marks in chosen_by("test-long") if "long" not in marks
+    ]
+
+
+def marks_of(items):
+    return [sorted(item.marks) for item in items]
+
+
+def test_a_test_is_marked_by_the_time_of_all_its_cases():
+    cases = [Collected(f"tests/a/test_b.py::test_c[{n}]", x=n) for n in range(4)]
+    for total, expected in (
+        (LIMITS["slow"], []),
+        (1.01 * LIMITS["slow"], ["slow"]),
+        (LIMITS["heavy"], ["slow"]),
+        (1.01 * LIMITS["heavy"], ["heavy", "slow"]),
+    ):
+        for case in cases:
+            case.marks.clear()
+        mark_by_time(cases, {"a/test_b.py": {"test_c": total / 4}})
+        assert marks_of(cases) == [expected] * 4
+
+
+def test_a_test_that_was_not_measured_has_no_mark():
+    items = [Collected("tests/a/test_b.py::test_c"), Collected("tests/a/test_b.py::test_d", x=1)]
+    mark_by_time(items, {"a/test_b.py": {"test_e": 9.0}, "test_b.py": {"test_c": 9.0}})
+    assert marks_of(items) == [[], []]
+
+
+def test_cases_that_use_each_value_once_are_kept():
+    cases = [
+        Collected("tests/a.py::test_b[]", variant=variant, engine=engine, rng=seed)
+        for variant in ("x", "y")
+        for engine in ("p", "q")
+        for seed in range(4)
+    ]
+    mark_by_time(cases, {"a.py": {"test_b": 0.4 * LIMITS["slow"]}})
+    kept = [case.callspec.params for case in cases if not case.marks]
+    assert [{**one, "rng": 0} for one in kept] == [
+        {"variant": "x", "engine": "p", "rng": 0},
+        {"variant": "y", "engine": "q", "rng": 0},
+    ]
+    assert ["heavy", "slow"] in marks_of(cases)
+
+
+def test_a_few_cases_are_too_many_if_they_take_too_long():
+    cases: list[Case] = [{("x", n // 2)} for n in range(4)]
+    assert [len(below(1.0, each, cases)) for each in (0.25, 0.26, 0.5, 0.51)] == [4, 2, 2, 0]
+
+
+def test_no_value_is_left_out():
+    cases: list[Case] = [{("x", n % 3), ("y", n % 4), ("z", n // 6)} for n in range(12)]
+    kept = covering(cases)
+    assert len(kept) == 4
+    assert set().union(*(cases[k] for k in kept)) == set().union(*cases)
+    assert covering([set(), set()]) == {0}
+
+
+def test_equal_values_are_one_value():
+    assert identity("a") == identity("a") != identity("b")
+    assert identity(1.5) == identity(1.5)
+    assert identity([1]) != identity([1])
+
+
+def test_the_longest_file_is_first_and_the_order_in_a_file_is_kept():
+    names = ["a.py::test_a", "a.py::test_b", "b.py::test_a", "c.py::test_a", "b.py::test_b"]
+    items = [Collected(f"tests/{name}") for name in names]
+    longest_first(items, {"b.py": {"test_b": 2.0}, "a.py": {"test_a": 0.5, "test_b": 1.0}})
+    found = [item.nodeid.removeprefix("tests/") for item in items]
+    assert found == ["b.py::test_a", "b.py::test_b", "a.py::test_a", "a.py::test_b", "c.py::test_a"]
+
+
+def test_names_are_without_cases():
+    assert names_of("tests/a/test_b.py::TestC::test_d[x::y-1]") == ("a/test_b.py", "TestC::test_d")
+
+
+REPORT = """<testsuites><testsuite>
+<testcase classname="tests.support.test_tiers" name="test_x[1]" time="3.0"/>
+<testcase classname="tests.support.test_tiers" name="test_x[2-a]" time="1.0"/>
+<testcase classname="tests.support.test_tiers.TestY" name="test_z" time="2.5"/>
+<testcase classname="tests.support.test_tiers" name="test_fast" time="0.01"/>
+</testsuite></testsuites>"""
+
+
+def test_times_are_taken_from_a_report_of_pytest(tmp_path, monkeypatch):
+    (tmp_path / "times.xml").write_text(REPORT)
+    old = {"test_fast": 7.0, "test_not_run": 5.0}
+    kept = tmp_path / "seconds.json"
+    kept.write_text(json.dumps({"support/test_tiers.py": old, "gone.py": {"test_x": 1.0}}))
+    monkeypatch.setattr(measure, "SECONDS_FILE", kept)
+    monkeypatch.setattr(measure, "read_seconds", lambda: json.loads(kept.read_text()))
+    measure.main([str(tmp_path / "times.xml")])
+    assert json.loads(kept.read_text()) == {
+        "support/test_tiers.py": {"TestY::test_z": 2.5, "test_not_run": 5.0, "test_x": 2.0}
+    }
+
+
+def test_a_module_that_is_not_there_is_an_error(tmp_path):
+    (tmp_path / "times.xml").write_text(REPORT.replace("test_tiers", "test_nothing"))
+    with pytest.raises(FileNotFoundError, match="test_nothing"):
+        measure.measured(tmp_path / "times.xml")

@@ -1,8 +1,9 @@
 """All benchmarks, one after the other; `make bench` runs them."""
 
-from benchmarks import engines, sliding, startup, sweep_sizes, sweeps, traces
+from benchmarks import commands, engines, sliding, startup, sweep_sizes, sweeps, traces
 
 startup.main()
+commands.main()
 engines.main()
 sliding.main()
 sweeps.main()

@@ -2,6 +2,7 @@
 
 from contextlib import ExitStack
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from rbstab_cli import exit_codes
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, results_folder
 from rbstab_cli.arguments.plans import is_in_sweep_folder, sweep_name
+from rbstab_cli.garbage import keep_imports
 
 if TYPE_CHECKING:
     from rbstab.sweep.folder.parts import Part
@@ -151,8 +153,11 @@ def command(
 
             folder = output / sweep_name(plan)
             refuse_engine_change(changes)
-            name = _engine(engine, folder, plan)
-            loaded = _load(plan, (*changes, f"integration.engine={name}"))
+            with keep_imports():
+                name = _engine(engine, folder, plan)
+                loaded = _load(plan, (*changes, f"integration.engine={name}"))
+                if not dry_run:
+                    import_module("rbstab.sweep.sweep")
             options = SweepOptions(
                 None, threads, shard_size, retry_failed, fail_fast, force, part, compare=compare
             )

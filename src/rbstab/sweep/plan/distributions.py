@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from scipy.special import ndtri
 
 from rbstab.mechanics.numbers import Array
 
@@ -195,6 +194,9 @@ class Normal(_TwoParameters):
 
     def quantile(self, u: Array) -> Array:
         """Return the values at coordinates in (0, 1)."""
+        # Imported late: it takes as long as a thousand members.
+        from scipy.special import ndtri
+
         with np.errstate(over="ignore"):
             return self.a + self.b * ndtri(u)
 

@@ -35,7 +35,7 @@ def _seconds(members: int) -> float:
         plan = Path(folder) / "plan.yaml"
         content = {
             "base": str(Path(CASE).resolve()),
-            "vary": dict.fromkeys(KEYS, {"uniform": [-40, 40]}),
+            "vary": {key: {"uniform": [-40, 40]} for key in KEYS},
             "design": "random",
             "members": members,
             "seed": 1,

@@ -76,10 +76,13 @@ class Sweeping:
             while not other.ready(1.0):
                 pass
 
-    def bare_loop(self) -> Callable[[], float]:
+    def bare_loop(self, *, sampled: bool = True) -> Callable[[], float]:
         """Return a timer of the integrator alone, without diagnostics or copies.
 
         The timer returns the seconds per member.
+
+        Args:
+            sampled: Whether the states are evaluated at the samples, or only at the end.
         """
         assert isinstance(self.engine, EnsembleEngine)
         batches = self.engine.variant_engines["visco-elastic"]
@@ -100,7 +103,10 @@ class Sweeping:
                 integrator.pars[len(given) :] = 1e3
                 integrator.state[:] = 0.0
                 integrator.state[: len(starts)] = starts[:, first : first + batch]
-                integrator.propagate_grid(ensemble.grid)
+                if sampled:
+                    integrator.propagate_grid(ensemble.grid)
+                else:
+                    integrator.propagate_until(ensemble.times[-1])
             return (time.perf_counter() - begin) / count
 
         return seconds

@@ -88,6 +88,16 @@ def test_the_comparison_is_made_when_the_parts_are_joined(rbstab):
     assert Path("results/plan/check.json").exists()
 
 
+@pytest.mark.usefixtures("plan")
+def test_a_number_of_members_is_compared(rbstab):
+    done = rbstab("sweep", "plan.yaml", "--engine", "heyoka", "--compare", "6")
+    assert done.exit_code == 0
+    assert "6 members, largest relative difference" in done.stdout
+    wrong = rbstab("sweep", "plan.yaml", "--compare", "0")
+    assert wrong.exit_code == 2
+    assert "--compare" in wrong.stderr
+
+
 @pytest.mark.usefixtures("use_fake_engine")
 def test_missing_shards(rbstab):
     rbstab(*SWEEP, "--part", "1/3")
@@ -139,6 +149,8 @@ def test_a_part_that_is_none(rbstab, plan, option, part):
     [
         (("--part", "1/2", "--force"), "--part cannot be combined with --force"),
         (("--shard", "1/2", "--force"), "--shard cannot be combined with --force"),
+        (("--part", "1/2", "--compare", "5"), "--part cannot be combined with --compare"),
+        (("--shard", "1/2", "--compare", "5"), "--shard cannot be combined with --compare"),
         (("--part", "1/2", "--shard", "1/2"), "--part cannot be combined with --shard"),
         (("--dask", "tcp://x:1", "--threads", "2"), "--dask cannot be combined with --threads"),
         (("--dask", "tcp://x:1", "--dry-run"), "--dask cannot be combined with --dry-run"),

@@ -18,6 +18,7 @@ BESIDE_STATUS = {
     "--dry-run": ("--dry-run",),
     "--retry-failed": ("--retry-failed",),
     "--fail-fast": ("--fail-fast",),
+    "--compare": ("--compare", "5"),
     "--force": ("--force",),
 }
 

@@ -155,7 +155,7 @@ def test_a_dry_run(rbstab, monkeypatch, as_json):
 @pytest.mark.parametrize(("members", "stated"), [(3, True), (16, False)])
 def test_an_estimate_from_few_members_says_so(rbstab, monkeypatch, members, stated):
     found = Estimate(7200.0, 1.0, members, 1000)
-    monkeypatch.setattr("rbstab.sweep.execution.estimate.estimate", lambda *_: found)
+    monkeypatch.setattr("rbstab.sweep.execution.estimate.estimate", lambda *_, **__: found)
     printed = rbstab(*SWEEP, "--dry-run").stdout
     assert "about 2 h" in printed
     assert (f"from {members} members of a variant" in printed) == stated

@@ -7,14 +7,19 @@ import sys
 import time
 from pathlib import Path
 from threading import Event
+from typing import TYPE_CHECKING, cast
 
 import psutil
 import pytest
 from support.paper_runs import paper_config
 
+from rbstab.sweep.execution import compare_with_scipy
 from rbstab.sweep.execution.comparison_runs import MEMBERS_PER_WORKER, ComparisonRuns
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
+
+if TYPE_CHECKING:
+    from rbstab.sweep.folder.sweep_folder import SweepFolder
 
 pytestmark = pytest.mark.slow
 
@@ -22,14 +27,14 @@ MEMBERS = list(range(3, 3 + 4 * MEMBERS_PER_WORKER, 2))
 """Enough for two workers."""
 
 
-def plan():
+def plan(members=100, engine="scipy"):
     """Return a plan of short members."""
     return load_plan(
         {
-            "base": paper_config("permanent", duration=0.1, samples=3, rtol=1e-6),
+            "base": paper_config("permanent", duration=0.1, samples=3, rtol=1e-6, engine=engine),
             "vary": {"initial.angular_velocity[0]": {"uniform": [-20, 20]}},
             "design": "random",
-            "members": 100,
+            "members": members,
             "seed": 3,
         }
     )
@@ -124,9 +129,29 @@ def test_a_stop_ends_the_runs():
         assert len(runs.outcomes) < len(MEMBERS)
 
 
+@pytest.mark.parametrize(
+    ("members", "processes", "expected"), [(100, 2, 0), (600, 1, 0), (600, 2, 1), (600, 4, 1)]
+)
+def test_only_long_plans_have_a_worker(members, processes, expected, monkeypatch):
+    started: list[int] = []
+
+    class Runs(ComparisonRuns):
+        def __init__(self, given, chosen, workers):
+            started.append(min(workers, 1))
+            super().__init__(given, chosen, 0)
+
+    monkeypatch.setattr(compare_with_scipy, "ComparisonRuns", Runs)
+    unread = cast("SweepFolder", None)  # An incomplete folder is not read.
+    compare_with_scipy.comparison_runs(
+        plan(members, "heyoka"), unread, None, complete=False, processes=processes
+    )
+    assert started == [expected]
+
+
 COMPARER = """
 from threading import Event
 from test_comparison_runs import MEMBERS, plan
+from rbstab.sweep.execution import compare_with_scipy
 from rbstab.sweep.execution.comparison_runs import ComparisonRuns
 with ComparisonRuns(plan(), MEMBERS * 50, 2) as runs:
     while not runs.outcomes:

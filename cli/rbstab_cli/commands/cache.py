@@ -16,20 +16,23 @@ def command(clear: bool) -> None:
     it.
     """
     try:
-        from rbstab.integrate.heyoka.disk_cache import LIMIT, CacheError, cache_size, clear_cache
+        from rbstab.integrate.heyoka.disk_cache import CacheError, cache_size, clear_cache
     except ImportError as error:
         raise click.UsageError(f"the engine heyoka cannot be used here: {error}") from error
 
     try:
         found = cache_size()
         if found is None:
-            click.echo("This version of heyoka keeps no compiled code.")
+            click.echo(
+                "No compiled code is kept: this version of heyoka cannot, or there is no cache "
+                "folder (HEYOKA_CACHE_DIR names one)."
+            )
             return
         if clear:
             clear_cache()
             click.echo(f"{found.folder}: removed {found.size / 1e6:.1f} MB")
         else:
-            size, limit = f"{found.size / 1e6:.1f} MB", f"{LIMIT / 1e6:.0f} MB"
+            size, limit = f"{found.size / 1e6:.1f} MB", f"{found.limit / 1e6:.0f} MB"
             click.echo(f"{found.folder}: {size} of at most {limit}")
     except CacheError as error:
         click.echo(f"error: {error}", err=True)

@@ -13,7 +13,7 @@ import psutil
 import pytest
 from support.paper_runs import paper_config
 
-from rbstab.sweep.execution import compare_with_scipy
+from rbstab.sweep.execution import compare_with_scipy, comparison_runs
 from rbstab.sweep.execution.comparison_runs import MEMBERS_PER_WORKER, ComparisonRuns
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
@@ -103,6 +103,33 @@ def test_the_work_of_a_process_that_dies_is_done_here():
         found = runs.finish(Event(), lambda _: None)
     assert found is not None
     assert bits(found) == expected()
+
+
+def test_an_unexpected_error_of_a_worker_loses_no_member(monkeypatch):
+    class Broken:
+        def __init__(self, *_):
+            self.answers = 0
+
+        def has_answer(self, _):
+            return True
+
+        def receive(self):
+            self.answers += 1
+            if self.answers == 3:
+                raise MemoryError
+            return {"run_id": None}
+
+        def send(self, _):
+            pass
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr(comparison_runs, "Worker", Broken)
+    with ComparisonRuns(plan(), MEMBERS[:5], 1) as runs:
+        found = runs.finish(Event(), lambda _: None)
+    assert found is not None
+    assert sorted(found) == MEMBERS[:5]
 
 
 def test_without_workers_all_is_run_here():

@@ -87,6 +87,22 @@ def test_more_members_may_be_asked_for():
     assert members_to_compare(grid(7), 100) == list(range(7))
 
 
+@pytest.mark.parametrize(
+    ("ours", "theirs", "expected"),
+    [
+        ([1.0, 1.0], [1.0, 2.0], 0.5),
+        ([np.inf, 1.0], [np.inf, 2.0], 0.5),
+        ([np.inf, 2.0], [5.0, 2.0], 0),
+    ],
+)
+def test_infinite_numbers_hide_no_difference(ours, theirs, expected):
+    """They come from diverged motions."""
+    columns = [
+        {"status": np.zeros(2), "settling_time": np.array(values)} for values in (ours, theirs)
+    ]
+    assert compare(*columns) == (0, {"settling_time": expected})
+
+
 # Broken engines
 
 FEW = plan_of(

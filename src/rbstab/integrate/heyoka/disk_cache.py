@@ -44,10 +44,11 @@ class CacheError(Exception):
 
 
 class CacheSize(NamedTuple):
-    """The folder of the cache, and the size of the code in it, bytes."""
+    """The folder of the cache, the size of the code in it, and its limit, bytes."""
 
     folder: Path
     size: int
+    limit: int
 
 
 def use_own_folder() -> None:
@@ -74,15 +75,19 @@ def use_own_folder() -> None:
 
 
 def cache_size() -> CacheSize | None:
-    """Return the folder and the size of the cache; None if this heyoka has none.
+    """Return the folder and the size of the cache; None if there is none.
+
+    Older versions of heyoka have none, and nothing is cached if the user has no home.
 
     Raises:
         CacheError: The database cannot be read.
     """
-    if not HAS_CACHE:
+    if not HAS_CACHE or _state.get_diskcache_path() == Path():
         return None
     try:
-        return CacheSize(_state.get_diskcache_path(), _state.get_diskcache_size())
+        return CacheSize(
+            _state.get_diskcache_path(), _state.get_diskcache_size(), _state.get_diskcache_limit()
+        )
     except (RuntimeError, ValueError, OSError) as error:
         raise CacheError(error) from error
 

@@ -56,10 +56,13 @@ def comparison_runs(
     kept = read_comparison(folder) if complete else None
     if kept is not None and count is None:
         # It was made with another number of members, or by an older version.
-        return ComparisonRuns(plan, list(kept.members), 0)
-    members = members_to_compare(plan, count)
+        members = list(kept.members)
+    else:
+        members = members_to_compare(plan, count)
+    # A stored comparison of these members is most likely that of these shards.
+    is_stored = kept is not None and list(kept.members) == members
     is_long = plan.members >= MIN_FOR_WORKERS or len(members) > MEMBERS_PER_WORKER
-    return ComparisonRuns(plan, members, processes - 1 if is_long else 0)
+    return ComparisonRuns(plan, members, processes - 1 if is_long and not is_stored else 0)
 
 
 def compare_with_scipy(

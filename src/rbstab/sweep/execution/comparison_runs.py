@@ -40,13 +40,17 @@ class ComparisonRuns:
         self.outcomes: dict[int, Outcome] = {}
         self._left = deque(members)
         self._closed = Event()
-        count = min(workers, -(-len(members) // MEMBERS_PER_WORKER))
-        self._threads = [Thread(target=self._run_in_worker, daemon=True) for _ in range(count)]
-        for thread in self._threads:
-            thread.start()
+        self._count = min(workers, -(-len(members) // MEMBERS_PER_WORKER))
+        self._threads: list[Thread] = []
 
     def __enter__(self) -> Self:
-        """Return the runs."""
+        """Start the workers, and return the runs."""
+        # If the system starts no further thread, there are fewer workers.
+        with suppress(RuntimeError):
+            for _ in range(self._count):
+                thread = Thread(target=self._run_in_worker, daemon=True)
+                thread.start()
+                self._threads.append(thread)
         return self
 
     def __exit__(
@@ -91,15 +95,15 @@ class ComparisonRuns:
     def _run_in_worker(self) -> None:
         """Run members in a worker process, one by one. If it dies, its member is put back."""
         member = None
-        # If no process can be started, all members run in this one.
-        with suppress(WorkerDiedError), closing(Worker(_serve, self.plan)) as worker:
-            # A worker takes no member before it is ready: this process may be sooner.
-            while not worker.has_answer(POLL_INTERVAL):
-                if self._closed.is_set() or not self._left:
-                    return
-            worker.receive()
-            with suppress(IndexError):
-                while True:
+        try:
+            # If no process can be started, all members run in this one.
+            with suppress(WorkerDiedError), closing(Worker(_serve, self.plan)) as worker:
+                # A worker takes no member before it is ready: this process may be sooner.
+                while not worker.has_answer(POLL_INTERVAL):
+                    if self._closed.is_set() or not self._left:
+                        return
+                worker.receive()
+                while self._left:
                     member = self._left.popleft()
                     worker.send(member)
                     while not worker.has_answer(POLL_INTERVAL):
@@ -107,8 +111,11 @@ class ComparisonRuns:
                             return
                     self.outcomes[member] = worker.receive()
                     member = None
-        if member is not None:
-            self._left.append(member)
+        except Exception:  # noqa: S110 (whatever happened, its member is run again below)
+            pass
+        finally:
+            if member is not None:
+                self._left.append(member)
 
 
 def _serve(connection: Connection, plan: Plan) -> None:

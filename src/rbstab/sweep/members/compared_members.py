@@ -77,12 +77,15 @@ def _candidates(plan: Plan) -> Array:
 
 
 def _corners(plan: Plan) -> Array:
-    """Return the members at the ends of the axes of the grid, for every variant."""
+    """Return the members at the ends of the axes of the grid, for every variant.
+
+    A longer axis with the variant counts as any other: the even blocks contain all its variants.
+    """
     lengths = plan.dimensions
     with_variant = {a.name for a in plan.axes for k in a.varied_keys if k.path == VARIANT}
     entries, left = [], MAX_CORNER_AXES
     for name, length in lengths.items():
-        if name in with_variant:
+        if name in with_variant and length <= BLOCK:
             entries.append(tuple(range(length)))
         else:
             entries.append((0, length - 1) if left > 0 else (0,))

@@ -61,8 +61,13 @@ class EnsemblePeaks(NamedTuple):
         factors = np.where(
             trajectories.done, refinements(trajectories.steps, len(times), MAX_SAMPLES), 0
         )
-        if (factors == 1).all():
-            return self._peaks(given)
+        too_fast = trajectories.steps > factors * (len(times) - 1)
+        if (factors <= 1).all():
+            found = self._peaks(given)
+            for target in found:
+                target[:, ~trajectories.done] = np.nan
+            found.error[:, too_fast] = np.nan
+            return found
         found = Peaks(*np.full((3, len(given.values), len(factors)), np.nan))
         for factor in np.unique(factors[factors > 0]).tolist():
             rows = np.flatnonzero(factors == factor)
@@ -76,8 +81,7 @@ class EnsemblePeaks(NamedTuple):
                 cubics = peaks_of_cubics(_of_members(given, chosen))
                 for target, part in zip(found, self._peaks(samples, cubics), strict=True):
                     target[:, chosen] = part
-        unknown = trajectories.steps >= MAX_SAMPLES
-        found.error[:, unknown] = np.nan
+        found.error[:, too_fast] = np.nan
         return found
 
     def _peaks(self, samples: Samples, cubics: Peaks | None = None) -> Peaks:

@@ -58,7 +58,7 @@ def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict
     differences = {}
     for name in columns:
         a, b, scale = (
-            np.nan_to_num(values[alike])
+            np.where(np.isnan(values), 0.0, values)[alike]
             for values in (ours[name], theirs[name], theirs[_SCALE.get(name, name)])
         )
         # Infinite numbers come from diverged motions. It is enough that both motions diverge.

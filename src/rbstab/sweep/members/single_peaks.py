@@ -55,12 +55,13 @@ class SinglePeaks:
         steps = np.array([trajectory.steps // steps_per_interval])
         parts = int(refinements(steps, len(times), MAX_SAMPLES)[0])
         cubics = peaks_of_cubics(given)
-        is_unknown = parts > 1
+        too_fast = bool(steps[0] > parts * (len(times) - 1))
+        is_unknown = parts > 1 or too_fast
         if parts > 1 and self.problem.switching is None:
             fine = refined(times, parts)
             again = self.integrate(fine, self.problem.start)
             if len(again.times) == len(fine) and (again.times == fine).all():
-                is_unknown, states = False, again.states
+                is_unknown, states = too_fast, again.states
                 given = self._samples(fine[np.newaxis], states[np.newaxis])._replace(times=fine)
         divide = self._divider(given.times[np.newaxis], states[np.newaxis])
         found = find_peaks(given._replace(divide=divide), tolerance, cubics)

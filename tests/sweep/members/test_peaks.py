@@ -9,6 +9,7 @@ from rbstab.analysis.peaks import peaks_at_samples
 from rbstab.config.build import problem_of
 from rbstab.integrate.heyoka.ensemble import Ensemble
 from rbstab.integrate.heyoka.symbols import parameter_values
+from rbstab.sweep.members import ensemble_peaks, single_peaks
 from rbstab.sweep.members.ensemble import ensemble_engine
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.single import SingleRuns
@@ -100,6 +101,18 @@ def test_any_number_of_samples_gives_the_peaks_of_many(samples, engine, dense_pe
     assert (np.abs(found["peak_time"] - E_time) < 1e-3)[completed].all()
     regularity = np.cos(np.minimum(Theta[:, 1], np.pi / 2))
     assert found["smallest_regularity"][completed] == pytest.approx(regularity[completed], abs=1e-5)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("most", [11, 21])
+def test_the_peaks_of_members_too_fast_to_be_sampled_are_unknown(engine, most, monkeypatch):
+    """With 11 or 21 samples at most, the samples do not show all turning points."""
+    for module in (ensemble_peaks, single_peaks):
+        monkeypatch.setattr(module, "MAX_SAMPLES", most)
+    found = columns(random_spins(11, engine, 3), engine)
+    for name in ("contact_displacement", "orientation"):
+        assert np.isfinite(found[f"peak_{name}"]).all()
+        assert np.isnan(found[f"peak_{name}_error"]).all()
 
 
 def test_more_samples_do_not_change_a_trajectory():

@@ -43,7 +43,7 @@ def test_a_sweep(rbstab, name):
     names = sorted(path.name for path in Path("results/plan").iterdir())
     expected = [".lock", "check.json", "manifest.json", "plan.yaml", "shards", "sweep.h5"]
     assert names == [n for n in expected if name == "heyoka" or n != "check.json"]
-    assert ("1 members, largest relative difference" in done.stdout) == (name == "heyoka")
+    assert ("4 members, largest relative difference" in done.stdout) == (name == "heyoka")
     with xarray.open_dataset("results/plan/sweep.h5", engine="h5netcdf") as data:
         assert data.sizes["run"] == 20
         assert data["controller_K_r"].attrs["long_name"] == "factor on controller.K_r"

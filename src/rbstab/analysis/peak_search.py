@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.peaks import indices_of_largest, peaks_at_samples
-from rbstab.analysis.turning_points import TurningPoints, finer_by_interpolation, turning_points
+from rbstab.analysis.turning_points import TurningPoints, turning_points
 from rbstab.mechanics.numbers import Array
 
 RELATIVE = 1e-5
@@ -146,7 +146,6 @@ class _Search:
         found = turning_points(samples.times, self.values, self.rates, lowest, self.indices)
         done: list[_Candidates] = []
         open_ = self._sorted_out(_Candidates.of(found, signals, signals % self.members), done)
-        open_ = self._interpolated(open_, done)
         for _ in range(MAX_DIVISIONS):
             if samples.divide is None or not len(open_.row):
                 break
@@ -202,34 +201,6 @@ class _Search:
         A quantity that is zero but for round-off has many turning points and no peak.
         """
         return np.maximum(self.largest[signals], ABSOLUTE)
-
-    def _interpolated(self, open_: _Candidates, done: list[_Candidates]) -> _Candidates:
-        """Look for turning points between interpolated samples; return those that stay open.
-
-        Args:
-            open_: Open candidates between the samples.
-            done: The candidates that are accurate enough; those found here are added.
-        """
-        intervals = self.values.shape[1]
-        keys, which = np.unique(open_.signal * intervals + open_.interval, return_inverse=True)
-        signal, interval = keys // intervals, keys % intervals
-        finer = finer_by_interpolation(
-            self.samples.times, self.values, self.rates, signal, interval
-        )
-        is_accurate = finer.error <= 0.5 * self._tolerance(self.largest[signal])
-        rows = np.flatnonzero(is_accurate)
-        values, rates = finer.values[rows], finer.rates[rows]
-        indices = indices_of_largest(values)
-        lowest = self._lowest(signal[rows])
-        found = turning_points(finer.times[rows], values, rates, lowest, indices)
-        error = found.error + finer.error[rows][found.row]
-        # `row` is the number of the interval here, to tell which intervals stay open.
-        refined = self._sorted_out(
-            _Candidates.of(found._replace(error=error), signal[rows], rows), done
-        )
-        stays_open = ~is_accurate
-        stays_open[refined.row] = True
-        return open_.where(stays_open[which])
 
     def _divided(
         self, samples: Samples, found: _Candidates

@@ -10,17 +10,11 @@ from rbstab.mechanics.numbers import Array
 NODES = 4
 """The samples through which a turning point is interpolated, with their rates (degree 7)."""
 
-MORE_NODES = 6
-"""The samples for interpolation where `NODES` are not accurate enough (degree 11)."""
-
-PARTS = 4
-"""The parts into which interpolation divides an interval."""
-
 ROOT_STEPS = 3
 """Steps to find where the rate of an interpolant is zero."""
 
 CONVERGING = 0.25
-"""The motion is resolved if a degree has at most this times the error of two degrees below it."""
+"""The motion is resolved if degree 5 has at most this times the error of degree 3."""
 
 UNRESOLVED = 10.0
 """Factor on the differences between interpolants that do not converge."""
@@ -158,48 +152,6 @@ def _beside_largest(times: Array, values: Array, rates: Array, indices: Array) -
     return np.asarray((row * count + interval)[turns])
 
 
-class FinerSamples(NamedTuple):
-    """Interpolated samples inside of p intervals.
-
-    Attributes:
-        times: Shape (p, PARTS + 1), s.
-        values: Shape (p, PARTS + 1).
-        rates: The derivatives of the values, shape (p, PARTS + 1).
-        error: The estimated error of the values, shape (p,); infinite if there is none.
-    """
-
-    times: Array
-    values: Array
-    rates: Array
-    error: Array
-
-
-def finer_by_interpolation(
-    times: Array, values: Array, rates: Array, row: Array, interval: Array
-) -> FinerSamples:
-    """Return finer samples of some intervals, interpolated with degree 11.
-
-    Args:
-        times: Shape (n,), s.
-        values: Shape (rows, n).
-        rates: The derivatives of the values, shape (rows, n).
-        row: The number of the signal of each interval, shape (p,).
-        interval: The numbers of the intervals, shape (p,).
-    """
-    finer = np.linspace(times[interval], times[interval + 1], PARTS + 1, axis=1)
-    between, slopes = np.empty(finer.shape), np.empty(finer.shape)
-    for end in (0, PARTS):
-        at = row, interval + end // PARTS
-        between[:, end], slopes[:, end] = values[at], rates[at]
-    if len(times) < MORE_NODES:
-        between[:, 1:-1], slopes[:, 1:-1] = np.nan, np.nan
-        return FinerSamples(finer, between, slopes, np.full(len(row), np.inf))
-    best, error = _best_polynomials(times, values, rates, row, interval, MORE_NODES)
-    for part in range(1, PARTS):
-        between[:, part], slopes[:, part], _ = best.at(finer[:, part])
-    return FinerSamples(finer, between, slopes, np.where(np.isfinite(error), error, np.inf))
-
-
 def _interpolated(
     times: Array, values: Array, rates: Array, row: Array, interval: Array
 ) -> tuple[Array, Array, Array]:
@@ -210,7 +162,7 @@ def _interpolated(
         cubic = _table(times, values, rates, row, interval, 2).through(0, 2)
         t, value, _ = _turn(cubic, begin, end, slopes)
         return t, value, np.full(len(t), np.inf)
-    best, error = _best_polynomials(times, values, rates, row, interval, NODES)
+    best, error = _best_polynomials(times, values, rates, row, interval)
     t, value, remainder = _turn(best, begin, end, slopes)
     error = error + remainder
     return t, value, np.where(np.isfinite(value) & np.isfinite(error), error, np.inf)
@@ -224,37 +176,32 @@ def _table(  # noqa: PLR0913, PLR0917 (samples and nodes)
     return hermite_table(_times_at(times, row, chosen), values[row, chosen], rates[row, chosen])
 
 
-def _best_polynomials(  # noqa: PLR0913, PLR0917 (samples and intervals)
-    times: Array, values: Array, rates: Array, row: Array, interval: Array, nodes: int
+def _best_polynomials(
+    times: Array, values: Array, rates: Array, row: Array, interval: Array
 ) -> tuple[HermitePolynomials, Array]:
-    """Return the polynomials around intervals through some nodes, and their estimated errors."""
-    # The first of the nodes, with as many before as after the interval; but all must be samples.
-    centred, count = interval - nodes // 2 + 1, values.shape[1]
-    first = np.clip(centred, 0, count - nodes)
-    table = _table(times, values, rates, row, first, nodes)
-    best = table.through(0, nodes)
+    """Return the polynomials of degree 7 around intervals, and their estimated errors."""
+    count = values.shape[1]
+    # One sample before and one after each interval; beside the ends, the four nearest samples.
+    first = np.clip(interval - 1, 0, count - NODES)
+    table = _table(times, values, rates, row, first, NODES)
+    best = table.through(0, NODES)
     # The interpolants differ most in the middle of the interval.
     middle = (_times_at(times, row, interval) + _times_at(times, row, interval + 1)) / 2
     exact = best.values_at(middle)
 
-    def error_from(start: Array, fewer: int) -> Array:
-        """Return the error of the polynomials through fewer nodes, from the one at `start`."""
-        runs = [table.through(offset, nodes - fewer) for offset in range(fewer + 1)]
+    def error_from(start: Array, nodes: int) -> Array:
+        """Return the error of the polynomials through fewer nodes, from sample `start`."""
+        runs = [table.through(offset, nodes) for offset in range(NODES - nodes + 1)]
         errors = [np.abs(run.values_at(middle) - exact) for run in runs]
-        return np.choose(np.clip(start, 0, count - nodes + fewer) - first, errors)
+        return np.choose(np.clip(start, 0, count - nodes) - first, errors)
 
-    if nodes == MORE_NODES:
-        # Beside the first and last samples few polynomials agree by chance, so all of them count.
-        runs = [table.through(offset, nodes - 1) for offset in (0, 1)]
-        error_of_next = np.max([np.abs(run.values_at(middle) - exact) for run in runs], axis=0)
-    else:
-        error_of_next = np.maximum(error_from(centred, 1), error_from(centred + 1, 1))
-    error_of_lower = error_from(centred + 1, 2)
-    # Of a resolved motion, the best degree has a much smaller error than the next one.
+    error_of_cubic = error_from(interval, 2)
+    error_of_quintic = np.maximum(error_from(interval - 1, 3), error_from(interval, 3))
+    # Of a resolved motion, degree 7 has a much smaller error than degree 5.
     error = np.where(
-        error_of_next <= CONVERGING * error_of_lower,
-        error_of_next,
-        UNRESOLVED * (error_of_lower + error_of_next),
+        error_of_quintic <= CONVERGING * error_of_cubic,
+        error_of_quintic,
+        UNRESOLVED * (error_of_cubic + error_of_quintic),
     )
     return best, error
 

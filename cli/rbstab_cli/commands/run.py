@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rbstab.processes.imports import keep_imports
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.members import MEMBERS, load_members
 from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, results_folder
-from rbstab_cli.garbage import keep_imports
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config

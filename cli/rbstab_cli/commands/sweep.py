@@ -1,6 +1,6 @@
 """`rbstab sweep`."""
 
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
+from rbstab.processes.imports import keep_imports
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, results_folder
 from rbstab_cli.arguments.plans import is_in_sweep_folder, sweep_name
-from rbstab_cli.garbage import keep_imports
 
 if TYPE_CHECKING:
+    from rbstab.processes.workers import Worker
     from rbstab.sweep.folder.parts import Part
     from rbstab.sweep.options import SweepOptions
     from rbstab.sweep.plan.plan import Plan
@@ -149,27 +150,56 @@ def command(
 
             report_status(status_of, as_json=as_json)
         elif plan is not None:
-            from rbstab.sweep.options import SweepOptions
+            with ExitStack() as stack:
+                compared = not (dry_run or part or dask or engine == "scipy" or threads == 1)
+                worker = _comparison_worker(stack) if compared and plan.is_file() else None
+                folder = output / sweep_name(plan)
+                refuse_engine_change(changes)
+                with keep_imports():
+                    name = _engine(engine, folder, plan)
+                    loaded = _load(plan, (*changes, f"integration.engine={name}"))
+                    if not dry_run:
+                        import_module("rbstab.sweep.sweep")
+                from rbstab.sweep.options import SweepOptions
 
-            folder = output / sweep_name(plan)
-            refuse_engine_change(changes)
-            with keep_imports():
-                name = _engine(engine, folder, plan)
-                loaded = _load(plan, (*changes, f"integration.engine={name}"))
-                if not dry_run:
-                    import_module("rbstab.sweep.sweep")
-            options = SweepOptions(
-                None, threads, shard_size, retry_failed, fail_fast, force, part, compare=compare
-            )
-            if dry_run:
-                from rbstab_cli.output.sweep_report import report_estimate
+                options = SweepOptions(
+                    None,
+                    threads,
+                    shard_size,
+                    retry_failed,
+                    fail_fast,
+                    force,
+                    part,
+                    compare=compare,
+                    comparison_worker=worker,
+                )
+                if dry_run:
+                    from rbstab_cli.output.sweep_report import report_estimate
 
-                report_estimate(loaded, folder, options, as_json=as_json)
-            else:
-                _sweep(loaded, folder, options, dask, as_json=as_json, quiet=quiet)
+                    report_estimate(loaded, folder, options, as_json=as_json)
+                else:
+                    _sweep(loaded, folder, options, dask, as_json=as_json, quiet=quiet)
     except StoreError as error:
         click.echo(f"{plan or status_of}: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
+
+
+def _comparison_worker(stack: ExitStack) -> "Worker | None":
+    """Start the process of the comparison with scipy now, while this one imports.
+
+    Args:
+        stack: Ends the process.
+    """
+    from rbstab.processes.processors import processor_count
+    from rbstab.processes.workers import WorkerDiedError
+    from rbstab.sweep.execution.comparison_worker import start_comparison_worker
+
+    if processor_count() == 1:
+        return None
+    try:
+        return stack.enter_context(closing(start_comparison_worker()))
+    except WorkerDiedError:
+        return None
 
 
 def _engine(wanted: str | None, folder: Path, plan: Path) -> str:

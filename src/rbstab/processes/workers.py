@@ -5,6 +5,7 @@ ignore both; only the parent reacts. A worker exits at once when its parent dies
 """
 
 import os
+import pickle
 import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
@@ -13,6 +14,7 @@ from importlib import import_module
 from multiprocessing.connection import Connection
 from typing import Any
 
+from rbstab.processes.imports import keep_imports
 from rbstab.processes.parent_watch import exit_with_parent, parent_watch
 
 _INTERRUPTS = {signal.SIGINT, signal.SIGTERM}
@@ -68,7 +70,7 @@ class Worker:
         except (ImportError, OSError) as error:
             raise WorkerDiedError(str(error)) from error
         self._process = context.Process(
-            target=_serve, args=(serve, worker_end, *arguments), daemon=True
+            target=_serve, args=(pickle.dumps((serve, arguments)), worker_end), daemon=True
         )
         try:
             with _interrupts_blocked():
@@ -139,9 +141,11 @@ def _set_up(pipe: Connection, setup: Callable[..., None] | None, *arguments: Any
         setup(*arguments)
 
 
-def _serve(serve: Callable[..., None], connection: Connection, *arguments: Any) -> None:
+def _serve(pickled: bytes, connection: Connection) -> None:
     # Not every system can block interrupts while a process starts; so ignore them here too.
     _ignore_interrupts()
+    with keep_imports():
+        serve, arguments = pickle.loads(pickled)  # noqa: S301 (our own bytes)
     serve(connection, *arguments)
 
 

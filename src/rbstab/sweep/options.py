@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from rbstab.processes.workers import Worker
 from rbstab.sweep.execution.work_queue import Executor
 from rbstab.sweep.folder.parts import Part
 from rbstab.sweep.members.engine import EngineFactory
@@ -23,6 +24,8 @@ class SweepOptions:
         part: Run only this part, without gathering; by default the whole sweep is run.
         executor: Runs the shards, instead of threads.
         compare: How many members are run again by SciPy; default 4 to 16 (`members_to_compare`).
+        comparison_worker: A process that runs them, from `start_comparison_worker`; by default it
+            is started where it saves time.
 
     Raises:
         ValueError: threads, shard_size or compare is below 1.
@@ -37,6 +40,7 @@ class SweepOptions:
     part: Part | None = None
     executor: Executor | None = None
     compare: int | None = None
+    comparison_worker: Worker | None = None
 
     def __post_init__(self) -> None:
         """Reject zero: no threads would hang, an empty shard would never finish."""

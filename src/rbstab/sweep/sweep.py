@@ -127,6 +127,7 @@ def _comparison_runs(
         options.compare,
         complete=not inventory.missing,
         processes=threads if options.factory is None else 1,
+        started=options.comparison_worker,
     )
 
 

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING, cast
@@ -14,11 +15,17 @@ import pytest
 from support.paper_runs import paper_config
 
 from rbstab.sweep.execution import compare_with_scipy, comparison_runs
-from rbstab.sweep.execution.comparison_runs import MEMBERS_PER_WORKER, ComparisonRuns
+from rbstab.sweep.execution.comparison_runs import (
+    MEMBERS_PER_WORKER,
+    MEMBERS_WHILE_IMPORTING,
+    ComparisonRuns,
+)
+from rbstab.sweep.execution.comparison_worker import start_comparison_worker
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 
 if TYPE_CHECKING:
+    from rbstab.processes.workers import Worker
     from rbstab.sweep.folder.sweep_folder import SweepFolder
 
 pytestmark = pytest.mark.slow
@@ -94,6 +101,49 @@ def test_what_is_left_is_run_here_meanwhile():
     assert counts == sorted(set(counts))
 
 
+def test_a_worker_that_was_started_before_runs_the_members(monkeypatch):
+    before = children_here()
+    with closing(start_comparison_worker()) as worker:
+        monkeypatch.setattr(comparison_runs, "start_comparison_worker", None)
+        with ComparisonRuns(plan(), MEMBERS[:4], 1, worker) as runs:
+            wait_for(lambda: len(runs.outcomes) == 4)
+            found = runs.finish(Event(), lambda _: None)
+    assert found is not None
+    assert bits(found) == {member: expected()[member] for member in MEMBERS[:4]}
+    assert not workers_of(psutil.Process(), before)
+
+
+def test_a_started_worker_that_died_is_not_missed():
+    before = children_here()
+    with closing(start_comparison_worker()) as worker:
+        wait_for(lambda: workers_of(psutil.Process(), before))
+        for started in workers_of(psutil.Process(), before):
+            started.kill()
+        with ComparisonRuns(plan(), MEMBERS[:4], 1, worker) as runs:
+            found = runs.finish(Event(), lambda _: None)
+    assert found is not None
+    assert sorted(found) == MEMBERS[:4]
+
+
+def test_this_process_imports_scipy_only_to_run_many_members(monkeypatch):
+    """The few that are left are run by a worker sooner."""
+    here: list[int] = []
+
+    class Here(SingleRuns):
+        def compute(self, start, stop):
+            here.append(start)
+            return super().compute(start, stop)
+
+    monkeypatch.setattr(comparison_runs, "SingleRuns", Here)
+    few, many = MEMBERS[:MEMBERS_WHILE_IMPORTING], MEMBERS
+    with ComparisonRuns(plan(), few, 1) as runs:
+        runs.finish(Event(), lambda _: None)
+    assert not here
+    with ComparisonRuns(plan(), many, 1) as runs:
+        runs.finish(Event(), lambda _: None)
+    assert 0 < len(here) < len(many)
+
+
 def test_the_work_of_a_process_that_dies_is_done_here():
     before = children_here()
     with ComparisonRuns(plan(), MEMBERS, 2) as runs:
@@ -115,7 +165,7 @@ def test_an_unexpected_error_of_a_worker_loses_no_member(monkeypatch):
 
         def receive(self):
             self.answers += 1
-            if self.answers == 3:
+            if self.answers == 2:
                 raise MemoryError
             return {"run_id": None}
 
@@ -125,7 +175,7 @@ def test_an_unexpected_error_of_a_worker_loses_no_member(monkeypatch):
         def close(self):
             pass
 
-    monkeypatch.setattr(comparison_runs, "Worker", Broken)
+    monkeypatch.setattr(comparison_runs, "start_comparison_worker", Broken)
     with ComparisonRuns(plan(), MEMBERS[:5], 1) as runs:
         found = runs.finish(Event(), lambda _: None)
     assert found is not None
@@ -157,20 +207,33 @@ def test_a_stop_ends_the_runs():
 
 
 @pytest.mark.parametrize(
-    ("members", "processes", "expected"), [(100, 2, 0), (600, 1, 0), (600, 2, 1), (600, 4, 1)]
+    ("members", "processes", "is_started", "expected"),
+    [
+        (100, 2, False, 0),
+        (100, 2, True, 1),
+        (100, 1, True, 0),
+        (600, 1, False, 0),
+        (600, 2, False, 1),
+        (600, 4, False, 1),
+    ],
 )
-def test_only_long_plans_have_a_worker(members, processes, expected, monkeypatch):
+def test_only_long_plans_start_a_worker(members, processes, is_started, expected, monkeypatch):
     started: list[int] = []
 
     class Runs(ComparisonRuns):
-        def __init__(self, given, chosen, workers):
+        def __init__(self, given, chosen, workers, _):
             started.append(min(workers, 1))
             super().__init__(given, chosen, 0)
 
     monkeypatch.setattr(compare_with_scipy, "ComparisonRuns", Runs)
     unread = cast("SweepFolder", None)  # An incomplete folder is not read.
     compare_with_scipy.comparison_runs(
-        plan(members, "heyoka"), unread, None, complete=False, processes=processes
+        plan(members, "heyoka"),
+        unread,
+        None,
+        complete=False,
+        processes=processes,
+        started=cast("Worker", object()) if is_started else None,
     )
     assert started == [expected]
 

@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt
 
 from rbstab.mechanics.numbers import Array
+from rbstab.processes.workers import Worker
 from rbstab.store.document import read_model, write_document
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.sweep.execution.comparison_runs import MEMBERS_PER_WORKER, ComparisonRuns
@@ -37,8 +38,14 @@ class _StoredComparison(BaseModel):
     differences: dict[str, _Difference]
 
 
-def comparison_runs(
-    plan: Plan, folder: SweepFolder, count: int | None, *, complete: bool, processes: int
+def comparison_runs(  # noqa: PLR0913 (all that decides where the members are run)
+    plan: Plan,
+    folder: SweepFolder,
+    count: int | None,
+    *,
+    complete: bool,
+    processes: int,
+    started: Worker | None = None,
 ) -> ComparisonRuns:
     """Return the single runs for a comparison; of a long plan they start now, beside the sweep.
 
@@ -50,6 +57,7 @@ def comparison_runs(
         count: The number of members to compare; default see `members_to_compare`.
         complete: Whether the folder has all its shards.
         processes: The largest number of processes, with this one.
+        started: A worker process that was started before, from `start_comparison_worker`.
     """
     if plan.engine == ENGINE:
         return ComparisonRuns(plan, [], 0)
@@ -62,7 +70,8 @@ def comparison_runs(
     # A stored comparison of these members is most likely that of these shards.
     is_stored = kept is not None and list(kept.members) == members
     is_long = plan.members >= MIN_FOR_WORKERS or len(members) > MEMBERS_PER_WORKER
-    return ComparisonRuns(plan, members, processes - 1 if is_long and not is_stored else 0)
+    wants_workers = not is_stored and (is_long or started is not None)
+    return ComparisonRuns(plan, members, processes - 1 if wants_workers else 0, started)
 
 
 def compare_with_scipy(

@@ -1,17 +1,15 @@
 """Single runs of the members to compare: in worker processes beside a sweep, and in this one."""
 
-import os
 from collections import deque
 from collections.abc import Callable
 from contextlib import closing, suppress
-from multiprocessing.connection import Connection
-from queue import SimpleQueue
-from threading import Event, Thread
+from threading import Event, Lock, Thread
 from types import TracebackType
 from typing import Self
 
 from rbstab.mechanics.numbers import Array
 from rbstab.processes.workers import Worker, WorkerDiedError
+from rbstab.sweep.execution.comparison_worker import start_comparison_worker
 from rbstab.sweep.members.scipy_comparison import ENGINE
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.plan import Plan
@@ -21,6 +19,9 @@ POLL_INTERVAL = 0.02
 
 MEMBERS_PER_WORKER = 16
 """Another worker process is started for every so many members."""
+
+MEMBERS_WHILE_IMPORTING = 4
+"""A worker runs about so many members while this process would import SciPy to help it."""
 
 Outcome = dict[str, Array]
 
@@ -32,9 +33,12 @@ class ComparisonRuns:
         plan: The plan.
         members: The numbers of the members.
         workers: The largest number of worker processes; 0 runs all members in this process.
+        started: A worker process that was started before, from `start_comparison_worker`.
     """
 
-    def __init__(self, plan: Plan, members: list[int], workers: int) -> None:
+    def __init__(
+        self, plan: Plan, members: list[int], workers: int, started: Worker | None = None
+    ) -> None:
         self.plan = plan
         self.members = members
         self.outcomes: dict[int, Outcome] = {}
@@ -42,6 +46,8 @@ class ComparisonRuns:
         self._closed = Event()
         self._count = min(workers, -(-len(members) // MEMBERS_PER_WORKER))
         self._threads: list[Thread] = []
+        self._lock = Lock()
+        self._started = started
 
     def __enter__(self) -> Self:
         """Start the workers, and return the runs."""
@@ -78,13 +84,21 @@ class ComparisonRuns:
                 on_done(told)
             if told == len(self.members):
                 return self.outcomes
-            try:
-                member = self._left.popleft()
-            except IndexError:
+            member = self._next_here()
+            if member is None:
                 self._wait()
                 continue
             singles = singles or SingleRuns(self.plan, ENGINE)
             self.outcomes[member] = singles.compute(member, member + 1).outcome
+        return None
+
+    def _next_here(self) -> int | None:
+        """Return a member to run in this process; None if it is better to wait for the workers."""
+        working = sum(thread.is_alive() for thread in self._threads)
+        if len(self._left) <= MEMBERS_WHILE_IMPORTING * working:
+            return None
+        with suppress(IndexError):
+            return self._left.popleft()
         return None
 
     def _wait(self) -> None:
@@ -92,12 +106,19 @@ class ComparisonRuns:
         for thread in self._threads:
             thread.join(POLL_INTERVAL)
 
+    def _worker(self) -> Worker:
+        """Return the worker that was started before, once, and then new ones."""
+        with self._lock:
+            worker, self._started = self._started, None
+        return worker or start_comparison_worker()
+
     def _run_in_worker(self) -> None:
         """Run members in a worker process, one by one. If it dies, its member is put back."""
         member = None
         try:
             # If no process can be started, all members run in this one.
-            with suppress(WorkerDiedError), closing(Worker(_serve, self.plan)) as worker:
+            with suppress(WorkerDiedError), closing(self._worker()) as worker:
+                worker.send(self.plan)
                 # A worker takes no member before it is ready: this process may be sooner.
                 while not worker.has_answer(POLL_INTERVAL):
                     if self._closed.is_set() or not self._left:
@@ -116,26 +137,3 @@ class ComparisonRuns:
         finally:
             if member is not None:
                 self._left.append(member)
-
-
-def _serve(connection: Connection, plan: Plan) -> None:
-    """Receive numbers of members in the main thread; another thread runs them."""
-    numbers: SimpleQueue[int] = SimpleQueue()
-    Thread(target=_run, args=(connection, plan, numbers), daemon=True).start()
-    # The pipe is closed when the parent ends, for any reason; this process then ends at once.
-    with suppress(EOFError, OSError):
-        while True:
-            numbers.put(connection.recv())
-    os._exit(0)
-
-
-def _run(connection: Connection, plan: Plan, numbers: "SimpleQueue[int]") -> None:
-    """Run members; an unexpected error ends the process."""
-    try:
-        singles = SingleRuns(plan, ENGINE)
-        connection.send(None)
-        while True:
-            member = numbers.get()
-            connection.send(singles.compute(member, member + 1).outcome)
-    finally:
-        os._exit(1)

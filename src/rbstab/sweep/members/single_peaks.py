@@ -10,7 +10,7 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.members.ensemble_peaks import MAX_SAMPLES, PARTS, refined, refinements
+from rbstab.sweep.members.refinement import MAX_SAMPLES, PARTS, refined, refinements
 
 STEPS_PER_INTERVAL = {"heyoka": 1, "scipy": 8}
 """The most steps between two samples that show all turning points. A Taylor step is longer."""

@@ -5,6 +5,8 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from rbstab.config.load import load_config, resolved
 from rbstab.sweep.execution.execute import Execution
 from rbstab.sweep.execution.shard_worker import ShardWorker
@@ -95,6 +97,8 @@ class Sweeping:
             parameters[ensemble.open_indices],
         )
 
+        grid = np.array(ensemble.grid)
+
         def seconds() -> float:
             begin = time.perf_counter()
             for first in range(0, count, batch):
@@ -104,7 +108,7 @@ class Sweeping:
                 integrator.state[:] = 0.0
                 integrator.state[: len(starts)] = starts[:, first : first + batch]
                 if sampled:
-                    integrator.propagate_grid(ensemble.grid)
+                    integrator.propagate_grid(grid)
                 else:
                     integrator.propagate_until(ensemble.times[-1])
             return (time.perf_counter() - begin) / count

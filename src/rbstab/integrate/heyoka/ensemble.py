@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import heyoka as hy
 import numpy as np
 
+from rbstab.integrate.heyoka.batch_grid import BatchGrid
 from rbstab.integrate.heyoka.compiled_map import SIMD, evaluate_compiled
 from rbstab.integrate.heyoka.symbols import (
     parameter_values,
@@ -132,7 +133,7 @@ class Ensemble:
         )
         # Views of the integrator's memory: getting them takes as long as a step.
         self._pars, self._state = self.integrator.pars, self.integrator.state
-        self.grid = np.repeat(times[:, np.newaxis], self.batch, axis=1)
+        self.grid = BatchGrid.of(times, self.batch)
         observation = symbolic.observe(y[: system.size])
         motion = observation.motion
         energies = [hy.expression(0.0) + entry for entry in observation.energy.tolist()]
@@ -177,7 +178,7 @@ class Ensemble:
         scales = self.scales(parameters, starts)
         # Complete batches: the last lanes repeat the last member.
         full = np.minimum(np.arange(-(-members // self.batch) * self.batch), members - 1)
-        grid = self.grid if times is None else np.repeat(times[:, np.newaxis], self.batch, axis=1)
+        grid = self.grid if times is None else BatchGrid.of(times, self.batch)
         shape = (self.size + AUDIT_SIZE, len(full), len(grid))
         pars = np.vstack([parameters[self.open_indices], scales])
         lanes = _Lanes(
@@ -204,7 +205,7 @@ class Ensemble:
     def _integrate_batch(self, chosen: slice, lanes: "_Lanes") -> None:
         """Integrate one batch: members in all its lanes, or one member in every lane."""
         integrator = self.integrator
-        integrator.set_time(lanes.grid.item(0))
+        integrator.set_time(lanes.grid.entries[0])
         self._pars[:] = lanes.parameters[:, chosen]
         self._state[:] = lanes.starts[:, chosen]
         _, found = integrator.propagate_grid(lanes.grid, max_steps=MAX_STEPS)
@@ -278,17 +279,14 @@ class Ensemble:
 
 
 class _Lanes(NamedTuple):
-    """Inputs and outputs of a run. The lanes are the last axis, but in `states` the middle one.
-
-    `grid` has the samples of each lane of a batch, shape (n, batch), s.
-    """
+    """Inputs and outputs of a run. The lanes are the last axis, but in `states` the middle one."""
 
     parameters: Array
     starts: Array
     states: Array
     steps: Array
     done: Array
-    grid: Array
+    grid: BatchGrid
 
 
 def parameters_and_start(system: System, start: Array) -> Array:

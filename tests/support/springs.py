@@ -1,7 +1,7 @@
 """A connector with any function of E, as a user could write it: with branches, or new functions."""
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from support.systems import random_system
 class Spring(Element):
     """Λ = -k g(E)."""
 
-    name: ClassVar[str] = "connector"
+    name = "connector"
 
     k: Any
     g: Any

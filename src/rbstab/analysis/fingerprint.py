@@ -45,6 +45,10 @@ class Residue:
         h = self._tangent()
         return Residue((1 - h * h) * pow(1 + h * h, -1, P))
 
+    def sqrt(self) -> "Residue":
+        """Return x^((p + 1)/4), whose square is x or -x, because p = 3 mod 4."""
+        return Residue(pow(self.value, (P + 1) // 4, P))
+
     def _tangent(self) -> int:
         if self.half is None:
             raise TypeError("the sine of a number that is not one of the angles")

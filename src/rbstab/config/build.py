@@ -10,7 +10,7 @@ from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController
 from rbstab.config.schema import Baumgarte, Config
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
-from rbstab.elements.registry import CONNECTORS, STABILIZERS
+from rbstab.elements.registry import CONNECTORS, KINDS, STABILIZERS
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
@@ -65,7 +65,7 @@ def _system_and_start(config: Config, numbers: Numbers) -> tuple[System, Array]:
 
 
 def system_of(config: Config, numbers: Numbers = doubles) -> System:
-    """Return the system of a config: body, gravity, both stabilizers, and a connector if any.
+    """Return the system of a config: body, gravity, controller and elements.
 
     Args:
         config: The config.
@@ -77,15 +77,18 @@ def system_of(config: Config, numbers: Numbers = doubles) -> System:
     contact_point = convert["diagonal"](config.body.contact_point)
     body = Body(mass, convert["matrix"](config.body.inertia), contact_point)
     weight = mass * convert["diagonal"](config.gravity)
-    K_t = convert["matrix"](controller.K_t)
+    stabilizers = () if controller.variant == "none" else STABILIZERS
     elements: list[Element] = [
         Gravity(weight),
-        *(stabilizer(**_gains(stabilizer, controller, convert)) for stabilizer in STABILIZERS),
+        *(stabilizer(**_gains(stabilizer, controller, convert)) for stabilizer in stabilizers),
         *_connector(controller, convert),
+        *_elements(config, convert),
     ]
     # X_e = K_t⁻¹ G is the rest position of the centre of gravity under load at Θ = 0 (5.1).
     at_equilibrium = getattr(controller, "anchor", "origin") == "equilibrium"
-    anchor = inverse(K_t) @ weight if at_equilibrium else ZERO.copy()
+    anchor = ZERO.copy()
+    if at_equilibrium:
+        anchor = inverse(convert["matrix"](controller.K_t)) @ weight
     return System(body, tuple(elements), _coordinates(config.integration), anchor)
 
 
@@ -144,6 +147,15 @@ def _connector(controller: Any, convert: dict[str, Callable[[Any], Any]]) -> lis
         return []
     settings = _sliding_settings(controller) if connector is SlidingConnector else {}
     return [connector(**_gains(connector, controller, convert), **settings)]
+
+
+def _elements(config: Config, convert: dict[str, Callable[[Any], Any]]) -> list[Element]:
+    """Return the elements of the config, in the order of their names."""
+    found: list[Element] = []
+    for name, section in config.elements.items():
+        kind = KINDS[section.kind]
+        found.append(kind(name=name, **_gains(kind, section, convert)))  # type: ignore[call-arg]
+    return found
 
 
 def _sliding_settings(controller: Any) -> dict[str, Any]:

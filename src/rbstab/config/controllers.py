@@ -11,6 +11,7 @@ from pydantic import Field, ValidationInfo, create_model, field_validator
 from rbstab.config.quantities import (
     Count,
     Diagonal,
+    NotNegative,
     Positive,
     PositiveDefinite,
     Real,
@@ -34,13 +35,16 @@ _GAIN_TYPES: dict[tuple[str, bool], Any] = {
 """The type of a gain, by its shape and whether it must be positive."""
 
 
-def _gain_fields(*elements: type[Element]) -> dict[str, Any]:
+def gain_fields(*elements: type[Element]) -> dict[str, Any]:
+    """Return the fields of the gains of elements, for a model."""
     gains: list[Gain] = [gain for element in elements for gain in element.gains]
     return {
         gain.name: (
             _GAIN_TYPES[gain.shape, gain.positive],
             required(f"{gain.description}, {gain.unit}"),
         )
+        if gain.default is None
+        else (NotNegative, Field(gain.default, description=f"{gain.description}, {gain.unit}"))
         for gain in gains
     }
 
@@ -63,11 +67,15 @@ def _controller(variant: str, documentation: str, base: Any, **fields: Any) -> A
     return create_model(name, __base__=base, __doc__=documentation, **all_fields)
 
 
+NoController = _controller(
+    "none", "Only gravity and the elements of the config act on the body.", Section
+)
+
 FreeController = _controller(
     "free",
     "Only the two stabilizers act on the body (eq. 23, 24).",
     Section,
-    **_gain_fields(*STABILIZERS),
+    **gain_fields(*STABILIZERS),
 )
 
 PermanentController = _controller(
@@ -82,7 +90,7 @@ def _connector_controller(variant: str) -> Any:
     """Return the model of a variant with a connector."""
     connector = CONNECTORS[variant]
     documentation = f"A connector acts at the contact point: {(connector.__doc__ or '').strip()}"
-    fields = {"anchor": (Anchor, "origin"), **_gain_fields(connector)}
+    fields = {"anchor": (Anchor, "origin"), **gain_fields(connector)}
     return _controller(variant, documentation.splitlines()[0], FreeController, **fields)
 
 
@@ -149,6 +157,7 @@ _SPECIAL_MODELS: dict[str, Any] = {"sliding": SlidingController}
 """The models of the variants whose controller has keys besides gains."""
 
 CONTROLLERS: dict[str, Any] = {
+    "none": NoController,
     "free": FreeController,
     "permanent": PermanentController,
     **{

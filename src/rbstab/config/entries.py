@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.config.source import Path, key_of
-from rbstab.elements.registry import GAINS
+from rbstab.elements.registry import GAINS, KINDS
 from rbstab.mechanics.numbers import Number
 
 
@@ -31,7 +31,9 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
     A diagonal has three entries and a symmetric matrix six: an off-diagonal entry and its mirror
     image are one number.
     """
-    gains = [("controller", name) for name in GAINS if hasattr(config.controller, name)]
+    gains: list[Path] = [("controller", name) for name in GAINS if hasattr(config.controller, name)]
+    for name, section in config.elements.items():
+        gains += [("elements", name, gain.name) for gain in KINDS[section.kind].gains]
     body = [("body", name) for name in type(config.body).model_fields]
     initial = [("initial", name) for name in type(config.initial).model_fields]
     return tuple(
@@ -69,6 +71,8 @@ def value_at(config: Config, path: Path) -> Any:
             value = value[part]
         elif isinstance(value, Section) and part in type(value).model_fields:
             value = getattr(value, part)
+        elif isinstance(value, dict) and part in value:
+            value = value[part]
         else:
             raise LookupError(key_of(path))
     return value
@@ -106,6 +110,8 @@ def _replaced(value: Any, path: Path, numbers: Mapping[Path, Number]) -> Any:
         return value
     if isinstance(value, tuple):
         return tuple(_replaced(entry, (*path, i), numbers) for i, entry in enumerate(value))
+    if isinstance(value, dict):
+        return {name: _replaced(entry, (*path, name), numbers) for name, entry in value.items()}
     changes = {
         part: _replaced(getattr(value, str(part)), (*path, part), numbers) for part in children
     }

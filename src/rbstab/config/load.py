@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from rbstab.config.errors import ConfigError, ConfigProblem, Location
 from rbstab.config.messages import describe, problems_of
 from rbstab.config.overrides import override
-from rbstab.config.schema import SCHEMA_VERSION, VARIANTS, Config
+from rbstab.config.schema import SCHEMA_VERSIONS, VARIANTS, Config
 from rbstab.config.source import MAX_DEPTH, Source, read_source
 from rbstab.elements.registry import OWN_STATES
 
@@ -77,7 +77,7 @@ def validated(source: Source) -> Config:
         ConfigError: As `load_config`.
     """
     variant_problem = _variant_problem(source)
-    name = FALLBACK_VARIANT if variant_problem else source.data["controller"]["variant"]
+    name = FALLBACK_VARIANT if variant_problem else variant_of(source.data)
     model = VARIANTS[name]
     try:
         config = model.model_validate(source.data)
@@ -105,7 +105,19 @@ def resolved(config: Config) -> dict[str, Any]:
             del integration[key]
     if integration["coordinates"] == "reduced":
         del integration["drift_control"]
+    if data["schema_version"] == 1:
+        del data["elements"]
     return data
+
+
+def acting_sections(config: Config) -> dict[str, Any]:
+    """Return what acts on the body as plain data: body, gravity, controller, and elements if any.
+
+    Two configs with the same sections have the same rest states.
+    """
+    data = resolved(config)
+    names = ("body", "gravity", "controller", *(("elements",) if config.elements else ()))
+    return {name: data[name] for name in names}
 
 
 def resolved_yaml(config: Config) -> str:
@@ -126,7 +138,17 @@ def run_id(config: Config) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
+def variant_of(data: Mapping[str, Any]) -> Any:
+    """Return the variant that the data of a config state: none without a controller."""
+    if "controller" not in data and data.get("schema_version") == 2:
+        return "none"
+    controller = data.get("controller")
+    return controller.get("variant") if isinstance(controller, dict) else None
+
+
 def _variant_problem(source: Source) -> ConfigProblem | None:
+    if variant_of(source.data) == "none":
+        return None
     controller = source.data.get("controller")
     expected = f"expected one of {', '.join(VARIANTS)}"
     if controller is None or not isinstance(controller, dict):
@@ -152,7 +174,9 @@ def _explain_newer_schema(problem: ConfigProblem, source: Source) -> ConfigProbl
     if problem.key != "schema_version" or not isinstance(version, int):
         return problem
     found = f"is {version}, which this version of rbstab cannot read"
-    return ConfigProblem(problem.location, problem.key, found, f"expected {SCHEMA_VERSION}")
+    return ConfigProblem(
+        problem.location, problem.key, found, f"expected {' or '.join(map(str, SCHEMA_VERSIONS))}"
+    )
 
 
 def _plain_data(value: Any, levels: int) -> Any:

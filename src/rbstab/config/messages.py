@@ -6,13 +6,17 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from rbstab.config.elements import element_model
 from rbstab.config.errors import ConfigProblem
 from rbstab.config.quantities import SHAPE_TAGS
 from rbstab.config.schema import VARIANTS, Experiment
 from rbstab.config.source import Path, Source, key_of
 
-MATRIX_SECTIONS = ("body", "controller")
-"""The sections with matrices."""
+MATRIX_KEYS = {"body": 2, "controller": 2, "elements": 3}
+"""The sections with matrices, and how many parts the key of a matrix has in each of them."""
+
+_OF_KEY = "[key]"
+"""What pydantic adds to the path of an error in the key of a mapping."""
 
 ProblemText = tuple[str, str]
 """The texts `problem` and `expected` of a `ConfigProblem`."""
@@ -40,11 +44,18 @@ def _is_redundant(details: Any) -> bool:
 def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigProblem:
     path = _without_tag(details["loc"])
     unknown = details["type"] == "extra_forbidden"
-    if unknown:
+    if path[-1:] == (_OF_KEY,):
+        path, of_key = path[:-1], True
+    else:
+        of_key = unknown
+    if unknown and path[0] == "elements":
+        section: Any = element_model(source.data["elements"][path[1]])
+        problem, expected = _with_hint(str(path[-1]), sorted(section.model_fields))
+    elif unknown:
         problem, expected = _unknown_key(path, model)
     else:
         problem, expected = _TEXTS.get(details["type"], _other_error)(details)
-    where = source.location(path, of_key=unknown)
+    where = source.location(path, of_key=of_key)
     return ConfigProblem(where, key_of(path), problem, expected)
 
 
@@ -53,8 +64,9 @@ def _without_tag(location: Path) -> Path:
 
     A shape tag only follows a section and a key. Anywhere else the same text is a key of the file.
     """
-    has_tag = len(location) > 2 and location[0] in MATRIX_SECTIONS and location[2] in SHAPE_TAGS
-    return location[:2] + location[3:] if has_tag else location
+    parts = MATRIX_KEYS.get(str(location[0]), len(location)) if location else 0
+    has_tag = parts < len(location) and location[parts] in SHAPE_TAGS
+    return location[:parts] + location[parts + 1 :] if has_tag else location
 
 
 def _unknown_key(path: Path, model: type[Experiment]) -> ProblemText:
@@ -63,6 +75,10 @@ def _unknown_key(path: Path, model: type[Experiment]) -> ProblemText:
     if owners:
         variant = next(name for name, other in VARIANTS.items() if other is model)
         return f"is not a key of the variant {variant}", f"it belongs to {', '.join(owners)}"
+    return _with_hint(key, known)
+
+
+def _with_hint(key: str, known: list[str]) -> ProblemText:
     close = get_close_matches(key, known, n=1)
     if not close:
         folded = {name.lower().replace("_", ""): name for name in known}

@@ -18,6 +18,9 @@ def _without_negative_zero(x: float) -> float:
 
 
 Real = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_without_negative_zero)]
+NotNegative = Annotated[
+    float, Field(ge=0, allow_inf_nan=False), AfterValidator(_without_negative_zero)
+]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=1)]
 

@@ -1,4 +1,7 @@
-"""The config schema, version 1, with one model for each variant of the controller."""
+"""The config schema, versions 1 and 2, with one model for each variant of the controller.
+
+Version 2 adds `elements`; with them, the controller may be left out.
+"""
 
 from collections.abc import Iterator, Mapping
 from functools import cache, reduce
@@ -9,7 +12,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field_validator
 from pydantic_core import PydanticCustomError
 
-from rbstab.config.controllers import CONTROLLERS, model_name
+from rbstab.config.controllers import CONTROLLERS, NoController, model_name
+from rbstab.config.elements import Elements
 from rbstab.config.quantities import (
     Count,
     LongText,
@@ -24,7 +28,8 @@ from rbstab.config.quantities import (
 from rbstab.config.section import Section, required, word_or_section
 from rbstab.elements.registry import CONNECTORS
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSIONS = (1, 2)
+"""The versions that this program reads."""
 
 ZERO = (0.0, 0.0, 0.0)
 
@@ -170,11 +175,11 @@ class Reference(Section):
 def _check_whole(value: Any) -> Any:
     # True and 1.0 equal 1, so a literal would accept them.
     if type(value) is not int:
-        raise PydanticCustomError("literal_error", "not a whole number", {"expected": "1"})
+        raise PydanticCustomError("literal_error", "not a whole number", {"expected": "1 or 2"})
     return value
 
 
-SchemaVersion = Annotated[Literal[1], BeforeValidator(_check_whole)]
+SchemaVersion = Annotated[Literal[1, 2], BeforeValidator(_check_whole)]
 
 
 class Experiment(Section):
@@ -185,16 +190,34 @@ class Experiment(Section):
     body: BodySection
     gravity: Vector = _zero_vector("m/s^2, inertial")
     controller: Any
+    elements: Elements = Field(default={}, validate_default=False)
     initial: Any = Field(default_factory=HeldInitial)
     integration: Any
     reference: Reference | None = None
 
+    @field_validator("elements")
+    @classmethod
+    def _check_version(cls, elements: Any, info: ValidationInfo) -> Any:
+        if info.data.get("schema_version") == 1:
+            raise value_error("is not a key of schema version 1", "expected schema_version: 2")
+        return elements
+
+    @field_validator("controller")
+    @classmethod
+    def _check_controller(cls, controller: Any, info: ValidationInfo) -> Any:
+        if controller.variant == "none" and info.data.get("schema_version") == 1:
+            raise value_error("has the variant none", "expected schema_version: 2 beside it")
+        return controller
+
 
 _DOCUMENTATION = {
+    "none": "A body without a controller.",
     "free": "A body with its two stabilizers.",
     "permanent": "A body held at its contact point.",
 }
 
+
+NO_CONTROLLER = NoController(variant="none")
 
 _MAKING = RLock()
 """Held while a model is made: all threads must get the same one, or pickle refuses the other."""
@@ -243,7 +266,7 @@ def _made_experiment(variant: str) -> type[Experiment]:
         model_name(variant, "Experiment"),
         __base__=Experiment,
         __doc__=_DOCUMENTATION.get(variant, f"A body with the connector {variant}."),
-        controller=(CONTROLLERS[variant], ...),
+        controller=(CONTROLLERS[variant], NO_CONTROLLER if variant == "none" else ...),
         initial=(initial, initial()),
         integration=(_INTEGRATIONS.get(variant, Integration), ...),
     )
@@ -291,6 +314,6 @@ def json_schema() -> dict[str, Any]:
     schema = TypeAdapter(reduce(or_, VARIANTS.values())).json_schema()
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": f"rbstab config, schema version {SCHEMA_VERSION}",
+        "title": f"rbstab config, schema versions {' and '.join(map(str, SCHEMA_VERSIONS))}",
         **schema,
     }

@@ -19,7 +19,7 @@ from rbstab.config.source import Path, Source
 
 OPTION = "--within"
 
-SECTIONS = ("body", "controller", "gravity", "initial")
+SECTIONS = ("body", "controller", "elements", "gravity", "initial")
 """The sections whose numbers can have a tolerance."""
 
 _SIZE = re.compile(r"(?:±|\+/-|\+-)(?P<number>[0-9.]+(?:[eE][+-]?[0-9]{1,3})?)(?P<percent>%?)")

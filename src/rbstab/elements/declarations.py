@@ -21,6 +21,7 @@ class Gain(NamedTuple):
         positive: Whether a matrix must be positive definite, or each number positive.
         dissipates: Whether the gain is a damping matrix. If so, the certificate checks its smallest
             eigenvalue.
+        default: The value of a number that a config may leave out; it may be zero, not negative.
     """
 
     name: str
@@ -29,6 +30,12 @@ class Gain(NamedTuple):
     shape: Shape = "matrix"
     positive: bool = True
     dissipates: bool = False
+    default: float | None = None
+
+
+POINT = Gain("point", "m", "point of the body, body coordinates", "diagonal", positive=False)
+ANCHOR = Gain("anchor", "m", "point of space, inertial", "diagonal", positive=False)
+"""The two ends of an element that acts between a point of the body and a point of space."""
 
 
 class OwnState(NamedTuple):

@@ -17,12 +17,14 @@ class Element:
     """A passive element, defined by its wrench, stored energy, dissipation and own states.
 
     A concrete element is a frozen dataclass. Its fields are its gains: arrays of floats, or of
-    symbols of a compiled engine. Its class attributes declare its `name` (used for its energy
-    and its parameters), its `gains` and its own `states`. In the methods `own` is the array of its
-    own states, one after the other in the order of `states`, shape (state_size,).
+    symbols of a compiled engine. It has a `name` (used for its energy and its parameters), and its
+    class attributes declare its `gains` and its own `states`. In the methods `own` is the array of
+    its own states, one after the other in the order of `states`, shape (state_size,).
     """
 
-    name: ClassVar[str]
+    name: str
+    """An element of a config has a name of its own; then `name` is a field."""
+
     gains: ClassVar[tuple[Gain, ...]] = ()
     states: ClassVar[tuple[OwnState, ...]] = ()
     state_size: ClassVar[int] = 0

@@ -24,7 +24,7 @@ class EmbeddedConnector(Element):
         L_d: Damping of D, shape (3, 3), N s/m, inertial.
     """
 
-    name: ClassVar[str] = "connector"
+    name = "connector"
     gains: ClassVar[tuple[Gain, ...]] = (
         Gain("K_c", "N/m", "connector stiffness, inertial"),
         Gain("L_c", "N s/m", "connector damping, inertial", dissipates=True),

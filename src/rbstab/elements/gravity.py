@@ -1,7 +1,6 @@
 """Gravity (eq. 1, 27)."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from rbstab.elements.element import Element, force_at_centre
 from rbstab.mechanics.motion import Motion, Wrench
@@ -16,7 +15,7 @@ class Gravity(Element):
         weight: G, shape (3,), N, inertial.
     """
 
-    name: ClassVar[str] = "gravity"
+    name = "gravity"
 
     weight: Array
 

@@ -19,7 +19,7 @@ class RotationalStabilizer(Element):
         L_r: Damping, shape (3, 3), N m s/rad, body coordinates.
     """
 
-    name: ClassVar[str] = "rotational stabilizer"
+    name = "rotational stabilizer"
     gains: ClassVar[tuple[Gain, ...]] = (
         Gain("K_r", "N m/rad", "rotational stiffness, Euler angles"),
         Gain("L_r", "N m s/rad", "rotational damping, body", dissipates=True),

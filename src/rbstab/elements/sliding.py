@@ -27,7 +27,7 @@ class SlidingConnector(Element):
         layer_width: δ, in the unit of s; it has no effect if β = 0.
     """
 
-    name: ClassVar[str] = "connector"
+    name = "connector"
     gains: ClassVar[tuple[Gain, ...]] = (
         Gain("K_s", "N", "force of each axis, inertial", shape="diagonal"),
     )

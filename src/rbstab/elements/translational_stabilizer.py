@@ -19,7 +19,7 @@ class TranslationalStabilizer(Element):
         L_t: Damping, shape (3, 3), N s/m, inertial.
     """
 
-    name: ClassVar[str] = "translational stabilizer"
+    name = "translational stabilizer"
     gains: ClassVar[tuple[Gain, ...]] = (
         Gain("K_t", "N/m", "translational stiffness, inertial"),
         Gain("L_t", "N s/m", "translational damping, inertial", dissipates=True),

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from rbstab.elements.declarations import Gain
+from rbstab.elements.at_point import AtPoint
+from rbstab.elements.declarations import ANCHOR, POINT, Gain
 from rbstab.elements.element import Element, force_at_contact
 from rbstab.mechanics.algebra import quadratic_form
 from rbstab.mechanics.motion import Motion, Wrench
@@ -19,7 +20,7 @@ class ViscoElasticConnector(Element):
         L_c: Damping, shape (3, 3), N s/m, inertial.
     """
 
-    name: ClassVar[str] = "connector"
+    name = "connector"
     gains: ClassVar[tuple[Gain, ...]] = (
         Gain("K_c", "N/m", "connector stiffness, inertial"),
         Gain("L_c", "N s/m", "connector damping, inertial", dissipates=True),
@@ -39,3 +40,10 @@ class ViscoElasticConnector(Element):
     def dissipated(self, motion: Motion, own: Array) -> Number:
         """F'L_c F, W (eq. 43)."""
         return quadratic_form(self.L_c, motion.F)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ViscoElasticTie(AtPoint, ViscoElasticConnector):
+    """The same connector at a point of its own."""
+
+    gains: ClassVar[tuple[Gain, ...]] = (POINT, ANCHOR, *ViscoElasticConnector.gains)

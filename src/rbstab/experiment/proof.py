@@ -15,7 +15,7 @@ from rbstab.analysis.exact import ball, decimal_balls, decimals, in_balls, upper
 from rbstab.analysis.fingerprint import fingerprint
 from rbstab.analysis.rest_state import RestState
 from rbstab.config.build import problem_of, system_of
-from rbstab.config.load import resolved
+from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
 from rbstab.experiment.proof_record import (
     Found,
@@ -80,8 +80,7 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     From version 3 on it depends on the equations too, by their `fingerprint`: if the equations are
     changed, older proofs are not found.
     """
-    data = resolved(config)
-    parts: list[Any] = [version, {name: data[name] for name in ("body", "gravity", "controller")}]
+    parts: list[Any] = [version, acting_sections(config)]
     if version >= FINGERPRINT_VERSION:
         parts.append(fingerprint(partial(system_of, config)))
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
@@ -97,14 +96,18 @@ def prove(config: Config, problem: Problem | None = None, *, search_only: bool =
         search_only: Whether to skip the proof.
     """
     # Imported late: a run usually reads a stored proof and makes none.
-    from rbstab.analysis.proof.definite import indefinite_parameter
+    from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
     from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
     from rbstab.analysis.proof.rest_states import rest_states
     from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
 
     start_time = time.perf_counter()
     identity = proof_id(config)
-    indefinite = indefinite_parameter(system_of(config, decimals))
+    exact = system_of(config, decimals)
+    if not damps_every_motion(exact):
+        seconds = time.perf_counter() - start_time
+        return no_proof(identity, "no stabilizers damp every motion", seconds)
+    indefinite = indefinite_parameter(exact)
     if indefinite is not None:
         seconds = time.perf_counter() - start_time
         return no_proof(identity, f"{indefinite} is not positive definite", seconds)

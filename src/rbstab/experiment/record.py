@@ -12,6 +12,9 @@ from rbstab.analysis.certificate import Check
 from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
+from rbstab.elements.registry import KINDS
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
     has_no_potential,
@@ -21,6 +24,7 @@ from rbstab.experiment.switching_record import (
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Trajectory, first_samples
 from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
@@ -182,6 +186,9 @@ def record_of(
         },
         "part": Variable(("part",), parts, "1", "part of the system"),
     }
+    named = np.array(named_elements(problem.system), dtype=object)
+    if len(named):
+        coordinates["element"] = Variable(("element",), named, "1", "element of the config")
     described = {name: _variable(name, arrays[name]) for name in BY_NAME if name in arrays}
     warnings = [] if zero.rest.is_at_rest else ["no rest state was found in the range of eq. 5"]
     return Record(trajectory, coordinates | described, checks, zero, warnings)
@@ -266,6 +273,9 @@ def _observed(
     else:
         sizes |= dict.fromkeys(_FORCES, 3) | {"dissipation": parts}
     arrays = {name: np.empty((length, size)) for name, size in sizes.items()}
+    named = named_elements(system)
+    if named and not only_outcome:
+        arrays |= {name: np.empty((length, len(named), 3)) for name in _OF_ELEMENTS}
     rows = tuple(arrays.values())
     observe = _outcome_at if only_outcome else _observer(system)
     systems = trajectory.systems or (system,) * length
@@ -282,20 +292,38 @@ _MOTION = (
     *("contact_displacement", "contact_velocity"),
 )
 _FORCES = ("contact_force", "stabilizing_force", "stabilizing_couple")
+_OF_ELEMENTS = ("element_force", "element_couple")
 
 
 def _observer(system: System) -> Callable[[System, Array], tuple[Any, ...]]:
-    """Return the function that observes `_MOTION`, energy, `_FORCES` and dissipation at a state."""
+    """Return the function that observes `_MOTION`, energy, `_FORCES` and dissipation at a state.
+
+    After these, it observes `_OF_ELEMENTS` if the system has named elements.
+    """
     names = [element.name for element in system.elements]
-    H, N = names.index("translational stabilizer"), names.index("rotational stabilizer")
+    has_stabilizers = TranslationalStabilizer.name in names
+    H = names.index(TranslationalStabilizer.name) if has_stabilizers else None
+    N = names.index(RotationalStabilizer.name) if has_stabilizers else None
+    named = [names.index(name) for name in named_elements(system)]
 
     def observe(system_now: System, state: Array) -> tuple[Any, ...]:
         seen = system_now.observe(state)
-        force, couple = seen.wrenches[H].force, seen.wrenches[N].couple
+        force = ZERO if H is None else seen.wrenches[H].force
+        couple = ZERO if N is None else seen.wrenches[N].couple
         forces = seen.contact_force, force, couple
-        return *_motion_rows(seen.motion), seen.energy, *forces, seen.dissipation
+        rows = *_motion_rows(seen.motion), seen.energy, *forces, seen.dissipation
+        if not named:
+            return rows
+        own = [seen.wrenches[index] for index in named]
+        return *rows, [wrench.force for wrench in own], [wrench.couple for wrench in own]
 
     return observe
+
+
+def named_elements(system: System) -> tuple[str, ...]:
+    """Return the names of the elements that the config names, in their order."""
+    kinds = tuple(KINDS.values())
+    return tuple(element.name for element in system.elements if isinstance(element, kinds))
 
 
 def _outcome_at(system: System, state: Array) -> tuple[Any, ...]:

@@ -80,7 +80,7 @@ def _mapped(value: Any, name: str, transform: Transform) -> Any:
             for field in fields(value)
         }
         return replace(value, **changes)
-    if callable(value):
+    if callable(value) or isinstance(value, str):
         return value
     # The rest are numbers that Python does not recognize as such, for example symbols.
     return transform(name, np.array(value, dtype=object))[()]

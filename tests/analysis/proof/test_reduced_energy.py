@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pytest
@@ -198,7 +198,7 @@ def test_body_without_elements_that_store_has_none_unless_held():
 class Spring(Element):
     """A spring that stores any given function of the motion."""
 
-    name: ClassVar[str] = "spring"
+    name = "spring"
 
     law: Callable[[Motion], Number]
 

@@ -17,7 +17,7 @@ def evaluated(function, *values, constants=()):
     x = [trace.input(varies=True) for _ in values]
     results = [trace.index_of(result) for result in function(*fixed, *x)]
     prepare = compiled(trace, results)
-    found = prepare(list(constants), math.sin, math.cos)(list(values))
+    found = prepare(list(constants), math.sin, math.cos, math.sqrt)(list(values))
     return found, source(trace, results)
 
 

@@ -3,7 +3,19 @@
 from fractions import Fraction
 
 from rbstab.analysis.exact import is_positive_definite
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.systems.system import System
+
+
+def damps_every_motion(system: System) -> bool:
+    """Return whether both stabilizers act.
+
+    Their damping matrices are positive definite, so v' is zero only at rest. Other elements may
+    damp all motions too, but that is not shown here.
+    """
+    kinds = {type(element) for element in system.elements}
+    return {TranslationalStabilizer, RotationalStabilizer} <= kinds
 
 
 def indefinite_parameter(system: System) -> str | None:

@@ -172,6 +172,10 @@ class Polynomial:
         """Return the cosine of an angle."""
         return self._sine_or_cosine(1)
 
+    def sqrt(self) -> "Polynomial":
+        """Return the unknown value."""
+        return Polynomial(self.ring, None)
+
     def _sine_or_cosine(self, kind: int) -> "Polynomial":
         index = None if self.value is None else self.ring.angle_of(self.value)
         if index is None:

@@ -14,7 +14,7 @@ from rbstab.analysis.exact import decimals
 from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import system_of
 from rbstab.config.entries import replaced
-from rbstab.config.load import resolved
+from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance, decimal_text
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
@@ -27,14 +27,10 @@ BODIES_VERSION = 1
 NOT_DECIDED = "not decided"
 """The outcome of a proof whose hypotheses do not hold for each body."""
 
-SECTIONS = ("body", "gravity", "controller")
-"""The sections of a config whose tolerances are those of a body."""
-
 
 def sections_of(config: Config) -> dict[str, Any]:
-    """Return body, gravity and controller of a config as plain data."""
-    data = resolved(config)
-    return {name: data[name] for name in SECTIONS}
+    """Return body, gravity, controller and elements of a config as plain data."""
+    return acting_sections(config)
 
 
 def bodies_id(config: Config, tolerances: Iterable[StoredTolerance]) -> str:

@@ -8,7 +8,8 @@ from rbstab.config.load import load_config, resolved
 from rbstab.config.overrides import parse_key
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
-from rbstab.elements.registry import GAINS
+from rbstab.elements.declarations import ANCHOR, POINT
+from rbstab.elements.registry import GAINS, KINDS
 
 MAX_TITLE_LENGTH = 200
 
@@ -52,19 +53,24 @@ def gain_scalings(config: Config, keys: Iterable[str]) -> tuple[GainScaling, ...
 def _entries(config: Config, key: str) -> tuple[Entry, ...]:
     path = parse_key(key) or ()
     gains = [name for name in GAINS if hasattr(config.controller, name)]
-    known = [("controller", name) for name in gains]
-    if path[:2] not in known:
+    known: list[Path] = [("controller", name) for name in gains]
+    for name, section in config.elements.items():
+        scaled = [gain for gain in KINDS[section.kind].gains if gain not in (POINT, ANCHOR)]
+        known += [("elements", name, gain.name) for gain in scaled]
+    found = next((gain for gain in known if path[: len(gain)] == gain), None)
+    if found is None:
         expected = ", ".join(key_of(gain) for gain in known)
         raise TuningError(f"{key}: is not a gain of this config (expected one of {expected})")
-    if len(path) > 2 and isinstance(value_at(config, path[:2])[0], tuple):
+    value = value_at(config, found)
+    if len(path) > len(found) and isinstance(value, tuple) and isinstance(value[0], tuple):
         raise TuningError(
             f"{key}: is one entry of a full matrix, which might not stay positive definite "
-            f"(expected {key_of(path[:2])})"
+            f"(expected {key_of(found)})"
         )
     try:
         return entries_under(config, path)
     except LookupError:
-        expected = f"expected {key_of(path[:2])} or one of its three entries, from [0]"
+        expected = f"expected {key_of(found)} or one of its three entries, from [0]"
         raise TuningError(f"{key}: does not exist ({expected})") from None
 
 

@@ -12,6 +12,7 @@ from rbstab.integrate.straight_line.number import (
     INPUT,
     MULTIPLY,
     NEGATE,
+    ROOT,
     SINE,
     SUBTRACT,
     Operation,
@@ -26,6 +27,7 @@ FORMS = {
     NEGATE: "(-{})",
     SINE: "sin({})",
     COSINE: "cos({})",
+    ROOT: "sqrt({})",
 }
 """The Python expression of each kind of operation."""
 
@@ -35,8 +37,11 @@ MAX_DEPTH = 20
 Evaluate = Callable[[Sequence[Any]], list[Any]]
 """Computes the results from the inputs that vary."""
 
-Prepare = Callable[[Sequence[Any], Callable[[Any], Any], Callable[[Any], Any]], Evaluate]
-"""Computes all that depends on the other inputs only; its arguments are these, sine and cosine."""
+Function = Callable[[Any], Any]
+
+Prepare = Callable[[Sequence[Any], Function, Function, Function], Evaluate]
+"""Computes all that depends on the other inputs only; its arguments are these, sine, cosine and
+square root."""
 
 
 def compiled(trace: Trace, results: Sequence[int]) -> Prepare:
@@ -81,7 +86,7 @@ def source(trace: Trace, results: Sequence[int]) -> str:
     parameters = [f"x{index}" for index in inputs if not operations[index].varies]
     variables = [f"x{index}" for index in inputs if operations[index].varies]
     lines = [
-        "def prepare(parameters, sin, cos):",
+        "def prepare(parameters, sin, cos, sqrt):",
         f"    [{', '.join(parameters)}] = parameters",
         *(f"    {line}" for line in prepared),
         "    def evaluate(variables):",

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 ADD, SUBTRACT, MULTIPLY, DIVIDE = "+", "-", "*", "/"
-NEGATE, SINE, COSINE = "neg", "sin", "cos"
+NEGATE, SINE, COSINE, ROOT = "neg", "sin", "cos", "sqrt"
 INPUT, CONSTANT = "input", "constant"
 
 
@@ -179,6 +179,10 @@ class TracedNumber:
     def cos(self) -> "TracedNumber":
         """Return the cosine."""
         return self.trace.record(COSINE, self)
+
+    def sqrt(self) -> "TracedNumber":
+        """Return the square root."""
+        return self.trace.record(ROOT, self)
 
     def _refuse(self, *_: Any) -> NoReturn:
         raise NotTraceableError("a traced number has no value that could be compared or converted")

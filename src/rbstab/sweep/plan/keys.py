@@ -86,6 +86,7 @@ def _hint(plan: Plan, varied: VariedKey) -> str:
         key_of(path)
         for template in plan.templates.values()
         for section in VARIED_SECTIONS
+        if section in template
         for path in _paths(template[section], (section,))
     }
     close = get_close_matches(varied.key, sorted(known), n=1)

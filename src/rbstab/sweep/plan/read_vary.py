@@ -10,7 +10,7 @@ from rbstab.sweep.plan.distributions import FiniteList
 from rbstab.sweep.plan.problems import ProblemCollector
 from rbstab.sweep.plan.read_distribution import KEYWORDS, read_distribution
 
-VARIED_SECTIONS = ("body", "gravity", "controller", "initial")
+VARIED_SECTIONS = ("body", "gravity", "controller", "elements", "initial")
 """The sections whose numbers may vary. All members share the integration."""
 
 MAX_VARIED_KEYS = 200

@@ -1,0 +1,94 @@
+"""The elements of the config schema: any number of them, each with a name and a kind.
+
+The fields of a kind follow from the declarations of its element (`rbstab.elements.registry.KINDS`).
+"""
+
+import re
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, WrapValidator, create_model
+
+from rbstab.config.controllers import gain_fields
+from rbstab.config.quantities import value_error
+from rbstab.config.section import Section
+from rbstab.elements.registry import KINDS
+
+MAX_ELEMENTS = 100
+
+RESERVED_NAMES = ("anchor", "body", "connector", "gravity", "kinetic")
+"""Names that parts of every system have."""
+
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
+
+METHODS = {"guard": "barrier"}
+"""The methods of the kinds that have one."""
+
+
+def _model(kind: str) -> type[Section]:
+    """Return the model of a kind of element."""
+    element = KINDS[kind]
+    fields: dict[str, Any] = {"kind": (Literal[kind], ...)}
+    if kind in METHODS:
+        fields["method"] = (Literal[METHODS[kind]], ...)
+    documentation = (element.__doc__ or "").strip().splitlines()[0]
+    name = f"{kind.title().replace('-', '')}Element"
+    return create_model(
+        name, __base__=Section, __doc__=documentation, **fields, **gain_fields(element)
+    )
+
+
+ELEMENT_MODELS: dict[str, type[Section]] = {kind: _model(kind) for kind in KINDS}
+"""The model of each kind."""
+
+# Pickle finds a model by its name in this module.
+globals().update({model.__name__: model for model in ELEMENT_MODELS.values()})
+
+
+def element_model(value: Any) -> type[Section] | None:
+    """Return the model of an element of a config; None if its kind is unknown."""
+    kind = value.get("kind") if isinstance(value, dict) else None
+    return ELEMENT_MODELS.get(kind) if isinstance(kind, str) else None
+
+
+def _check_name(name: Any) -> Any:
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise value_error(
+            "is not a name of an element",
+            "expected a lower-case letter, then up to 39 lower-case letters, digits or _",
+        )
+    if name in RESERVED_NAMES:
+        raise value_error("is a name that every system uses", "expected another name")
+    return name
+
+
+def _check_element(value: Any, _handler: Any) -> Any:
+    if isinstance(value, tuple(ELEMENT_MODELS.values())):
+        return value
+    if not isinstance(value, dict):
+        raise value_error("is not a mapping", "expected a mapping with the key kind")
+    expected = f"expected kind: one of {', '.join(KINDS)}"
+    if "kind" not in value:
+        raise value_error("has no kind", expected)
+    model = element_model(value)
+    if model is None:
+        raise value_error("has an unknown kind", expected)
+    return model.model_validate(value)
+
+
+def _in_order(elements: Any) -> Any:
+    """Return the elements in the order of their names, which fixes the order of all sums."""
+    if not isinstance(elements, dict):
+        raise value_error("is not a mapping", "expected a mapping from names to elements")
+    if len(elements) > MAX_ELEMENTS:
+        raise value_error(f"has {len(elements)} entries", f"expected at most {MAX_ELEMENTS}")
+    return {name: elements[name] for name in sorted(elements, key=str)}
+
+
+Elements = Annotated[
+    dict[
+        Annotated[str, BeforeValidator(_check_name)],
+        Annotated[Any, WrapValidator(_check_element)],
+    ],
+    BeforeValidator(_in_order),
+    Field(description="elements by name; schema_version: 2"),
+]

@@ -1,0 +1,33 @@
+"""Points of the body: where they are, how fast they move, and what a force at one of them does."""
+
+from rbstab.mechanics.algebra import ZERO, cross_matrix
+from rbstab.mechanics.motion import Motion, Wrench
+from rbstab.mechanics.numbers import Array
+
+
+def position(motion: Motion, point: Array) -> Array:
+    """Return X + A p, shape (3,), m, inertial.
+
+    Args:
+        motion: The motion of the body.
+        point: p, shape (3,), m, body coordinates, from the centre of gravity.
+    """
+    return motion.X + motion.A @ point
+
+
+def velocity(motion: Motion, point: Array) -> Array:
+    """Return V - A p̌ Ω, shape (3,), m/s, inertial: the derivative of X + A p."""
+    return motion.V - motion.A @ (cross_matrix(point) @ motion.Omega)
+
+
+def force_at(motion: Motion, point: Array, force: Array) -> Wrench:
+    """Return the wrench of a force at a point of the body.
+
+    At the centre of gravity, it is the same force and the couple p × A'f in body coordinates.
+
+    Args:
+        motion: The motion of the body.
+        point: p, shape (3,), m, body coordinates, from the centre of gravity.
+        force: f, shape (3,), N, inertial.
+    """
+    return Wrench(force, cross_matrix(point) @ (motion.A.T @ force), ZERO)

@@ -198,7 +198,7 @@ class Experiment(Section):
     @field_validator("elements")
     @classmethod
     def _check_version(cls, elements: Any, info: ValidationInfo) -> Any:
-        if info.data.get("schema_version") == 1:
+        if elements and info.data.get("schema_version") == 1:
             raise value_error("is not a key of schema version 1", "expected schema_version: 2")
         return elements
 

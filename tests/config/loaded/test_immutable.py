@@ -136,6 +136,6 @@ def test_elements_cannot_be_changed():
         with pytest.raises(TypeError, match="immutable"):
             change()
     assert elements == {"a": 1, "b": (2, 3)}
-    copies = pickle.loads(pickle.dumps(elements)), deepcopy(elements)
+    copies = pickle.loads(pickle.dumps(elements)), deepcopy(elements)  # noqa: S301
     assert all(type(copy) is ElementsByName and copy == elements for copy in copies)
     assert {hash(copy) for copy in copies} == {hash(elements)}

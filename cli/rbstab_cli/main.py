@@ -29,6 +29,7 @@ COMMANDS = {
     "sensitivities": "Compute how a run depends on its gains, its body and its initial state.",
     "tune": "Scale gains to minimize an objective of the run.",
     "cache": "Show the cache of compiled code, or clear it.",
+    "upgrade": "Rewrite configs of schema version 1 as version 2.",
     "schema": "Print the JSON Schema of a config, for editors.",
     "completion": "Print the completion script of a shell.",
 }

@@ -242,6 +242,16 @@ def test_permissions_stay(mode: int, folder: Path, rbstab: Invoke) -> None:
     assert stat.S_IMODE(Path("good.yaml").stat().st_mode) == mode
 
 
+@pytest.mark.skipif(
+    getattr(os, "geteuid", lambda: 1)() != 0, reason="only root may give files away"
+)
+def test_the_owner_stays(folder: Path, rbstab: Invoke) -> None:
+    os.chown("good.yaml", 1234, 2345)
+    assert rbstab("upgrade", "good.yaml").exit_code == 0
+    status = Path("good.yaml").stat()
+    assert (status.st_uid, status.st_gid) == (1234, 2345)
+
+
 def test_a_link_stays_a_link(folder: Path, rbstab: Invoke) -> None:
     Path("inner").mkdir()
     Path("good.yaml").rename("inner/real.yaml")

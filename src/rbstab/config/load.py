@@ -48,17 +48,21 @@ def load_config(config: str | FilePath | Mapping[str, Any], changes: Iterable[st
     return validated(source)
 
 
-def source_of(document: str | FilePath | Mapping[str, Any], name: str = "config") -> Source:
+def source_of(
+    document: str | FilePath | Mapping[str, Any] | Source, name: str = "config"
+) -> Source:
     """Read a document that must be a mapping, from a YAML file or plain data.
 
     Args:
-        document: The path of the file, or the data.
+        document: The path of the file, the data, or what was read already.
         name: The source name of plain data in messages.
 
     Raises:
         ConfigError: The document cannot be read, or is not a mapping.
     """
-    if isinstance(document, Mapping):
+    if isinstance(document, Source):
+        source = document
+    elif isinstance(document, Mapping):
         source = Source(_plain_data(document, MAX_DEPTH), {(): Location(name)})
     else:
         source = read_source(FilePath(document))

@@ -44,7 +44,8 @@ def _is_redundant(details: Any) -> bool:
 def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigProblem:
     path = _without_tag(details["loc"])
     unknown = details["type"] == "extra_forbidden"
-    if path[-1:] == (_OF_KEY,):
+    # A file may have a key with the same text, which is then unknown.
+    if path[-1:] == (_OF_KEY,) and not unknown:
         path, of_key = path[:-1], True
     else:
         of_key = unknown

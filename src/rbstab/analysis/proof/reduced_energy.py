@@ -34,6 +34,7 @@ class NoEnergyReason(Enum):
         "the energy is not a quadratic function of Θ plus a polynomial in its sines and cosines"
     )
     WEAK_BARRIER = "the barrier on θ2 is too weak: it acts only where doubles do not tell π/2 apart"
+    BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
     OUTER_BARRIER = "no proof takes a guard of θ1 and θ3 (outer_stiffness) into account"
 
 

@@ -11,6 +11,11 @@ from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number, cos, sin
 
 
+def energy_of_tangent(stiffness: Number, tangent: Number) -> Number:
+    """Return ½ k tan² θ2, J: the part of the energy that proofs take apart from the rest."""
+    return 0.5 * stiffness * tangent * tangent
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Barrier(Element):
     """The energy ½ k tan² θ2, and, where wanted, ½ k_o tan²(θ/2) of θ1 and of θ3.
@@ -54,6 +59,5 @@ class Barrier(Element):
     def stored(self, motion: Motion, own: Array) -> Number:
         """½ k tan² θ2 + ½ k_o ((1 - c₁)/(1 + c₁) + (1 - c₃)/(1 + c₃)), J."""
         (_, s2, _), (c1, c2, c3) = sin(motion.Theta), cos(motion.Theta)
-        tangent = s2 / c2
         outer = (1.0 - c1) / (1.0 + c1) + (1.0 - c3) / (1.0 + c3)
-        return 0.5 * (self.stiffness * tangent * tangent + self.outer_stiffness * outer)
+        return energy_of_tangent(self.stiffness, s2 / c2) + 0.5 * self.outer_stiffness * outer

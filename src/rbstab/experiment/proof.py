@@ -61,6 +61,9 @@ each minimum. Ids of versions 1 and 2 have no fingerprint of the equations.
 FINGERPRINT_VERSION = 3
 """The first version whose ids have a fingerprint of the equations."""
 
+BARRIER_VERSION = 1
+"""The version of the method for configs with a barrier; without one it is in no id."""
+
 ROUND_OFF = 1e-9
 """Relative error allowed for v(0) in doubles: in sweeps, and for proofs of version 1."""
 
@@ -73,16 +76,21 @@ They can be much larger than v(0), if the body starts near its rest state under 
 OPEN_RANGE = np.array([np.pi, np.pi / 2, np.pi])
 """rad: the largest doubles inside the open range of eq. 5: they are below π and π/2."""
 
+START_RANGE = np.array([np.inf, np.pi / 2, np.inf])
+"""rad: the same for all real θ1 and θ3."""
+
 
 def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     """Return the identity of a proof: a digest of body, gravity, controller and version.
 
     From version 3 on it depends on the equations too, by their `fingerprint`: if the equations are
-    changed, older proofs are not found.
+    changed, older proofs are not found. With a barrier it has a further version.
     """
     parts: list[Any] = [version, acting_sections(config)]
     if version >= FINGERPRINT_VERSION:
         parts.append(fingerprint(partial(system_of, config)))
+    if any(element.kind == "guard" for element in config.elements.values()):
+        parts.append(f"barrier {BARRIER_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
@@ -117,11 +125,17 @@ def prove(config: Config, problem: Problem | None = None, *, search_only: bool =
             exact_system = partial(system_of, config)
             rest = rest_states(system, exact_system, proof=not search_only)
             wide = None if search_only else unwrapped_rest_states(rest)
-            found, unwrapped = _regions_of(rest), None if wide is None else _regions_of(wide)
+            # Where every start converges, no region is needed: it is all of the range.
+            regions_of = _without_regions if wide is not None and wide.every_start else _regions_of
+            found, unwrapped = regions_of(rest), None if wide is None else regions_of(wide)
     except NoReducedEnergy as error:
         seconds = time.perf_counter() - start_time
         return no_proof(identity, str(error), seconds)
     return proof_record(identity, found, unwrapped, time.perf_counter() - start_time)
+
+
+def _without_regions(rest: "RestStates") -> Found:
+    return Found(rest, None, ())
 
 
 def _regions_of(rest: "RestStates") -> Found:
@@ -206,6 +220,9 @@ def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int |
     wide = proof.unwrapped
     if number is not None or wide is None:
         return number
+    if proof.every_start:
+        inside = np.all(low >= -START_RANGE) and np.all(low <= high) and np.all(high <= START_RANGE)
+        return same_state(proof, wide.states[0]) if inside else None
     end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
     found = _reached(proof, wide, end, energy, (low, high))
     return None if found is None else same_state(proof, wide.states[found - 1])

@@ -1,9 +1,18 @@
 """A proof as plain data: its models, and their making from what was proved."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, NonNegativeInt, PositiveInt, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    NonNegativeInt,
+    PositiveFloat,
+    PositiveInt,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
 from rbstab.mechanics.numbers import Array
 
@@ -16,9 +25,18 @@ if TYPE_CHECKING:
 
 Triple = tuple[float, float, float]
 
+OF_BARRIERS = ("barrier", "every_start")
+"""Entries that a file has only with a barrier."""
+
 
 class _Model(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @model_serializer(mode="wrap")
+    def _serialized(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what only a barrier has, so that all other files are as they were."""
+        data: dict[str, Any] = handler(self)
+        return {key: data[key] for key in data if key not in OF_BARRIERS or data[key] is not None}
 
 
 class ProvedState(_Model):
@@ -84,12 +102,14 @@ class ProvedMinimum(_Model):
 class ProvedEnergy(_Model):
     """The reduced energy U of a proof, J: ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3).
 
-    t is [1, cos θ, sin θ, cos 2θ, ...]. Each number is the exact one rounded once.
+    t is [1, cos θ, sin θ, cos 2θ, ...]. With a barrier on θ2, U has the term ½ k tan² θ2 too, and
+    barrier is k, N m; None without one. Each number is the exact one rounded once.
     """
 
     quadratic: tuple[Triple, Triple, Triple]
     linear: Triple
     coefficients: tuple[tuple[tuple[float, ...], ...], ...]
+    barrier: PositiveFloat | None = None
 
     @model_validator(mode="after")
     def _check_shape(self) -> Self:
@@ -102,10 +122,12 @@ class ProvedEnergy(_Model):
     @property
     def form(self) -> "TrigonometricForm":
         """U as a form that can be evaluated with proved errors."""
+        from rbstab.analysis.proof.guard import Guard
         from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
         quadratic, linear = np.array(self.quadratic), np.array(self.linear)
-        return TrigonometricForm(quadratic, linear, np.array(self.coefficients))
+        guard = None if self.barrier is None else Guard(self.barrier)
+        return TrigonometricForm(quadratic, linear, np.array(self.coefficients), guard=guard)
 
 
 class ProvedStates(_Model):
@@ -144,7 +166,7 @@ class ProvedStates(_Model):
 
         By La Salle's theorem this is true if that state is a minimum, for motions that keep a
         distance from θ2 = ±π/2: the theorem needs a closed set in which the equations are smooth.
-        None: not known.
+        With a barrier all motions keep it. None: not known.
         """
         if self.unique and self.states[0].index_proved is False:
             return None
@@ -156,9 +178,20 @@ class UnwrappedStates(ProvedStates):
 
     All of them have |Θ| < end, rad; regions end there too. They are not in `Proof.states` if they
     are beyond the range of eq. 5. A motion leaves this range only through θ2 = ±π/2.
+
+    every_start is true if a barrier keeps every motion away from θ2 = ±π/2 and there is one rest
+    state, a minimum: then c* is infinite, and every motion that starts with |θ2| < π/2 converges to
+    it. There is no region then, as none is needed. None: not proved.
     """
 
     end: Triple
+    every_start: Literal[True] | None = None
+
+    @model_validator(mode="after")
+    def _check_every_start(self) -> Self:
+        if self.every_start and not (self.proved and self.globally_stable):
+            raise ValueError("not every start converges to the only rest state")
+        return self
 
 
 class Proof(ProvedStates):
@@ -173,6 +206,17 @@ class Proof(ProvedStates):
     seconds: float
     reduced_energy: ProvedEnergy | None = None
     unwrapped: UnwrappedStates | None = None
+
+    @property
+    def has_barrier(self) -> bool:
+        """Whether a barrier keeps every motion away from θ2 = ±π/2."""
+        return self.reduced_energy is not None and self.reduced_energy.barrier is not None
+
+    @property
+    def every_start(self) -> bool:
+        """Whether every motion that starts with |θ2| < π/2 converges to the only rest state."""
+        wide = self.unwrapped
+        return self.has_barrier and wide is not None and wide.every_start is True
 
 
 def no_proof(identity: str, reason: str, seconds: float) -> Proof:
@@ -215,7 +259,10 @@ def proof_record(identity: str, found: Found, unwrapped: Found | None, seconds: 
     """
     wide = None
     if unwrapped is not None:
-        wide = UnwrappedStates(end=_triple(unwrapped.rest.end), **_entries(unwrapped))
+        rest = unwrapped.rest
+        wide = UnwrappedStates(
+            end=_triple(rest.end), every_start=rest.every_start or None, **_entries(unwrapped)
+        )
     return Proof(
         id=identity,
         seconds=seconds,
@@ -288,6 +335,7 @@ def _energy(form: "TrigonometricForm") -> ProvedEnergy:
         quadratic=form.quadratic.tolist(),
         linear=form.linear.tolist(),
         coefficients=form.coefficients.tolist(),
+        barrier=None if form.guard is None else form.guard.stiffness,
     )
 
 

@@ -95,7 +95,17 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
         sentences = [f"Rest states: {number} in the range of eq. 5, proved{every} ({boxes})."]
     else:
         sentences = [f"Rest states: {number} found; not proved to be all: {proof.outcome}."]
-    if proof.globally_stable:
+    if proof.every_start and count:
+        sentences.append(
+            "Globally stable: proved. Every start in the range converges: proved. A barrier keeps "
+            "every motion away from θ2 = ±π/2."
+        )
+    elif proof.globally_stable and proof.has_barrier:
+        sentences.append(
+            "Globally stable: proved. Every motion that stays in the range converges to the rest "
+            "state; a barrier keeps it away from θ2 = ±π/2."
+        )
+    elif proof.globally_stable:
         sentences.append(
             "Globally stable: proved. Every motion that stays in the range, and keeps a distance "
             "from θ2 = ±π/2, converges to the rest state."
@@ -117,6 +127,8 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
 
 def _region_sentences(stability: Stability) -> list[str]:
     region = stability.proof.region
+    if stability.proof.every_start:
+        return ["Certified region: all of the range; c* is infinite."]
     if region is None or stability.start is None:
         return ["Certified region: none."]
     where = f"on {region.face}" if region.face else "at another rest state"
@@ -166,7 +178,9 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
         f"{UNWRAPPED}: {count or 'no'} rest state{'s' if count > 1 else ''}, proved "
         f"({found.examined} boxes)"
     )
-    if found.globally_stable:
+    if proof.every_start:
+        first += "; globally stable: every start with |θ2| < π/2 converges"
+    elif found.globally_stable:
         first += "; globally stable: every motion that keeps a distance from θ2 = ±π/2 converges"
     sentences, region = [f"{first}."], found.region
     if region is not None and region.lower_bound > 0:
@@ -179,6 +193,8 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
 
 def _start_sentences(stability: Stability) -> list[str]:
     start = stability.start
+    if stability.proof.every_start and start is not None and stability.inside:
+        return [f"This start: v(0) = {start:.6g} J; convergence is proved, as of every start."]
     if stability.proof.region is None or start is None:
         return []
     convergence = stability.convergence

@@ -16,6 +16,7 @@ from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.least_value import LeastValue, least_value, lower_bounds
 from rbstab.analysis.proof.rest_states import RestStates
+from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
 FACE_BOX_LIMIT = 100_000
@@ -52,6 +53,14 @@ class Face(Enum):
         outer, inner = sign * end[axis], sign * np.nextafter(end[axis], 0)
         low[axis], high[axis] = min(outer, inner), max(outer, inner)
         return Boxes(low[np.newaxis], high[np.newaxis])
+
+
+def border_of(form: TrigonometricForm) -> list[Face]:
+    """Return the faces that a motion may reach: with a barrier, none of θ2."""
+    faces = list(Face)
+    if form.guard is not None:
+        faces = [face for face in faces if face not in {Face.THETA2_LOW, Face.THETA2_HIGH}]
+    return faces
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +103,7 @@ def certified_region(rest: RestStates, box_limit: int = FACE_BOX_LIMIT) -> Certi
     if not rest.states:
         return None
     form, (lowest, *others) = rest.energy.form, rest.states
-    faces = {face: least_value(form, face.box_of(rest.end), box_limit) for face in Face}
+    faces = {face: least_value(form, face.box_of(rest.end), box_limit) for face in border_of(form)}
     candidates: list[tuple[float, Array, Face | None]] = [
         (least.value, least.Theta, face) for face, least in faces.items()
     ]

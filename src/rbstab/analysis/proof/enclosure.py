@@ -7,14 +7,18 @@ A box has the centre m and the radius r (one per axis). With δ = Θ - m,
 T bounds the third derivatives over the box: it is their absolute value at m, plus r times a global
 bound on the fourth derivatives. Every bound includes the largest rounding error of the evaluation
 at m (`Derivatives.error`) and of the sums here (`ROUNDING_FACTOR`).
+
+A barrier on θ2 adds its derivatives. Near ±π/2 they change so fast that Taylor's theorem needs thin
+boxes. There the exact bounds of its energy and slope over the box are sharper.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes
-from rbstab.analysis.proof.trigonometric import TrigonometricForm
+from rbstab.analysis.proof.guard import Guard
+from rbstab.analysis.proof.trigonometric import ROUND_OFF, TrigonometricForm, along_second
 from rbstab.mechanics.numbers import Array
 
 ROUNDING_FACTOR = 1 + 1e-12
@@ -42,16 +46,17 @@ class Enclosure:
 
     def __getitem__(self, chosen: Array) -> "Enclosure":
         by_box = self.value_error.ndim > 0
-        return Enclosure(
-            self.radius[chosen],
-            self.value[chosen],
-            self.value_error[chosen] if by_box else self.value_error,
-            self.gradient[chosen],
-            self.gradient_error[chosen] if by_box else self.gradient_error,
-            self.hessian[chosen],
-            self.hessian_error[chosen] if by_box else self.hessian_error,
-            self.third[chosen],
-        )
+        shared = () if by_box else ("value_error", "gradient_error", "hessian_error")
+        changes = {
+            field.name: getattr(self, field.name)[chosen]
+            for field in fields(self)
+            if field.name not in shared
+        }
+        return replace(self, **changes)
+
+    def negated(self) -> "Enclosure":
+        """Return the bounds on -U."""
+        return replace(self, value=-self.value, gradient=-self.gradient, hessian=-self.hessian)
 
     @property
     def error(self) -> Array:
@@ -106,6 +111,43 @@ class Enclosure:
 
 
 @dataclass(frozen=True, eq=False)
+class GuardedEnclosure(Enclosure):
+    """Proved bounds on U with a barrier on θ2 over each of m boxes.
+
+    bare has the bounds on U without the barrier. energy and slope bound the energy of the barrier
+    and its derivative by θ2 over each box, from low to high, shape (m, 2).
+    """
+
+    bare: Enclosure
+    energy: Array
+    slope: Array
+
+    def negated(self) -> "GuardedEnclosure":
+        """Return the bounds on -U."""
+        return replace(
+            self,
+            value=-self.value,
+            gradient=-self.gradient,
+            hessian=-self.hessian,
+            bare=self.bare.negated(),
+            energy=-self.energy[:, ::-1],
+            slope=-self.slope[:, ::-1],
+        )
+
+    @property
+    def monotonic(self) -> Array:
+        """Whether a component of the gradient is proved to have no zero in the box, shape (m,)."""
+        bare, radius = self.bare, self.bare.radius
+        spread = np.einsum("mj,mj->m", np.abs(bare.hessian[:, 1]), radius) + bare.curvature[:, 1]
+        spread *= ROUNDING_FACTOR
+        low, high = self.slope.T
+        size = np.abs(bare.gradient[:, 1]) + spread
+        rises = bare.gradient[:, 1] - spread + low > 1e-15 * (size + np.abs(low))
+        falls = bare.gradient[:, 1] + spread + high < -1e-15 * (size + np.abs(high))
+        return super().monotonic | rises | falls
+
+
+@dataclass(frozen=True, eq=False)
 class PreconditionedGradient:
     """Proved bounds on Y∇U over each of m boxes: Y∇U(Θ) = step + δ ± (residual r + curvature).
 
@@ -154,6 +196,47 @@ class PreconditionedGradient:
 
 def enclosure(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
     """Compute the bounds over boxes, about their centres."""
+    if form.guard is None:
+        return _bare_enclosure(form, boxes)
+    return _guarded(_bare_enclosure(replace(form, guard=None), boxes), form.guard, boxes)
+
+
+def _guarded(bare: Enclosure, guard: Guard, boxes: Boxes) -> GuardedEnclosure:
+    """Add a barrier on θ2 to bounds over boxes."""
+    low, high = guard.over(boxes.low[:, 1], boxes.high[:, 1])
+    at_centre = zip(*guard.at(boxes.centre[:, 1], 2), strict=True)
+    value, value_error = _plus(bare.value, bare.value_error, *next(at_centre))
+    gradient, gradient_error = _plus(bare.gradient, bare.gradient_error, *next(at_centre))
+    hessian, hessian_error = _plus(bare.hessian, bare.hessian_error, *next(at_centre))
+    third = bare.third.copy()
+    third[:, 1, 1, 1] += np.maximum(-low[3], high[3])
+    return GuardedEnclosure(
+        bare.radius,
+        value,
+        value_error,
+        gradient,
+        gradient_error,
+        hessian,
+        hessian_error,
+        third * ROUNDING_FACTOR,
+        bare=bare,
+        energy=np.stack([low[0], high[0]], axis=1),
+        slope=np.stack([low[1], high[1]], axis=1),
+    )
+
+
+def _plus(values: Array, error: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Add a function of θ2 that lies between bounds at each centre; return values and errors."""
+    total, wider = values.copy(), np.broadcast_to(error, values.shape).copy()
+    place = along_second(values)
+    total[place] += low
+    # The difference and the sum are rounded.
+    wider[place] += (high - low) + 2 * ROUND_OFF * np.abs(total[place])
+    return total, wider * ROUNDING_FACTOR + np.finfo(float).tiny
+
+
+def _bare_enclosure(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
+    """Compute the bounds of a form without a barrier."""
     radius = boxes.radius
     value, gradient, hessian, third = form.rigorous(boxes.centre, 3)
     drift = np.einsum("kijl,ml->mkij", form.fourth_derivative_bound, radius)

@@ -1,11 +1,11 @@
 """The minimum of a reduced energy over a box: an attained value and a proved lower bound."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes, joined
-from rbstab.analysis.proof.enclosure import ROUNDING_FACTOR, Enclosure, enclosure
+from rbstab.analysis.proof.enclosure import ROUNDING_FACTOR, Enclosure, GuardedEnclosure, enclosure
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
@@ -85,18 +85,17 @@ def lower_bounds(enclosed: Enclosure) -> Array:
     drop = np.minimum(_drop_by_magnitudes(enclosed), _drop_by_curvature(enclosed))
     lost = (cubic + enclosed.error + drop) * ROUNDING_FACTOR
     # The subtraction is rounded too.
-    return enclosed.value - lost - 1e-15 * (np.abs(enclosed.value) + lost)
+    bounds = enclosed.value - lost - 1e-15 * (np.abs(enclosed.value) + lost)
+    if not isinstance(enclosed, GuardedEnclosure):
+        return bounds
+    bare, added = lower_bounds(enclosed.bare), enclosed.energy[:, 0]
+    apart = bare + added - 1e-15 * (np.abs(bare) + np.abs(added))
+    return np.fmax(bounds, apart)  # a bound that is no number is left out
 
 
 def upper_bounds(enclosed: Enclosure) -> Array:
     """Bound U from above over each box, shape (m,): by the lower bound of -U."""
-    negated = replace(
-        enclosed,
-        value=-enclosed.value,
-        gradient=-enclosed.gradient,
-        hessian=-enclosed.hessian,
-    )
-    return -lower_bounds(negated)
+    return -lower_bounds(enclosed.negated())
 
 
 def _drop_by_magnitudes(enclosed: Enclosure) -> Array:

@@ -1,16 +1,18 @@
 """The reduced potential energy: the stored energy at an attitude, minimized over all else."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.proof.guard import Guard, exact_number, separated
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
+from rbstab.elements.barrier import Barrier
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.parameters import map_parameters
@@ -31,6 +33,9 @@ class NoEnergyReason(Enum):
     NOT_TRIGONOMETRIC = (
         "the energy is not a quadratic function of Θ plus a polynomial in its sines and cosines"
     )
+    WEAK_BARRIER = "the barrier on θ2 is too weak: it acts only where doubles do not tell π/2 apart"
+    BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
+    OUTER_BARRIER = "no proof takes a guard of θ1 and θ3 (outer_stiffness) into account"
 
 
 ExactSystem = Callable[[Callable[[Array], Array]], System]
@@ -53,6 +58,8 @@ class ReducedEnergy:
     ∂U/∂Θ and rest states correspond one to one.
 
     configurations are the system's configurations. form is U. minimizer has the entries of x*.
+    The energy of a barrier is a function of θ2 alone: it is the guard of the form, and x* does not
+    depend on it.
     """
 
     configurations: Configurations
@@ -87,13 +94,27 @@ def reduced_energy(system: System, exact_system: ExactSystem | None = None) -> R
             exact = map_parameters(at_rest.system, lambda _, value: ring.constants(value))
         else:
             exact = configurations(exact_system(ring.decimals)).system
-        return _reduced(at_rest, Configurations(exact).energy(ring.variables()), ring)
+        without, barriers = separated(exact)
+        guard = _guard(barriers)
+        return _reduced(at_rest, Configurations(without).energy(ring.variables()), ring, guard)
     except OverflowError as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_FINITE) from error
 
 
-def _reduced(at_rest: Configurations, energy: Any, ring: Ring) -> ReducedEnergy:
-    """Return the reduced energy of a stored energy: a polynomial, or a number."""
+def _guard(barriers: Sequence[Barrier]) -> Guard | None:
+    """Return the sum of the energies of some barriers; None if it is zero."""
+    if any(exact_number(barrier.outer_stiffness) != 0 for barrier in barriers):
+        raise NoReducedEnergy(NoEnergyReason.OUTER_BARRIER)
+    stiffnesses = [exact_number(barrier.stiffness) for barrier in barriers]
+    if any(stiffness < 0 for stiffness in stiffnesses):
+        raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
+    return Guard(float(sum(stiffnesses))) if any(stiffnesses) else None
+
+
+def _reduced(
+    at_rest: Configurations, energy: Any, ring: Ring, guard: Guard | None
+) -> ReducedEnergy:
+    """Return the reduced energy of a stored energy: a polynomial, or a number, and a barrier."""
     if not isinstance(energy, Polynomial):
         energy = ring.constant(energy)
     if not energy.known:
@@ -101,7 +122,9 @@ def _reduced(at_rest: Configurations, energy: Any, ring: Ring) -> ReducedEnergy:
     reduced, minimizer = eliminated(energy)
     try:
         return ReducedEnergy(
-            at_rest, form_of(reduced), tuple(form_of(entry) for entry in minimizer)
+            at_rest,
+            replace(form_of(reduced), guard=guard),
+            tuple(form_of(entry) for entry in minimizer),
         )
     except NotTrigonometric as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error

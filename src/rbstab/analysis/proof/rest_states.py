@@ -7,10 +7,17 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around, no_boxes
 from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT, SearchOutcome, prove
-from rbstab.analysis.proof.enclosure import enclosure
+from rbstab.analysis.proof.enclosure import ROUNDING_FACTOR, enclosure
 from rbstab.analysis.proof.index import proved_index
-from rbstab.analysis.proof.reduced_energy import ExactSystem, ReducedEnergy, reduced_energy
+from rbstab.analysis.proof.reduced_energy import (
+    ExactSystem,
+    NoEnergyReason,
+    NoReducedEnergy,
+    ReducedEnergy,
+    reduced_energy,
+)
 from rbstab.analysis.proof.search import search
+from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.rest_state import RestState, rest_state_at
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
@@ -49,7 +56,8 @@ class RestStates:
 
     energy is the reduced energy. undecided are boxes of Θ that may contain further rest states.
     examined is the number of boxes that the proof examined. outcome is how the proof ended. end is
-    the largest |Θ| in the range, shape (3,), rad; by default that of eq. 5.
+    the largest |Θ| in the range, shape (3,), rad; by default that of eq. 5. With a barrier, the
+    range goes on to θ2 = ±π/2, but beyond `end` the energy only rises, and nothing is at rest.
     """
 
     energy: ReducedEnergy
@@ -85,6 +93,17 @@ class RestStates:
             return None
         return len(self.states) == 1
 
+    @property
+    def every_start(self) -> bool:
+        """Whether all motions from |θ2| < π/2 converge to the only rest state (theorem 10).
+
+        To be asked of the rest states for all real θ1 and θ3: a barrier keeps all motions away from
+        θ2 = ±π/2, and the energy grows with |θ1| and |θ3| (`unwrapped_rest_states`).
+        """
+        point = self.states[0] if self.proved and self.unique else None
+        is_minimum = point is not None and point.index_proved and point.index == 0
+        return self.energy.form.guard is not None and is_minimum
+
 
 def rest_states(
     system: System,
@@ -109,9 +128,33 @@ def rest_states(
     energy = reduced_energy(system, exact_system)
     found = search(energy.form, seed)
     if proof:
-        return proved_rest_states(energy, RANGE_END, list(found), box_limit)
+        end = end_before_barrier(energy.form, RANGE_END)
+        return proved_rest_states(energy, end, list(found), box_limit)
     points = [_point(energy, Theta) for Theta in found]
     return RestStates(energy, _in_order(points), no_boxes(), 0, SearchOutcome.SEARCHED)
+
+
+def end_before_barrier(form: TrigonometricForm, end: Array) -> Array:
+    """Return the largest |Θ| in a range at which a rest state is possible, shape (3,), rad.
+
+    From that |θ2| on, the slope of a barrier is larger than any slope of the rest of U, so that U
+    rises with |θ2| up to ±π/2.
+
+    Args:
+        form: U.
+        end: The largest |Θ| in the range, shape (3,), rad.
+
+    Raises:
+        NoReducedEnergy: The barrier is too weak for double precision.
+    """
+    if form.guard is None:
+        return end
+    steepest = np.abs(form.quadratic[1]) @ end + abs(form.linear[1])
+    steepest += form.trigonometric_bound(1)[1]
+    angle = form.guard.end_beyond(float(steepest) * ROUNDING_FACTOR)
+    if angle is None:
+        raise NoReducedEnergy(NoEnergyReason.WEAK_BARRIER)
+    return np.array([end[0], angle, end[2]])
 
 
 def proved_rest_states(

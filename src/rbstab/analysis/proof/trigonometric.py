@@ -1,16 +1,19 @@
 """Quadratics plus trigonometric polynomials in three angles, with all their derivatives.
 
 f(Θ) = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3) with t = [1, cos θ, sin θ, cos 2θ, ...].
-Each evaluation takes many points at once and bounds the rounding errors of its results.
+A barrier adds its energy, a function of θ2 (`guard`). Each evaluation takes many points at once and
+bounds the rounding errors of its results.
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
+from typing import Any
 
 import numpy as np
 
+from rbstab.analysis.proof.guard import Guard
 from rbstab.mechanics.numbers import Array
 
 ROUND_OFF = 2.0**-53
@@ -44,12 +47,15 @@ class TrigonometricForm:
         coefficients: C, shape (n, n, n), with n = 2k + 1 for the highest multiple k of an angle.
         reach: The bounds on round-off hold for angles up to this, rad. Sine and cosine have an
             error of u at any angle (`rigorous_basis`); only the quadratic part grows.
+        guard: The barrier on θ2 whose energy is added to f; None without one. `round_off` and the
+            bounds for all points are those of f alone.
     """
 
     quadratic: Array
     linear: Array
     coefficients: Array
     reach: float = MAX_ANGLE
+    guard: Guard | None = None
 
     @cached_property
     def _multiples(self) -> Array:
@@ -72,7 +78,13 @@ class TrigonometricForm:
     def approximate(self, Theta: Array, order: int) -> list[Array]:
         """Return the derivatives of order 0 to `order` to round-off, of shapes (m,), (m, 3), ..."""
         t = trigonometric_basis(Theta, self._multiples[-1])
-        return [found.values for found in self.derivatives(t, Theta, order)]
+        found = [found.values for found in self.derivatives(t, Theta, order)]
+        if self.guard is not None:
+            for values, added in zip(
+                found, self.guard.approximate(Theta[:, 1], order), strict=True
+            ):
+                values[along_second(values)] += added
+        return found
 
     def rigorous(self, Theta: Array, order: int) -> list[Derivatives]:
         """Return the derivatives of order 0 to `order` with proved bounds on their errors.
@@ -81,7 +93,13 @@ class TrigonometricForm:
             Theta: The points, shape (m, 3), within ±`reach`.
             order: At most 3.
         """
-        return self.derivatives(rigorous_basis(Theta, self._multiples[-1]), Theta, order)
+        found = self.derivatives(rigorous_basis(Theta, self._multiples[-1]), Theta, order)
+        if self.guard is None:
+            return found
+        return [
+            _plus(one, low, high)
+            for one, low, high in zip(found, *self.guard.at(Theta[:, 1], order), strict=True)
+        ]
 
     def derivatives(self, t: Array, Theta: Array, order: int) -> list[Derivatives]:
         """Return the derivatives of order 0 to `order`, from t of shape (m, 3, n)."""
@@ -143,6 +161,23 @@ class TrigonometricForm:
             for axes in product(range(3), repeat=order):
                 found[axes] += norm * np.prod([float(multiples[axis]) for axis in axes])
         return found * (1 + 1e-12)
+
+
+def along_second(values: Array) -> tuple[Any, ...]:
+    """Return the index of the derivative along θ2 alone, for all points."""
+    return (slice(None), *(1,) * (values.ndim - 1))
+
+
+def _plus(found: Derivatives, low: Array, high: Array) -> Derivatives:
+    """Add a function of θ2 that lies between bounds, at each point."""
+    values, error = found.values.copy(), np.array(found.error)
+    place = along_second(values)
+    total = values[place] + low
+    # The difference and the sum are rounded.
+    wider = (high - low + ROUND_OFF * np.abs(total)) * (1 + 1e-12) + np.finfo(float).tiny
+    values[place] = total
+    error[place[1:]] += wider.max(initial=0.0)
+    return Derivatives(values, error * (1 + 1e-12))
 
 
 def _counts(axes: Iterable[int]) -> Counts:

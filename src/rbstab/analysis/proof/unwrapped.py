@@ -11,7 +11,7 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import PI, RANGE_END
 from rbstab.analysis.proof.reduced_energy import ReducedEnergy
-from rbstab.analysis.proof.rest_states import RestStates, proved_rest_states
+from rbstab.analysis.proof.rest_states import RestStates, end_before_barrier, proved_rest_states
 from rbstab.analysis.proof.search import search
 from rbstab.analysis.proof.trigonometric import ROUND_OFF, TrigonometricForm
 from rbstab.mechanics.numbers import Array
@@ -40,6 +40,7 @@ def unwrapped_rest_states(rest: RestStates) -> RestStates | None:
     end = unwrapped_end(form)
     if end is None or not np.all(end < MAX_END):
         return None
+    end = end_before_barrier(form, end)
     # The centres of boxes and their zeros lie in the box.
     wide = replace(form, reach=max(form.reach, float(end.max())))
     energy = ReducedEnergy(rest.energy.configurations, wide, rest.energy.minimizer)
@@ -55,8 +56,10 @@ def unwrapped_end(form: TrigonometricForm) -> Array | None:
         k [θ1, θ3]' = -[q1 + K12 θ2 + g1, q3 + K32 θ2 + g3]',
 
     with |θ2| <= π/2 and the gradient g of the trigonometric part. So |k⁻¹| times the largest
-    magnitudes on the right bounds |θ1| and |θ3|. Returns None if k is not positive definite.
+    magnitudes on the right bounds |θ1| and |θ3|. A barrier on θ2 is in neither equation. Returns
+    None if k is not positive definite.
     """
+    form = replace(form, guard=None)
     compliance = _compliance(form.quadratic[np.ix_([0, 2], [0, 2])])
     if compliance is None:
         return None

@@ -4,14 +4,14 @@ From the proof come only its claims: the energy U, the enclosures of the rest st
 and the bounds of the regions. All the rest is computed here anew, in balls of 128 bits.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from flint import arb, ctx
 
 from rbstab.analysis.proof_check.boxes import Box, box_between, shown, within
 from rbstab.analysis.proof_check.cover import cover
-from rbstab.analysis.proof_check.energy import Energy, Taylor, TooLongError
+from rbstab.analysis.proof_check.energy import Ball, Energy, Taylor, TooLongError
 from rbstab.analysis.proof_check.findings import (
     IN_RANGE,
     UNWRAPPED,
@@ -57,14 +57,50 @@ def check(proof: Mapping[str, Any]) -> list[Finding]:
 
 
 def _all_findings(U: Energy, proof: Mapping[str, Any]) -> Iterator[Finding]:
-    half, wide = arb.pi() / 2, proof["unwrapped"]
-    yield from _findings(U, proof, range_with(IN_RANGE, (arb.pi(), half, arb.pi())))
-    if wide is not None:
-        range_ = range_with(UNWRAPPED, (arb(wide["end"][0]), half, arb(wide["end"][2])))
-        confined = _confined(U, range_)
-        yield confined
-        if confined.verified:
-            yield from _findings(U, wide, range_)
+    wide = proof["unwrapped"]
+    yield from _findings_between(U, proof, IN_RANGE, arb.pi(), arb.pi())
+    if wide is None:
+        return
+    first, third = arb(wide["end"][0]), arb(wide["end"][2])
+    confined = _confined(U, range_with(UNWRAPPED, (first, arb.pi() / 2, third)))
+    found = [confined]
+    if confined.verified:
+        found += _findings_between(U, wide, UNWRAPPED, first, third)
+    yield from found
+    if wide.get("every_start"):
+        yield _every_start(U, wide, found)
+
+
+def _findings_between(
+    U: Energy, claims: Mapping[str, Any], name: str, first: Ball, third: Ball
+) -> Iterator[Finding]:
+    """Check the claims on the range |θ1| < first, |θ2| < π/2, |θ3| < third."""
+    if U.stiffness is None:
+        yield from _findings(U, claims, range_with(name, (first, arb.pi() / 2, third)))
+        return
+    end = U.end_before_barrier(first, third)
+    if end is None:
+        text = "That U rises with |θ2| near ±π/2 could not be confirmed."
+        yield Finding(name, "barrier", False, text)
+        return
+    text = f"U rises with |θ2| from {end:.6g} rad on: no rest state is there."
+    yield Finding(name, "barrier", True, text)
+    yield from _findings(U, claims, range_with(name, (first, arb(end), third), guarded=True))
+
+
+def _every_start(U: Energy, claims: Mapping[str, Any], found: Sequence[Finding]) -> Finding:
+    """Check that U is infinite at θ2 = ±π/2 and has one rest state, a minimum: theorem 10."""
+    states = proved_states(claims)
+    single = bool(claims["proved"]) and len(claims["states"]) == len(states) == 1
+    single = (
+        single
+        and states[0].is_minimum
+        and {"no other rest state", "barrier"} <= {finding.claim for finding in found}
+    )
+    verified = U.stiffness is not None and single and all(finding.verified for finding in found)
+    text = "Every motion that starts with |θ2| < π/2 converges to the rest state"
+    text = f"{text}." if verified else f"{text}: this could not be confirmed."
+    return Finding(UNWRAPPED, "every start", verified, text)
 
 
 def _confined(U: Energy, range_: Range) -> Finding:

@@ -2,10 +2,14 @@
 
     U = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3),    t = [1, cos θ, sin θ, cos 2θ, ...]
 
+With a barrier, U has the term ½ k tan² θ2 too, which is infinite at ±π/2. All its derivatives by θ2
+are monotonic functions of |θ2|, so balls need only the ends of an interval.
+
 A ball (python-flint's `arb`) is a number with a bound on its error. Each result contains the exact
 value for every U whose numbers round to the stored doubles.
 """
 
+import copy
 import math
 from collections.abc import Mapping, Sequence
 from itertools import combinations_with_replacement, product
@@ -16,6 +20,9 @@ from flint import arb, arb_mat
 from rbstab.analysis.proof_check.boxes import AXES, Box
 
 Ball = Any
+
+Axes = tuple[int, ...]
+"""The axes of a derivative, in rising order."""
 
 MOST_MULTIPLES = 4
 """The largest multiple of an angle in U. A proof has 2: U is quadratic in the rotation matrix."""
@@ -51,6 +58,18 @@ def square(number: Ball) -> Ball:
     return number * number
 
 
+def barrier(stiffness: Ball, angle: Ball) -> list[Ball]:
+    """Return ½ k tan² θ and its derivatives up to order 3; no numbers if the ball reaches ±π/2."""
+    low, high = arb(angle.lower()), arb(angle.upper())
+    if not (-arb.pi() / 2 < low and high < arb.pi() / 2):
+        return [arb("nan")] * 4
+    t = low.tan().union(high.tan())
+    tt = square(t)
+    ss = 1 + tt  # 1/cos² θ, the derivative of tan θ
+    terms = [tt / 2, t * ss, ss * (ss + 2 * tt), 4 * t * ss * (2 * ss + tt)]
+    return [stiffness * term for term in terms]
+
+
 def basis(angle: Ball, highest: int) -> list[list[Ball]]:
     """Return the derivatives of t of order 0 to 3, for multiples of an angle up to `highest`."""
     rows = [[arb(int(order == 0))] for order in range(4)]
@@ -66,10 +85,13 @@ class Energy:
     """U with all its derivatives up to order 3.
 
     Args:
-        data: `reduced_energy` of a proof: quadratic, linear and coefficients.
+        data: `reduced_energy` of a proof: quadratic, linear and coefficients, and perhaps barrier.
+
+    Attributes:
+        stiffness: k of a barrier on θ2, a ball; None without one.
 
     Raises:
-        ValueError: Q is not symmetric, or U has large multiples of an angle.
+        ValueError: Q is not symmetric, U has large multiples of an angle, or k is not positive.
     """
 
     def __init__(self, data: Mapping[str, Any]) -> None:
@@ -79,6 +101,10 @@ class Energy:
         if len(data["coefficients"]) > 2 * MOST_MULTIPLES + 1:
             most = f"more than {MOST_MULTIPLES} times an angle"
             raise ValueError(f"The reduced energy has {most} in a sine or cosine")
+        stiffness = data.get("barrier")
+        if stiffness is not None and not stiffness > 0:
+            raise ValueError("The barrier has a stiffness that is not positive")
+        self.stiffness = None if stiffness is None else rounded(stiffness)
         self.quadratic = [[rounded(entry) for entry in row] for row in Q]
         self.linear = [rounded(entry) for entry in data["linear"]]
         self.layers = [
@@ -89,6 +115,22 @@ class Energy:
 
     def derivatives(self, Theta: Sequence[Ball]) -> dict[tuple[int, ...], Ball]:
         """Return the derivatives at a ball of Θ by their axes, in rising order: (0, 0, 2), ...
+
+        Raises:
+            TooLongError: U was evaluated too often.
+        """
+        return self.with_barrier(self.smooth(Theta), Theta[1])
+
+    def with_barrier(self, found: Mapping[Axes, Ball], angle: Ball) -> dict[Axes, Ball]:
+        """Add the derivatives of the barrier at a ball of θ2 to those of all the rest."""
+        total = dict(found)
+        if self.stiffness is not None:
+            for order, term in enumerate(barrier(self.stiffness, angle)):
+                total[(1,) * order] += term
+        return total
+
+    def smooth(self, Theta: Sequence[Ball]) -> dict[Axes, Ball]:
+        """Return the derivatives of U without its barrier, as `derivatives` does.
 
         Raises:
             TooLongError: U was evaluated too often.
@@ -109,6 +151,19 @@ class Energy:
             for j in range(i, 3):
                 found[i, j] += self.quadratic[i][j]
         return found
+
+    def end_before_barrier(self, first: Ball, third: Ball) -> float | None:
+        """Return an angle from which on, up to π/2, U rises with |θ2|; None if none is found.
+
+        For |θ1| <= first and |θ3| <= third, the slope of all but the barrier is at most b. The
+        slope k tan θ2 / cos² θ2 of the barrier grows with θ2, and exceeds k tan³ θ2.
+        """
+        reach, k = [first, arb.pi() / 2, third], self.stiffness
+        turned = sum((abs(self.quadratic[1][j]) * reach[j] for j in AXES), arb(0))
+        b = (turned + abs(self.linear[1]) + self._steepest(1)).abs_upper()
+        angle = float(((1 + b / k).root(3)).atan()) + 1e-9
+        # A double beyond π/2 has no bounds, and no comparison with them is true.
+        return angle if barrier(k, arb(angle))[1] > b else None
 
     def confinement(self) -> list[Ball] | None:
         """Bound |θ1| and |θ3| at all rest states with |θ2| <= π/2; None if k is not definite.
@@ -142,6 +197,7 @@ class Energy:
 class Taylor:
     """U over a box, expanded about its centre m up to third order, with δ = Θ - m.
 
+    With a barrier, bare is the expansion without it, and `barrier` has its bounds over the box.
     value, gradient (3x1) and hessian (3x3) are those at m. change is the 3x3 matrix Tδ, with the
     third derivatives T over the whole box. So, for all Θ in the box,
 
@@ -163,8 +219,18 @@ class Taylor:
         if face is not None:
             axis, value = face
             centre[axis], whole[axis], step[axis] = value, value, arb(0)
-        at_centre, third = U.derivatives(centre), U.derivatives(whole)
         self.centre, self.step = centre, arb_mat([[entry] for entry in step])
+        at_centre, third = U.smooth(centre), U.smooth(whole)
+        self._expand(at_centre, third)
+        self.bare: Taylor | None = None
+        if U.stiffness is not None:
+            self.bare, self.barrier = copy.copy(self), barrier(U.stiffness, whole[1])
+            at_centre = U.with_barrier(at_centre, centre[1])
+            self._expand(at_centre, U.with_barrier(third, whole[1]))
+
+    def _expand(self, at_centre: Mapping[Axes, Ball], third: Mapping[Axes, Ball]) -> None:
+        """Set the terms of the expansion."""
+        step = self.step.entries()
         self.value = at_centre[()]
         self.gradient = arb_mat([[at_centre[i,]] for i in AXES])
         self.hessian = arb_mat([[at_centre[min(i, j), max(i, j)] for j in AXES] for i in AXES])
@@ -183,7 +249,11 @@ class Taylor:
     @property
     def whole_gradient(self) -> Any:
         """The gradient over the box."""
-        return self.gradient + self.slope * self.step
+        found = self.gradient + self.slope * self.step
+        if self.bare is not None:
+            along = self.bare.whole_gradient[1, 0] + self.barrier[1]
+            found[1, 0] = found[1, 0] if along.contains(0) else along
+        return found
 
     @property
     def slope(self) -> Any:
@@ -206,6 +276,13 @@ class Taylor:
     @property
     def values(self) -> Ball:
         """A ball with all values of U over the box: the sum of its terms, with δ_i² >= 0."""
+        total = self._sum_of_terms()
+        if self.bare is None:
+            return total
+        apart = self.bare.values + self.barrier[0]
+        return total if total.rad() < apart.rad() else apart
+
+    def _sum_of_terms(self) -> Ball:
         d, bent = self.step, self.hessian + self.change / 3
         total = self.value
         for i in AXES:

@@ -60,23 +60,26 @@ class Range(NamedTuple):
         name: Its name in sentences.
         ends: e, three balls, rad.
         box: A box of doubles that contains it.
+        guarded: Whether a barrier closes it along θ2. From e2 on U rises with |θ2|, to infinity at
+            ±π/2, so these two faces are no border.
     """
 
     name: str
     ends: tuple[Ball, ...]
     box: Box
+    guarded: bool = False
 
     @property
     def faces(self) -> Iterator[Face]:
-        """Its six faces."""
-        for axis in AXES:
+        """Its six faces, or four."""
+        for axis in (0, 2) if self.guarded else AXES:
             for end, sign in enumerate((-1, 1)):
                 place = sign * self.ends[axis]
                 yield Face(f"θ{axis + 1} = {float(place):.6g}", axis, end, place)
 
 
-def range_with(name: str, ends: tuple[Ball, ...]) -> Range:
+def range_with(name: str, ends: tuple[Ball, ...], *, guarded: bool = False) -> Range:
     """Return the range with some ends."""
     upper = [math.nextafter(float(end), math.inf) for end in ends]
     assert all(arb(high) > end for high, end in zip(upper, ends, strict=True))
-    return Range(name, ends, tuple((-high, high) for high in upper))
+    return Range(name, ends, tuple((-high, high) for high in upper), guarded)

@@ -1,5 +1,6 @@
 """What is proved of the convergence of an exact motion: data, a sentence, and attributes."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
@@ -9,6 +10,9 @@ METHOD_VERSION = 1
 """To be increased when a change of the method changes what it proves."""
 
 PROVED, FALSE, NOT_DECIDED = "proved", "false", "not decided"
+
+EVERY_START = "every start in the range converges"
+"""What is said where the level of the region is infinite."""
 
 ATTRIBUTE = "convergence"
 """The attribute of a result that holds one of the three words; others begin with its name."""
@@ -61,7 +65,8 @@ class Convergence:
         time: From this time on, s, it is in a region of proved convergence.
         energy: Bounds on v at that time, J: proved bounds on the energy, less the computed energy
             of the rest state.
-        bound: The level of the region, J: every motion with a smaller v converges.
+        bound: The level of the region, J: every motion with a smaller v converges. It is infinite
+            (null in JSON) where every start in the range converges.
         why: Why nothing is proved, and what would decide, or why the enclosure ended before it was
             to end; else empty.
         steps: The number of steps of the enclosure.
@@ -95,6 +100,8 @@ class Convergence:
             return f"does not come to rest: proved; {self.why}"
         low, high = self.energy
         middle, spread = 0.5 * (low + high), 0.5 * (high - low)
+        if self.bound == math.inf:
+            return f"converges to rest state {self.rest_state}: proved; {EVERY_START}"
         values = f"v = {middle:.6g} J < {self.bound:.6g} J, known to {_rounded_up(spread)} J"
         begin = "from the start" if self.time == 0 else f"from t = {self.time:.4g} s"
         effort = f", {self.steps} steps, {self.seconds:.1f} s" if self.steps else ""
@@ -110,7 +117,7 @@ class Convergence:
             "proved": self.proved,
             "time": self.time,
             "energy": None if self.energy is None else list(self.energy),
-            "bound": self.bound,
+            "bound": None if self.bound == math.inf else self.bound,
             "rest_state": self.rest_state,
             "why": self.why,
             "steps": self.steps,

@@ -14,9 +14,11 @@ def region_energies(proof: Proof, *, in_range: bool = True) -> list[tuple[Triple
     Args:
         proof: The proof.
         in_range: Whether to include the regions in the range of eq. 5; those for all real θ1 and θ3
-            come after them.
+            come after them. Where every start converges, the bound is infinite.
     """
-    found = []
+    found = list[tuple[Triple, float]]()
+    if proof.every_start and proof.unwrapped is not None:
+        found.append((proof.unwrapped.states[0].orientation, math.inf))
     for part in (proof if in_range else None, proof.unwrapped):
         if part is None:
             continue
@@ -49,4 +51,4 @@ def level_of(proof: Proof, number: int, energy: float, *, in_range: bool = True)
     ]
     # An energy in doubles can be above its bound by round-off, although the exact one is below.
     bound = next((bound for bound in bounds if bound > energy), max(bounds, default=energy))
-    return math.nextafter(bound - rest.energy, -math.inf)
+    return bound if bound == math.inf else math.nextafter(bound - rest.energy, -math.inf)

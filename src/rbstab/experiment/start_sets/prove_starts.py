@@ -149,7 +149,7 @@ def _proved_part(part: Part, result: Followed) -> ProvedPart:
         rest_state=found.rest_state,
         time=result.time,
         energy=found.energy,
-        bound=found.bound,
+        bound=None if found.bound == math.inf else found.bound,
         steps=result.steps,
     )
 

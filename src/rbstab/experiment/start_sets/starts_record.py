@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from collections.abc import Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from functools import partial
@@ -14,7 +15,7 @@ from rbstab.config.build import system_of
 from rbstab.config.load import resolved
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
-from rbstab.experiment.convergence.convergence import PROVED
+from rbstab.experiment.convergence.convergence import EVERY_START, PROVED
 from rbstab.experiment.proof import proof_id
 from rbstab.experiment.robust.record import StoredTolerance
 
@@ -31,7 +32,7 @@ class ProvedPart(_Model):
 
     Number i of the tolerances is its middle plus its radius times z_i, with low <= z_i <= high.
     From `time` on, s (rounded up), all motions of the part are in the region of a rest state; v at
-    that time, J, is in `energy`, below `bound`.
+    that time, J, is in `energy`, below `bound`; None where every start in the range converges.
     """
 
     low: tuple[float, ...]
@@ -39,7 +40,7 @@ class ProvedPart(_Model):
     rest_state: PositiveInt
     time: NonNegativeFloat
     energy: tuple[float, float]
-    bound: float
+    bound: float | None
     steps: NonNegativeInt
 
 
@@ -82,9 +83,11 @@ class StartsProof(_Model):
         if self.time > 0:
             latest = _four_digits(Decimal(self.time), ROUND_CEILING)
             inside = f"inside the certified region from t = {latest} s at the latest"
+        if self.bound == math.inf:
+            inside = EVERY_START
         _, high = self.energy
         # Parts that reach different regions may have a v above the lowest of their levels.
-        level = f" < {self.bound:.6g} J" if high < self.bound else ""
+        level = f" < {self.bound:.6g} J" if high < self.bound < math.inf else ""
         effort = f"{len(self.parts)} part{'s' if len(self.parts) > 1 else ''}, {self.steps} steps"
         return (
             f"the motion converges to rest state {states}, {PROVED}; {inside} (v at most "
@@ -105,8 +108,8 @@ class StartsProof(_Model):
 
     @property
     def bound(self) -> float:
-        """The lowest level, J, of the regions that the parts reach."""
-        return min(part.bound for part in self.parts)
+        """The lowest level, J, of the regions that the parts reach; infinite without one."""
+        return min(math.inf if part.bound is None else part.bound for part in self.parts)
 
     def as_data(self) -> dict[str, Any]:
         """Return the entries of its JSON."""

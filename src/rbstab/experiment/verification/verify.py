@@ -58,7 +58,7 @@ def verify(proof: Proof, config: Config | None = None) -> Verification:
 
 def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
-    from rbstab.analysis.proof.definite import indefinite_parameter
+    from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
     from rbstab.analysis.proof.reduced_energy import NoReducedEnergy, reduced_energy
     from rbstab.analysis.proof_check.equations import agrees_with_equations
     from rbstab.analysis.proof_check.findings import Finding
@@ -68,11 +68,14 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     if not same_id:
         text = "The id of the proof is not that of the config: it was made for another one."
     yield Finding(CONFIG, "id", same_id, text)
-    indefinite = indefinite_parameter(system_of(config, decimals))
+    system = system_of(config, decimals)
+    indefinite, damped = indefinite_parameter(system), damps_every_motion(system)
     text = "Mass, inertia and damping are positive definite."
     if indefinite is not None:
         text = f"{indefinite} is not positive definite."
-    yield Finding(CONFIG, "hypotheses", indefinite is None, text)
+    elif not damped:
+        text = "No stabilizers damp every motion."
+    yield Finding(CONFIG, "hypotheses", indefinite is None and damped, text)
     exact, stored = partial(system_of, config), proof.reduced_energy
     assert stored is not None
     try:
@@ -86,7 +89,7 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
         (found.linear, form.linear),
         (found.coefficients, form.coefficients),
     ]
-    same = all(np.array_equal(one, other) for one, other in pairs)
+    same = all(np.array_equal(one, other) for one, other in pairs) and found.guard == form.guard
     same = same and agrees_with_equations(stored.model_dump(mode="json"), exact)
     text = "The energy U of the proof is that of the config: all its coefficients agree."
     if not same:

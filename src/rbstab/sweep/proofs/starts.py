@@ -15,7 +15,7 @@ from rbstab.config.build import start_of, system_of
 from rbstab.config.entries import replaced
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
-from rbstab.experiment.proof import OPEN_RANGE, ROUND_OFF, same_state
+from rbstab.experiment.proof import OPEN_RANGE, ROUND_OFF, START_RANGE, same_state
 from rbstab.experiment.proof_record import Proof, ProvedStates
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VariedKey
@@ -59,6 +59,8 @@ class ProvedStarts:
         wide = proof.unwrapped
         if wide is not None:
             end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
+            if proof.every_start:
+                end = START_RANGE
             self._ranges.append(_Range(proof, wide, end))
 
     def find(self, values: Mapping[str, Array], members: int) -> Array:
@@ -170,6 +172,8 @@ def _whole_bound(proof: Proof, states: ProvedStates) -> float:
     A proof of version 1 has v, computed in doubles; it gets the same margin as in a single run.
     """
     region = states.region
+    if proof.every_start and states is proof.unwrapped:
+        return np.inf
     if region is None:
         return -np.inf
     if proof.reduced_energy is None:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes, hulls, joined, no_boxes, whole_range
-from rbstab.analysis.proof.certified_region import Face
+from rbstab.analysis.proof.certified_region import Face, border_of
 from rbstab.analysis.proof.enclosure import ROUNDING_FACTOR, enclosure
 from rbstab.analysis.proof.least_value import local_minimum, lower_bounds, upper_bounds
 from rbstab.analysis.proof.regions.downhill import Landscape
@@ -53,7 +53,7 @@ def border_gates(landscape: Landscape, cap: float) -> list[BorderGate] | None:
         The gates; None if the limit on the number of boxes was reached.
     """
     form, found = landscape.form, []
-    for face in Face:
+    for face in border_of(form):
         suspects = _suspects(landscape, face, cap)
         if suspects is None:
             return None

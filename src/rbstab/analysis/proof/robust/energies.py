@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.proof.guard import separated
 from rbstab.analysis.proof.polynomial import Polynomial
 from rbstab.analysis.proof.reduced_energy import (
     NoEnergyReason,
@@ -72,6 +73,8 @@ def stored_energy(members: Members, part: Part) -> tuple[BodiesRing, Polynomial]
     """Return Π as a polynomial in Θ, x and z."""
     middle = members([float(number) for number in part.middle], _doubles)
     reject_sliding(middle)
+    if separated(middle)[1]:
+        raise NoReducedEnergy(NoEnergyReason.BARRIER_OF_BODIES)
     ring = BodiesRing(configurations(middle).size - 3, part)
     try:
         system = members(ring.numbers, ring.converted)

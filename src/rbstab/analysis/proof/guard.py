@@ -1,0 +1,152 @@
+"""The energy of a barrier on θ2 (`elements/barrier.py`), with proved bounds, and its separation.
+
+With t = tan θ2 the energy is k P(t), and dt/dθ2 = 1 + t². So each derivative by θ2 is k times a
+polynomial in t, by the rule P -> P'(1 + t²). All coefficients are positive, and the powers are all
+even or all odd. So each even derivative grows with |θ2|, and each odd one grows with θ2: the bounds
+over an interval are the values at its ends.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache, lru_cache
+from typing import Any
+
+import numpy as np
+
+from rbstab.analysis.exact import fraction_ball, upper
+from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
+from rbstab.elements.barrier import Barrier, energy_of_tangent
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
+
+ORDERS = range(4)
+"""The orders of the derivatives that are bounded."""
+
+PRECISION = 192
+"""Bits of a ball: near ±π/2, tan θ2 of a double keeps more than a hundred of them."""
+
+SLOPE_MARGIN = 1.05
+"""Where the search ends, the slope of the barrier is larger than needed by this factor."""
+
+
+@dataclass(frozen=True)
+class Guard:
+    """The energy ½ k tan² θ2 of a barrier, J, and its derivatives by θ2.
+
+    Bounds hold for each k that rounds to `stiffness`. They are infinite, or no numbers, where an
+    interval reaches ±π/2, where the energy is infinite.
+
+    Args:
+        stiffness: k, N m, an exact number rounded once.
+    """
+
+    stiffness: float
+
+    def approximate(self, angles: Array, order: int) -> list[Array]:
+        """Return the derivatives of order 0 to `order` at angles of shape (m,), to round-off."""
+        tangent = np.tan(angles)
+        return [
+            self.stiffness * np.polynomial.polynomial.polyval(tangent, [float(c) for c in row])
+            for row in _rows()[: order + 1]
+        ]
+
+    def at(self, angles: Array, order: int) -> tuple[Array, Array]:
+        """Return proved bounds on the derivatives of order 0 to `order` at angles of shape (m,).
+
+        Returns:
+            Lower and upper bounds, each of shape (order + 1, m).
+        """
+        different, places = np.unique(angles, return_inverse=True)
+        found = [_bounds(self.stiffness, angle) for angle in different.tolist()]
+        table = np.array(found, dtype=float).reshape(-1, len(ORDERS), 2)[places.reshape(-1)]
+        return table[:, : order + 1, 0].T, table[:, : order + 1, 1].T
+
+    def over(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """Return proved bounds on the derivatives of order 0 to 3 over intervals of θ2.
+
+        Args:
+            low: The lower ends, shape (m,), rad.
+            high: The upper ends.
+
+        Returns:
+            Lower and upper bounds, each of shape (4, m).
+        """
+        order = ORDERS[-1]
+        at_low, at_high = self.at(low, order), self.at(high, order)
+        nearest = self.at(np.where(low > 0, low, np.where(high < 0, high, 0.0)), order)
+        least, most = at_low[0], at_high[1]
+        for even in ORDERS[::2]:
+            least[even] = nearest[0][even]
+            most[even] = np.maximum(at_low[1][even], at_high[1][even])
+        return least, most
+
+    def end_beyond(self, slope: float) -> float | None:
+        """Return an angle from which on, up to π/2, the slope of the energy exceeds a bound, J/rad.
+
+        Returns:
+            The angle, rad; None if no double is such an angle.
+        """
+        low, high = 0.0, float(np.pi / 2)
+        while low < (middle := 0.5 * (low + high)) < high:
+            steep = _bounds(self.stiffness, middle)[1][0] > SLOPE_MARGIN * slope
+            low, high = (low, middle) if steep else (middle, high)
+        return high if _bounds(self.stiffness, high)[1][0] > slope else None
+
+
+@cache
+def _rows() -> tuple[tuple[Fraction, ...], ...]:
+    """Return the coefficients of the derivatives of order 0 to 3 by powers of tan θ2, for k = 1."""
+    ring = Ring(0, 2)
+    stiffness, tangent = ring.variables()
+    first = dict[int, Fraction]()
+    for powers, value in energy_of_tangent(stiffness, tangent).terms():
+        of_stiffness, power = ring.split(powers).lengths
+        first[power] = fraction(value)
+        # The monotonic bounds need this.
+        assert of_stiffness == 1
+        assert power % 2 == 0
+        assert first[power] > 0
+    rows = [[first.get(power, Fraction(0)) for power in range(1 + max(first))]]
+    zeros = [Fraction(0)] * 2
+    for _ in ORDERS[1:]:
+        slope = [n * value for n, value in enumerate(rows[-1])][1:]
+        rows.append([a + b for a, b in zip([*slope, *zeros], [*zeros, *slope], strict=True)])
+    return tuple(tuple(one) for one in rows)
+
+
+@lru_cache(maxsize=1 << 16)
+def _bounds(stiffness: float, angle: float) -> tuple[tuple[float, float], ...]:
+    """Return bounds on the derivatives of order 0 to 3 at one angle, rounded outwards."""
+    from flint import arb, ctx  # imported late, as in `polynomial`
+
+    # The double np.pi / 2 is below π/2.
+    if not abs(angle) <= np.pi / 2:
+        return ((-math.inf, math.inf),) * len(ORDERS)
+    with ctx.workprec(PRECISION):
+        k = arb(stiffness, abs(stiffness) * 2.0**-53 + 5e-324)
+        tangent, found = arb(angle).tan(), list[tuple[float, float]]()
+        for row in _rows():
+            value = arb(0)
+            for coefficient in reversed(row):
+                value = value * tangent + fraction_ball(coefficient)
+            value *= k
+            found.append((-upper(-value), upper(value)))
+    return tuple(found)
+
+
+def separated(system: System) -> tuple[System, list[Barrier]]:
+    """Return a system without its barriers, and the barriers."""
+    barriers = [element for element in system.elements if isinstance(element, Barrier)]
+    others = tuple(element for element in system.elements if not isinstance(element, Barrier))
+    return replace(system, elements=others), barriers
+
+
+def exact_number(value: Any) -> Fraction:
+    """Return a parameter of an exact system as a fraction."""
+    number = np.asarray(value, dtype=object).item()
+    if isinstance(number, Polynomial):
+        constant = number.constant_value
+        assert constant is not None
+        return fraction(constant)
+    return Fraction(number)

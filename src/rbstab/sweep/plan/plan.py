@@ -212,6 +212,8 @@ class Plan:
 def _template_of(config: Config) -> dict[str, Any]:
     """Return a config as plain data with all defaults filled in. It loads as the same config."""
     data: dict[str, Any] = config.model_dump(mode="json", exclude_none=True)
+    if not data["elements"]:
+        del data["elements"]  # which is no key of schema version 1
     return data
 
 

@@ -6,11 +6,11 @@ The fields of a kind follow from the declarations of its element (`rbstab.elemen
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, WrapValidator, create_model
+from pydantic import AfterValidator, BeforeValidator, Field, WrapValidator, create_model
 
 from rbstab.config.controllers import gain_fields
 from rbstab.config.quantities import value_error
-from rbstab.config.section import Section
+from rbstab.config.section import FrozenMapping, Section
 from rbstab.elements.registry import KINDS
 
 MAX_ELEMENTS = 100
@@ -90,5 +90,6 @@ Elements = Annotated[
         Annotated[Any, WrapValidator(_check_element)],
     ],
     BeforeValidator(_in_order),
+    AfterValidator(FrozenMapping),
     Field(description="elements by name; schema_version: 2"),
 ]

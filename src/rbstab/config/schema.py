@@ -25,7 +25,7 @@ from rbstab.config.quantities import (
     components,
     value_error,
 )
-from rbstab.config.section import Section, required, word_or_section
+from rbstab.config.section import FrozenMapping, Section, required, word_or_section
 from rbstab.elements.registry import CONNECTORS
 
 SCHEMA_VERSIONS = (1, 2)
@@ -190,7 +190,7 @@ class Experiment(Section):
     body: BodySection
     gravity: Vector = _zero_vector("m/s^2, inertial")
     controller: Any
-    elements: Elements = Field(default={}, validate_default=False)
+    elements: Elements = Field(default_factory=FrozenMapping)
     initial: Any = Field(default_factory=HeldInitial)
     integration: Any
     reference: Reference | None = None

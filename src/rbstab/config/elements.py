@@ -4,6 +4,8 @@ The fields of a kind follow from the declarations of its element (`rbstab.elemen
 """
 
 import re
+from functools import reduce
+from operator import or_
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WrapValidator, create_model
@@ -84,12 +86,20 @@ def _in_order(elements: Any) -> Any:
     return {name: elements[name] for name in sorted(elements, key=str)}
 
 
+_ANY_ELEMENT: Any = reduce(or_, ELEMENT_MODELS.values())
+"""For the JSON Schema: `_check_element` chooses the model by the kind, for better messages."""
+
+_NAMES = {"pattern": f"^{_NAME.pattern}$", "not": {"enum": list(RESERVED_NAMES)}}
+
 Elements = Annotated[
     dict[
         Annotated[str, BeforeValidator(_check_name)],
-        Annotated[Any, WrapValidator(_check_element)],
+        Annotated[_ANY_ELEMENT, WrapValidator(_check_element)],
     ],
     BeforeValidator(_in_order),
     AfterValidator(FrozenMapping),
-    Field(description="elements by name; schema_version: 2"),
+    Field(
+        description="elements by name; schema_version: 2",
+        json_schema_extra={"maxProperties": MAX_ELEMENTS, "propertyNames": _NAMES},
+    ),
 ]

@@ -307,11 +307,24 @@ Config = Experiment
 """A config of any variant."""
 
 
+_SECOND_VERSION = {
+    "properties": {"schema_version": {"const": 2}},
+    "required": ["schema_version"],
+}
+"""The JSON Schema of a config of version 2, for what version 1 does not have."""
+
+
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of configs, for editors."""
     from pydantic import TypeAdapter
 
     schema = TypeAdapter(reduce(or_, VARIANTS.values())).json_schema()
+    for variant in VARIANTS:
+        model = schema["$defs"][model_name(variant, "Experiment")]
+        if variant == "none":
+            model |= {"allOf": [_SECOND_VERSION]}
+        else:
+            model |= {"dependentSchemas": {"elements": _SECOND_VERSION}}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": f"rbstab config, schema versions {' and '.join(map(str, SCHEMA_VERSIONS))}",

@@ -294,6 +294,14 @@ VARIANTS = _Variants()
 """The config model of each variant."""
 
 
+def variant_of(data: Mapping[str, Any]) -> Any:
+    """Return the variant that the data of a config state: none without a controller."""
+    if "controller" not in data and data.get("schema_version") == 2:
+        return "none"
+    controller = data.get("controller")
+    return controller.get("variant") if isinstance(controller, dict) else None
+
+
 def __getattr__(name: str) -> Any:
     # Pickle finds a model by its name in this module.
     for variant in CONTROLLERS:

@@ -1,4 +1,4 @@
-"""Sine, cosine and square root work for each kind of number: by numpy, a registered function, or a method."""
+"""Sine, cosine and square root for each kind of number: by numpy, a registered function, a method."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Sine, cosine and square root for each kind of number: by numpy, a registered function, a method."""
+"""Sine, cosine and square root for each kind of number: by numpy, registered functions, methods."""
 
 from dataclasses import dataclass
 

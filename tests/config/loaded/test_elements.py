@@ -63,9 +63,9 @@ def test_nothing_can_be_changed(config):
     for change in (
         lambda: elements.update(strut=None),
         lambda: elements.pop("strut"),
-        lambda: elements.popitem(),
+        elements.popitem,
         lambda: elements.setdefault("new", 1),
-        lambda: elements.clear(),
+        elements.clear,
         lambda: elements.__setitem__("strut", 1),
         lambda: elements.__delitem__("strut"),
         lambda: elements.__ior__({"strut": 1}),

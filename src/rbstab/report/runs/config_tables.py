@@ -41,7 +41,7 @@ def config_section(facts: Sequence[RunFacts]) -> Section | None:
         blocks += _differences(configs, differing)
     if equal:
         first = next(iter(configs.values()))
-        rows = tuple((Cell(_with_unit(key)), _cell(first.get(key))) for key in equal)
+        rows = tuple((Cell(_with_unit(key, configs)), _cell(first.get(key))) for key in equal)
         heading = "The resolved config" if len(configs) == 1 else "Equal in all runs"
         blocks.append(Table("equal", heading, (Head("key"), Head("value")), rows))
     if len(configs) < len(facts):
@@ -56,7 +56,10 @@ def _differences(configs: Mapping[str, Flat], keys: Sequence[str]) -> list[Block
         return ["The configs of all runs are equal."]
     if len(configs) <= MAX_RUN_COLUMNS:
         rows = tuple(
-            (Cell(_with_unit(key)), *(_cell(config.get(key)) for config in configs.values()))
+            (
+                Cell(_with_unit(key, configs)),
+                *(_cell(config.get(key)) for config in configs.values()),
+            )
             for key in keys
         )
         heads = (Head("key"), *(Head(label) for label in configs))
@@ -75,14 +78,16 @@ def _ranges(configs: Mapping[str, Flat], keys: Sequence[str]) -> Table:
         all_numbers = len(numbers) == len(values)
         ends = (min(numbers), max(numbers)) if all_numbers else (None, None)
         count = len({json.dumps(value, default=str) for value in values})
-        rows.append((Cell(_with_unit(key)), Cell(str(count), float(count)), *map(_cell, ends)))
+        rows.append(
+            (Cell(_with_unit(key, configs)), Cell(str(count), float(count)), *map(_cell, ends))
+        )
     return Table("varied", "Ranges of the keys that differ", heads, tuple(rows))
 
 
 def _by_run(configs: Mapping[str, Flat], keys: Sequence[str], omitted: int) -> Table:
     heads = (
         Head("run"),
-        *(Head(untrusted(key), unit_of(key), _numeric(key, configs)) for key in keys),
+        *(Head(untrusted(key), _unit(key, configs), _numeric(key, configs)) for key in keys),
     )
     rows = tuple(
         (Cell(label), *(_cell(config.get(key)) for key in keys))
@@ -112,8 +117,14 @@ def _differs(key: str, configs: Sequence[Flat]) -> bool:
     return any(config.get(key) != first for config in configs)
 
 
-def _with_unit(key: str) -> str:
-    unit = unit_of(key)
+def _unit(key: str, configs: Mapping[str, Flat]) -> str:
+    """Return the unit of a key; that of an element depends on its kind."""
+    of_kind = f"{key.rpartition('.')[0]}.kind"
+    return unit_of(key, {str(config[of_kind]) for config in configs.values() if of_kind in config})
+
+
+def _with_unit(key: str, configs: Mapping[str, Flat]) -> str:
+    unit = _unit(key, configs)
     return untrusted(f"{key} [{unit}]" if unit else key)
 
 

@@ -89,7 +89,8 @@ def slope_of(function):
 def rest_states_by_search(data, starts):
     """Return Θ of the rest states inside the range that scipy finds from random starts."""
     rng = np.random.default_rng(0)
-    slope, found = slope_of(energy_of(data)), []
+    slope = slope_of(energy_of(data))
+    found: list[np.ndarray] = []
     for _ in range(starts):
         solution = root(slope, rng.uniform(-1, 1, size=3) * RANGE_END, method="hybr", tol=1e-10)
         Theta = solution.x

@@ -139,9 +139,7 @@ def case_id(case: tuple[type[Element], Form]) -> str:
     return f"{kind.__name__} {form.name}".rstrip()
 
 
-def random_element(
-    rng: np.random.Generator, kind: type[Element], form: Form | None = None
-) -> Element:
+def random_element(rng: np.random.Generator, kind: type[Element], form: Form | None = None) -> Any:
     """Return a random element in one of its forms, by default in the first."""
     values = {gain.name: random_gain(rng, gain) for gain in kind.gains}
     values |= (form or forms_of(kind)[0]).fields(rng)

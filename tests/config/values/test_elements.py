@@ -1,6 +1,7 @@
 """Protects the section `elements`: its values, its messages, and what schema version 1 refuses."""
 
 import json
+from typing import Any
 
 import pytest
 import yaml
@@ -20,6 +21,7 @@ from support.json_schemas import schema_errors, validator_of
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config
 from rbstab.config.schema import json_schema
+from rbstab.config.units import unit_of
 
 WRONG = """\
 schema_version: 2
@@ -228,7 +230,8 @@ def test_version_two_without_a_controller_has_the_variant_none():
     assert load_config(config_data({}, None)).elements == {}
     wrong = problems(config_data({}, stated | {"K_t": [1.0, 1.0, 1.0]}))
     assert wrong[0].startswith("controller.K_t: is not a key of the variant none")
-    for controller in (None, {}, 5):
+    wrong_ones: list[Any] = [None, {}, 5]
+    for controller in wrong_ones:
         data = config_data() | {"controller": controller}
         assert problems(data)[0].startswith("controller")
 
@@ -300,6 +303,27 @@ def test_set_of_a_value_that_the_file_leaves_out(load):
 )
 def test_set_of_what_is_wrong(complaints, change, expected):
     assert complaints(YAML, change) == [expected]
+
+
+# Units, in the files of sweeps and in reports.
+
+
+@pytest.mark.parametrize(
+    ("key", "kinds", "unit"),
+    [
+        ("elements.strut.stiffness", ["spring"], "N/m"),
+        ("elements.strut.stiffness", ["guard"], "N m"),
+        ("elements.strut.stiffness", ["spring", "guard"], ""),
+        ("elements.strut.point", ["spring", "visco-elastic"], "m"),
+        ("elements.upright.L", ["attitude"], "N m s/rad"),
+        ("elements.tie.L_c", ["visco-elastic"], "N s/m"),
+        ("elements.strut.kind", ["spring"], ""),
+        ("elements.strut.stiffness", [], ""),
+        ("controller.L_c", [], "N s/m"),
+    ],
+)
+def test_units(key, kinds, unit):
+    assert unit_of(key, kinds) == unit
 
 
 # The JSON Schema accepts and refuses the same.

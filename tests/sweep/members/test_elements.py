@@ -121,6 +121,8 @@ def test_a_resumed_sweep_has_the_same_bits(tmp_path):
     assert units["elements_strut_stiffness"] == "N/m"
     assert units["elements_strut_point_2"] == "m"
     assert units["elements_upright_L_0"] == "N m s/rad"
+    assert units["elements_range_stiffness"] == "N m"
+    assert units["elements_tie_K_c"] == units["elements_strut_damping"] == "1"  # factors
     assert len(units) == len(VARIED)
     assert open_sweep(whole)["elements_tie_anchor_1"].shape == (12,)
 
@@ -215,7 +217,7 @@ def test_members_of_version_one_plans_are_what_they_were():
 def test_every_number_of_every_kind_can_vary():
     keys = {
         "strut": ["point[0]", "anchor[1]", "stiffness", "rest_length", "damping"],
-        "tie": ["point[0]", "anchor[1]", "K_c[0][0]", "L_c[2]"],
+        "tie": ["point[1]", "anchor[1]", "K_c[0][0]", "L_c[2]"],
         "upright": ["K[0]", "L[2]"],
         "range": ["stiffness", "outer_stiffness"],
     }

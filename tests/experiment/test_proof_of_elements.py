@@ -123,9 +123,12 @@ def test_the_cases_are_not_all_of_one_rest_state():
     assert prove(load_config(CASES["both"])).unique is True
 
 
+@pytest.mark.parametrize("variant", ["free", "permanent"])
 @pytest.mark.parametrize("name", ["strut", "range"])
-def test_with_a_spring_or_a_guard_nothing_is_decided(name):
-    config = load_config(config_data({name: ONE_OF_EACH[name], "tie": TIE}))
+def test_with_a_spring_or_a_guard_nothing_is_decided(name, variant):
+    """Held at its contact point too, where Θ alone fixes the length of a spring."""
+    elements = {name: ONE_OF_EACH[name], "tie": TIE}
+    config = load_config(config_data(elements, CONTROLLER | {"variant": variant}))
     proof = prove(config)
     assert (proof.proved, proof.unique, proof.states, proof.region) == (False, None, (), None)
     assert "not a quadratic function" in proof.outcome

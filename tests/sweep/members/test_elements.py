@@ -5,7 +5,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from support.config_elements import ONE_OF_EACH, STRUT, config_data
+from support.config_elements import ONE_OF_EACH, STRUT, TIE, config_data
 from support.configs import BY_VARIANT, plain
 from support.sweeping import digest_of
 from support.sweeps import shard_files
@@ -92,6 +92,23 @@ def test_batches_agree_with_single_runs_of_both_engines():
             for name in ("lyapunov_start", "lyapunov_end"):
                 assert found[name][index] == pytest.approx(expected[name][0], rel=1e-9, abs=1e-9)
             assert found["run_id"][index] == expected["run_id"][0]
+
+
+@pytest.mark.parametrize("gravity", [[0.0, 0.0, -9.81], [0.0, 0.0, 0.0]], ids=["heavy", "floating"])
+def test_rest_states_are_those_of_single_runs(gravity):
+    """Elements pull a body off the unloaded position, without gravity too; it stays near."""
+    slow = {"orientation": [0.0, 0.0, 0.0], "angular_velocity": [0.02, 0.0, 0.01]}
+    base = config_data({"tie": TIE}, gravity=gravity, initial=slow, integration=SHORT)
+    plan = plan_of({"elements.tie.K_c": {"scale": {"uniform": [0.5, 2]}}}, base, 3)
+    single = Recorded(plan)
+    found = EnsembleEngine(plan, single).compute(0, 3).outcome
+    assert single.indices == []
+    expected = SingleRuns(plan, "scipy").compute(0, 3).outcome
+    assert (np.abs(expected["energy_at_rest"]) > 0.1).all()
+    assert np.abs(found["final_position"]).max() < 0.2
+    for name in ("energy_at_rest", "rest_orientation", "lyapunov_start", "lyapunov_end"):
+        scale = np.abs(expected[name]).max()
+        np.testing.assert_allclose(found[name], expected[name], rtol=0, atol=1e-8 * scale)
 
 
 def test_ids_of_members_are_those_of_their_configs():

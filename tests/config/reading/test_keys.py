@@ -3,7 +3,7 @@
 import pytest
 from support.configs import FREE, PERMANENT, VISCO_ELASTIC, edited
 
-ROOT = "body, controller, gravity, initial, integration, reference, schema_version, title"
+ROOT = "body, controller, elements, gravity, initial, integration, reference, schema_version, title"
 
 MISSPELT = [
     ("title:", "titel:", "1:1: titel: is unknown (did you mean title?)"),
@@ -61,7 +61,7 @@ OTHER_VARIANT = [
     (
         edited("initial:", "initial:\n  position: [0, 0, 0]", PERMANENT),
         "13:3: initial.position: is not a key of the variant permanent "
-        "(it belongs to free, visco-elastic, embedded, sliding)",
+        "(it belongs to none, free, visco-elastic, embedded, sliding)",
     ),
     (
         edited("initial:", "initial:\n  connector_state: [0, 0, 0]"),

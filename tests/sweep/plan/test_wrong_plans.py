@@ -17,7 +17,7 @@ DRAWN = edited("design: grid", "design: random\nmembers: 10\nseed: 1", PLAN)
 LISTS = "values, linspace, logspace or geomspace"
 WORDS = "values, linspace, logspace, geomspace, uniform, normal, loguniform"
 FORM = f"expected a mapping of one of {WORDS}, scale, each, zip"
-SECTIONS = "expected a key of body, gravity, controller or initial"
+SECTIONS = "expected a key of body, gravity, controller, elements or initial"
 KEEP = "expected summary, traces, {traces: [number, ...]} or {traces: {every: n}}"
 DESIGNS = "expected one of grid, random, sobol, latin-hypercube"
 
@@ -300,9 +300,9 @@ ENTRIES = [
         "controller.variant: {values: [free, rigid, 5]}",
         [
             "4:39: vary.controller.variant.values[1]: is the text 'rigid'"
-            " (expected one of free, permanent, visco-elastic, embedded, sliding)",
+            " (expected one of none, free, permanent, visco-elastic, embedded, sliding)",
             "4:46: vary.controller.variant.values[2]: is 5"
-            " (expected one of free, permanent, visco-elastic, embedded, sliding)",
+            " (expected one of none, free, permanent, visco-elastic, embedded, sliding)",
         ],
     ),
     # Groups.

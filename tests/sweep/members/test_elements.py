@@ -168,6 +168,7 @@ def variants(elements):
     }
 
 
+@pytest.mark.heavy
 def test_two_variants_with_elements_each():
     plan = load_plan(variants({"strut": STRUT}))
     assert plan.variants == ("free", "visco-elastic")
@@ -183,6 +184,7 @@ def test_two_variants_with_elements_each():
         assert found["run_id"][k].decode() == run_id(config)
 
 
+@pytest.mark.heavy
 def test_members_without_a_controller():
     base = config_data({"strut": STRUT}, None, integration=SHORT)
     plan = plan_of({"elements.strut.stiffness": {"uniform": [500, 2000]}}, base, 3)

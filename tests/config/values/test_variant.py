@@ -63,7 +63,8 @@ def test_what_depends_on_the_variant_is_not_judged_without_it(complaints, text):
 )
 def test_schema_version(complaints, value, found):
     assert complaints(f"{VISCO_ELASTIC}schema_version: {value}\n") == [
-        f"20:17: schema_version: is {found}, which this version of rbstab cannot read (expected 1 or 2)"
+        f"20:17: schema_version: is {found}, which this version of rbstab cannot read "
+        "(expected 1 or 2)"
     ]
 
 

@@ -1,22 +1,23 @@
-"""Protects `rbstab guard`: the config that it writes is proved, and what cannot be proved is not."""
+"""Protects `rbstab guard`: what it writes is proved, and what cannot be proved is not written."""
 
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from cli.conftest import Invoke
 from support.paper_runs import paper_config
 
-import rbstab
 from rbstab.config.dump import as_yaml
 from rbstab.config.load import load_config
 from rbstab.experiment.proof import prove
+from rbstab.experiment.simulate import simulate
 from rbstab.experiment.tuning import guard as guarding
 from rbstab.experiment.tuning.guard import guard, with_barrier
 
-SHORT = {"duration": 0.2, "samples": 21, "rtol": 1e-8}
+SHORT: dict[str, Any] = {"duration": 0.2, "samples": 21, "rtol": 1e-8}
 STRUT = {
     "kind": "spring",
     "point": [0.0, 0.0, 0.1],
@@ -24,6 +25,10 @@ STRUT = {
     "stiffness": 100.0,
     "rest_length": 0.3,
 }
+
+
+def with_elements(**elements: Any) -> dict[str, Any]:
+    return {**paper_config("permanent", **SHORT), "schema_version": 2, "elements": elements}
 
 
 @pytest.fixture
@@ -37,9 +42,8 @@ def case1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_the_config_that_it_writes_is_proved(case1: Path, rbstab: Invoke) -> None:
     done = rbstab("guard", "case1.yaml")
     assert done.exit_code == 0
-    assert done.stderr.endswith(
-        "every start in the range converges: proved -> case1_guarded.yaml\n"
-    )
+    end = "every start in the range converges: proved -> case1_guarded.yaml\n"
+    assert done.stderr.endswith(end)
     written = load_config("case1_guarded.yaml")
     element = written.elements["range"]
     assert (element.kind, element.method) == ("guard", "barrier")
@@ -58,21 +62,15 @@ def test_json(case1: Path, rbstab: Invoke) -> None:
     assert facts["file"] == "g.yaml"
     assert facts["stiffness"] == facts["tried"][-1]["stiffness"]
     assert facts["given"]["largest_couple"] == 0
-    run = rbstab_run("g.yaml")
-    Theta = run["orientation"][:, 1]
+    Theta = simulate("g.yaml")["orientation"][:, 1]
     # The couple of ½ k tan² θ2 about the axis of θ2, which is a unit vector of the body.
     couple = facts["stiffness"] * np.abs(np.tan(Theta) / np.cos(Theta) ** 2).max()
     assert facts["guarded"]["largest_couple"] == pytest.approx(couple, rel=1e-9)
-    assert facts["guarded"]["largest_pitch"] == pytest.approx(np.abs(Theta).max(), rel=1e-3)
-
-
-def rbstab_run(path: str) -> "rbstab.Result":
-    return rbstab.simulate(path)
+    assert facts["guarded"]["largest_pitch"] == pytest.approx(np.abs(Theta).max(), rel=1e-2)
 
 
 def test_what_cannot_be_proved_is_not_written(case1: Path, rbstab: Invoke) -> None:
-    data = paper_config("permanent", **SHORT) | {"schema_version": 2, "elements": {"strut": STRUT}}
-    case1.write_text(as_yaml(data))
+    case1.write_text(as_yaml(with_elements(strut=STRUT)))
     done = rbstab("guard", "case1.yaml", "--json")
     assert done.exit_code == 3
     facts = json.loads(done.stdout)
@@ -83,13 +81,14 @@ def test_what_cannot_be_proved_is_not_written(case1: Path, rbstab: Invoke) -> No
     assert not Path("case1_guarded.yaml").exists()
 
 
-def test_another_element_of_the_same_name(case1: Path, rbstab: Invoke) -> None:
-    data = paper_config("permanent", **SHORT) | {"schema_version": 2, "elements": {"range": STRUT}}
-    case1.write_text(as_yaml(data))
-    done = rbstab("guard", "case1.yaml")
-    assert done.exit_code == 2
-    assert "elements.range: is not a guard (expected another name for this element)" in done.stderr
-    assert "Traceback" not in done.stderr
+def test_another_element_may_have_the_usual_name(case1: Path) -> None:
+    case1.write_text(as_yaml(with_elements(range=STRUT, range_2=STRUT)))
+    found = with_barrier(load_config(case1), 2.0).elements
+    assert {name: element.kind for name, element in found.items()} == {
+        "range": "spring",
+        "range_2": "spring",
+        "range_3": "guard",
+    }
 
 
 def test_a_guard_of_the_config_is_replaced(case1: Path) -> None:

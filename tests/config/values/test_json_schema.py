@@ -151,7 +151,7 @@ def test_every_section_says_what_it_is_and_takes_no_other_keys():
 
 
 def test_every_variant_is_in_the_schema():
-    assert set(VARIANTS) == {"free", "permanent", "visco-elastic", "embedded", "sliding"}
+    assert set(VARIANTS) == {"none", "free", "permanent", "visco-elastic", "embedded", "sliding"}
     text = str(json_schema())
     assert all(f"'const': '{variant}'" in text for variant in VARIANTS)
 

@@ -48,13 +48,13 @@ UNTRACEABLE = {
     "maximum": lambda E: np.maximum(E, 0.0),
     "where": lambda E: np.where(E > 0, E, 2 * E),
     "clip": lambda E: np.clip(E, -1, 1),
-    "norm": lambda E: np.linalg.norm(E) * E,
     "solve": lambda E: np.linalg.solve(np.eye(3), E),
     "infinite constant": lambda E: E + 0.0 * (E * np.inf),
     "complex constant": lambda E: ((E + 1j) * (E - 1j)).real,
 }
 
 TRACEABLE = {
+    "norm": lambda E: np.linalg.norm(E) * E,
     "sqrt": lambda E: np.sqrt(1.0 + E @ E) * E,
     "sum": lambda E: np.full(3, 1.0) * E.sum(),
     "mean": lambda E: E - E.mean(),

@@ -5,7 +5,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from support.config_elements import ONE_OF_EACH, STRUT, config_data
+from support.config_elements import ONE_OF_EACH, STRUT, TIE, config_data
 from support.configs import BY_VARIANT, plain
 from support.sweeping import digest_of
 from support.sweeps import shard_files
@@ -94,6 +94,23 @@ def test_batches_agree_with_single_runs_of_both_engines():
             assert found["run_id"][index] == expected["run_id"][0]
 
 
+@pytest.mark.parametrize("gravity", [[0.0, 0.0, -9.81], [0.0, 0.0, 0.0]], ids=["heavy", "floating"])
+def test_rest_states_are_those_of_single_runs(gravity):
+    """Elements pull a body off the unloaded position, without gravity too; it stays near."""
+    slow = {"orientation": [0.0, 0.0, 0.0], "angular_velocity": [0.02, 0.0, 0.01]}
+    base = config_data({"tie": TIE}, gravity=gravity, initial=slow, integration=SHORT)
+    plan = plan_of({"elements.tie.K_c": {"scale": {"uniform": [0.5, 2]}}}, base, 3)
+    single = Recorded(plan)
+    found = EnsembleEngine(plan, single).compute(0, 3).outcome
+    assert single.indices == []
+    expected = SingleRuns(plan, "scipy").compute(0, 3).outcome
+    assert (np.abs(expected["energy_at_rest"]) > 0.1).all()
+    assert np.abs(found["final_position"]).max() < 0.2
+    for name in ("energy_at_rest", "rest_orientation", "lyapunov_start", "lyapunov_end"):
+        scale = np.abs(expected[name]).max()
+        np.testing.assert_allclose(found[name], expected[name], rtol=0, atol=1e-8 * scale)
+
+
 def test_ids_of_members_are_those_of_their_configs():
     plan = plan_of()
     found = run_ids(plan, 0, 12)
@@ -151,6 +168,7 @@ def variants(elements):
     }
 
 
+@pytest.mark.heavy
 def test_two_variants_with_elements_each():
     plan = load_plan(variants({"strut": STRUT}))
     assert plan.variants == ("free", "visco-elastic")
@@ -166,6 +184,7 @@ def test_two_variants_with_elements_each():
         assert found["run_id"][k].decode() == run_id(config)
 
 
+@pytest.mark.heavy
 def test_members_without_a_controller():
     base = config_data({"strut": STRUT}, None, integration=SHORT)
     plan = plan_of({"elements.strut.stiffness": {"uniform": [500, 2000]}}, base, 3)

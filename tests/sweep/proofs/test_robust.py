@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.config_elements import TIE, config_data
 from support.paper_runs import paper_config
 from support.sweeping import run_sweep
 
@@ -87,11 +88,19 @@ def test_the_load_is_that_of_each_member_although_the_base_has_none():
     assert robust._load_energies(base, varied, 2) == pytest.approx(expected)
 
 
-def test_bodies_without_stabilizers_are_not_proved(tmp_path):
-    element = {"kind": "attitude", "K": [9, 9, 9], "L": [1, 1, 1]}
-    base = paper_config("free", **SHORT) | {"schema_version": 2, "elements": {"upright": element}}
-    del base["controller"]
-    plan = load_plan({"base": base, "vary": {"elements.upright.K": {"scale": {"values": [1, 2]}}}})
-    run_sweep(tmp_path / "sweep", plan, threads=1, factory=factory_for("scipy"))
+def test_members_without_a_controller_are_never_proved(tmp_path):
+    """Their file is gathered beside the proof of a config with a controller and the same tie."""
+    config = rbstab.load_config(config_data({"tie": TIE}, integration=SHORT))
+    assert bodies_for(tmp_path, config, tolerances_of(config, ["body.mass=±1%"])).proved
+    spin = {SPIN: {"values": [0.0, 0.1]}}
+    mass = {"body.mass": {"values": [41.0, 41.1]}}
+    base = config_data({"tie": TIE}, None, integration=SHORT)
+    run_sweep(
+        tmp_path / "sweep",
+        load_plan({"base": base, "vary": spin | mass}),
+        threads=1,
+        factory=factory_for("scipy"),
+    )
     table = rbstab.open_sweep(tmp_path / "sweep")
     assert set(table.words("convergence")) == {"unknown"}
+    assert not table["proved_rest_state"].any()

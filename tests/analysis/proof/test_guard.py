@@ -5,7 +5,6 @@ element itself, in balls of many bits.
 """
 
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -72,11 +71,14 @@ def test_bounds_at_angles_contain_the_closed_forms_and_are_tight(stiffness):
 
 
 def test_each_number_that_rounds_to_the_stiffness_is_covered():
-    for decimal in (Fraction(1, 10), Fraction(1, 3)):
-        exact_stiffness = arb(fmpq(decimal.numerator, decimal.denominator))
-        low, high = Guard(float(decimal)).at(np.array([1.2]), 3)
-        for order, value in enumerate(exact(1.0, 1.2)):
-            assert arb(float(low[order, 0])) < exact_stiffness * value < arb(float(high[order, 0]))
+    """1 ± 2⁻⁵³ are the farthest numbers that round to 1; rounding the results is not enough."""
+    angles = random_angles(np.random.default_rng(2), 200)
+    low, high = Guard(1.0).at(angles, 3)
+    above, below = 1 + arb(2) ** -53, 1 - arb(2) ** -54
+    for n, angle in enumerate(angles.tolist()):
+        for order, value in enumerate(exact(1.0, angle)):
+            for number in (above, below):
+                assert arb(float(low[order, n])) <= number * value <= arb(float(high[order, n]))
 
 
 @pytest.mark.parametrize("angle", [-1.5, -0.3, 0.0, 0.7, 1.57])

@@ -46,6 +46,8 @@ def test_the_papers_cases_and_the_promised_examples_are_there() -> None:
         "full_gains",
         "contact_coordinates",
         "real_body",
+        "elements",
+        "elements_proved",
     }
     sliding = {
         f"{surface}_{law}_{bound}{load}"

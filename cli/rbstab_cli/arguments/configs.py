@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from rbstab.config.schema import Config
 
 
+RUN_A_MEMBER = "`rbstab run PLAN --member N` runs one of its members"
+
+
 def load_all(paths: Iterable[Path], changes: Iterable[str]) -> dict[Path, "Config"]:
     """Load configs, and print their errors or warnings.
 
@@ -37,7 +40,7 @@ def load_all(paths: Iterable[Path], changes: Iterable[str]) -> dict[Path, "Confi
         try:
             configs[path] = load_config(path, changes)
         except ConfigError as error:
-            problems.update(dict.fromkeys(_problem_lines(path, error)))
+            problems.update(dict.fromkeys(problem_lines(path, error)))
     exit_on_problems(problems)
     print_warnings({str(path): config for path, config in configs.items()})
     return configs
@@ -69,13 +72,19 @@ def print_warnings(configs: dict[str, "Config"]) -> None:
         click.echo(f"warning: {labels[0]}{more}: {warning}", err=True)
 
 
-def _problem_lines(path: Path, error: "ConfigError") -> list[str]:
-    """Return one line for each problem of a config; a single line if the file is a plan."""
+def problem_lines(path: Path, error: "ConfigError", for_plans: str = RUN_A_MEMBER) -> list[str]:
+    """Return one line for each problem of a config; a single line if the file is a plan.
+
+    Args:
+        path: The file.
+        error: The error with its problems.
+        for_plans: What a user with a plan may do.
+    """
     from rbstab.config.errors import ConfigError, ConfigProblem, Location
     from rbstab.sweep.plan.load import is_plan
 
     with suppress(ConfigError):
         if is_plan(path):
-            expected = "expected a config; `rbstab run PLAN --member N` runs one of its members"
+            expected = f"expected a config; {for_plans}"
             return [str(ConfigProblem(Location(str(path)), "", "is the plan of a sweep", expected))]
     return [str(problem) for problem in error.problems]

@@ -28,8 +28,15 @@ def check_target(path: Path, *, force: bool) -> None:
         _fail(f"error: {error}")
 
 
-def write_text(path: Path, text: str, *, force: bool) -> None:
-    """Write a whole file; on an error leave the old file and end the command with exit code 4."""
+def write_text(path: Path, text: str, *, force: bool, keep_access: bool = False) -> None:
+    """Write a whole file; on an error leave the old file and end the command with exit code 4.
+
+    Args:
+        path: The file.
+        text: Its new text.
+        force: As `check_target`.
+        keep_access: Whether the file keeps its permissions; it must exist.
+    """
     from rbstab.store.disk.atomic import write_atomically
     from rbstab.store.errors import StoreError
 
@@ -37,7 +44,7 @@ def write_text(path: Path, text: str, *, force: bool) -> None:
     # The name of a file in the text may have bytes that are not UTF-8.
     content = text.encode(errors="backslashreplace")
     try:
-        write_atomically(path, content, replace=force)
+        write_atomically(path, content, replace=force, keep_access=keep_access)
     except (OSError, StoreError) as error:
         reason = getattr(error, "strerror", None) or error
         _fail(f"{path}: cannot be written: {reason}")

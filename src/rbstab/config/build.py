@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
-from rbstab.config.schema import Baumgarte, Config
+from rbstab.config.schema import NO_VARIANT, Baumgarte, Config
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.registry import CONNECTORS, KINDS, STABILIZERS
@@ -77,7 +77,7 @@ def system_of(config: Config, numbers: Numbers = doubles) -> System:
     contact_point = convert["diagonal"](config.body.contact_point)
     body = Body(mass, convert["matrix"](config.body.inertia), contact_point)
     weight = mass * convert["diagonal"](config.gravity)
-    stabilizers = () if controller.variant == "none" else STABILIZERS
+    stabilizers = () if controller.variant == NO_VARIANT else STABILIZERS
     elements: list[Element] = [
         Gravity(weight),
         *(stabilizer(**_gains(stabilizer, controller, convert)) for stabilizer in stabilizers),

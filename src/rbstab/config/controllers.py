@@ -157,7 +157,6 @@ _SPECIAL_MODELS: dict[str, Any] = {"sliding": SlidingController}
 """The models of the variants whose controller has keys besides gains."""
 
 CONTROLLERS: dict[str, Any] = {
-    "none": NoController,
     "free": FreeController,
     "permanent": PermanentController,
     **{

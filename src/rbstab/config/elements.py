@@ -4,13 +4,15 @@ The fields of a kind follow from the declarations of its element (`rbstab.elemen
 """
 
 import re
-from typing import Annotated, Any, Literal
+from functools import reduce
+from operator import or_
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
 
-from pydantic import BeforeValidator, Field, WrapValidator, create_model
+from pydantic import AfterValidator, BeforeValidator, Field, WrapValidator, create_model
 
 from rbstab.config.controllers import gain_fields
 from rbstab.config.quantities import value_error
-from rbstab.config.section import Section
+from rbstab.config.section import Section, required
 from rbstab.elements.registry import KINDS
 
 MAX_ELEMENTS = 100
@@ -27,9 +29,9 @@ METHODS = {"guard": "barrier"}
 def _model(kind: str) -> type[Section]:
     """Return the model of a kind of element."""
     element = KINDS[kind]
-    fields: dict[str, Any] = {"kind": (Literal[kind], ...)}
+    fields: dict[str, Any] = {"kind": (Literal[kind], required("the kind of element"))}
     if kind in METHODS:
-        fields["method"] = (Literal[METHODS[kind]], ...)
+        fields["method"] = (Literal[METHODS[kind]], required("how the range is guarded"))
     documentation = (element.__doc__ or "").strip().splitlines()[0]
     name = f"{kind.title().replace('-', '')}Element"
     return create_model(
@@ -75,6 +77,22 @@ def _check_element(value: Any, _handler: Any) -> Any:
     return model.model_validate(value)
 
 
+class ElementsByName(dict[str, Any]):
+    """The elements of a config by name: an immutable mapping with a hash, in the order of names."""
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("a config is immutable")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(tuple(self.items()))
+
+    def __reduce__(self) -> Any:
+        return type(self), (dict(self),)
+
+
 def _in_order(elements: Any) -> Any:
     """Return the elements in the order of their names, which fixes the order of all sums."""
     if not isinstance(elements, dict):
@@ -84,11 +102,19 @@ def _in_order(elements: Any) -> Any:
     return {name: elements[name] for name in sorted(elements, key=str)}
 
 
-Elements = Annotated[
+_AnyElement: Any = reduce(or_, ELEMENT_MODELS.values())
+
+_Elements: Any = Annotated[
     dict[
         Annotated[str, BeforeValidator(_check_name)],
-        Annotated[Any, WrapValidator(_check_element)],
+        Annotated[_AnyElement, WrapValidator(_check_element)],
     ],
     BeforeValidator(_in_order),
+    AfterValidator(ElementsByName),
     Field(description="elements by name; schema_version: 2"),
 ]
+
+if TYPE_CHECKING:
+    Elements = ElementsByName
+else:
+    Elements = _Elements

@@ -111,7 +111,9 @@ def _replaced(value: Any, path: Path, numbers: Mapping[Path, Number]) -> Any:
     if isinstance(value, tuple):
         return tuple(_replaced(entry, (*path, i), numbers) for i, entry in enumerate(value))
     if isinstance(value, dict):
-        return {name: _replaced(entry, (*path, name), numbers) for name, entry in value.items()}
+        return type(value)(
+            {name: _replaced(entry, (*path, name), numbers) for name, entry in value.items()}
+        )
     changes = {
         part: _replaced(getattr(value, str(part)), (*path, part), numbers) for part in children
     }

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from rbstab.config.errors import ConfigError, ConfigProblem, Location
 from rbstab.config.messages import describe, problems_of
 from rbstab.config.overrides import override
-from rbstab.config.schema import SCHEMA_VERSIONS, VARIANTS, Config
+from rbstab.config.schema import NO_VARIANT, SCHEMA_VERSIONS, VARIANTS, Config, model_of
 from rbstab.config.source import MAX_DEPTH, Source, read_source
 from rbstab.elements.registry import OWN_STATES
 
@@ -48,17 +48,21 @@ def load_config(config: str | FilePath | Mapping[str, Any], changes: Iterable[st
     return validated(source)
 
 
-def source_of(document: str | FilePath | Mapping[str, Any], name: str = "config") -> Source:
+def source_of(
+    document: str | FilePath | Mapping[str, Any] | Source, name: str = "config"
+) -> Source:
     """Read a document that must be a mapping, from a YAML file or plain data.
 
     Args:
-        document: The path of the file, or the data.
+        document: The path of the file, the data, or what was read already.
         name: The source name of plain data in messages.
 
     Raises:
         ConfigError: The document cannot be read, or is not a mapping.
     """
-    if isinstance(document, Mapping):
+    if isinstance(document, Source):
+        source = document
+    elif isinstance(document, Mapping):
         source = Source(_plain_data(document, MAX_DEPTH), {(): Location(name)})
     else:
         source = read_source(FilePath(document))
@@ -78,7 +82,7 @@ def validated(source: Source) -> Config:
     """
     variant_problem = _variant_problem(source)
     name = FALLBACK_VARIANT if variant_problem else variant_of(source.data)
-    model = VARIANTS[name]
+    model = model_of(name)
     try:
         config = model.model_validate(source.data)
     except ValidationError as error:
@@ -96,17 +100,24 @@ def validated(source: Source) -> Config:
     raise ConfigError([_explain_newer_schema(p, source) for p in problems])
 
 
+def plain_data(config: Config) -> dict[str, Any]:
+    """Return a config as plain data with all defaults. It loads as the same config."""
+    data: dict[str, Any] = config.model_dump(mode="json", exclude_none=True)
+    if data["schema_version"] == 1:
+        # Version 1 has no such key.
+        del data["elements"]
+    return data
+
+
 def resolved(config: Config) -> dict[str, Any]:
     """Return a config as plain data, with all defaults and without keys that have no effect."""
-    data: dict[str, Any] = config.model_dump(mode="json", exclude_none=True)
+    data = plain_data(config)
     integration = data["integration"]
     if integration["engine"] != "scipy":
         for key in SCIPY_ONLY:
             del integration[key]
     if integration["coordinates"] == "reduced":
         del integration["drift_control"]
-    if data["schema_version"] == 1:
-        del data["elements"]
     return data
 
 
@@ -141,13 +152,13 @@ def run_id(config: Config) -> str:
 def variant_of(data: Mapping[str, Any]) -> Any:
     """Return the variant that the data of a config state: none without a controller."""
     if "controller" not in data and data.get("schema_version") == 2:
-        return "none"
+        return NO_VARIANT
     controller = data.get("controller")
     return controller.get("variant") if isinstance(controller, dict) else None
 
 
 def _variant_problem(source: Source) -> ConfigProblem | None:
-    if variant_of(source.data) == "none":
+    if variant_of(source.data) == NO_VARIANT:
         return None
     controller = source.data.get("controller")
     expected = f"expected one of {', '.join(VARIANTS)}"

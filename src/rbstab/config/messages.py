@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 from rbstab.config.elements import element_model
 from rbstab.config.errors import ConfigProblem
 from rbstab.config.quantities import SHAPE_TAGS
-from rbstab.config.schema import VARIANTS, Experiment
+from rbstab.config.schema import NO_VARIANT, VARIANTS, Experiment
 from rbstab.config.source import Path, Source, key_of
 
 MATRIX_KEYS = {"body": 2, "controller": 2, "elements": 3}
@@ -44,7 +44,8 @@ def _is_redundant(details: Any) -> bool:
 def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigProblem:
     path = _without_tag(details["loc"])
     unknown = details["type"] == "extra_forbidden"
-    if path[-1:] == (_OF_KEY,):
+    # A file may have a key with the same text, which is then unknown.
+    if path[-1:] == (_OF_KEY,) and not unknown:
         path, of_key = path[:-1], True
     else:
         of_key = unknown
@@ -73,7 +74,7 @@ def _unknown_key(path: Path, model: type[Experiment]) -> ProblemText:
     key, known = str(path[-1]), sorted(_keys_at(model, path[:-1]))
     owners = [name for name, other in VARIANTS.items() if key in _keys_at(other, path[:-1])]
     if owners:
-        variant = next(name for name, other in VARIANTS.items() if other is model)
+        variant = next((name for name, other in VARIANTS.items() if other is model), NO_VARIANT)
         return f"is not a key of the variant {variant}", f"it belongs to {', '.join(owners)}"
     return _with_hint(key, known)
 

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field
 from pydantic_core import PydanticCustomError
 
 from rbstab.config.controllers import CONTROLLERS, NoController, model_name
-from rbstab.config.elements import Elements
+from rbstab.config.elements import Elements, ElementsByName
 from rbstab.config.quantities import (
     Count,
     LongText,
@@ -190,7 +190,7 @@ class Experiment(Section):
     body: BodySection
     gravity: Vector = _zero_vector("m/s^2, inertial")
     controller: Any
-    elements: Elements = Field(default={}, validate_default=False)
+    elements: Elements = Field(default_factory=ElementsByName)
     initial: Any = Field(default_factory=HeldInitial)
     integration: Any
     reference: Reference | None = None
@@ -198,14 +198,14 @@ class Experiment(Section):
     @field_validator("elements")
     @classmethod
     def _check_version(cls, elements: Any, info: ValidationInfo) -> Any:
-        if info.data.get("schema_version") == 1:
+        if elements and info.data.get("schema_version") == 1:
             raise value_error("is not a key of schema version 1", "expected schema_version: 2")
         return elements
 
     @field_validator("controller")
     @classmethod
     def _check_controller(cls, controller: Any, info: ValidationInfo) -> Any:
-        if controller.variant == "none" and info.data.get("schema_version") == 1:
+        if controller.variant == NO_VARIANT and info.data.get("schema_version") == 1:
             raise value_error("has the variant none", "expected schema_version: 2 beside it")
         return controller
 
@@ -217,7 +217,10 @@ _DOCUMENTATION = {
 }
 
 
-NO_CONTROLLER = NoController(variant="none")
+NO_VARIANT = "none"
+"""The variant of a config without a controller."""
+
+NO_CONTROLLER = NoController(variant=NO_VARIANT)
 
 _MAKING = RLock()
 """Held while a model is made: all threads must get the same one, or pickle refuses the other."""
@@ -261,12 +264,12 @@ def _experiment(variant: str) -> type[Experiment]:
 
 @cache
 def _made_experiment(variant: str) -> type[Experiment]:
-    initial = _initial(variant)
+    initial, is_none = _initial(variant), variant == NO_VARIANT
     return create_model(
         model_name(variant, "Experiment"),
         __base__=Experiment,
         __doc__=_DOCUMENTATION.get(variant, f"A body with the connector {variant}."),
-        controller=(CONTROLLERS[variant], NO_CONTROLLER if variant == "none" else ...),
+        controller=(CONTROLLERS.get(variant, NoController), NO_CONTROLLER if is_none else ...),
         initial=(initial, initial()),
         integration=(_INTEGRATIONS.get(variant, Integration), ...),
     )
@@ -291,12 +294,17 @@ class _Variants(Mapping[str, type[Experiment]]):
 
 
 VARIANTS = _Variants()
-"""The config model of each variant."""
+"""The config model of each variant of the controller."""
+
+
+def model_of(variant: str) -> type[Experiment]:
+    """Return the config model of a variant, or of a config without a controller."""
+    return _experiment(variant) if variant == NO_VARIANT else VARIANTS[variant]
 
 
 def __getattr__(name: str) -> Any:
     # Pickle finds a model by its name in this module.
-    for variant in CONTROLLERS:
+    for variant in (*CONTROLLERS, NO_VARIANT):
         for kind, model in (("Experiment", _experiment), ("Initial", _initial)):
             if name == model_name(variant, kind):
                 return model(variant)
@@ -311,7 +319,8 @@ def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of configs, for editors."""
     from pydantic import TypeAdapter
 
-    schema = TypeAdapter(reduce(or_, VARIANTS.values())).json_schema()
+    models = [*VARIANTS.values(), model_of(NO_VARIANT)]
+    schema = TypeAdapter(reduce(or_, models)).json_schema()
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": f"rbstab config, schema versions {' and '.join(map(str, SCHEMA_VERSIONS))}",

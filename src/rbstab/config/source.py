@@ -5,7 +5,6 @@ core schema of YAML 1.2, where `1e-9` is a number and `no` is text, unlike in YA
 anchors, tags and duplicate keys are errors.
 """
 
-import codecs
 import re
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
@@ -19,6 +18,8 @@ from rbstab.files.regular_file import open_regular
 
 Path = tuple[str | int, ...]
 """The keys and list indices from the root of a document to a value."""
+
+BYTE_ORDER_MARK = "\ufeff"
 
 MAX_FILE_SIZE = 1 << 20
 """Largest size of a file, bytes."""
@@ -84,8 +85,16 @@ def read_source(path: FilePath) -> Source:
     """Read a YAML file.
 
     Raises:
-        ConfigError: It is not a file, cannot be read, is larger than 1 MiB, is not UTF-8, or is not
-            YAML.
+        ConfigError: As `read_text`; or it is not YAML.
+    """
+    return parse_source(read_text(path).removeprefix(BYTE_ORDER_MARK), str(path))
+
+
+def read_text(path: FilePath) -> str:
+    """Return the text of a YAML file, with its byte order mark if it has one.
+
+    Raises:
+        ConfigError: It is not a file, cannot be read, is larger than 1 MiB, or is not UTF-8.
     """
     name = str(path)
     try:
@@ -96,15 +105,13 @@ def read_source(path: FilePath) -> Source:
         raise _config_error(Location(name), f"cannot be read: {reason}", "a YAML file") from error
     if len(raw) > MAX_FILE_SIZE:
         raise _config_error(Location(name), "is larger than 1 MiB", "a config of a few kilobytes")
-    raw = raw.removeprefix(codecs.BOM_UTF8)
     try:
-        text = raw.decode()
+        return raw.decode()
     except UnicodeDecodeError as error:
-        where = _location_after(raw[: error.start].decode(), name)
+        before = raw[: error.start].decode().removeprefix(BYTE_ORDER_MARK)
         raise _config_error(
-            where, f"is not text: byte 0x{raw[error.start]:02x}", "UTF-8"
+            _location_after(before, name), f"is not text: byte 0x{raw[error.start]:02x}", "UTF-8"
         ) from error
-    return parse_source(text, name)
 
 
 def parse_source(text: str, name: str, column_offset: int = 0) -> Source:

@@ -1,10 +1,14 @@
 """A loaded config cannot be changed, and it contains all defaults."""
 
+import pickle
+from copy import deepcopy
 from typing import Any
 
 import pytest
 from pydantic import BaseModel, ValidationError
 from support.configs import BY_VARIANT, PERMANENT, SOLVER_DEFAULTS, VISCO_ELASTIC
+
+from rbstab.config.elements import ElementsByName
 
 
 def sections(model, path=""):
@@ -38,7 +42,7 @@ def test_no_value_can_be_assigned(load, text):
 @pytest.mark.parametrize("text", CONFIGS)
 def test_lists_are_tuples_to_the_bottom(load, text):
     def check(value):
-        assert not isinstance(value, list | dict | set)
+        assert not isinstance(value, list | dict | set) or isinstance(value, ElementsByName)
         if isinstance(value, tuple):
             for entry in value:
                 check(entry)
@@ -115,3 +119,23 @@ def test_values_of_the_file_are_kept(load):
     assert config.initial.angular_velocity == (16.0, 32.0, -16.0)
     assert config.integration.duration == 2.0
     assert config.integration.samples == 11
+
+
+def test_elements_cannot_be_changed():
+    elements = ElementsByName({"a": 1, "b": (2, 3)})
+    for change in (
+        lambda: elements.update(c=4),
+        lambda: elements.__setitem__("a", 5),
+        lambda: elements.pop("a"),
+        lambda: elements.__delitem__("a"),
+        lambda: elements.setdefault("c", 1),
+        lambda: elements.__ior__({"c": 1}),
+        elements.popitem,
+        elements.clear,
+    ):
+        with pytest.raises(TypeError, match="immutable"):
+            change()
+    assert elements == {"a": 1, "b": (2, 3)}
+    copies = pickle.loads(pickle.dumps(elements)), deepcopy(elements)  # noqa: S301
+    assert all(type(copy) is ElementsByName and copy == elements for copy in copies)
+    assert {hash(copy) for copy in copies} == {hash(elements)}

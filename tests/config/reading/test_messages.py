@@ -28,7 +28,7 @@ integration:
   duration: .inf
   samples: 1
   coordinates: w
-schema_version: 2
+schema_version: 3
 """
 
 ALL_OF_THEM = [
@@ -48,7 +48,7 @@ ALL_OF_THEM = [
     "19:13: integration.duration: is inf (expected a finite number)",
     "20:12: integration.samples: is 1 (expected a number at least 2)",
     "21:16: integration.coordinates: is the text 'w' (expected Z or W)",
-    "22:17: schema_version: is 2, which this version of rbstab cannot read (expected 1)",
+    "22:17: schema_version: is 3, which this version of rbstab cannot read (expected 1 or 2)",
 ]
 
 

@@ -71,7 +71,7 @@ REFUSED = [
     VISCO_ELASTIC + "  atol: 2\n",
     VISCO_ELASTIC + "  range_bound: 1\n",
     VISCO_ELASTIC + "  step_limit: 0\n",
-    VISCO_ELASTIC + "schema_version: 2\n",
+    VISCO_ELASTIC + "schema_version: 3\n",
     VISCO_ELASTIC + "reference: {}\n",
     VISCO_ELASTIC + "reference: {source: a, final: {x: 1}}\n",
     PERMANENT + "  coordinates: Z\n",

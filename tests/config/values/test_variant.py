@@ -59,11 +59,12 @@ def test_what_depends_on_the_variant_is_not_judged_without_it(complaints, text):
 
 @pytest.mark.parametrize(
     ("value", "found"),
-    [("2", "2"), ("0", "0"), ("-1", "-1"), ("999", "999")],
+    [("3", "3"), ("0", "0"), ("-1", "-1"), ("999", "999")],
 )
 def test_schema_version(complaints, value, found):
+    expected = "which this version of rbstab cannot read (expected 1 or 2)"
     assert complaints(f"{VISCO_ELASTIC}schema_version: {value}\n") == [
-        f"20:17: schema_version: is {found}, which this version of rbstab cannot read (expected 1)"
+        f"20:17: schema_version: is {found}, {expected}"
     ]
 
 
@@ -79,5 +80,6 @@ def test_schema_version_that_only_equals_one(complaints, value):
     complaints(f"{VISCO_ELASTIC}schema_version: {value}\n")
 
 
-def test_schema_version_one(load):
-    assert load(VISCO_ELASTIC + "schema_version: 1\n").schema_version == 1
+@pytest.mark.parametrize("version", [1, 2])
+def test_known_schema_versions(load, version):
+    assert load(VISCO_ELASTIC + f"schema_version: {version}\n").schema_version == version

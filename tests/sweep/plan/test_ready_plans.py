@@ -21,6 +21,7 @@ MEMBERS = {
     "connector_scale": 61 * 61,
     "variants": 5 * 1000,
     "proved_spins_visco_elastic": 21 * 21,
+    "strut_stiffness": 9 * 7,
 }
 
 

@@ -17,7 +17,7 @@ DRAWN = edited("design: grid", "design: random\nmembers: 10\nseed: 1", PLAN)
 LISTS = "values, linspace, logspace or geomspace"
 WORDS = "values, linspace, logspace, geomspace, uniform, normal, loguniform"
 FORM = f"expected a mapping of one of {WORDS}, scale, each, zip"
-SECTIONS = "expected a key of body, gravity, controller or initial"
+SECTIONS = "expected a key of body, gravity, controller, elements or initial"
 KEEP = "expected summary, traces, {traces: [number, ...]} or {traces: {every: n}}"
 DESIGNS = "expected one of grid, random, sobol, latin-hypercube"
 

@@ -85,3 +85,13 @@ def test_the_load_is_that_of_each_member_although_the_base_has_none():
     weight = base.body.mass * 10.0
     expected = [0.0, 2 * weight**2 / (K_t[2] / 4)]
     assert robust._load_energies(base, varied, 2) == pytest.approx(expected)
+
+
+def test_bodies_without_stabilizers_are_not_proved(tmp_path):
+    element = {"kind": "attitude", "K": [9, 9, 9], "L": [1, 1, 1]}
+    base = paper_config("free", **SHORT) | {"schema_version": 2, "elements": {"upright": element}}
+    del base["controller"]
+    plan = load_plan({"base": base, "vary": {"elements.upright.K": {"scale": {"values": [1, 2]}}}})
+    run_sweep(tmp_path / "sweep", plan, threads=1, factory=factory_for("scipy"))
+    table = rbstab.open_sweep(tmp_path / "sweep")
+    assert set(table.words("convergence")) == {"unknown"}

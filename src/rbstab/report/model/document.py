@@ -73,6 +73,24 @@ class Solid:
 
 
 @dataclass(frozen=True, eq=False)
+class Tie:
+    """A line of an animation, from a point of the body to a point of space.
+
+    Args:
+        name: The name of its element.
+        point: The point of the body, body coordinates, shape (3,), m.
+        anchor: The point of space, inertial, shape (3,), m.
+        loads: The force of the element at each time, shape (n,), N: positive if it pulls the body
+            toward the anchor, negative if it pushes.
+    """
+
+    name: str
+    point: Array
+    anchor: Array
+    loads: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Animation:
     """An animation of the trajectory of a body.
 
@@ -86,6 +104,7 @@ class Animation:
         contact_point: R, body coordinates, shape (3,), m.
         anchor: The point to which the contact point is tied, inertial, shape (3,), m; None for a
             free body.
+        ties: The elements that act between a point of the body and a point of space.
     """
 
     name: str
@@ -96,6 +115,7 @@ class Animation:
     solid: Solid
     contact_point: Array
     anchor: Array | None
+    ties: tuple[Tie, ...] = ()
 
 
 Block = str | Table | Figure | Animation

@@ -4,11 +4,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from rbstab.config.build import system_of
+from rbstab.elements.declarations import ANCHOR, POINT
 from rbstab.mechanics import attitude
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.document import Animation
+from rbstab.report.model.document import Animation, Tie
 from rbstab.report.reading.sources import Run
+from rbstab.report.runs.figures.curves import norms
 from rbstab.report.runs.solid import bone_of, semi_axes
+from rbstab.systems.system import System
 
 MAX_FRAMES = 360
 """Maximum number of frames. A page stores the pose of each; more would not be visible."""
@@ -31,7 +34,7 @@ def animation_of(run: Run) -> Animation:
     times = run.result["time"][finite]
     lengths, _ = semi_axes(system.body)
     frames = _frames(times, X[finite] / lengths[-1], turns)
-    has_anchor = run.config.controller.variant != "free"
+    has_anchor = run.config.controller.variant not in ("none", "free")
     return Animation(
         name=run.name,
         title=run.label,
@@ -42,7 +45,26 @@ def animation_of(run: Run) -> Animation:
         contact_point=system.body.contact_point,
         # E is measured from the contact point at X = 0, Θ = 0, moved by X_a (eq. 38).
         anchor=system.body.contact_point + system.anchor if has_anchor else None,
+        ties=_ties(run, system, turns[frames], finite[frames]),
     )
+
+
+def _ties(run: Run, system: System, turns: Rotation, samples: Array) -> tuple[Tie, ...]:
+    """Return the elements with a point and an anchor, with their loads at some samples."""
+    if "element_force" not in run.result:
+        return ()
+    names = [str(name) for name in run.result["element"]]
+    forces, X = run.result["element_force"][samples], run.result["position"][samples]
+    ties = []
+    for element in system.elements:
+        if element.name not in names or POINT not in element.gains:
+            continue
+        point, anchor = (np.asarray(getattr(element, end.name)) for end in (POINT, ANCHOR))
+        own = forces[:, names.index(element.name)]
+        toward = anchor - (X + turns.apply(point))
+        loads = np.copysign(norms(own), (own * toward).sum(axis=1))
+        ties.append(Tie(element.name, point, anchor, loads))
+    return tuple(ties)
 
 
 def _frames(times: Array, positions: Array, turns: Rotation) -> Array:

@@ -69,6 +69,14 @@ def _animation_data(animation: Animation) -> JSON:
         "triangles": animation.solid.triangles.ravel().tolist(),
         "contact_point": animation.contact_point.tolist(),
         "anchor": None if animation.anchor is None else animation.anchor.tolist(),
+        "ties": [
+            {
+                "point": tie.point.tolist(),
+                "anchor": tie.anchor.tolist(),
+                "loads": packed_array(tie.loads),
+            }
+            for tie in animation.ties
+        ],
     }
 
 

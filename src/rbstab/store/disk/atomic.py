@@ -3,6 +3,7 @@
 import errno
 import os
 import secrets
+import stat
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -28,7 +29,9 @@ _NO_SYNC_ERRORS = (errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS, 
 """Errors of file systems that cannot sync a folder."""
 
 
-def write_atomically(path: Path, content: bytes, *, replace: bool = False) -> None:
+def write_atomically(
+    path: Path, content: bytes, *, replace: bool = False, keep_access: bool = False
+) -> None:
     """Write a file atomically: at any time it is absent, unchanged, or complete.
 
     The content is written to a hidden file in the same folder, synced to disk, and then renamed.
@@ -37,22 +40,27 @@ def write_atomically(path: Path, content: bytes, *, replace: bool = False) -> No
         path: The file; its folder must exist.
         content: The bytes.
         replace: Whether an existing file is replaced.
+        keep_access: Whether the new file has the permissions, and where possible the owner, of the
+            file that it replaces; that file must exist.
 
     Raises:
         ResultExistsError: The file exists and `replace` is not set.
         OSError: The file cannot be written, for example because the disk is full.
     """
-    with atomic_file(path, replace=replace) as file:
+    with atomic_file(path, replace=replace, keep_access=keep_access) as file:
         write_all(file, content)
 
 
 @contextmanager
-def atomic_file(path: Path, *, replace: bool = False) -> Iterator[BinaryIO]:
+def atomic_file(
+    path: Path, *, replace: bool = False, keep_access: bool = False
+) -> Iterator[BinaryIO]:
     """Return a context that yields a hidden file for writing, and renames it at its end.
 
     Args:
         path: The file; its folder must exist.
         replace: Whether an existing file is replaced.
+        keep_access: As `write_atomically`.
 
     Yields:
         A new file in the same folder, open for writing and reading, without a buffer. Write with
@@ -69,6 +77,8 @@ def atomic_file(path: Path, *, replace: bool = False) -> Iterator[BinaryIO]:
     try:
         with file:
             yield file
+            if keep_access:
+                _copy_access(path, partial)
             os.fsync(file.fileno())
         if replace:
             partial.replace(path)
@@ -164,6 +174,15 @@ def _new_partial_file(path: Path) -> tuple[Path, BinaryIO]:
             file.close()
             raise
         file.close()
+
+
+def _copy_access(path: Path, new: Path) -> None:
+    """Give a new file the permissions of another one, and its owner if this process may do so."""
+    status = path.stat()
+    # The owner first: a change of it may clear some permissions.
+    with suppress(OSError, AttributeError):
+        os.chown(new, status.st_uid, status.st_gid)
+    new.chmod(stat.S_IMODE(status.st_mode))
 
 
 def _lock(file: BinaryIO) -> None:

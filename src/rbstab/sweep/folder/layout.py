@@ -51,4 +51,9 @@ def _column(plan: Plan, varied: VariedKey) -> Column:
     if varied.scale:
         return Column((), "f8", "1", f"factor on {varied.key}")
     whole = key_of(tuple(part for part in varied.path if isinstance(part, str)))
-    return Column((), "f8", unit_of(whole), varied.key)
+    kinds = {
+        name: element.kind
+        for variant in plan.variants
+        for name, element in plan.base_of(variant).elements.items()
+    }
+    return Column((), "f8", unit_of(whole, kinds), varied.key)

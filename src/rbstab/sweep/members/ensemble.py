@@ -145,13 +145,15 @@ class _VariantEngine:
     def _shared_rest_state(self) -> SharedState | None:
         """Return the rest state nearest to the unloaded position, if all members share it."""
         varied = {key.path[0] for key in self.binding.varied_keys}
-        weightless = not any(self.binding.base.gravity) and "gravity" not in varied
+        base = self.binding.base
+        loaded = any(base.gravity) or "gravity" in varied or bool(base.elements)
         if varied <= {"initial"}:
             nearest = nearest_rest_state(self.problem.system)
             q = configurations(self.problem.system).configuration(nearest.motion, nearest.own)
             return SharedState(q, nearest.energy) if nearest.found else None
-        # Without a load it is the unloaded position, where no energy is stored.
-        return SharedState(None, 0.0) if weightless else None
+        # Without a load it is the unloaded position, where no energy is stored. Elements of the
+        # config may pull there.
+        return None if loaded else SharedState(None, 0.0)
 
     def order(self, values: dict[str, Array]) -> Array:
         """Return the order in which members are integrated, shape (m,): by their energy.

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.build import problem_of
-from rbstab.config.load import load_config, resolved
+from rbstab.config.load import load_config, plain_data, resolved
 from rbstab.config.schema import Config
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
@@ -165,7 +165,7 @@ class Plan:
     @cached_property
     def templates(self) -> dict[str, dict[str, Any]]:
         """The bases as plain data with all defaults filled in. Do not change them."""
-        return {name: _template_of(base) for name, base in self.bases.items()}
+        return {name: plain_data(base) for name, base in self.bases.items()}
 
     def _has(self, variant: str, varied: VariedKey) -> bool:
         try:
@@ -207,12 +207,6 @@ class Plan:
         points = 1 if self.design is None else self.design.points
         numbers = np.arange(start, stop)
         return numbers // points, numbers % points
-
-
-def _template_of(config: Config) -> dict[str, Any]:
-    """Return a config as plain data with all defaults filled in. It loads as the same config."""
-    data: dict[str, Any] = config.model_dump(mode="json", exclude_none=True)
-    return data
 
 
 def plan_id(plan: Plan) -> str:

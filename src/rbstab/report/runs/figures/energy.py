@@ -4,8 +4,9 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Figure, Line, Panel, Stack
+from rbstab.report.model.palette import COLOURS
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import TIME, axis_of, column_count, components
+from rbstab.report.runs.figures.curves import TIME, axis_of, column_count, components, norms
 
 SUM_COLOUR = 6
 """Number of the palette colour of sums: grey."""
@@ -53,6 +54,39 @@ def force_figure(run: Run) -> Figure:
     )
 
 
+def element_figures(run: Run) -> tuple[Figure, ...]:
+    """Return the size of force and couple of each element of the config; () without elements."""
+    if "element" not in run.result:
+        return ()
+    names = [str(name) for name in run.result["element"]]
+    panels = []
+    for quantity in ("element_force", "element_couple"):
+        values = run.result[quantity]
+        marks = [
+            Line(
+                run.result["time"],
+                norms(values[:, number]),
+                name,
+                colour=number,
+                dash=number // len(COLOURS),
+            )
+            for number, name in enumerate(names)
+            if values[:, number].any()
+        ]
+        if marks:
+            panels.append(Panel(TIME, axis_of(quantity), tuple(marks)))
+    return (
+        Figure(
+            f"{run.name}-elements",
+            f"Size of the force and the couple of each element: {run.label}",
+            tuple(panels),
+            columns=2,
+            caption="The couple is that about the centre of gravity.",
+            shares_time=True,
+        ),
+    )
+
+
 def _stacked(run: Run, name: str, parts: Array, labels: tuple[str, ...]) -> Panel:
     t = run.result["time"]
     with np.errstate(all="ignore"):
@@ -64,7 +98,7 @@ def _stacked(run: Run, name: str, parts: Array, labels: tuple[str, ...]) -> Pane
 def _separate(run: Run, name: str, parts: Array, labels: tuple[str, ...]) -> Panel:
     t = run.result["time"]
     marks = [
-        Line(t, np.abs(parts[:, number]), label, colour=number)
+        Line(t, np.abs(parts[:, number]), label, colour=number, dash=number // len(COLOURS))
         for number, label in enumerate(labels)
     ]
     return Panel(TIME, axis_of(name, magnitude=True), tuple(marks))

@@ -4,6 +4,8 @@ const moving = JSON.parse(document.getElementById("page.motions").textContent);
 const views = [];
 const CONTACT = "#D55E00";
 const ANCHOR = "#009E73";
+const PULLS = "#CC3311";
+const PUSHES = "#0077BB";
 const BODY = { light: [122, 143, 166], dark: [138, 160, 184] };
 const SUN = unit([0.35, -0.55, 0.9]);
 
@@ -25,6 +27,8 @@ class MotionView {
     this.triangles = Array.from({ length: motion.triangles.length / 3 }, (_, i) => motion.triangles.slice(3 * i, 3 * i + 3));
     this.contact = motion.contact_point;
     this.anchor = motion.anchor;
+    this.ties = motion.ties.map((tie) => ({ ...tie, loads: unpacked(tie.loads, 1).map(([load]) => load) }));
+    this.largestLoad = Math.max(...this.ties.flatMap((tie) => tie.loads.map(Math.abs)), 0) || 1;
     this.trace = this.positions.map((X, i) => plus(X, turned(this.rotations[i], this.contact)));
     this.reach = Math.max(...this.vertices.map((v) => hypot(...v)), hypot(...this.contact));
     const [low, high] = this.bounds();
@@ -34,9 +38,10 @@ class MotionView {
     this.listen();
   }
 
-  /** Return the corners of a box around all positions of the centre of gravity, and the anchor. */
+  /** Return the corners of a box around all positions of the centre of gravity, and all anchors. */
   bounds() {
-    const places = this.anchor ? [...this.positions, this.anchor] : this.positions;
+    const anchors = this.ties.map((tie) => tie.anchor);
+    const places = [...this.positions, ...anchors, ...(this.anchor ? [this.anchor] : [])];
     const along = (axis, pick) => places.reduce((found, place) => pick(found, place[axis]), places[0][axis]);
     return [Math.min, Math.max].map((pick) => [0, 1, 2].map((axis) => along(axis, pick)));
   }
@@ -71,6 +76,7 @@ class MotionView {
     this.addBody(painter, pose);
     this.addTrace(painter, pose);
     this.addTies(painter, pose);
+    this.addElements(painter, pose);
     painter.paint();
     const numbers = [...pose.X, ...plus(pose.X, turned(pose.Q, this.contact))];
     canvas.dataset.pose = numbers.map((value) => value.toFixed(4)).join(" ");
@@ -122,6 +128,19 @@ class MotionView {
       painter.disc(this.anchor, 6.5, ANCHOR, tone("page"), -over);
     }
     painter.disc(here, 4, CONTACT, tone("page"), -2 * over);
+  }
+
+  /** Add the elements between points of the body and points of space: wider under more load, dashed without load. */
+  addElements(painter, { X, Q, before }) {
+    const over = 10 * this.camera.size;
+    for (const { point, anchor, loads } of this.ties) {
+      const load = loads[before];
+      const share = Math.abs(load) / this.largestLoad;
+      const colour = share < 1e-6 ? tone("soft") : load > 0 ? PULLS : PUSHES;
+      const style = share < 1e-6 ? { nearer: over, dash: [3, 4] } : { nearer: over };
+      painter.line([anchor, plus(X, turned(Q, point))], colour, 1.2 + 3.3 * Math.sqrt(share), style);
+      painter.disc(anchor, 4, colour, tone("page"), -over);
+    }
   }
 
   listen() {

@@ -1,0 +1,148 @@
+"""The least barrier of θ2 with which every start in the range is proved to converge."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.settling import settling_times
+from rbstab.config.errors import ConfigError, ConfigProblem, Location
+from rbstab.config.load import load_config, plain_data
+from rbstab.config.schema import Config
+from rbstab.experiment.proof import prove
+from rbstab.experiment.simulate import simulate
+from rbstab.experiment.summary import lyapunov_function_of, summary_of
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.numbers import Array
+from rbstab.store.result import Result
+
+NAME = "range"
+"""The name of the barrier in the new config."""
+
+LADDER = tuple(float(f"{digit}e{power}") for power in range(-2, 5) for digit in (1, 2, 5))
+"""N m: the stiffnesses that are tried, ascending, until one is proved."""
+
+REFINEMENTS = 4
+"""How often the gap below the first proved stiffness is halved, in logarithms."""
+
+
+class RunOutcome(NamedTuple):
+    """What a barrier changes in a run.
+
+    Attributes:
+        status: The status of the run.
+        largest_pitch: The largest |θ2|, rad.
+        settling_time: The time after which v stays below v(0)/1000, s; NaN if it does not.
+        largest_couple: The largest couple of the barrier, N m; 0 without one.
+    """
+
+    status: RunStatus
+    largest_pitch: float
+    settling_time: float
+    largest_couple: float
+
+
+class Guarded(NamedTuple):
+    """A config with the least barrier that was proved.
+
+    Attributes:
+        config: The config with the barrier; None if no stiffness was proved.
+        stiffness: Its stiffness, N m; None likewise.
+        tried: Each stiffness that was tried, with what the proof says.
+        given: The run of the given config.
+        guarded: The run of the config with the barrier; None likewise.
+    """
+
+    config: Config | None
+    stiffness: float | None
+    tried: tuple[tuple[float, str], ...]
+    given: RunOutcome
+    guarded: RunOutcome | None
+
+
+def guard(config: Config, on_tried: Callable[[float, str], None] = lambda *_: None) -> Guarded:
+    """Find the least stiffness of a barrier with which every start is proved to converge.
+
+    More stiffness is not always better: a barrier can bring rest states of its own. So the
+    stiffnesses of `LADDER` are tried one after the other, and then some between the last one that
+    is not proved and the first one that is. A smaller one outside these may do too.
+
+    Args:
+        config: The config; a barrier in it is replaced.
+        on_tried: Called with each stiffness, N m, and what the proof says.
+
+    Raises:
+        ConfigError: The config has an element of another kind with the name of the barrier.
+    """
+    tried: dict[float, str] = {}
+
+    def is_proved(stiffness: float) -> bool:
+        proof = prove(with_barrier(config, stiffness))
+        tried[stiffness] = "every start converges" if proof.every_start else proof.outcome
+        on_tried(stiffness, tried[stiffness])
+        return bool(proof.every_start)
+
+    found = next((stiffness for stiffness in LADDER if is_proved(stiffness)), None)
+    if found is not None and found != LADDER[0]:
+        found = _refined(LADDER[LADDER.index(found) - 1], found, is_proved)
+    given = _outcome(simulate(config))
+    if found is None:
+        return Guarded(None, None, tuple(tried.items()), given, None)
+    guarded = with_barrier(config, found)
+    return Guarded(guarded, found, tuple(tried.items()), given, _outcome(simulate(guarded)))
+
+
+def with_barrier(config: Config, stiffness: float) -> Config:
+    """Return a config of schema version 2 with one barrier of this stiffness, N m."""
+    data: dict[str, Any] = plain_data(config) | {"schema_version": 2}
+    elements = {
+        name: element
+        for name, element in data.get("elements", {}).items()
+        if element["kind"] != "guard"
+    }
+    if NAME in elements:
+        raise ConfigError(
+            [
+                ConfigProblem(
+                    Location("config"),
+                    f"elements.{NAME}",
+                    "is not a guard",
+                    "expected another name for this element",
+                )
+            ]
+        )
+    elements[NAME] = {"kind": "guard", "method": "barrier", "stiffness": stiffness}
+    return load_config(data | {"elements": elements})
+
+
+def _refined(low: float, high: float, is_proved: Callable[[float], bool]) -> float:
+    """Return a smaller proved stiffness in (low, high], of two digits; high if there is none."""
+    for _ in range(REFINEMENTS):
+        middle = float(f"{np.sqrt(low * high):.2g}")
+        if not low < middle < high:
+            break
+        if is_proved(middle):
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+def _outcome(result: Result) -> RunOutcome:
+    v = lyapunov_function_of(result)
+    from_rest = result["orientation"][-1] - result["rest_orientation"]
+    settled = settling_times(result["time"], v[np.newaxis], from_rest[np.newaxis])
+    return RunOutcome(
+        RunStatus(result.status),
+        summary_of(result).largest_pitch,
+        float(settled[0]),
+        float(np.linalg.norm(_couples(result), axis=1).max(initial=0.0)),
+    )
+
+
+def _couples(result: Result) -> Array:
+    """Return the couple of the barrier at each sample, shape (n, 3), N m; (0, 3) without one."""
+    names = [str(name) for name in result["element"]] if "element" in result else []
+    if NAME not in names:
+        return np.zeros((0, 3))
+    return result["element_couple"][:, names.index(NAME)]

@@ -5,18 +5,24 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.config_elements import config_data
 from support.paper_runs import CASE_NAMES, CASES, paper_config
 
 import rbstab
 from rbstab.analysis.fingerprint import P, Residue, fingerprint, residue
 from rbstab.config.build import system_of
 from rbstab.config.schema import Config
+from rbstab.elements.attitude_spring import AttitudeSpring
+from rbstab.elements.barrier import Barrier
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.spring import Spring
+from rbstab.elements.visco_elastic import ViscoElasticTie
 from rbstab.experiment.proof import proof_id
 from rbstab.mechanics import attitude
 from rbstab.mechanics.motion import Wrench
+from rbstab.mechanics.numbers import sqrt
 
 
 def embedded() -> Config:
@@ -63,6 +69,45 @@ def test_a_changed_equation_changes_the_id(
     assert proof_id(config) != before
     # Older ids did not notice it.
     assert proof_id(config, 2) == old
+
+
+@pytest.mark.parametrize("method", ["stored", "wrench", "dissipated"])
+@pytest.mark.parametrize("kind", [Spring, ViscoElasticTie, AttitudeSpring, Barrier])
+def test_a_changed_equation_of_an_element_changes_it(
+    monkeypatch: pytest.MonkeyPatch, kind: type, method: str
+) -> None:
+    config = rbstab.load_config(config_data())
+    before = of(config)
+    assert of(config) == before
+    monkeypatch.setattr(kind, method, scaled(getattr(kind, method)))
+    # A guard loses nothing, so its dissipation is zero, scaled or not.
+    assert (of(config) == before) == (kind is Barrier and method == "dissipated")
+
+
+def test_a_rearranged_equation_of_a_spring_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    """½ k (ℓ² - 2ℓℓ₀ + ℓ₀²), the same square written out."""
+    config = rbstab.load_config(config_data())
+    before = of(config)
+
+    def stored(self: Spring, motion: Any, own: Any) -> Any:
+        e = motion.X + motion.A @ self.point - self.anchor
+        length, rest = sqrt(e @ e), self.rest_length
+        return (length * length - 2 * rest * length + rest * rest) * self.stiffness / 2
+
+    monkeypatch.setattr(Spring, "stored", stored)
+    assert of(config) == before
+
+
+def test_square_root_of_a_residue() -> None:
+    """Half of all residues have a root; of the others, it is that of -x."""
+    signs = set()
+    for value in range(2, 40):
+        x = residue(value) / 7
+        root = x.sqrt()
+        square = (root * root).value
+        assert square in {x.value, (-x).value}
+        signs.add(square == x.value)
+    assert signs == {True, False}
 
 
 def test_a_rearranged_equation_does_not(monkeypatch: pytest.MonkeyPatch) -> None:

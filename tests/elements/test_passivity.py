@@ -14,7 +14,7 @@ from support.elements import CASES, case_id, random_element
 from support.path import random_path
 from support.systems import random_body, random_Z
 
-from rbstab.elements.registry import ELEMENTS
+from rbstab.elements.registry import ELEMENTS, KINDS
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import motion_from_centre
@@ -77,11 +77,13 @@ def test_power_is_stored_or_dissipated(rng, case):
             lambda y: element.stored(motion_from_centre(body, anchor, y[:12]), y[12:]),
             np.concatenate([Z, own]),
             rates,
+            1e-2 * case[1].step,
         )
 
+    error = 1e-11 / case[1].step  # round-off grows as steps get smaller
     for body, anchor, Z, own in random_states(rng, element):
         motion = motion_from_centre(body, anchor, Z)
-        assert_balanced(element, motion, own, rate_of_the_energy(body, anchor, Z, own), 1e-11)
+        assert_balanced(element, motion, own, rate_of_the_energy(body, anchor, Z, own), error)
 
 
 @pytest.mark.parametrize("case", POTENTIALS, ids=case_id)
@@ -96,7 +98,7 @@ def test_power_is_stored_or_dissipated_along_a_path(rng, case):
             motion = motion_from_centre(path.body, anchor, path.Z(t))
             return element.stored(motion, own + t * own_rates)
 
-        return derivative(stored)
+        return derivative(stored, 5e-3 * case[1].step)
 
     for _ in range(STATES):
         path, anchor = random_path(rng, random_body(rng)), rng.normal(size=3)
@@ -113,9 +115,11 @@ def test_dissipation_is_not_negative(rng, element, states):
         assert element.dissipated(motion_from_centre(body, anchor, paced), own) >= 0
 
 
-def test_loss_is_positive_while_anything_moves(element, states):
-    """An element dissipates exactly if one of its gains is declared to dissipate."""
-    damped = any(gain.dissipates for gain in element.gains)
+def test_loss_is_positive_while_anything_moves(element, states, case):
+    """An element dissipates exactly if it is damped."""
+    damped = case[1].loses
+    if damped is None:
+        damped = any(gain.dissipates for gain in element.gains)
     for body, anchor, Z, own in states:
         lost = element.dissipated(motion_from_centre(body, anchor, Z), own)
         assert lost > 0 if damped else lost == 0
@@ -141,7 +145,8 @@ def test_springs_store_nothing_unless_stretched(element, rng, case):
     own = np.zeros(element.state_size)
     # E is zero up to round-off. A V is linear in it, where a spring is quadratic.
     expected = case[1].unstretched(element)
-    round_off = 1e-25 if not isinstance(element, SlidingConnector) else 1e-12
+    is_square = expected == 0 and not isinstance(element, SlidingConnector)
+    round_off = 1e-25 if is_square else 1e-14 * max(100.0, expected)
     assert abs(element.stored(motion, own) - expected) < round_off
 
 
@@ -158,10 +163,10 @@ def test_gains_cannot_be_changed(element):
             setattr(element, field.name, np.eye(3))
 
 
-@pytest.mark.parametrize("kind", ELEMENTS, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", [*ELEMENTS, *KINDS.values()], ids=lambda kind: kind.__name__)
 def test_every_declared_gain_is_a_field(kind):
     declared = [gain.name for gain in kind.gains]
-    assert declared == [field.name for field in fields(kind) if field.name in declared]
+    assert set(declared) <= {field.name for field in fields(cast("Any", kind))}
     assert all(gain.shape == "matrix" and gain.positive for gain in kind.gains if gain.dissipates)
 
 

@@ -9,13 +9,17 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from rbstab.elements.attitude_spring import AttitudeSpring
+from rbstab.elements.barrier import Barrier
 from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
-from rbstab.elements.registry import ELEMENTS
+from rbstab.elements.registry import ELEMENTS, KINDS
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.spring import Spring
+from rbstab.elements.visco_elastic import ViscoElasticTie
 
-SCALES = {"N/m": 1000.0, "N s/m": 100.0, "N m/rad": 100.0, "N m s/rad": 10.0}
+SCALES = {"N/m": 1000.0, "N s/m": 100.0, "N m/rad": 100.0, "N m s/rad": 10.0, "m": 1.0}
 """The size of a random gain by its unit; 100 for any other unit."""
 
 
@@ -46,12 +50,17 @@ class Form(NamedTuple):
         fields: Makes random values of these fields.
         has_potential: Whether `stored` is the potential of the element's force.
         unstretched: The energy stored at X = E = 0, Θ = 0, of an element of this form.
+        loses: Whether it loses power while anything moves; by default, whether one of its gains is
+            declared to dissipate.
+        step: A factor of the steps of differences: a pole close by needs small ones.
     """
 
     name: str = ""
     fields: Callable[[np.random.Generator], dict[str, Any]] = lambda _: {}
     has_potential: bool = True
     unstretched: Callable[[Any], float] = lambda _: 0.0
+    loses: bool | None = None
+    step: float = 1.0
 
 
 def _weight(rng: np.random.Generator) -> dict[str, Any]:
@@ -79,6 +88,22 @@ def _energy_of_the_layers(element: SlidingConnector) -> float:
     return float(element.layer @ element.K_s * element.layer_width / 2)
 
 
+def _named(_: np.random.Generator) -> dict[str, Any]:
+    return {"name": "one"}
+
+
+def _energy_of_the_tie(tie: ViscoElasticTie) -> float:
+    """Return ½ e'K_c e with e = p - anchor."""
+    e = tie.point - tie.anchor
+    return float(e @ tie.K_c @ e / 2)
+
+
+def _energy_of_the_spring(spring: Spring) -> float:
+    """Return ½ k(|p - anchor| - ℓ₀)²."""
+    extension = float(np.linalg.norm(spring.point - spring.anchor)) - spring.rest_length
+    return float(spring.stiffness * extension**2 / 2)
+
+
 FORMS: dict[type[Element], tuple[Form, ...]] = {
     Gravity: (Form(fields=_weight),),
     SlidingConnector: (
@@ -91,6 +116,10 @@ FORMS: dict[type[Element], tuple[Form, ...]] = {
         Form("s = F + κE", _sliding(slides=True, layered=False), has_potential=False),
         Form("s = F + κE in its layer", _sliding(slides=True, layered=True), has_potential=False),
     ),
+    Spring: (Form(fields=_named, unstretched=_energy_of_the_spring, loses=True, step=0.2),),
+    ViscoElasticTie: (Form(fields=_named, unstretched=_energy_of_the_tie),),
+    AttitudeSpring: (Form(fields=_named),),
+    Barrier: (Form(fields=_named, step=0.1),),
 }
 """The forms of the elements with fields that are not declared gains."""
 
@@ -100,7 +129,7 @@ def forms_of(kind: type[Element]) -> tuple[Form, ...]:
     return FORMS.get(kind, (Form(),))
 
 
-CASES = [(kind, form) for kind in ELEMENTS for form in forms_of(kind)]
+CASES = [(kind, form) for kind in (*ELEMENTS, *KINDS.values()) for form in forms_of(kind)]
 """Every element in each of its forms."""
 
 
@@ -110,9 +139,7 @@ def case_id(case: tuple[type[Element], Form]) -> str:
     return f"{kind.__name__} {form.name}".rstrip()
 
 
-def random_element(
-    rng: np.random.Generator, kind: type[Element], form: Form | None = None
-) -> Element:
+def random_element(rng: np.random.Generator, kind: type[Element], form: Form | None = None) -> Any:
     """Return a random element in one of its forms, by default in the first."""
     values = {gain.name: random_gain(rng, gain) for gain in kind.gains}
     values |= (form or forms_of(kind)[0]).fields(rng)

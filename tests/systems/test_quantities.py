@@ -15,6 +15,7 @@ def test_axes_are_those_of_a_run():
         ("time",),
         ("time", "axis"),
         ("time", "part"),
+        ("time", "element", "axis"),
         ("switch",),
         ("transition",),
     }

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def command(
     config: Path, output: Path | None, changes: tuple[str, ...], force: bool, as_json: bool
 ) -> None:
-    """Find the least barrier of θ2 with which every start in the range is proved to converge.
+    """Find the least barrier of θ2 with which every start is proved to converge.
 
     A barrier adds the energy ½ k tan² θ2. Stiffnesses k from 0.01 to 50,000 N m are tried until one
     is proved, then some below it. Shows what the barrier changes in the run of the config, and

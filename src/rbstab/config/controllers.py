@@ -169,4 +169,4 @@ CONTROLLERS: dict[str, Any] = {
 """The controller model of each variant."""
 
 # Pickle finds a model by its name in this module.
-globals().update({model.__name__: model for model in CONTROLLERS.values()})
+globals().update({model.__name__: model for model in (NoController, *CONTROLLERS.values())})

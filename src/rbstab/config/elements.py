@@ -6,13 +6,13 @@ The fields of a kind follow from the declarations of its element (`rbstab.elemen
 import re
 from functools import reduce
 from operator import or_
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WrapValidator, create_model
 
 from rbstab.config.controllers import gain_fields
 from rbstab.config.quantities import value_error
-from rbstab.config.section import Section, required
+from rbstab.config.section import FrozenMapping, Section, required
 from rbstab.elements.registry import KINDS
 
 MAX_ELEMENTS = 100
@@ -77,22 +77,6 @@ def _check_element(value: Any, _handler: Any) -> Any:
     return model.model_validate(value)
 
 
-class ElementsByName(dict[str, Any]):
-    """The elements of a config by name: an immutable mapping with a hash, in the order of names."""
-
-    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("a config is immutable")
-
-    __setitem__ = __delitem__ = __ior__ = _refuse
-    clear = pop = popitem = setdefault = update = _refuse
-
-    def __hash__(self) -> int:  # type: ignore[override]
-        return hash(tuple(self.items()))
-
-    def __reduce__(self) -> Any:
-        return type(self), (dict(self),)
-
-
 def _in_order(elements: Any) -> Any:
     """Return the elements in the order of their names, which fixes the order of all sums."""
     if not isinstance(elements, dict):
@@ -102,19 +86,20 @@ def _in_order(elements: Any) -> Any:
     return {name: elements[name] for name in sorted(elements, key=str)}
 
 
-_AnyElement: Any = reduce(or_, ELEMENT_MODELS.values())
+_ANY_ELEMENT: Any = reduce(or_, ELEMENT_MODELS.values())
+"""For the JSON Schema: `_check_element` chooses the model by the kind, for better messages."""
 
-_Elements: Any = Annotated[
+_NAMES = {"pattern": f"^{_NAME.pattern}$", "not": {"enum": list(RESERVED_NAMES)}}
+
+Elements = Annotated[
     dict[
         Annotated[str, BeforeValidator(_check_name)],
-        Annotated[_AnyElement, WrapValidator(_check_element)],
+        Annotated[_ANY_ELEMENT, WrapValidator(_check_element)],
     ],
     BeforeValidator(_in_order),
-    AfterValidator(ElementsByName),
-    Field(description="elements by name; schema_version: 2"),
+    AfterValidator(FrozenMapping),
+    Field(
+        description="elements by name; schema_version: 2",
+        json_schema_extra={"maxProperties": MAX_ELEMENTS, "propertyNames": _NAMES},
+    ),
 ]
-
-if TYPE_CHECKING:
-    Elements = ElementsByName
-else:
-    Elements = _Elements

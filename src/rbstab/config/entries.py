@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from rbstab.config.schema import Config
-from rbstab.config.section import Section
+from rbstab.config.section import FrozenMapping, Section
 from rbstab.config.source import Path, key_of
 from rbstab.elements.registry import GAINS, KINDS
 from rbstab.mechanics.numbers import Number
@@ -111,7 +111,7 @@ def _replaced(value: Any, path: Path, numbers: Mapping[Path, Number]) -> Any:
     if isinstance(value, tuple):
         return tuple(_replaced(entry, (*path, i), numbers) for i, entry in enumerate(value))
     if isinstance(value, dict):
-        return type(value)(
+        return FrozenMapping(
             {name: _replaced(entry, (*path, name), numbers) for name, entry in value.items()}
         )
     changes = {

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from rbstab.config.errors import ConfigError, ConfigProblem, Location
 from rbstab.config.messages import describe, problems_of
 from rbstab.config.overrides import override
-from rbstab.config.schema import NO_VARIANT, SCHEMA_VERSIONS, VARIANTS, Config, model_of
+from rbstab.config.schema import NO_VARIANT, SCHEMA_VERSIONS, VARIANTS, Config, model_of, variant_of
 from rbstab.config.source import MAX_DEPTH, Source, read_source
 from rbstab.elements.registry import OWN_STATES
 
@@ -147,14 +147,6 @@ def run_id(config: Config) -> str:
     """
     text = json.dumps(resolved(config), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-
-def variant_of(data: Mapping[str, Any]) -> Any:
-    """Return the variant that the data of a config state: none without a controller."""
-    if "controller" not in data and data.get("schema_version") == 2:
-        return NO_VARIANT
-    controller = data.get("controller")
-    return controller.get("variant") if isinstance(controller, dict) else None
 
 
 def _variant_problem(source: Source) -> ConfigProblem | None:

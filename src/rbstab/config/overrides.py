@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from rbstab.config.errors import ConfigError, ConfigProblem, Location, shortened
-from rbstab.config.schema import NO_VARIANT, VARIANTS, model_of
+from rbstab.config.schema import NO_VARIANT, VARIANTS, model_of, variant_of
 from rbstab.config.source import MAX_DEPTH, Path, Source, key_of, parse_source
 
 _KEY_PART = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]{1,6})\]")
@@ -90,8 +90,7 @@ def _container(source: Source, path: Path, name: str) -> Any:
 
 def _default(source: Source, path: Path) -> Any:
     """Return the initial value of a missing key: its default as a list, else an empty mapping."""
-    controller = source.data.get("controller")
-    variant = controller.get("variant") if isinstance(controller, dict) else NO_VARIANT
+    variant = variant_of(source.data)
     value: Any = None
     if isinstance(variant, str) and variant in (*VARIANTS, NO_VARIANT):
         value = model_of(variant)

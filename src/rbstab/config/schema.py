@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field
 from pydantic_core import PydanticCustomError
 
 from rbstab.config.controllers import CONTROLLERS, NoController, model_name
-from rbstab.config.elements import Elements, ElementsByName
+from rbstab.config.elements import Elements
 from rbstab.config.quantities import (
     Count,
     LongText,
@@ -25,7 +25,7 @@ from rbstab.config.quantities import (
     components,
     value_error,
 )
-from rbstab.config.section import Section, required, word_or_section
+from rbstab.config.section import FrozenMapping, Section, required, word_or_section
 from rbstab.elements.registry import CONNECTORS
 
 SCHEMA_VERSIONS = (1, 2)
@@ -190,7 +190,7 @@ class Experiment(Section):
     body: BodySection
     gravity: Vector = _zero_vector("m/s^2, inertial")
     controller: Any
-    elements: Elements = Field(default_factory=ElementsByName)
+    elements: Elements = Field(default_factory=FrozenMapping)
     initial: Any = Field(default_factory=HeldInitial)
     integration: Any
     reference: Reference | None = None
@@ -198,7 +198,7 @@ class Experiment(Section):
     @field_validator("elements")
     @classmethod
     def _check_version(cls, elements: Any, info: ValidationInfo) -> Any:
-        if elements and info.data.get("schema_version") == 1:
+        if info.data.get("schema_version") == 1:
             raise value_error("is not a key of schema version 1", "expected schema_version: 2")
         return elements
 
@@ -302,6 +302,14 @@ def model_of(variant: str) -> type[Experiment]:
     return _experiment(variant) if variant == NO_VARIANT else VARIANTS[variant]
 
 
+def variant_of(data: Mapping[str, Any]) -> Any:
+    """Return the variant that the data of a config state: none without a controller."""
+    if "controller" not in data and data.get("schema_version") == 2:
+        return NO_VARIANT
+    controller = data.get("controller")
+    return controller.get("variant") if isinstance(controller, dict) else None
+
+
 def __getattr__(name: str) -> Any:
     # Pickle finds a model by its name in this module.
     for variant in (*CONTROLLERS, NO_VARIANT):
@@ -315,12 +323,25 @@ Config = Experiment
 """A config of any variant."""
 
 
+_SECOND_VERSION = {
+    "properties": {"schema_version": {"const": 2}},
+    "required": ["schema_version"],
+}
+"""The JSON Schema of a config of version 2, for what version 1 does not have."""
+
+
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of configs, for editors."""
     from pydantic import TypeAdapter
 
     models = [*VARIANTS.values(), model_of(NO_VARIANT)]
     schema = TypeAdapter(reduce(or_, models)).json_schema()
+    for variant in (*VARIANTS, NO_VARIANT):
+        model = schema["$defs"][model_name(variant, "Experiment")]
+        if variant == NO_VARIANT:
+            model |= {"allOf": [_SECOND_VERSION]}
+        else:
+            model |= {"dependentSchemas": {"elements": _SECOND_VERSION}}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": f"rbstab config, schema versions {' and '.join(map(str, SCHEMA_VERSIONS))}",

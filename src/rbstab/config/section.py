@@ -1,7 +1,7 @@
 """The base class of the config models, and helpers for their fields."""
 
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, NoReturn
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -13,6 +13,24 @@ class Section(BaseModel):
 
     # Built when first used: a command needs the models of one variant only.
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
+
+
+class FrozenMapping(dict[str, Any]):
+    """A mapping of a config that has no fixed keys: immutable, and with a hash like a section."""
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        """Return a hash that does not depend on the order, as equality does not."""
+        return hash(frozenset(self.items()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Make the mapping at once, for pickle and copies: no item can be set later."""
+        return type(self), (dict(self),)
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("a config cannot be changed")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
 
 
 def required(description: str) -> Any:

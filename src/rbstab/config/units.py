@@ -1,6 +1,6 @@
 """Units of the config keys."""
 
-from collections.abc import Mapping
+from collections.abc import Collection
 
 from rbstab.elements.registry import GAINS, KINDS, OWN_STATES
 
@@ -25,22 +25,24 @@ _UNITS = (
 _ELEMENT_UNITS = {
     (kind, gain.name): gain.unit for kind, element in KINDS.items() for gain in element.gains
 }
+"""By kind and key: the stiffness of a spring and that of a guard have different units."""
 
 
-def unit_of(key: str, kinds: Mapping[str, str] | None = None) -> str:
+def unit_of(key: str, kinds: Collection[str] = ()) -> str:
     """Return the unit of a config key such as `body.inertia`.
 
     Args:
         key: The key.
-        kinds: The kinds of the elements of the config, by name.
+        kinds: The kinds of the element in a key such as `elements.strut.stiffness`: one, or more
+            if several configs have an element of that name.
 
     Returns:
-        The unit. It is empty for keys without a unit, and for a boundary layer, whose unit depends
-        on the surface.
+        The unit. It is empty for keys without a unit, for a boundary layer, whose unit depends on
+        the surface, and if the kinds have different units.
     """
     section, _, rest = key.partition(".")
     if section != "elements":
         return _UNITS.get(key, "")
-    name, _, gain = rest.partition(".")
-    kind = (kinds or {}).get(name, "")
-    return _ELEMENT_UNITS.get((kind, gain), "")
+    gain = rest.partition(".")[2]
+    units = {_ELEMENT_UNITS.get((kind, gain), "") for kind in kinds}
+    return units.pop() if len(units) == 1 else ""

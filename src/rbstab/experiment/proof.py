@@ -18,6 +18,7 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
 from rbstab.experiment.proof_record import (
+    NO_STABILIZERS,
     Found,
     Proof,
     ProvedRegion,
@@ -114,7 +115,7 @@ def prove(config: Config, problem: Problem | None = None, *, search_only: bool =
     exact = system_of(config, decimals)
     if not damps_every_motion(exact):
         seconds = time.perf_counter() - start_time
-        return no_proof(identity, "no stabilizers damp every motion", seconds)
+        return no_proof(identity, NO_STABILIZERS, seconds)
     indefinite = indefinite_parameter(exact)
     if indefinite is not None:
         seconds = time.perf_counter() - start_time

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from rbstab.analysis.proof.rest_states import RestPoint, RestStates
     from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
+NO_STABILIZERS = "no stabilizers damp every motion"
+"""Why nothing is proved of a config without a controller."""
+
 Triple = tuple[float, float, float]
 
 OF_BARRIERS = ("barrier", "every_start")

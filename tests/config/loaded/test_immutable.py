@@ -8,7 +8,7 @@ import pytest
 from pydantic import BaseModel, ValidationError
 from support.configs import BY_VARIANT, PERMANENT, SOLVER_DEFAULTS, VISCO_ELASTIC
 
-from rbstab.config.elements import ElementsByName
+from rbstab.config.section import FrozenMapping
 
 
 def sections(model, path=""):
@@ -42,7 +42,7 @@ def test_no_value_can_be_assigned(load, text):
 @pytest.mark.parametrize("text", CONFIGS)
 def test_lists_are_tuples_to_the_bottom(load, text):
     def check(value):
-        assert not isinstance(value, list | dict | set) or isinstance(value, ElementsByName)
+        assert not isinstance(value, list | dict | set) or isinstance(value, FrozenMapping)
         if isinstance(value, tuple):
             for entry in value:
                 check(entry)
@@ -122,7 +122,7 @@ def test_values_of_the_file_are_kept(load):
 
 
 def test_elements_cannot_be_changed():
-    elements = ElementsByName({"a": 1, "b": (2, 3)})
+    elements = FrozenMapping({"a": 1, "b": (2, 3)})
     for change in (
         lambda: elements.update(c=4),
         lambda: elements.__setitem__("a", 5),
@@ -133,9 +133,9 @@ def test_elements_cannot_be_changed():
         elements.popitem,
         elements.clear,
     ):
-        with pytest.raises(TypeError, match="immutable"):
+        with pytest.raises(TypeError, match="cannot be changed"):
             change()
     assert elements == {"a": 1, "b": (2, 3)}
     copies = pickle.loads(pickle.dumps(elements)), deepcopy(elements)  # noqa: S301
-    assert all(type(copy) is ElementsByName and copy == elements for copy in copies)
+    assert all(type(copy) is FrozenMapping and copy == elements for copy in copies)
     assert {hash(copy) for copy in copies} == {hash(elements)}

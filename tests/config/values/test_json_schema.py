@@ -102,9 +102,9 @@ def test_both_refuse(validator, complaints, text):
 
 
 def _objects(node, path="$"):
-    """Yield the path and the schema of each object."""
+    """Yield the path and the schema of each object; parts of conditions are none."""
     if isinstance(node, dict):
-        if "properties" in node:
+        if "properties" in node and node.get("type") == "object":
             yield path, node
         for key, value in node.items():
             yield from _objects(value, f"{path}.{key}")
@@ -114,7 +114,16 @@ def _objects(node, path="$"):
 
 
 # Their names, or the values they may have, explain them.
-SELF_EXPLAINING = {"schema_version", "title", "variant", "source", "note", "final"}
+SELF_EXPLAINING = {
+    "schema_version",
+    "title",
+    "variant",
+    "kind",
+    "method",
+    "source",
+    "note",
+    "final",
+}
 SELF_EXPLAINING |= {"coordinates", "engine", "rtol", "step_limit", "switch_limit"}
 OF_FINAL_STATE = {"orientation", "angular_velocity", "position", "velocity"}
 

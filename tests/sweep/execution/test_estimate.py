@@ -6,6 +6,7 @@ import pytest
 import yaml
 from support.sweeps import plan_of
 
+from rbstab.config.load import plain_data
 from rbstab.sweep.execution import estimate as module
 from rbstab.sweep.execution.estimate import CALIBRATION_TIME, estimate
 from rbstab.sweep.members.engine import Shard
@@ -183,7 +184,7 @@ def test_the_comparison_is_that_of_the_variants_that_are_compared(monkeypatch):
 
 
 def test_scipy_is_not_compared_with_itself(single_run_members):
-    plan = plan_of(50, base=plan_of().base_of("visco-elastic").model_dump(mode="json"))
+    plan = plan_of(50, base=plain_data(plan_of().base_of("visco-elastic")))
     assert plan.engine == "scipy"
     found, _, _ = estimated(plan, lambda _: 0.01)
     assert found.check_seconds == 0.0

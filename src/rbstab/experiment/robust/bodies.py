@@ -17,6 +17,7 @@ from rbstab.config.entries import replaced
 from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance, decimal_text
+from rbstab.experiment.proof_record import NO_STABILIZERS
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
@@ -59,7 +60,6 @@ def prove_within(config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecor
     """
     # Imported late: a stored proof is usually read, and none is made.
     from rbstab.analysis.proof.robust.bodies import BodiesOutcome, prove_bodies
-    from rbstab.analysis.proof.robust.definite import indefinite_in_box
     from rbstab.analysis.proof.robust.numbers import Part
 
     start, bounds = time.perf_counter(), stored(tolerances)
@@ -69,15 +69,15 @@ def prove_within(config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecor
         "sections": sections_of(config),
         "tolerances": bounds,
     }
-    indefinite = indefinite_in_box(partial(_corner, config, tolerances))
-    if indefinite is not None:
+    why = _undamped(config, tolerances)
+    if why is not None:
         return BodiesRecord(
             outcome=NOT_DECIDED,
             proved=None,
             level=0.0,
             parts=0,
             boxes=0,
-            why=f"{indefinite} is not positive definite for each body",
+            why=why,
             seconds=time.perf_counter() - start,
             **facts,
         )
@@ -100,6 +100,17 @@ def prove_within(config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecor
         seconds=time.perf_counter() - start,
         **facts,
     )
+
+
+def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
+    """Return why it is not known that each body loses energy in each motion; None if it is."""
+    from rbstab.analysis.proof.definite import damps_every_motion
+    from rbstab.analysis.proof.robust.definite import indefinite_in_box
+
+    if not damps_every_motion(system_of(config, decimals)):
+        return NO_STABILIZERS
+    indefinite = indefinite_in_box(partial(_corner, config, tolerances))
+    return None if indefinite is None else f"{indefinite} is not positive definite for each body"
 
 
 def members_of(

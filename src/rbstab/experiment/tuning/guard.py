@@ -1,23 +1,20 @@
 """The least barrier of θ2 with which every start in the range is proved to converge."""
 
 from collections.abc import Callable
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.settling import settling_times
-from rbstab.config.errors import ConfigError, ConfigProblem, Location
 from rbstab.config.load import load_config, plain_data
 from rbstab.config.schema import Config
-from rbstab.experiment.proof import prove
+from rbstab.experiment.proof import Proof, prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.summary import lyapunov_function_of, summary_of
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
-
-NAME = "range"
-"""The name of the barrier in the new config."""
 
 LADDER = tuple(float(f"{digit}e{power}") for power in range(-2, 5) for digit in (1, 2, 5))
 """N m: the stiffnesses that are tried, ascending, until one is proved."""
@@ -70,49 +67,59 @@ def guard(config: Config, on_tried: Callable[[float, str], None] = lambda *_: No
     Args:
         config: The config; a barrier in it is replaced.
         on_tried: Called with each stiffness, N m, and what the proof says.
-
-    Raises:
-        ConfigError: The config has an element of another kind with the name of the barrier.
     """
     tried: dict[float, str] = {}
+    can_be_proved = True
 
     def is_proved(stiffness: float) -> bool:
+        nonlocal can_be_proved
         proof = prove(with_barrier(config, stiffness))
-        tried[stiffness] = "every start converges" if proof.every_start else proof.outcome
+        tried[stiffness] = _description(proof)
         on_tried(stiffness, tried[stiffness])
+        # A form of the energy for which nothing is found is the same for all stiffnesses.
+        can_be_proved = bool(proof.states)
         return bool(proof.every_start)
 
-    found = next((stiffness for stiffness in LADDER if is_proved(stiffness)), None)
+    found = next((k for k in LADDER if can_be_proved and is_proved(k)), None)
     if found is not None and found != LADDER[0]:
         found = _refined(LADDER[LADDER.index(found) - 1], found, is_proved)
-    given = _outcome(simulate(config))
+    name = barrier_name(config)
+    given = _outcome(simulate(config), name)
     if found is None:
         return Guarded(None, None, tuple(tried.items()), given, None)
     guarded = with_barrier(config, found)
-    return Guarded(guarded, found, tuple(tried.items()), given, _outcome(simulate(guarded)))
+    return Guarded(guarded, found, tuple(tried.items()), given, _outcome(simulate(guarded), name))
+
+
+def _description(proof: Proof) -> str:
+    """Return what a proof with a barrier says, as text."""
+    if proof.every_start:
+        return "every start converges: proved"
+    states = proof.states if proof.unwrapped is None else proof.unwrapped.states
+    if len(states) > 1:
+        return f"{len(states)} rest states with |θ2| < π/2"
+    return proof.outcome
 
 
 def with_barrier(config: Config, stiffness: float) -> Config:
     """Return a config of schema version 2 with one barrier of this stiffness, N m."""
     data: dict[str, Any] = plain_data(config) | {"schema_version": 2}
-    elements = {
-        name: element
-        for name, element in data.get("elements", {}).items()
-        if element["kind"] != "guard"
-    }
-    if NAME in elements:
-        raise ConfigError(
-            [
-                ConfigProblem(
-                    Location("config"),
-                    f"elements.{NAME}",
-                    "is not a guard",
-                    "expected another name for this element",
-                )
-            ]
-        )
-    elements[NAME] = {"kind": "guard", "method": "barrier", "stiffness": stiffness}
-    return load_config(data | {"elements": elements})
+    barrier = {"kind": "guard", "method": "barrier", "stiffness": stiffness}
+    name = barrier_name(config)
+    elements = {n: e for n, e in data.get("elements", {}).items() if not _is_barrier(e)}
+    return load_config(data | {"elements": elements | {name: barrier}})
+
+
+def barrier_name(config: Config) -> str:
+    """Return the name of the barrier of a config, or a free name for a new one."""
+    elements: dict[str, Any] = plain_data(config).get("elements", {})
+    names = [name for name, element in elements.items() if _is_barrier(element)]
+    free = (name for name in ("range", *(f"range_{k}" for k in count(2))) if name not in elements)
+    return names[0] if names else next(free)
+
+
+def _is_barrier(element: dict[str, Any]) -> bool:
+    return element.get("method") == "barrier"
 
 
 def _refined(low: float, high: float, is_proved: Callable[[float], bool]) -> float:
@@ -128,7 +135,7 @@ def _refined(low: float, high: float, is_proved: Callable[[float], bool]) -> flo
     return high
 
 
-def _outcome(result: Result) -> RunOutcome:
+def _outcome(result: Result, name: str) -> RunOutcome:
     v = lyapunov_function_of(result)
     from_rest = result["orientation"][-1] - result["rest_orientation"]
     settled = settling_times(result["time"], v[np.newaxis], from_rest[np.newaxis])
@@ -136,13 +143,13 @@ def _outcome(result: Result) -> RunOutcome:
         RunStatus(result.status),
         summary_of(result).largest_pitch,
         float(settled[0]),
-        float(np.linalg.norm(_couples(result), axis=1).max(initial=0.0)),
+        float(np.linalg.norm(_couples(result, name), axis=1).max(initial=0.0)),
     )
 
 
-def _couples(result: Result) -> Array:
+def _couples(result: Result, name: str) -> Array:
     """Return the couple of the barrier at each sample, shape (n, 3), N m; (0, 3) without one."""
     names = [str(name) for name in result["element"]] if "element" in result else []
-    if NAME not in names:
+    if name not in names:
         return np.zeros((0, 3))
-    return result["element_couple"][:, names.index(NAME)]
+    return result["element_couple"][:, names.index(name)]

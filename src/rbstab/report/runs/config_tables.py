@@ -1,7 +1,7 @@
 """Tables of the config keys that differ between runs, and of the keys that are equal."""
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
 from rbstab.config.units import unit_of
@@ -41,7 +41,7 @@ def config_section(facts: Sequence[RunFacts]) -> Section | None:
         blocks += _differences(configs, differing)
     if equal:
         first = next(iter(configs.values()))
-        rows = tuple((Cell(_with_unit(key, [first])), _cell(first.get(key))) for key in equal)
+        rows = tuple((Cell(_with_unit(key, configs)), _cell(first.get(key))) for key in equal)
         heading = "The resolved config" if len(configs) == 1 else "Equal in all runs"
         blocks.append(Table("equal", heading, (Head("key"), Head("value")), rows))
     if len(configs) < len(facts):
@@ -57,7 +57,7 @@ def _differences(configs: Mapping[str, Flat], keys: Sequence[str]) -> list[Block
     if len(configs) <= MAX_RUN_COLUMNS:
         rows = tuple(
             (
-                Cell(_with_unit(key, configs.values())),
+                Cell(_with_unit(key, configs)),
                 *(_cell(config.get(key)) for config in configs.values()),
             )
             for key in keys
@@ -79,11 +79,7 @@ def _ranges(configs: Mapping[str, Flat], keys: Sequence[str]) -> Table:
         ends = (min(numbers), max(numbers)) if all_numbers else (None, None)
         count = len({json.dumps(value, default=str) for value in values})
         rows.append(
-            (
-                Cell(_with_unit(key, configs.values())),
-                Cell(str(count), float(count)),
-                *map(_cell, ends),
-            )
+            (Cell(_with_unit(key, configs)), Cell(str(count), float(count)), *map(_cell, ends))
         )
     return Table("varied", "Ranges of the keys that differ", heads, tuple(rows))
 
@@ -91,10 +87,7 @@ def _ranges(configs: Mapping[str, Flat], keys: Sequence[str]) -> Table:
 def _by_run(configs: Mapping[str, Flat], keys: Sequence[str], omitted: int) -> Table:
     heads = (
         Head("run"),
-        *(
-            Head(untrusted(key), _unit(key, configs.values()), _numeric(key, configs))
-            for key in keys
-        ),
+        *(Head(untrusted(key), _unit(key, configs), _numeric(key, configs)) for key in keys),
     )
     rows = tuple(
         (Cell(label), *(_cell(config.get(key)) for key in keys))
@@ -124,15 +117,13 @@ def _differs(key: str, configs: Sequence[Flat]) -> bool:
     return any(config.get(key) != first for config in configs)
 
 
-def _unit(key: str, configs: Iterable[Flat]) -> str:
-    """Return the unit of a key; the unit of an element's key depends on its kind."""
-    section, _, rest = key.partition(".")
-    name, _, _ = rest.partition(".")
-    kinds = [config[kind] for config in configs if (kind := f"{section}.{name}.kind") in config]
-    return unit_of(key, {name: str(kinds[0])} if kinds else None)
+def _unit(key: str, configs: Mapping[str, Flat]) -> str:
+    """Return the unit of a key; that of an element depends on its kind."""
+    of_kind = f"{key.rpartition('.')[0]}.kind"
+    return unit_of(key, {str(config[of_kind]) for config in configs.values() if of_kind in config})
 
 
-def _with_unit(key: str, configs: Iterable[Flat]) -> str:
+def _with_unit(key: str, configs: Mapping[str, Flat]) -> str:
     unit = _unit(key, configs)
     return untrusted(f"{key} [{unit}]" if unit else key)
 

@@ -51,9 +51,6 @@ def _column(plan: Plan, varied: VariedKey) -> Column:
     if varied.scale:
         return Column((), "f8", "1", f"factor on {varied.key}")
     whole = key_of(tuple(part for part in varied.path if isinstance(part, str)))
-    kinds = {
-        name: element.kind
-        for variant in plan.variants
-        for name, element in plan.base_of(variant).elements.items()
-    }
+    elements = [base.elements for base in plan.bases.values()]
+    kinds = {own[part].kind for own in elements for part in varied.path[1:2] if part in own}
     return Column((), "f8", unit_of(whole, kinds), varied.key)

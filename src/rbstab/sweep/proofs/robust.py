@@ -51,6 +51,8 @@ class RobustProofs:
         floats = {varied.key: values[varied.key].astype(float) for varied in keys}
         varied = varied_numbers(base, keys, floats)
         levels = robust_levels(self.results, base, varied, count)
+        if not np.any(levels > 0):  # so without a controller, where nothing is ever proved
+            return np.zeros(count, dtype=bool)
         start, rest = outcome["lyapunov_start"], outcome["energy_at_rest"]
         load = _load_energies(base, varied, count)
         error = ROUND_OFF * (np.abs(start) + np.abs(rest) + load)

@@ -1,0 +1,119 @@
+"""Protects `rbstab guard`: the config that it writes is proved, and what cannot be proved is not."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.conftest import Invoke
+from support.paper_runs import paper_config
+
+import rbstab
+from rbstab.config.dump import as_yaml
+from rbstab.config.load import load_config
+from rbstab.experiment.proof import prove
+from rbstab.experiment.tuning import guard as guarding
+from rbstab.experiment.tuning.guard import guard, with_barrier
+
+SHORT = {"duration": 0.2, "samples": 21, "rtol": 1e-8}
+STRUT = {
+    "kind": "spring",
+    "point": [0.0, 0.0, 0.1],
+    "anchor": [0.0, 0.0, 0.5],
+    "stiffness": 100.0,
+    "rest_length": 0.3,
+}
+
+
+@pytest.fixture
+def case1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "case1.yaml"
+    path.write_text(as_yaml(paper_config("permanent", **SHORT)))
+    return path
+
+
+def test_the_config_that_it_writes_is_proved(case1: Path, rbstab: Invoke) -> None:
+    done = rbstab("guard", "case1.yaml")
+    assert done.exit_code == 0
+    assert done.stderr.endswith(
+        "every start in the range converges: proved -> case1_guarded.yaml\n"
+    )
+    written = load_config("case1_guarded.yaml")
+    element = written.elements["range"]
+    assert (element.kind, element.method) == ("guard", "barrier")
+    assert prove(written).every_start
+    # Apart from the barrier it is the given config.
+    assert with_barrier(load_config(case1), element.stiffness) == written
+    again = rbstab("guard", "case1.yaml")
+    assert again.exit_code == 4
+    assert again.stderr == "case1_guarded.yaml: already exists. Replace it with --force.\n"
+    assert rbstab("guard", "case1.yaml", "--force").exit_code == 0
+
+
+def test_json(case1: Path, rbstab: Invoke) -> None:
+    done = rbstab("guard", "case1.yaml", "-o", "g.yaml", "--json")
+    facts = json.loads(done.stdout)
+    assert facts["file"] == "g.yaml"
+    assert facts["stiffness"] == facts["tried"][-1]["stiffness"]
+    assert facts["given"]["largest_couple"] == 0
+    run = rbstab_run("g.yaml")
+    Theta = run["orientation"][:, 1]
+    # The couple of ½ k tan² θ2 about the axis of θ2, which is a unit vector of the body.
+    couple = facts["stiffness"] * np.abs(np.tan(Theta) / np.cos(Theta) ** 2).max()
+    assert facts["guarded"]["largest_couple"] == pytest.approx(couple, rel=1e-9)
+    assert facts["guarded"]["largest_pitch"] == pytest.approx(np.abs(Theta).max(), rel=1e-3)
+
+
+def rbstab_run(path: str) -> "rbstab.Result":
+    return rbstab.simulate(path)
+
+
+def test_what_cannot_be_proved_is_not_written(case1: Path, rbstab: Invoke) -> None:
+    data = paper_config("permanent", **SHORT) | {"schema_version": 2, "elements": {"strut": STRUT}}
+    case1.write_text(as_yaml(data))
+    done = rbstab("guard", "case1.yaml", "--json")
+    assert done.exit_code == 3
+    facts = json.loads(done.stdout)
+    assert (facts["file"], facts["stiffness"], facts["guarded"]) == (None, None, None)
+    # The form of the energy is the same for every stiffness.
+    assert len(facts["tried"]) == 1
+    assert "not a quadratic function" in facts["tried"][0]["outcome"]
+    assert not Path("case1_guarded.yaml").exists()
+
+
+def test_another_element_of_the_same_name(case1: Path, rbstab: Invoke) -> None:
+    data = paper_config("permanent", **SHORT) | {"schema_version": 2, "elements": {"range": STRUT}}
+    case1.write_text(as_yaml(data))
+    done = rbstab("guard", "case1.yaml")
+    assert done.exit_code == 2
+    assert "elements.range: is not a guard (expected another name for this element)" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_guard_of_the_config_is_replaced(case1: Path) -> None:
+    config = with_barrier(load_config(case1), 7.0)
+    assert with_barrier(config, 3.0).elements["range"].stiffness == 3.0
+    assert len(with_barrier(config, 3.0).elements) == 1
+
+
+def test_the_least_stiffness_is_found_between_two_of_the_ladder(
+    case1: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Proof:
+        def __init__(self, stiffness: float) -> None:
+            self.every_start = stiffness >= 3.3
+            self.states, self.unwrapped, self.outcome = (1,), None, "not proved"
+
+    def fake(config: object) -> Proof:
+        return Proof(config.elements["range"].stiffness)  # type: ignore[attr-defined]
+
+    monkeypatch.setattr(guarding, "prove", fake)
+    found = guard(load_config(case1))
+    assert found.stiffness is not None
+    assert 3.3 <= found.stiffness <= 3.6
+    tried = dict(found.tried)
+    assert {0.01, 2.0, 5.0} <= set(tried)
+    assert 10.0 not in tried
+    assert not math.isnan(found.given.largest_pitch)

@@ -1,0 +1,296 @@
+"""The elements that a config can name: their wrenches and energies against independent facts.
+
+Virtual motions are rotations by SciPy. The energies are written anew here, in closed form, from the
+pose of the body. That the power balances is in `test_passivity.py`, for these elements too.
+"""
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.differences import derivative, jacobian, relative_error
+from support.elements import random_element, random_spd
+from support.pose import angles, attitude, turned
+from support.systems import random_body, random_state, random_system, random_Z
+
+from rbstab.elements.attitude_spring import AttitudeSpring
+from rbstab.elements.barrier import Barrier
+from rbstab.elements.element import NO_STATE
+from rbstab.elements.registry import KINDS
+from rbstab.elements.spring import Spring
+from rbstab.elements.visco_elastic import ViscoElasticConnector, ViscoElasticTie
+from rbstab.mechanics.motion import motion_from_centre
+from rbstab.systems.coordinates import CentreCoordinates, ContactCoordinates
+from rbstab.systems.system import System
+
+NO_MOTION = np.zeros(3)
+
+
+def spring_energy(spring, X, A):
+    e = X + A @ spring.point - spring.anchor
+    return spring.stiffness / 2 * (np.sqrt(np.sum(e**2)) - spring.rest_length) ** 2
+
+
+def tie_energy(tie, X, A):
+    e = X + A @ tie.point - tie.anchor
+    return np.einsum("i,ij,j", e, tie.K_c, e) / 2
+
+
+def attitude_energy(element, _, A):
+    return np.sum(element.K * (np.eye(3) - A)) / 2
+
+
+def barrier_energy(barrier, _, A):
+    roll, pitch, yaw = angles(A)
+    outer = np.tan(roll / 2) ** 2 + np.tan(yaw / 2) ** 2
+    return barrier.stiffness / 2 * np.tan(pitch) ** 2 + barrier.outer_stiffness / 2 * outer
+
+
+ENERGIES = {
+    Spring: spring_energy,
+    ViscoElasticTie: tie_energy,
+    AttitudeSpring: attitude_energy,
+    Barrier: barrier_energy,
+}
+"""The energy of each kind from X and A, in plain numpy."""
+
+
+def test_every_kind_is_tested():
+    assert set(ENERGIES) == set(KINDS.values())
+
+
+@pytest.fixture(params=ENERGIES, ids=lambda kind: kind.__name__)
+def element(request, rng):
+    return random_element(rng, request.param)
+
+
+def still(rng):
+    """Return a body at rest at a random pose, whose θ1 and θ3 are far from ±π."""
+    Z = random_Z(rng) * np.array([0.6, 1, 0.6, *np.zeros(3), *np.ones(3), *np.zeros(3)])
+    return Z, motion_from_centre(random_body(rng), rng.normal(size=3), Z)
+
+
+def test_stored_energy_is_that_of_the_pose(element, rng):
+    for _ in range(20):
+        Z, motion = still(rng)
+        expected = ENERGIES[type(element)](element, Z[6:9], attitude(Z[:3]))
+        assert element.stored(motion, NO_STATE) == pytest.approx(expected, rel=1e-12)
+
+
+def test_wrench_at_rest_is_minus_the_derivative_of_the_energy(element, rng):
+    """Over six virtual motions: three translations (inertial), three rotations (body)."""
+    energy = ENERGIES[type(element)]
+    for _ in range(10):
+        Z, motion = still(rng)
+        X, A = Z[6:9], attitude(Z[:3])
+        wrench = element.wrench(motion, NO_STATE)
+        np.testing.assert_array_equal(wrench.contact_force, 0)
+        force = -jacobian(lambda u, X=X, A=A: energy(element, X + u, A), NO_MOTION, 1e-3)
+        turn = -jacobian(lambda w, X=X, A=A: energy(element, X, turned(A, w, 1.0)), NO_MOTION, 1e-3)
+        found = np.concatenate([wrench.force, wrench.couple])
+        assert relative_error(found, np.concatenate([force, turn])) < 1e-9
+
+
+def test_damping_adds_what_the_rate_of_the_displacement_says(rng):
+    """For each kind, from the rates of its own displacement by differences of the pose."""
+    Z = random_Z(rng)
+    body, anchor = random_body(rng), rng.normal(size=3)
+    motion = motion_from_centre(body, anchor, Z)
+    resting = motion_from_centre(body, anchor, Z * np.repeat([1.0, 0.0, 1.0, 0.0], 3))
+    Omega, X, V = Z[3:6], Z[6:9], Z[9:12]
+    A = attitude(Z[:3])
+
+    def lever(element):
+        def place(t):
+            return X + t * V + turned(A, Omega, t) @ element.point - element.anchor
+
+        return place
+
+    def added(element):
+        moving, at_rest = (element.wrench(one, NO_STATE) for one in (motion, resting))
+        return moving.force - at_rest.force, moving.couple - at_rest.couple
+
+    spring = random_element(rng, Spring)
+    e = lever(spring)(0.0)
+    rate = derivative(lambda t: np.linalg.norm(lever(spring)(t)), 1e-3)
+    force, couple = added(spring)
+    expected = -spring.damping * rate * e / np.linalg.norm(e)
+    assert relative_error(force, expected) < 1e-9
+    assert relative_error(couple, np.cross(spring.point, A.T @ expected)) < 1e-9
+    assert spring.dissipated(motion, NO_STATE) == pytest.approx(spring.damping * rate**2, rel=1e-9)
+
+    tie = random_element(rng, ViscoElasticTie)
+    speed = derivative(lever(tie), 1e-3)
+    force, couple = added(tie)
+    assert relative_error(force, -tie.L_c @ speed) < 1e-9
+    assert relative_error(couple, np.cross(tie.point, A.T @ (-tie.L_c @ speed))) < 1e-9
+    assert tie.dissipated(motion, NO_STATE) == pytest.approx(speed @ tie.L_c @ speed, rel=1e-9)
+
+    upright = random_element(rng, AttitudeSpring)
+    force, couple = added(upright)
+    assert relative_error(couple, -upright.L @ Omega) < 1e-12
+    assert upright.dissipated(motion, NO_STATE) == pytest.approx(Omega @ upright.L @ Omega)
+
+    barrier = random_element(rng, Barrier)
+    np.testing.assert_array_equal(added(barrier), 0)
+    assert barrier.dissipated(motion, NO_STATE) == 0
+
+
+def at_attitude(rng, A):
+    return motion_from_centre(
+        random_body(rng), np.zeros(3), np.concatenate([angles(A), np.zeros(9)])
+    )
+
+
+def test_attitude_spring_of_a_rotation_about_an_axis(rng):
+    """By Rodrigues' formula A = cos φ I + sin φ ň + (1 - cos φ) nn'."""
+    upright = random_element(rng, AttitudeSpring)
+    for angle in rng.uniform(-3, 3, size=20):
+        n = rng.normal(size=3)
+        n /= np.linalg.norm(n)
+        motion = at_attitude(rng, Rotation.from_rotvec(angle * n).as_matrix())
+        around = n @ upright.K @ n
+        expected = (1 - np.cos(angle)) * (np.trace(upright.K) - around) / 2
+        assert upright.stored(motion, NO_STATE) == pytest.approx(expected, rel=1e-10)
+        # The couple about the axis is -dU/dφ.
+        couple = upright.wrench(motion, NO_STATE).couple @ n
+        slope = np.sin(angle) * (np.trace(upright.K) - around) / 2
+        assert couple == pytest.approx(-slope, rel=1e-9, abs=1e-9)
+
+
+def test_attitude_spring_with_one_stiffness(rng):
+    """With K = kI the energy is k(1 - cos φ): equal for all axes and in all frames."""
+    k, angle = 70.0, 1.1
+    upright = AttitudeSpring(name="a", K=k * np.eye(3), L=np.eye(3))
+    for _ in range(5):
+        n = rng.normal(size=3)
+        A = Rotation.from_rotvec(angle * n / np.linalg.norm(n)).as_matrix()
+        motion = at_attitude(rng, A)
+        assert upright.stored(motion, NO_STATE) == pytest.approx(k * (1 - np.cos(angle)))
+        couple = upright.wrench(motion, NO_STATE).couple
+        np.testing.assert_allclose(couple, -k * np.sin(angle) * n / np.linalg.norm(n), atol=1e-10)
+
+
+def test_attitude_spring_for_small_rotations(rng):
+    """The stiffness of a small rotation ω is (tr K I - K)/2."""
+    K = random_spd(rng, 100.0)
+    upright = AttitudeSpring(name="a", K=K, L=np.eye(3))
+    stiffness = (np.trace(K) * np.eye(3) - K) / 2
+
+    def couple(omega):
+        turned_by = Rotation.from_rotvec(omega).as_matrix()
+        return upright.wrench(at_attitude(np.random.default_rng(0), turned_by), NO_STATE).couple
+
+    assert relative_error(jacobian(couple, NO_MOTION, 1e-2), -stiffness) < 1e-11
+
+
+def test_spring_pulls_towards_its_anchor_in_closed_form():
+    """A 3-4-5 triangle: e = [0.3, 0, 0.4] m, ℓ = 0.5 m."""
+    spring = Spring(
+        name="a",
+        point=np.array([0.3, 0.0, 0.0]),
+        anchor=np.array([0.0, 0.0, -0.4]),
+        stiffness=100.0,
+        rest_length=0.2,
+        damping=10.0,
+    )
+    Z = np.concatenate([np.zeros(9), [0.0, 0.0, 1.0]])
+    motion = motion_from_centre(random_body(np.random.default_rng(0)), NO_MOTION, Z)
+    # k (0.5 - 0.2) + c · 0.8 = 38 N, along -[0.6, 0, 0.8].
+    wrench = spring.wrench(motion, NO_STATE)
+    np.testing.assert_allclose(wrench.force, [-22.8, 0.0, -30.4], rtol=1e-14)
+    np.testing.assert_allclose(wrench.couple, [0.0, 0.3 * 30.4, 0.0], rtol=1e-14)
+    assert spring.stored(motion, NO_STATE) == pytest.approx(4.5)
+    assert spring.dissipated(motion, NO_STATE) == pytest.approx(6.4)
+
+
+def test_short_spring_pushes():
+    spring = Spring(
+        name="a",
+        point=NO_MOTION,
+        anchor=np.array([0.0, 0.0, -0.1]),
+        stiffness=10.0,
+        rest_length=0.3,
+        damping=0.0,
+    )
+    motion = motion_from_centre(random_body(np.random.default_rng(0)), NO_MOTION, np.zeros(12))
+    np.testing.assert_allclose(spring.wrench(motion, NO_STATE).force, [0.0, 0.0, 2.0], atol=1e-15)
+
+
+def test_barrier_has_the_derivative_of_its_energy_to_thirty_digits(rng):
+    """∂U/∂Θ by mpmath; its couple about each body axis by the rotations of SciPy."""
+    barrier = random_element(rng, Barrier)
+    Theta = rng.uniform(-1, 1, size=3) * [3.0, 1.4, 3.0]
+    motion = motion_from_centre(random_body(rng), NO_MOTION, np.concatenate([Theta, np.zeros(9)]))
+    k, outer = barrier.stiffness, barrier.outer_stiffness
+    with mpmath.workdps(30):
+        slopes = [
+            mpmath.diff(lambda x: outer * mpmath.tan(x / 2) ** 2 / 2, Theta[0]),
+            mpmath.diff(lambda x: k * mpmath.tan(x) ** 2 / 2, Theta[1]),
+            mpmath.diff(lambda x: outer * mpmath.tan(x / 2) ** 2 / 2, Theta[2]),
+        ]
+    # Ω = CΘ̇, and the couple N does the work N'Ω = -∇U'Θ̇.
+    A, rates = attitude(Theta), jacobian(attitude, Theta, 5e-3)
+    spins = np.einsum("ji,jkn->ikn", A, rates)
+    C = np.array([spins[2, 1], spins[0, 2], spins[1, 0]])
+    expected = np.linalg.solve(C.T, -np.array(slopes, dtype=float))
+    assert relative_error(barrier.wrench(motion, NO_STATE).couple, expected) < 1e-10
+
+
+def test_barrier_is_infinite_at_the_end_of_the_range():
+    barrier = Barrier(name="a", stiffness=1.0, outer_stiffness=1.0)
+    body = random_body(np.random.default_rng(0))
+
+    def stored(Theta):
+        return barrier.stored(
+            motion_from_centre(body, NO_MOTION, np.array([*Theta, *np.zeros(9)])), NO_STATE
+        )
+
+    gap = 1e-3
+    assert stored([0, np.pi / 2 - gap, 0]) == pytest.approx(0.5 / gap**2, rel=1e-5)
+    for axis in ([-1, 0, 0], [1, 0, 0], [0, 0, 1]):
+        assert stored((np.pi - gap) * np.array(axis)) == pytest.approx(2 / gap**2, rel=1e-5)
+    alone = Barrier(name="a", stiffness=1.0, outer_stiffness=0.0)
+    motion = motion_from_centre(body, NO_MOTION, np.array([3.0, 0, 3.0, *np.zeros(9)]))
+    assert alone.stored(motion, NO_STATE) == 0
+    np.testing.assert_array_equal(alone.wrench(motion, NO_STATE).couple, 0)
+
+
+def test_tie_at_the_contact_point_is_the_connector(rng):
+    """With p = R and the anchor R + X_a, where E = 0."""
+    for _ in range(10):
+        body, anchor, Z = random_body(rng), rng.normal(size=3), random_Z(rng)
+        motion = motion_from_centre(body, anchor, Z)
+        K_c, L_c = random_spd(rng, 1000.0), random_spd(rng, 100.0)
+        connector = ViscoElasticConnector(K_c, L_c)
+        tie = ViscoElasticTie(
+            name="a", point=body.contact_point, anchor=body.contact_point + anchor, K_c=K_c, L_c=L_c
+        )
+        # X + AR - (R + X_a) loses digits where E is small.
+        for of in ("stored", "dissipated"):
+            found, expected = (getattr(one, of)(motion, NO_STATE) for one in (tie, connector))
+            assert found == pytest.approx(expected, rel=1e-13)
+        force = tie.wrench(motion, NO_STATE)
+        at_contact = connector.wrench(motion, NO_STATE).contact_force
+        assert relative_error(force.force, at_contact) < 1e-13
+        moment = np.cross(body.contact_point, attitude(Z[:3]).T @ at_contact)
+        assert relative_error(force.couple, moment) < 1e-13
+
+
+@pytest.mark.parametrize(
+    "coordinates", [CentreCoordinates(), ContactCoordinates()], ids=lambda one: one.name
+)
+def test_system_with_such_a_tie_moves_like_that_with_the_connector(rng, coordinates):
+    system = random_system(rng, "visco-elastic", coordinates)
+    *others, connector = system.elements
+    assert isinstance(connector, ViscoElasticConnector)
+    R = system.body.contact_point
+    tie = ViscoElasticTie(
+        name="a", point=R, anchor=R + system.anchor, K_c=connector.K_c, L_c=connector.L_c
+    )
+    tied = System(system.body, (*others, tie), coordinates, system.anchor)
+    y = random_state(rng, system)
+    assert relative_error(tied.rates(y), system.rates(y)) < 1e-13
+    found, expected = tied.observe(y), system.observe(y)
+    assert relative_error(found.energy, expected.energy) < 1e-13
+    assert relative_error(found.dissipation, expected.dissipation) < 1e-13

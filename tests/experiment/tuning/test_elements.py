@@ -1,0 +1,132 @@
+"""Sensitivities and tuning of the numbers of elements."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.config_elements import ONE_OF_EACH, STRUT, config_data
+from support.problems import solve
+
+from rbstab.config.build import problem_of
+from rbstab.config.entries import replaced
+from rbstab.config.load import load_config
+from rbstab.experiment.tuning.gain_scaling import TuningError, gain_scalings
+from rbstab.experiment.tuning.sensitivities import sensitivities
+from rbstab.experiment.tuning.tune import tune
+
+DATA = config_data(integration={"duration": 0.4, "samples": 21})
+
+CHANGES = [
+    "elements.strut.point[2]",
+    "elements.strut.anchor[0]",
+    "elements.strut.stiffness",
+    "elements.strut.rest_length",
+    "elements.strut.damping",
+    "elements.tie.point[1]",
+    "elements.tie.anchor[1]",
+    "elements.tie.K_c[0][1]",
+    "elements.tie.L_c[0]",
+    "elements.upright.K[0]",
+    "elements.upright.L[1]",
+    "elements.range.stiffness",
+    "elements.range.outer_stiffness",
+]
+
+
+@pytest.fixture(scope="module")
+def found():
+    return sensitivities(DATA)
+
+
+def end_of_run(entry, shift):
+    """Return the final state of a run with a number shifted; a matrix stays symmetric."""
+    shifts = dict.fromkeys(entry.paths, entry.value + shift)
+    problem = problem_of(replaced(load_config(DATA), shifts))
+    found = solve("scipy", replace(problem, rtol=3e-14, atol=1e-15, times=problem.times[[0, -1]]))
+    assert found.status == "completed"
+    return found.states[-1]
+
+
+@pytest.mark.parametrize("key", CHANGES)
+def test_derivatives_are_those_of_differences_of_runs(found, key):
+    """The final Θ, Ω, X, V by finite differences of fourth order, by the other engine."""
+    (row,) = [k for k, entry in enumerate(found.entries) if entry.key == key]
+    entry = found.entries[row]
+    names = ("orientation", "angular_velocity", "position", "velocity")
+    columns = [found.column(f"final.{name}[{axis}]") for name in names for axis in range(3)]
+    step = 2e-3 * (abs(entry.value) or 1.0)
+    ends = [end_of_run(entry, s * step) for s in (-2, -1, 1, 2)]
+    differences = (ends[0] - 8 * ends[1] + 8 * ends[2] - ends[3]) / (12 * step)
+    actual, scale = found.derivatives[row][columns], np.abs(differences).max()
+    assert scale > 0
+    assert np.abs(actual - differences).max() < 1e-6 * scale
+
+
+def test_every_number_of_the_elements_has_a_row(found):
+    keys = {entry.key for entry in found.entries}
+    assert set(CHANGES) <= keys
+    assert len([key for key in keys if key.startswith("elements.")]) == 32
+
+
+def keys_of(*keys):
+    return [scaling.key for scaling in gain_scalings(load_config(DATA), keys)]
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "elements.strut.damping",
+        "elements.strut.stiffness",
+        "elements.strut.rest_length",
+        "elements.tie.K_c",
+        "elements.tie.L_c[1]",
+        "elements.upright.K",
+        "elements.range.outer_stiffness",
+    ],
+)
+def test_gains_of_elements_can_be_tuned(key):
+    assert keys_of("controller.L_r", key) == ["controller.L_r", key]
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "elements.strut.point",
+        "elements.strut.point[0]",
+        "elements.strut.anchor",
+        "elements.tie.point",
+        "elements.tie.anchor[2]",
+        "elements.strut",
+        "elements.strut.kind",
+        "elements.other.damping",
+        "elements",
+    ],
+)
+def test_places_and_what_is_no_gain_cannot_be_tuned(key):
+    with pytest.raises(TuningError, match="is not a gain of this config") as caught:
+        keys_of(key)
+    assert "elements.strut.damping" in str(caught.value)
+    assert "point" not in str(caught.value).partition("expected")[2]
+
+
+def test_entries_that_cannot_be_tuned_alone():
+    with pytest.raises(TuningError, match=r"one entry of a full matrix.*elements\.tie\.K_c\)"):
+        keys_of("elements.tie.K_c[0][0]")
+    with pytest.raises(TuningError, match=r"elements\.tie\.L_c\[3\]: does not exist"):
+        keys_of("elements.tie.L_c[3]")
+    with pytest.raises(TuningError, match=r"elements\.strut\.damping\[0\]: does not exist"):
+        keys_of("elements.strut.damping[0]")
+    with pytest.raises(TuningError, match="already"):
+        keys_of("elements.tie.L_c", "elements.tie.L_c[1]")
+
+
+@pytest.mark.slow
+def test_tuning_the_damping_of_a_spring_takes_energy_out_earlier():
+    data = config_data(
+        {"strut": STRUT | {"damping": 5.0}},
+        integration={"duration": 0.5, "samples": 51},
+    )
+    tuned = tune(data, "energy", ["elements.strut.damping"], (0.2, 20.0))
+    assert tuned.config.elements["strut"].damping != 5.0
+    assert tuned.config.elements["strut"].stiffness == ONE_OF_EACH["strut"]["stiffness"]
+    assert tuned.value < tuned.given

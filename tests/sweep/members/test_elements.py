@@ -1,0 +1,229 @@
+"""Sweeps over numbers of elements: batches agree with single runs, and resumed sweeps keep bits."""
+
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from support.config_elements import ONE_OF_EACH, STRUT, config_data
+from support.configs import BY_VARIANT, plain
+from support.sweeping import digest_of
+from support.sweeps import shard_files
+
+import rbstab
+from rbstab.config.build import problem_of
+from rbstab.config.errors import ConfigError
+from rbstab.config.load import load_config, run_id
+from rbstab.integrate.heyoka.ensemble import parameters_and_start
+from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.sweep_folder import open_sweep
+from rbstab.sweep.members.binding import Binding
+from rbstab.sweep.members.ensemble import EnsembleEngine
+from rbstab.sweep.members.identity import run_ids
+from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.options import SweepOptions
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.sweep import sweep_to_folder
+
+SHORT: dict[str, Any] = {"duration": 0.3, "samples": 16, "rtol": 1e-12, "engine": "heyoka"}
+
+VARIED: dict[str, Any] = {
+    "elements.strut.stiffness": {"uniform": [500, 2000]},
+    "elements.strut.point[2]": {"uniform": [0.1, 0.4]},
+    "elements.strut.damping": {"scale": {"uniform": [0, 2]}},
+    "elements.tie.anchor[1]": {"uniform": [0.2, 0.3]},
+    "elements.tie.K_c": {"scale": {"uniform": [0.5, 2]}},
+    "elements.upright.L[0]": {"uniform": [5, 50]},
+    "elements.range.stiffness": {"uniform": [1, 20]},
+}
+
+
+def plan_of(vary=None, base=None, members=12, **changes):
+    base = base or config_data(integration=SHORT)
+    design = {"design": "random", "members": members, "seed": 3}
+    return load_plan(
+        {"title": "Elements", "base": base, "vary": vary or VARIED, **design, **changes}
+    )
+
+
+class Recorded(SingleRuns):
+    """Single runs that record the members which the batch engine leaves to them."""
+
+    def __init__(self, plan):
+        super().__init__(plan, "heyoka")
+        self.indices = []
+
+    def compute(self, start, stop):
+        self.indices += range(start, stop)
+        return super().compute(start, stop)
+
+
+def test_numbers_of_members_are_those_of_their_configs():
+    plan = plan_of()
+    binding = Binding(plan, "free")
+    values = plan.values(0, 12)
+    parameters, starts = binding.parameters_and_starts(values)
+    for k in (0, 11):
+        config = plan.config_of(k)
+        problem = problem_of(config)
+        expected = parameters_and_start(problem.system, problem.start)
+        found = np.concatenate([parameters[:, k], starts[:, k]])
+        assert found == pytest.approx(expected, rel=1e-15, abs=1e-300)
+        bound = binding.config_of({key: column[k] for key, column in values.items()})
+        assert bound.elements == config.elements
+        assert config.elements["strut"].stiffness == values["elements.strut.stiffness"][k]
+        assert config.elements["strut"].point[2] == values["elements.strut.point[2]"][k]
+        factor = values["elements.tie.K_c"][k]
+        assert config.elements["tie"].K_c[0][1] == factor * 100.0
+
+
+def test_batches_agree_with_single_runs_of_both_engines():
+    plan = plan_of()
+    single = Recorded(plan)
+    found = EnsembleEngine(plan, single).compute(0, 12).outcome
+    assert single.indices == []
+    assert len(set(found["final_position"][:, 2].tolist())) == 12
+    for engine in ("heyoka", "scipy"):
+        for index in (0, 5, 11):
+            expected = SingleRuns(plan, engine).compute(index, index + 1).outcome
+            for name in ("final_orientation", "final_angular_velocity", "final_position"):
+                scale = max(1.0, np.abs(expected[name]).max())
+                assert np.abs(found[name][index] - expected[name][0]).max() < 1e-9 * scale, name
+            for name in ("lyapunov_start", "lyapunov_end"):
+                assert found[name][index] == pytest.approx(expected[name][0], rel=1e-9, abs=1e-9)
+            assert found["run_id"][index] == expected["run_id"][0]
+
+
+def test_ids_of_members_are_those_of_their_configs():
+    plan = plan_of()
+    found = run_ids(plan, 0, 12)
+    assert [one.decode() for one in found] == [run_id(plan.config_of(k)) for k in range(12)]
+    assert len(set(found.tolist())) == 12
+
+
+def test_a_resumed_sweep_has_the_same_bits(tmp_path):
+    plan, options = plan_of(), SweepOptions(shard_size=4, threads=1, compare=2)
+    whole, resumed = tmp_path / "whole", tmp_path / "resumed"
+    assert sweep_to_folder(plan, whole, options).finished
+    assert sweep_to_folder(plan, resumed, options).finished
+    shards = sorted((resumed / "shards").glob("[0-9]*"))
+    assert len(shards) == 3
+    shards[1].unlink()
+    (resumed / "sweep.h5").unlink()
+    assert sweep_to_folder(plan, resumed, options).finished
+    assert shard_files(resumed) == shard_files(whole)
+    assert digest_of(resumed) == digest_of(whole)
+    table = read_table(whole / "sweep.h5")
+    assert table.attributes["checked_unlike"] == 0
+    assert max(table["check_difference"]) < 1e-8
+    with h5py.File(whole / "sweep.h5") as file:
+        units = {name: file[name].attrs["units"] for name in file if name.startswith("elements")}
+    assert units["elements_strut_stiffness"] == "N/m"
+    assert units["elements_strut_point_2"] == "m"
+    assert units["elements_upright_L_0"] == "N m s/rad"
+    assert units["elements_range_stiffness"] == "N m"
+    assert units["elements_tie_K_c"] == units["elements_strut_damping"] == "1"  # factors
+    assert len(units) == len(VARIED)
+    assert open_sweep(whole)["elements_tie_anchor_1"].shape == (12,)
+
+
+def test_traces_are_those_of_single_runs(tmp_path):
+    plan = plan_of(members=3, keep="traces")
+    options = SweepOptions(shard_size=3, threads=1, compare=1)
+    assert sweep_to_folder(plan, tmp_path / "a", options).finished
+    trace = rbstab.open_traces(tmp_path / "a").of(1)
+    run = rbstab.simulate(plan.config_of(1))
+    for name in ("orientation", "position", "lyapunov", "lyapunov_rate"):
+        scale = max(1.0, np.abs(run[name]).max())
+        assert np.abs(trace[name] - run[name]).max() < 1e-9 * scale, name
+
+
+def variants(elements):
+    base = plain(BY_VARIANT["embedded"]) | {"schema_version": 2, "elements": elements}
+    base["integration"] |= SHORT
+    return {
+        "title": "Variants",
+        "base": base,
+        "vary": {
+            "controller.variant": {"values": ["free", "visco-elastic"]},
+            "elements.strut.stiffness": {"values": [500, 1000]},
+        },
+    }
+
+
+def test_two_variants_with_elements_each():
+    plan = load_plan(variants({"strut": STRUT}))
+    assert plan.variants == ("free", "visco-elastic")
+    single = Recorded(plan)
+    found = EnsembleEngine(plan, single).compute(0, 4).outcome
+    assert single.indices == []
+    configs = [plan.config_of(k) for k in range(4)]
+    assert {config.controller.variant for config in configs} == set(plan.variants)
+    for k, config in enumerate(configs):
+        assert list(config.elements) == ["strut"]
+        expected = rbstab.simulate(config)
+        assert found["final_position"][k] == pytest.approx(expected["position"][-1], abs=1e-9)
+        assert found["run_id"][k].decode() == run_id(config)
+
+
+def test_members_without_a_controller():
+    base = config_data({"strut": STRUT}, None, integration=SHORT)
+    plan = plan_of({"elements.strut.stiffness": {"uniform": [500, 2000]}}, base, 3)
+    assert plan.variants == ("none",)
+    single = Recorded(plan)
+    found = EnsembleEngine(plan, single).compute(0, 3).outcome
+    assert single.indices == []
+    expected = rbstab.simulate(plan.config_of(2))
+    assert found["final_position"][2] == pytest.approx(expected["position"][-1], abs=1e-9)
+
+
+def complaint(vary, base=None):
+    with pytest.raises(ConfigError) as caught:
+        plan_of(vary, base)
+    (problem,) = caught.value.problems
+    return str(problem).partition(": ")[2]
+
+
+@pytest.mark.parametrize(
+    ("key", "expected"),
+    [
+        ("elements.strut.stifness", "is not in the base (did you mean elements.strut.stiffness?)"),
+        ("elements.strat.damping", "is not in the base (did you mean elements.strut.damping?)"),
+        ("elements.strut.point[3]", "is not in the base (did you mean elements.strut.point[2]?)"),
+    ],
+)
+def test_keys_that_do_not_exist_get_a_hint(key, expected):
+    assert complaint({key: {"uniform": [1, 2]}}) == f"vary.{key}: {expected}"
+
+
+def test_what_cannot_vary():
+    assert "expected a number" in complaint({"elements.strut.kind": {"values": [1, 2]}})
+    assert "expected one entry" in complaint({"elements.strut.point": {"values": [1, 2]}})
+    wrong = complaint({"elements.strut.stiffness": {"values": [1, -2]}})
+    assert "elements.strut.stiffness is -2" in wrong
+    without = config_data({}, integration=SHORT)
+    assert "is not in the base" in complaint({"elements.strut.stiffness": {"values": [1]}}, without)
+
+
+def test_members_of_version_one_plans_are_what_they_were():
+    base = plain(BY_VARIANT["free"])
+    plan = load_plan({"title": "a", "base": base, "vary": {"body.mass": {"values": [40, 41]}}})
+    member = plan.config_of(1)
+    assert member.schema_version == 1
+    assert run_id(member) == run_id(load_config(base | {"title": member.title}))
+    assert "elements" not in plan.templates["free"]
+
+
+def test_every_number_of_every_kind_can_vary():
+    keys = {
+        "strut": ["point[0]", "anchor[1]", "stiffness", "rest_length", "damping"],
+        "tie": ["point[1]", "anchor[1]", "K_c[0][0]", "L_c[2]"],
+        "upright": ["K[0]", "L[2]"],
+        "range": ["stiffness", "outer_stiffness"],
+    }
+    assert set(keys) == set(ONE_OF_EACH)
+    varied = [f"elements.{name}.{key}" for name, own in keys.items() for key in own]
+    for key in varied:
+        plan = plan_of({key: {"scale": {"uniform": [1.0, 1.01]}}}, members=2)
+        one, two = plan.config_of(0), plan.config_of(1)
+        assert one.elements != two.elements, key

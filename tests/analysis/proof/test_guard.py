@@ -19,10 +19,14 @@ from rbstab.analysis.proof.enclosure import Enclosure, enclosure, inverses
 from rbstab.analysis.proof.guard import Guard
 from rbstab.analysis.proof.least_value import lower_bounds, upper_bounds
 from rbstab.analysis.proof.reduced_energy import reduced_energy
+from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.elements.barrier import Barrier
 from rbstab.mechanics.motion import Motion
 
 seeds = st.integers(0, 2**32)
+
+PLACES = [(slice(None),), (slice(None), 1), (slice(None), 1, 1)]
+"""The derivatives along θ2 in arrays of values, gradients and Hessians."""
 
 
 @pytest.fixture(autouse=True)
@@ -208,12 +212,30 @@ def test_rigorous_values_contain_the_closed_forms():
     form, bare = guarded_form(rng)
     Theta = np.stack([rng.uniform(-3, 3, 20), random_angles(rng, 20), rng.uniform(-3, 3, 20)], 1)
     found, without = form.rigorous(Theta, 2), bare.rigorous(Theta, 2)
-    places = [(slice(None),), (slice(None), 1), (slice(None), 1, 1)]
     added = closed_forms(form.guard.stiffness, Theta[:, 1])
-    for order, place in enumerate(places):
+    for order, place in enumerate(PLACES):
         difference = found[order].values[place] - without[order].values[place]
         error = found[order].error[place[1:]]
         assert np.all(np.abs(difference - added[order]) <= error + 1e-15 * np.abs(added[order]))
     np.testing.assert_allclose(form.approximate(Theta, 0)[0], found[0].values, rtol=1e-3)
     one = enclosure(form, box_around(Theta[0], 0.0))
     assert one.value[0] == pytest.approx(found[0].values[0], rel=1e-12)
+
+
+def test_what_is_rounded_at_a_centre_is_in_the_errors():
+    """Without any other energy, U is that of the barrier, whose exact value is no double."""
+    angles = random_angles(np.random.default_rng(8), 50)
+    form = TrigonometricForm(np.zeros((3, 3)), np.zeros(3), np.zeros((1, 1, 1)), guard=Guard(3.0))
+    Theta = np.stack([angles, angles, angles], 1)
+    found = enclosure(form, Boxes(Theta, Theta))
+    parts = [
+        (found.value, found.value_error),
+        (found.gradient[:, 1], found.gradient_error[:, 1]),
+        (found.hessian[:, 1, 1], found.hessian_error[:, 1, 1]),
+    ]
+    rigorous = form.rigorous(Theta[:1], 2)
+    for n, angle in enumerate(angles.tolist()):
+        for value, (middle, error) in zip(exact(3.0, angle)[:3], parts, strict=True):
+            assert abs(value - float(middle[n])) <= float(error[n])
+    for value, one, place in zip(exact(3.0, angles[0])[:3], rigorous, PLACES, strict=True):
+        assert abs(value - float(one.values[place][0])) <= float(one.error[place[1:]])

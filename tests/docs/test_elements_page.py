@@ -196,6 +196,7 @@ def test_which_kinds_are_proved(kind: str) -> None:
     one = next(e for e in elements.values() if e.kind == kind).model_dump(mode="json")
     data = rbstab.load_config(config).model_dump(mode="json", exclude_none=True)
     proof = rbstab.prove(rbstab.load_config(data | {"elements": {"one": one}}))
-    assert bool(proof.unique) == (kind in ("visco-elastic", "attitude"))
+    assert bool(proof.unique) == (kind in ("visco-elastic", "attitude", "guard"))
+    assert proof.every_start == (kind == "guard")
     without = {key: value for key, value in data.items() if key != "controller"}
     assert not rbstab.prove(rbstab.load_config(without)).unique

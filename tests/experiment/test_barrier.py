@@ -251,6 +251,14 @@ def test_the_checker_refuses_wrong_claims(proofs):
     assert {"ends", "every start"} <= refused(single, end=narrow)
 
 
+def test_the_stiffness_is_compared_with_the_config_to_the_last_digit(proofs):
+    proof = proofs("case1", 100.0, 1.0)
+    other = guarded("case1", np.nextafter(100.0, 101.0))
+    relabelled = proof.model_copy(update={"id": proof_id(other)})
+    found = verify(relabelled, other)
+    assert [finding.claim for finding in found.findings if not finding.verified] == ["energy"]
+
+
 def test_the_checker_confirms_regions_beside_a_barrier():
     """Each region is checked by a flood that ends at the faces of θ1 and θ3 alone."""
     proof = prove(guarded("case1", 10.0, 0.15))

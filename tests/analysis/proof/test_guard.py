@@ -5,7 +5,6 @@ element itself, in balls of many bits.
 """
 
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -20,10 +19,14 @@ from rbstab.analysis.proof.enclosure import Enclosure, enclosure, inverses
 from rbstab.analysis.proof.guard import Guard
 from rbstab.analysis.proof.least_value import lower_bounds, upper_bounds
 from rbstab.analysis.proof.reduced_energy import reduced_energy
+from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.elements.barrier import Barrier
 from rbstab.mechanics.motion import Motion
 
 seeds = st.integers(0, 2**32)
+
+PLACES = [(slice(None),), (slice(None), 1), (slice(None), 1, 1)]
+"""The derivatives along θ2 in arrays of values, gradients and Hessians."""
 
 
 @pytest.fixture(autouse=True)
@@ -72,11 +75,14 @@ def test_bounds_at_angles_contain_the_closed_forms_and_are_tight(stiffness):
 
 
 def test_each_number_that_rounds_to_the_stiffness_is_covered():
-    for decimal in (Fraction(1, 10), Fraction(1, 3)):
-        exact_stiffness = arb(fmpq(decimal.numerator, decimal.denominator))
-        low, high = Guard(float(decimal)).at(np.array([1.2]), 3)
-        for order, value in enumerate(exact(1.0, 1.2)):
-            assert arb(float(low[order, 0])) < exact_stiffness * value < arb(float(high[order, 0]))
+    """1 ± 2⁻⁵³ are the farthest numbers that round to 1; rounding the results is not enough."""
+    angles = random_angles(np.random.default_rng(2), 200)
+    low, high = Guard(1.0).at(angles, 3)
+    above, below = 1 + arb(2) ** -53, 1 - arb(2) ** -54
+    for n, angle in enumerate(angles.tolist()):
+        for order, value in enumerate(exact(1.0, angle)):
+            for number in (above, below):
+                assert arb(float(low[order, n])) <= number * value <= arb(float(high[order, n]))
 
 
 @pytest.mark.parametrize("angle", [-1.5, -0.3, 0.0, 0.7, 1.57])
@@ -206,12 +212,30 @@ def test_rigorous_values_contain_the_closed_forms():
     form, bare = guarded_form(rng)
     Theta = np.stack([rng.uniform(-3, 3, 20), random_angles(rng, 20), rng.uniform(-3, 3, 20)], 1)
     found, without = form.rigorous(Theta, 2), bare.rigorous(Theta, 2)
-    places = [(slice(None),), (slice(None), 1), (slice(None), 1, 1)]
     added = closed_forms(form.guard.stiffness, Theta[:, 1])
-    for order, place in enumerate(places):
+    for order, place in enumerate(PLACES):
         difference = found[order].values[place] - without[order].values[place]
         error = found[order].error[place[1:]]
         assert np.all(np.abs(difference - added[order]) <= error + 1e-15 * np.abs(added[order]))
     np.testing.assert_allclose(form.approximate(Theta, 0)[0], found[0].values, rtol=1e-3)
     one = enclosure(form, box_around(Theta[0], 0.0))
     assert one.value[0] == pytest.approx(found[0].values[0], rel=1e-12)
+
+
+def test_what_is_rounded_at_a_centre_is_in_the_errors():
+    """Without any other energy, U is that of the barrier, whose exact value is no double."""
+    angles = random_angles(np.random.default_rng(8), 50)
+    form = TrigonometricForm(np.zeros((3, 3)), np.zeros(3), np.zeros((1, 1, 1)), guard=Guard(3.0))
+    Theta = np.stack([angles, angles, angles], 1)
+    found = enclosure(form, Boxes(Theta, Theta))
+    parts = [
+        (found.value, found.value_error),
+        (found.gradient[:, 1], found.gradient_error[:, 1]),
+        (found.hessian[:, 1, 1], found.hessian_error[:, 1, 1]),
+    ]
+    rigorous = form.rigorous(Theta[:1], 2)
+    for n, angle in enumerate(angles.tolist()):
+        for value, (middle, error) in zip(exact(3.0, angle)[:3], parts, strict=True):
+            assert abs(value - float(middle[n])) <= float(error[n])
+    for value, one, place in zip(exact(3.0, angles[0])[:3], rigorous, PLACES, strict=True):
+        assert abs(value - float(one.values[place][0])) <= float(one.error[place[1:]])

@@ -10,7 +10,7 @@ from support.proofs import PROOF, proof_of
 from support.rest import system_of
 
 from rbstab.analysis.proof_check.boxes import Box
-from rbstab.analysis.proof_check.energy import Energy, Taylor, rounded
+from rbstab.analysis.proof_check.energy import Energy, Taylor, barrier, rounded
 from rbstab.analysis.proof_check.rest_states import index_of
 
 
@@ -165,3 +165,69 @@ def test_confinement_of_a_known_energy() -> None:
     assert [float(bound) for bound in found] == pytest.approx([first, 0.75], rel=1e-12)
     data["quadratic"] = np.diag([2.0, 0.0, -4.0]).tolist()
     assert Energy(data).confinement() is None
+
+
+def guarded(data: PROOF, stiffness: float = 30.0) -> PROOF:
+    return {**data, "barrier": stiffness}
+
+
+def g(angle: Any) -> Any:
+    """Return the energy of a barrier with a stiffness of 30 N m."""
+    return 15 * (1 / angle.cos() ** 2 - 1)
+
+
+@pytest.mark.parametrize("angle", [-1.5, -0.4, 0.0, 0.9, 1.55])
+def test_derivatives_of_a_barrier_are_those_of_its_energy(angle: float) -> None:
+    """Central differences of 1/cos² θ."""
+    h = arb(2) ** -30
+    value, *rates = barrier(arb(30), arb(angle))
+    ahead, here, behind = (g(arb(angle) + step) for step in (h, 0, -h))
+    assert value.overlaps(here)
+    differences = [(ahead - behind) / (2 * h), (ahead - 2 * here + behind) / (h * h)]
+    bent = (g(angle + 2 * h) - g(angle - 2 * h)) / 2 - ahead + behind
+    for rate, found in zip(rates, [*differences, bent / h**3], strict=True):
+        assert abs(float(rate - found)) <= 1e-5 * abs(float(rate)) + 1e-9
+
+
+def test_a_barrier_over_an_interval() -> None:
+    """Every value inside is in the ball, and there is none where it reaches ±π/2."""
+    for low, high in ((-1.2, 1.5), (0.3, 0.4), (-1.5, -1.4)):
+        found = barrier(arb(30), arb(low).union(arb(high)))
+        for step in range(11):
+            angle = arb(low + (high - low) * step / 10)
+            assert all(
+                ball.contains(inner)
+                for ball, inner in zip(found, barrier(arb(30), angle), strict=True)
+            )
+    assert all(ball.is_nan() for ball in barrier(arb(30), arb(1.5, 0.08)))
+
+
+def test_taylor_with_a_barrier_contains_all_values(data: PROOF) -> None:
+    U = Energy(guarded(data))
+    box: Box = ((-0.4, 0.1), (1.2, 1.4), (2.0, 2.2))
+    taylor, rng = Taylor(U, box), np.random.default_rng(3)
+    for _ in range(50):
+        Theta = [arb(rng.uniform(*side)) for side in box]
+        here = U.derivatives(Theta)
+        assert here[()].overlaps(u(data, Theta) + g(Theta[1]))
+        assert taylor.values.contains(here[()])
+        for i in range(3):
+            assert taylor.whole_gradient[i, 0].contains(here[i,])
+            for j in range(i, 3):
+                assert taylor.whole_hessian[i, j].contains(here[i, j])
+
+
+def test_the_slope_of_a_barrier_exceeds_that_of_all_else(data: PROOF) -> None:
+    U, smooth = Energy(guarded(data)), Energy(data)
+    end = U.end_before_barrier(arb(5), arb(6))
+    assert end is not None
+    rng = np.random.default_rng(3)
+    for _ in range(100):
+        Theta = [arb(rng.uniform(-1, 1) * reach) for reach in (5, math.pi / 2, 6)]
+        assert abs(smooth.derivatives(Theta)[1,]) < barrier(arb(30), arb(end))[1]
+    assert Energy(guarded(data, 1e-60)).end_before_barrier(arb(5), arb(6)) is None
+
+
+def test_a_barrier_must_be_stiff(data: PROOF) -> None:
+    with pytest.raises(ValueError, match="not positive"):
+        Energy(guarded(data, -1.0))

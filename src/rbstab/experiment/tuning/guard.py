@@ -1,7 +1,7 @@
 """The least barrier of θ2 with which every start in the range is proved to converge."""
 
 from collections.abc import Callable
-from itertools import count
+from itertools import chain, count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -114,8 +114,8 @@ def barrier_name(config: Config) -> str:
     """Return the name of the barrier of a config, or a free name for a new one."""
     elements: dict[str, Any] = plain_data(config).get("elements", {})
     names = [name for name, element in elements.items() if _is_barrier(element)]
-    free = (name for name in ("range", *(f"range_{k}" for k in count(2))) if name not in elements)
-    return names[0] if names else next(free)
+    possible = chain(["range"], (f"range_{number}" for number in count(2)))
+    return names[0] if names else next(name for name in possible if name not in elements)
 
 
 def _is_barrier(element: dict[str, Any]) -> bool:

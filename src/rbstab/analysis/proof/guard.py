@@ -103,10 +103,9 @@ def _rows() -> tuple[tuple[Fraction, ...], ...]:
     for powers, value in energy_of_tangent(stiffness, tangent).terms():
         of_stiffness, power = ring.split(powers).lengths
         first[power] = fraction(value)
-        # The monotonic bounds need this.
-        assert of_stiffness == 1
-        assert power % 2 == 0
-        assert first[power] > 0
+        if of_stiffness != 1 or power % 2 or not first[power] > 0:
+            # The monotonic bounds need this.
+            raise ValueError("the energy of a barrier is not k times even powers of tan θ2")
     rows = [[first.get(power, Fraction(0)) for power in range(1 + max(first))]]
     zeros = [Fraction(0)] * 2
     for _ in ORDERS[1:]:

@@ -61,7 +61,7 @@ OTHER_VARIANT = [
     (
         edited("initial:", "initial:\n  position: [0, 0, 0]", PERMANENT),
         "13:3: initial.position: is not a key of the variant permanent "
-        "(it belongs to none, free, visco-elastic, embedded, sliding)",
+        "(it belongs to free, visco-elastic, embedded, sliding)",
     ),
     (
         edited("initial:", "initial:\n  connector_state: [0, 0, 0]"),

@@ -6,7 +6,7 @@ from support.json_schemas import schema_errors, validator_of
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config
-from rbstab.config.schema import VARIANTS, json_schema
+from rbstab.config.schema import NO_VARIANT, VARIANTS, json_schema
 
 MANIFOLD = PERMANENT + "  coordinates: manifold\n"
 
@@ -151,9 +151,9 @@ def test_every_section_says_what_it_is_and_takes_no_other_keys():
 
 
 def test_every_variant_is_in_the_schema():
-    assert set(VARIANTS) == {"none", "free", "permanent", "visco-elastic", "embedded", "sliding"}
+    assert set(VARIANTS) == {"free", "permanent", "visco-elastic", "embedded", "sliding"}
     text = str(json_schema())
-    assert all(f"'const': '{variant}'" in text for variant in VARIANTS)
+    assert all(f"'const': '{variant}'" in text for variant in (*VARIANTS, NO_VARIANT))
 
 
 def test_bounds_that_only_the_program_knows(validator, write):

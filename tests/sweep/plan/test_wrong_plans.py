@@ -300,9 +300,9 @@ ENTRIES = [
         "controller.variant: {values: [free, rigid, 5]}",
         [
             "4:39: vary.controller.variant.values[1]: is the text 'rigid'"
-            " (expected one of none, free, permanent, visco-elastic, embedded, sliding)",
+            " (expected one of free, permanent, visco-elastic, embedded, sliding)",
             "4:46: vary.controller.variant.values[2]: is 5"
-            " (expected one of none, free, permanent, visco-elastic, embedded, sliding)",
+            " (expected one of free, permanent, visco-elastic, embedded, sliding)",
         ],
     ),
     # Groups.

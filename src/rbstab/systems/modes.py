@@ -67,12 +67,11 @@ def with_modes_at(system: System, y: Array) -> System:
 
     Args:
         system: The system, in any modes.
-        y: The state, of complex numbers or of any numbers that can be converted to floats.
+        y: The state, of floats, of complex numbers, or of numbers that `float` accepts.
     """
     if not has_modes(system):
         return system
-    real = np.array([_real(entry) for entry in y])
-    return with_modes(system, tuple(float(_real(g) > 0) for g in guards_at(system, real)))
+    return with_modes(system, tuple(float(_real(g) > 0) for g in guards_at(system, y)))
 
 
 def with_first_modes(system: System, y: Array) -> System:

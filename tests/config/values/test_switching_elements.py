@@ -46,9 +46,9 @@ def test_numbers_reach_the_element():
     numbers = parameters(problem_of(config).system)
     found = [numbers[f"a.{name}"] for name in ("stiffness", "slack_length", "toe_strain")]
     assert found == [80.0, 1.0, 0.05]
-    assert (numbers["a.damping"], numbers["b.damping"]) == (3.0, 0.0)
+    assert [numbers["a.damping"], numbers["b.damping"]] == [3.0, 0.0]
     soft = parameters(problem_of(load_config(data({"a": guard("repelling", 7.0, 0.4)}))).system)
-    assert (soft["a.couple"], soft["a.soft_angle"]) == (7.0, 0.4)
+    assert [soft["a.couple"], soft["a.soft_angle"]] == [7.0, 0.4]
 
 
 @pytest.mark.parametrize(

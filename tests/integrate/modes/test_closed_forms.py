@@ -5,6 +5,7 @@ in the time π/ω, and from a constant couple along a parabola. A mass alone bou
 ligaments: the time in the toe is a quadrature, beyond it the mass is an oscillator.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,8 +24,10 @@ from support.switching import (
 )
 
 from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.engines import engine
 from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
 from rbstab.integrate.modes.scipy_modes import ModeRun
+from rbstab.systems.modes import modes_of
 
 RUNS: dict[str, Any] = {"scipy": ModeRun, "heyoka": HeyokaModeRun}
 
@@ -53,9 +56,9 @@ def switch_times(config, engine_name):
     return found
 
 
-def turning(method, size, **integration):
+def turning(guard_method, size, **integration):
     start = {"angular_velocity": [0, SPIN, 0]}
-    return data({"soft": guard(method, size, SOFT)}, start, integration)
+    return data({"soft": guard(guard_method, size, SOFT)}, start, integration)
 
 
 def bounces(inside, flight, first, duration):
@@ -141,6 +144,41 @@ def test_order_of_the_method_holds_through_switches(method):
         errors.append(np.abs(found.states[:, 1] - expected).max())
     assert (np.array(errors) < 3e3 * np.array(tolerances)).all()
     assert errors[2] < 0.1 * errors[1] < 0.01 * errors[0]
+
+
+@pytest.mark.parametrize("method", ["DOP853", "RK45", "Radau"])
+def test_a_step_ends_exactly_on_a_switch_at_any_tolerance(method):
+    """Dense output would be too inaccurate: the margin is zero up to round-off at each switch."""
+    margins = []
+
+    class Recording(ModeRun):
+        def _switch(self, mode):
+            margins.append(self.phase.margins(self.y)[mode])
+            super()._switch(mode)
+
+    settings = {"rtol": 1e-4, "atol": 1e-4, "method": method, "duration": 5.0}
+    given = problem(turning("stiff", K, **settings))
+    assert Recording(given, None, Deadline(60.0)).result().status == "completed"
+    assert len(margins) > 5
+    assert np.abs(margins).max() < 1e-14
+
+
+@EACH
+@pytest.mark.parametrize("angle", [-0.2, 0.5, -0.5])
+def test_modes_are_those_of_the_start_of_a_problem_not_of_its_system(engine_name, angle):
+    """A search for peaks starts a motion again at another state of the same system."""
+    given = problem(turning("stiff", K, duration=0.5, samples=6, engine=engine_name))
+    assert modes_of(given.system) == (0, 0)
+    start = given.start.copy()
+    start[[1, 4]] = angle, 0.0
+    found = engine(engine_name)(replace(given, start=start, rtol=1e-13), None, None)
+    inside = max(abs(angle) - SOFT, 0.0)
+    expected = np.sign(angle) * (SOFT + inside * np.cos(np.sqrt(K / INERTIA) * found.times))
+    if inside == 0:
+        expected = angle
+    beyond = found.times < 0.5 * np.pi * np.sqrt(INERTIA / K)
+    np.testing.assert_allclose((found.states[:, 1] - expected)[beyond], 0, atol=1e-11)
+    assert modes_of(found.systems[0]) == (float(angle > SOFT), float(angle < -SOFT))
 
 
 def test_mass_of_the_closed_form_is_that_of_the_config():

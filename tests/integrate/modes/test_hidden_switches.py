@@ -5,7 +5,7 @@ import pytest
 from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, solved
 
 from rbstab.integrate.modes.first_switch import TESTS_PER_STEP, first_switch
-from rbstab.integrate.modes.phases import Phases
+from rbstab.integrate.modes.phases import CurrentPhase, Phases
 from rbstab.systems.modes import modes_of
 from rbstab.systems.system import AUDIT_SIZE
 
@@ -133,6 +133,23 @@ def test_ligaments_that_go_taut_at_one_instant(engine_name, count):
         taut = np.array(found).reshape(2, count, 2)
         assert (taut == taut[:, :1]).all()
         assert taut[:, 0].ravel().tolist() == list(expected)
+
+
+@EACH
+def test_coinciding_switches_are_one(engine_name, monkeypatch):
+    """No step of zero length is made between two ligaments that go taut together."""
+    switched = []
+    original = CurrentPhase.switch
+
+    def recorded(self, chosen, t):
+        switched.append(chosen)
+        original(self, chosen, t)
+
+    monkeypatch.setattr(CurrentPhase, "switch", recorded)
+    many = {f"a{i}": ligament(-1.0, stiffness=40.0) for i in range(2)}
+    config = data(many, {"velocity": [1.1, 0, 0]}, {"duration": 2.0})
+    assert solved(config, engine_name).status == "completed"
+    assert switched == [[0, 2], [1, 3], [1, 3], [0, 2]]
 
 
 @EACH

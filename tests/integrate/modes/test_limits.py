@@ -88,28 +88,34 @@ def test_a_start_without_finite_rates(engine_name):
     assert (found.status, len(found.times), len(found.systems)) == ("diverged", 1, 1)
 
 
-@EACH
-def test_a_load_that_presses_against_a_repelling_guard_ends_the_run(engine_name):
-    """The hops about the soft angle become infinitely many: no wrong motion, and no endless run.
+def pressed(engine_name, angle):
+    """Return a body that a spring beside its centre of gravity turns towards larger θ2.
 
-    A couple of the attitude spring of less than K drives θ2 outwards, and damping takes the hops.
+    Its repelling guard is stronger than the spring. A tie with dampers holds the body elsewhere.
     """
-    # The attitude spring rests at θ2 = 0; the body is turned by gravity on a point beside it.
+    spring = {"kind": "spring", "point": [0.5, 0.0, 0.0], "anchor": [0.5, 0.0, -3.0]}
+    tie = {"kind": "visco-elastic", "point": [0, 0, 0], "anchor": [0, 0, 0]}
     elements = {
         "soft": guard("repelling", 50.0),
-        "drive": {
-            "kind": "spring",
-            "point": [0.5, 0.0, 0.0],
-            "anchor": [0.5, 0.0, -3.0],
-            "stiffness": 10.0,
-            "rest_length": 1.0,
-            "damping": 20.0,
-        },
-        "hold": {"kind": "visco-elastic", "point": [0, 0, 0], "anchor": [0, 0, 0]}
-        | {"K_c": [1e3] * 3, "L_c": [50] * 3},
+        "drive": spring | {"stiffness": 10.0, "rest_length": 1.0, "damping": 20.0},
+        "hold": tie | {"K_c": [1e3] * 3, "L_c": [50] * 3},
     }
-    given = problem(data(elements, integration={"engine": engine_name, "duration": 60.0}))
-    found = RUNS[engine_name](given, None, Deadline(60.0), switch_limit=2000).result()
+    settings = {"engine": engine_name, "duration": 60.0}
+    return problem(data(elements, {"orientation": [0, angle, 0]}, settings))
+
+
+@EACH
+def test_a_load_that_presses_against_a_repelling_guard_ends_the_run(engine_name):
+    """The hops about the soft angle become infinitely many: no wrong motion, and no endless run."""
+    found = RUNS[engine_name](pressed(engine_name, 0.0), None, Deadline(60.0), 2000).result()
     assert found.status in ("switch limit", "solver failure")
     assert abs(found.states[-1, 1] - 0.3) < 1e-3
     assert found.times[-1] > 0.1
+
+
+@EACH
+def test_a_start_at_rest_that_the_guard_holds_ends_at_once(engine_name):
+    """Neither mode leads away from the soft angle."""
+    found = RUNS[engine_name](pressed(engine_name, 0.3), None, Deadline(60.0), 2000).result()
+    assert found.status == "solver failure"
+    assert found.detail == "the motion stays where soft switches at t = 0 s"

@@ -231,6 +231,8 @@ class HeyokaModeRun:
         if found is None or not self.offsets[found.mode] or found.time >= end:
             return shorter
         if found.time <= begin:
+            # The switch may end the run: then it ends where the step began.
+            self._return_to(begin, state)
             self._flip([found.mode], begin)
             return end - begin
         return found.time - begin

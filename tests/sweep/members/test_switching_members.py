@@ -73,7 +73,9 @@ def test_convergence_of_members_is_not_decided():
     plan = plan_of("scipy", prove="motion")
     columns = motion_columns(plan, 0, 3)
     assert [MOTION_PROOFS[code] for code in columns["motion_proof"]] == ["switches"] * 3
-    assert not any(shares_proof(plan, variant) for variant in plan.variants)
+    starts = {"initial.velocity[0]": {"values": [1.0, 2.0]}}
+    for other in (plan, plan_of("scipy", vary=starts)):
+        assert not any(shares_proof(other, variant) for variant in other.variants)
 
 
 def test_modes_of_a_member_are_those_of_its_own_start():

@@ -61,10 +61,20 @@ class CompiledModes:
     Args:
         system: Any system of the structure.
         tolerance: heyoka's tolerance.
+
+    Attributes:
+        integrator: heyoka's integrator.
+        modes: The index of the `par[]` of each mode.
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
-        symbolic, _, count = symbols_of(system)
+        symbolic, first, count = symbols_of(system)
+        places = [
+            first[f"{element.name}.mode"] + np.arange(element.mode_count)
+            for element in system.elements
+            if element.mode_count
+        ]
+        self.modes = np.concatenate(places)
         y = state_symbols(system.size + AUDIT_SIZE)
         rates = scaled_audit(symbolic.audited_rates(y), hy.par[count + 1])
         leaving = regularity(y[THETA]) - hy.par[count]
@@ -108,7 +118,10 @@ class HeyokaModeRun:
         self.offsets = np.zeros(len(self.phase.signs))
         self.scale = energy_scale(problem)
         with deadline.paused():
-            self.integrator = compiled_modes(problem.system, problem.rtol).integrator
+            compiled = compiled_modes(problem.system, problem.rtol)
+        self.integrator, self.modes = compiled.integrator, compiled.modes
+        settings = [problem.range_bound, self.scale, *self.offsets]
+        self.values = np.concatenate([parameter_values(self.phase.system), settings])
         self.steps = 0
         self.max_step = np.inf
         self.samples: list[tuple[float, Array]] = []
@@ -257,10 +270,10 @@ class HeyokaModeRun:
             self._set_parameters()
 
     def _set_parameters(self) -> None:
-        extra = [self.problem.range_bound, self.scale, *self.offsets]
-        values = np.concatenate([parameter_values(self.phase.system), extra])
+        self.values[self.modes] = 0.5 * (1.0 + self.phase.signs)
+        self.values[-len(self.offsets) :] = self.offsets
         # heyoka has no `par[]` after the last one that the equations use.
-        self.integrator.pars[:] = values[: len(self.integrator.pars)]
+        self.integrator.pars[:] = self.values[: len(self.integrator.pars)]
 
     def _add_sample(self, t: float, state: Array) -> None:
         state[-AUDIT_SIZE:] *= self.scale

@@ -15,7 +15,7 @@ import pytest
 from click.testing import CliRunner
 
 import rbstab
-from rbstab.config.elements import METHODS, RESERVED_NAMES
+from rbstab.config.elements import RESERVED_NAMES
 from rbstab.elements.registry import KINDS
 from rbstab_cli.main import cli
 
@@ -63,7 +63,8 @@ def test_the_example_is_the_file() -> None:
     path = ROOT / "configs/examples/elements.yaml"
     assert block == path.read_text(encoding="utf-8")
     kinds = {element.kind for element in rbstab.load_config(path).elements.values()}
-    assert kinds == set(KINDS)
+    joint = rbstab.load_config(ROOT / "configs/examples/joint.yaml")
+    assert kinds | {element.kind for element in joint.elements.values()} == set(KINDS)
 
 
 def test_the_plan_and_the_second_example_say_what_the_page_says() -> None:
@@ -72,13 +73,17 @@ def test_the_plan_and_the_second_example_say_what_the_page_says() -> None:
     assert proved.controller.variant == "free"
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_each_gain_has_its_row_with_its_unit(kind: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "method"), [(k, m) for k, methods in KINDS.items() for m in methods]
+)
+def test_each_gain_has_its_row_with_its_unit(kind: str, method: str | None) -> None:
     text = section(SECTIONS.get(kind, kind.title()))
+    if method is not None:
+        text = text.split(f"\n### Method {method}\n")[1].split("\n### ")[0]
     rows = [line.split("|")[1:-1] for line in text.splitlines() if line.startswith("| `")]
     units = {key.strip("` "): row[2].strip() for row in rows for key in row[0].split(",")}
-    expected = {gain.name: gain.unit for gain in KINDS[kind].gains}
-    assert units == expected | ({"method": "-"} if kind in METHODS else {})
+    expected = {gain.name: gain.unit for gain in KINDS[kind][method].gains}
+    assert units == expected | ({} if method is None else {"method": "-"})
     assert f"| [`{kind}`](#" in PAGE
 
 
@@ -157,15 +162,17 @@ def test_small_rotations_have_the_stiffness_that_the_page_says(drawings: ModuleT
     ids=" ".join,
 )
 def test_each_command_runs(command: list[str]) -> None:
-    if command[0] == "show":
-        CliRunner().invoke(cli, ["run", "configs/examples/elements.yaml"])
+    if command[0] in ("show", "report"):
+        name = "elements" if command[0] == "show" else "joint"
+        CliRunner().invoke(cli, ["run", f"configs/examples/{name}.yaml"])
     done = CliRunner().invoke(cli, command)
     assert done.exit_code == 0, done.output
 
 
 def test_all_commands_are_tried() -> None:
     tried = [command[0] for command in COMMANDS]
-    expected = ["run", "show", "upgrade", "run", "sensitivities", "tune", "sweep"]
+    first = ["run", "show", "run", "report"]
+    expected = [*first, "upgrade", "run", "sensitivities", "tune", "sweep"]
     assert tried == [*expected, "stability", "stability"]
 
 
@@ -192,8 +199,9 @@ def test_the_python_of_the_page_runs() -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_which_kinds_are_proved(kind: str) -> None:
     config = "configs/examples/elements_proved.yaml"
-    elements = rbstab.load_config("configs/examples/elements.yaml").elements
-    one = next(e for e in elements.values() if e.kind == kind).model_dump(mode="json")
+    examples = [rbstab.load_config(f"configs/examples/{n}.yaml") for n in ("elements", "joint")]
+    elements = [element for example in examples for element in example.elements.values()]
+    one = next(e for e in elements if e.kind == kind).model_dump(mode="json")
     data = rbstab.load_config(config).model_dump(mode="json", exclude_none=True)
     proof = rbstab.prove(rbstab.load_config(data | {"elements": {"one": one}}))
     assert bool(proof.unique) == (kind in ("visco-elastic", "attitude", "guard"))

@@ -14,7 +14,7 @@ from support.elements import CASES, case_id, random_element
 from support.path import random_path
 from support.systems import random_body, random_Z
 
-from rbstab.elements.registry import ELEMENTS, KINDS
+from rbstab.elements.registry import ELEMENTS, NAMED_ELEMENTS
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import motion_from_centre
@@ -163,7 +163,7 @@ def test_gains_cannot_be_changed(element):
             setattr(element, field.name, np.eye(3))
 
 
-@pytest.mark.parametrize("kind", [*ELEMENTS, *KINDS.values()], ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", [*ELEMENTS, *NAMED_ELEMENTS], ids=lambda kind: kind.__name__)
 def test_every_declared_gain_is_a_field(kind):
     declared = [gain.name for gain in kind.gains]
     assert set(declared) <= {field.name for field in fields(cast("Any", kind))}

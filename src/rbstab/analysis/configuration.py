@@ -10,6 +10,7 @@ from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.coordinates import CentreCoordinates, ReducedCoordinates
+from rbstab.systems.modes import with_modes_at
 from rbstab.systems.system import System
 
 ORIENTATION = slice(0, 3)
@@ -24,7 +25,7 @@ class Configurations:
     """All configurations q of a system at rest: [Θ, X, own states], or [Θ, own states] if held.
 
     At rest, the coordinates W and Z are equivalent, and so are `manifold` and `reduced`. So
-    `system` uses only Z or `reduced`.
+    `system` uses only Z or `reduced`. If its elements switch, each configuration has its own modes.
 
     Args:
         system: The system, in coordinates Z, or reduced ones if the contact point is held.
@@ -71,11 +72,13 @@ class Configurations:
 
     def energy(self, q: Array) -> Number:
         """Return the energy stored in the elements, J."""
-        return self.system.potential_energy(self.state(q))
+        y = self.state(q)
+        return with_modes_at(self.system, y).potential_energy(y)
 
     def energies(self, q: Array) -> Array:
         """Return the energy stored in each element, shape (elements,), J."""
-        return np.array(stored_energies(self.system, self.motion(q), q[self.pose_size :]))
+        system = with_modes_at(self.system, self.state(q))
+        return np.array(stored_energies(system, self.motion(q), q[self.pose_size :]))
 
     def gradient(self, q: Array) -> Array:
         """Return the derivatives of the energy, shape (size,): N m, then N."""
@@ -86,7 +89,7 @@ def stored_energies(system: System, motion: Motion, own: Array) -> list[Number]:
     """Return the energy stored in each element, J, without computing any force.
 
     Args:
-        system: The system.
+        system: The system, in the modes of the motion.
         motion: The motion of its body.
         own: The own states of all elements, one after the other.
     """

@@ -8,6 +8,7 @@ from rbstab.analysis.configuration import configurations
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.modes import with_modes_at
 from rbstab.systems.system import System
 
 BODY_STATES = ("orientation", "angular_velocity", "position", "velocity")
@@ -63,12 +64,15 @@ def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
     """Linearise a system at a rest state; complex steps make the matrix exact to round-off.
 
     Args:
-        system: The system, in any coordinates.
+        system: The system, in any coordinates. If its elements switch, the modes are those of the
+            rest state.
         rest: The motion at rest.
         own: The elements' own states there.
     """
     resting = configurations(system).system
-    A = jacobian(resting.rates, resting.start(rest, own))
+    start = resting.start(rest, own)
+    resting = with_modes_at(resting, start)
+    A = jacobian(resting.rates, start)
     eigenvalues, modes = np.linalg.eig(A)
     order = np.lexsort((-eigenvalues.imag, -eigenvalues.real.round(9)))
     modes = modes[:, order]

@@ -10,7 +10,7 @@ from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController
 from rbstab.config.schema import NO_VARIANT, Baumgarte, Config
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
-from rbstab.elements.registry import CONNECTORS, KINDS, STABILIZERS
+from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
@@ -24,6 +24,7 @@ from rbstab.systems.coordinates import (
     ManifoldCoordinates,
     ReducedCoordinates,
 )
+from rbstab.systems.modes import with_first_modes
 from rbstab.systems.system import System
 
 Numbers = Callable[[Array], Array]
@@ -42,6 +43,7 @@ def problem_of(config: Config) -> Problem:
     with np.errstate(all="ignore"):
         system = system_of(config)
         start = start_of(config, system)
+        system = with_first_modes(system, start)
     return Problem(
         system=system,
         start=start,
@@ -153,7 +155,7 @@ def _elements(config: Config, convert: dict[str, Callable[[Any], Any]]) -> list[
     """Return the elements of the config, in the order of their names."""
     found: list[Element] = []
     for name, section in config.elements.items():
-        kind = KINDS[section.kind]
+        kind = element_of(section)
         found.append(kind(name=name, **_gains(kind, section, convert)))  # type: ignore[call-arg]
     return found
 

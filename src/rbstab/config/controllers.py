@@ -37,16 +37,18 @@ _GAIN_TYPES: dict[tuple[str, bool], Any] = {
 
 def gain_fields(*elements: type[Element]) -> dict[str, Any]:
     """Return the fields of the gains of elements, for a model."""
-    gains: list[Gain] = [gain for element in elements for gain in element.gains]
-    return {
-        gain.name: (
-            _GAIN_TYPES[gain.shape, gain.positive],
-            required(f"{gain.description}, {gain.unit}"),
-        )
-        if gain.default is None
-        else (NotNegative, Field(gain.default, description=f"{gain.description}, {gain.unit}"))
-        for gain in gains
-    }
+    return {gain.name: _gain_field(gain) for element in elements for gain in element.gains}
+
+
+def _gain_field(gain: Gain) -> tuple[Any, Any]:
+    """Return the type and the field of a gain."""
+    description = f"{gain.description}, {gain.unit}"
+    if gain.default is not None:
+        return NotNegative, Field(gain.default, description=description)
+    kind = _GAIN_TYPES[gain.shape, gain.positive]
+    if gain.below is not None:
+        kind = Annotated[kind, Field(lt=gain.below)]
+    return kind, required(description)
 
 
 def model_name(variant: str, kind: str) -> str:

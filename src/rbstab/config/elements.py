@@ -4,6 +4,7 @@ The fields of a kind follow from the declarations of its element (`rbstab.elemen
 """
 
 import re
+from collections.abc import Mapping
 from functools import reduce
 from operator import or_
 from typing import Annotated, Any, Literal
@@ -13,7 +14,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, WrapValidator, crea
 from rbstab.config.controllers import gain_fields
 from rbstab.config.quantities import value_error
 from rbstab.config.section import FrozenMapping, Section, required
-from rbstab.elements.registry import KINDS
+from rbstab.elements.registry import KINDS, element_of
 
 MAX_ELEMENTS = 100
 
@@ -22,25 +23,45 @@ RESERVED_NAMES = ("anchor", "body", "connector", "gravity", "kinetic")
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
-METHODS = {"guard": "barrier"}
-"""The methods of the kinds that have one."""
 
-
-def _model(kind: str) -> type[Section]:
-    """Return the model of a kind of element."""
-    element = KINDS[kind]
+def _model(kind: str, method: str | None) -> type[Section]:
+    """Return the model of a kind of element, and of its method if it has several."""
+    element = KINDS[kind][method]
     fields: dict[str, Any] = {"kind": (Literal[kind], required("the kind of element"))}
-    if kind in METHODS:
-        fields["method"] = (Literal[METHODS[kind]], required("how the range is guarded"))
+    if method is not None:
+        fields["method"] = (Literal[method], required("how the range is guarded"))
     documentation = (element.__doc__ or "").strip().splitlines()[0]
-    name = f"{kind.title().replace('-', '')}Element"
+    words = f"{method or ''}-{kind}".title().replace("-", "")
     return create_model(
-        name, __base__=Section, __doc__=documentation, **fields, **gain_fields(element)
+        f"{words}Element",
+        __base__=Section,
+        __doc__=documentation,
+        **fields,
+        **gain_fields(element),
     )
 
 
-ELEMENT_MODELS: dict[str, type[Section]] = {kind: _model(kind) for kind in KINDS}
-"""The model of each kind."""
+ELEMENT_MODELS: dict[tuple[str, str | None], type[Section]] = {
+    (kind, method): _model(kind, method) for kind, methods in KINDS.items() for method in methods
+}
+"""The model of each kind and method."""
+
+
+def _unknown_method(kind: str) -> type[Section]:
+    """Return a model that rejects every method but those of a kind, and checks nothing else."""
+    methods = tuple(method for method in KINDS[kind] if method is not None)
+    name = f"{kind.title().replace('-', '')}Method"
+    fields: dict[str, Any] = {"kind": (Literal[kind], ...), "method": (Literal[methods], ...)}
+    return create_model(
+        name,
+        __base__=Section,
+        __doc__=f"An element {kind} of an unknown method.",
+        __cls_kwargs__={"extra": "ignore"},
+        **fields,
+    )
+
+
+_UNKNOWN_METHOD = {kind: _unknown_method(kind) for kind in KINDS if None not in KINDS[kind]}
 
 # Pickle finds a model by its name in this module.
 globals().update({model.__name__: model for model in ELEMENT_MODELS.values()})
@@ -49,7 +70,18 @@ globals().update({model.__name__: model for model in ELEMENT_MODELS.values()})
 def element_model(value: Any) -> type[Section] | None:
     """Return the model of an element of a config; None if its kind is unknown."""
     kind = value.get("kind") if isinstance(value, dict) else None
-    return ELEMENT_MODELS.get(kind) if isinstance(kind, str) else None
+    if not isinstance(kind, str) or kind not in KINDS:
+        return None
+    if kind not in _UNKNOWN_METHOD:
+        return ELEMENT_MODELS[kind, None]
+    method = value.get("method")
+    known = isinstance(method, str) and method in KINDS[kind]
+    return ELEMENT_MODELS[kind, method] if known else _UNKNOWN_METHOD[kind]
+
+
+def switching(elements: Mapping[str, Any]) -> list[str]:
+    """Return the names of the elements of a config that switch (`Element.mode_count`)."""
+    return [name for name, section in elements.items() if element_of(section).mode_count]
 
 
 def _check_name(name: Any) -> Any:

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field
 from pydantic_core import PydanticCustomError
 
 from rbstab.config.controllers import CONTROLLERS, NoController, model_name
-from rbstab.config.elements import Elements
+from rbstab.config.elements import Elements, switching
 from rbstab.config.quantities import (
     Count,
     LongText,
@@ -208,6 +208,34 @@ class Experiment(Section):
         if controller.variant == NO_VARIANT and info.data.get("schema_version") == 1:
             raise value_error("has the variant none", "expected schema_version: 2 beside it")
         return controller
+
+    @field_validator("elements")
+    @classmethod
+    def _check_sliding(cls, elements: Any, info: ValidationInfo) -> Any:
+        controller = info.data.get("controller")
+        if controller is not None and controller.variant == "sliding" and switching(elements):
+            raise value_error(
+                f"has elements that switch, beside a sliding connector: "
+                f"{', '.join(switching(elements))}",
+                "expected another variant of the controller, or elements that do not switch",
+            )
+        return elements
+
+    @field_validator("integration")
+    @classmethod
+    def _check_switching(cls, integration: Any, info: ValidationInfo) -> Any:
+        names = ", ".join(switching(info.data.get("elements") or {}))
+        if names and integration.engine == "scipy" and integration.method == "LSODA":
+            raise value_error(
+                f"has method: LSODA, which loses its history at each switch of {names}",
+                "expected another method",
+            )
+        if names and getattr(integration, "drift_control", "none") == "projection":
+            raise value_error(
+                f"has drift_control: projection, which moves the state past switches of {names}",
+                "expected none or {baumgarte: rate}",
+            )
+        return integration
 
 
 _DOCUMENTATION = {

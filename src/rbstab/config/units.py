@@ -23,18 +23,24 @@ _UNITS = (
 )
 
 _ELEMENT_UNITS = {
-    (kind, gain.name): gain.unit for kind, element in KINDS.items() for gain in element.gains
+    (kind, method, gain.name): gain.unit
+    for kind, methods in KINDS.items()
+    for method, element in methods.items()
+    for gain in element.gains
 }
-"""By kind and key: the stiffness of a spring and that of a guard have different units."""
+"""By kind, method and key: the stiffness of a spring and that of a guard have different units."""
+
+KindAndMethod = tuple[str, str | None]
+"""The kind of an element, and its method if the kind has several."""
 
 
-def unit_of(key: str, kinds: Collection[str] = ()) -> str:
+def unit_of(key: str, kinds: Collection[KindAndMethod] = ()) -> str:
     """Return the unit of a config key such as `body.inertia`.
 
     Args:
         key: The key.
-        kinds: The kinds of the element in a key such as `elements.strut.stiffness`: one, or more
-            if several configs have an element of that name.
+        kinds: The kinds of the element in a key such as `elements.strut.stiffness`, with their
+            methods: one, or more if several configs have an element of that name.
 
     Returns:
         The unit. It is empty for keys without a unit, for a boundary layer, whose unit depends on
@@ -44,5 +50,5 @@ def unit_of(key: str, kinds: Collection[str] = ()) -> str:
     if section != "elements":
         return _UNITS.get(key, "")
     gain = rest.partition(".")[2]
-    units = {_ELEMENT_UNITS.get((kind, gain), "") for kind in kinds}
+    units = {_ELEMENT_UNITS.get((*kind, gain), "") for kind in kinds}
     return units.pop() if len(units) == 1 else ""

@@ -22,6 +22,7 @@ class Gain(NamedTuple):
         dissipates: Whether the gain is a damping matrix. If so, the certificate checks its smallest
             eigenvalue.
         default: The value of a number that a config may leave out; it may be zero, not negative.
+        below: A bound that a positive number must stay below.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Gain(NamedTuple):
     positive: bool = True
     dissipates: bool = False
     default: float | None = None
+    below: float | None = None
 
 
 POINT = Gain("point", "m", "point of the body, body coordinates", "diagonal", positive=False)

@@ -30,6 +30,11 @@ class Element:
     state_size: ClassVar[int] = 0
     """The number of own states, derived from `states`."""
 
+    mode_count: ClassVar[int] = 0
+    """The number of switches of an element whose force is smooth only between them. It has a field
+    `mode`, shape (mode_count,), of numbers 0 or 1. Its formulas use them as numbers, and so need no
+    branch. Its stored energy must be continuous at each switch."""
+
     def __init_subclass__(cls) -> None:
         """Derive `state_size` from the declared states."""
         super().__init_subclass__()
@@ -49,6 +54,14 @@ class Element:
 
     def rates(self, motion: Motion, own: Array) -> Array:
         """Return the derivatives of the own states, shape (state_size,)."""
+        return NO_STATE
+
+    def guards(self, motion: Motion, own: Array) -> Array:
+        """Return the event functions, shape (mode_count,): mode i is 1 where entry i is positive.
+
+        They must not depend on `mode`. Their rates must be continuous at a switch; so the motion
+        goes through it, and cannot slide along it.
+        """
         return NO_STATE
 
 

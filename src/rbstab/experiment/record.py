@@ -12,7 +12,7 @@ from rbstab.analysis.certificate import Check
 from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
-from rbstab.elements.registry import KINDS
+from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.experiment.run_certificate import certificate_of
@@ -322,8 +322,7 @@ def _observer(system: System) -> Callable[[System, Array], tuple[Any, ...]]:
 
 def named_elements(system: System) -> tuple[str, ...]:
     """Return the names of the elements that the config names, in their order."""
-    kinds = tuple(KINDS.values())
-    return tuple(element.name for element in system.elements if isinstance(element, kinds))
+    return tuple(element.name for element in system.elements if isinstance(element, NAMED_ELEMENTS))
 
 
 def _outcome_at(system: System, state: Array) -> tuple[Any, ...]:

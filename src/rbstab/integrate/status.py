@@ -19,7 +19,7 @@ class RunStatus(StrEnum):
     """The run reached its limit of steps."""
 
     SWITCH_LIMIT = "switch limit"
-    """The sliding connector reached its limit of switches."""
+    """The run reached its limit of switches."""
 
     TIME_LIMIT = "time limit"
     """The run reached its limit of wall time."""

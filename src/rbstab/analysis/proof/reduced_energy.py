@@ -15,6 +15,7 @@ from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.elements.barrier import Barrier
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.modes import has_modes
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
@@ -27,6 +28,7 @@ class NoEnergyReason(Enum):
 
     NO_POTENTIAL = "the connector's force on the surface s = F + κE has no potential"
     NOT_SMOOTH = "the energy K_s|E| of the sliding connector has no gradient at E = 0"
+    SWITCHES = "an element switches, so its energy is not one formula for all attitudes"
     NOT_HELD = "nothing holds the position: the energy has no single minimum over X and D"
     NOT_QUADRATIC = "the energy is not a quadratic function of X and D with constant stiffness"
     NOT_FINITE = "the energy is too large for double precision"
@@ -86,7 +88,7 @@ def reduced_energy(system: System, exact_system: ExactSystem | None = None) -> R
     Raises:
         NoReducedEnergy: The system has none, or it does not have the supported form.
     """
-    reject_sliding(system)
+    reject_switching(system)
     at_rest = configurations(system)
     ring = Ring(3, at_rest.size - 3)
     try:
@@ -130,8 +132,10 @@ def _reduced(
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
 
 
-def reject_sliding(system: System) -> None:
-    """Raise `NoReducedEnergy` if a system has a sliding connector."""
+def reject_switching(system: System) -> None:
+    """Raise `NoReducedEnergy` if an element of a system switches, or its connector slides."""
+    if has_modes(system):
+        raise NoReducedEnergy(NoEnergyReason.SWITCHES)
     for element in system.elements:
         if isinstance(element, SlidingConnector):
             on_position = element.rate_weight == 0

@@ -41,6 +41,9 @@ class Undecided(StrEnum):
     SLIDING = "sliding"
     """The motion is not smooth."""
 
+    SWITCHES = "switches"
+    """An element switches, so the motion is smooth only between its switches."""
+
 
 class Enclose(IntEnum):
     """How far the exact motion is to be enclosed. A larger number includes all smaller ones."""

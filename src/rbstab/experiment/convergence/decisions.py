@@ -9,11 +9,15 @@ from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.modes import has_modes
 
 if TYPE_CHECKING:
     from rbstab.experiment.proof_record import Proof
 
 COMMAND = "rbstab run --prove"
+
+NOT_SMOOTH = (Undecided.SLIDING, Undecided.SWITCHES)
+"""The reasons for which not even the motion is enclosed."""
 
 PATIENCE = 50
 """Steps over which the energy must fall by `LEAST_FALL`; otherwise the motion has come to rest."""
@@ -24,9 +28,9 @@ LEAST_FALL = 1e-6
 
 def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     """Return a convergence that no enclosure can decide, with the reason; None if one may."""
-    if any(isinstance(element, SlidingConnector) for element in problem.system.elements):
-        why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
-        return Convergence(None, why=why, reason=Undecided.SLIDING)
+    reason = _not_smooth(problem)
+    if reason is not None:
+        return reason
     if proof is None:
         why = f"no proof of the rest states is stored; {COMMAND} makes it"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
@@ -42,6 +46,17 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     if not region_energies(proof):
         why = f"no certified region is proved ({proof.outcome})"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
+    return None
+
+
+def _not_smooth(problem: Problem) -> Convergence | None:
+    """Return a convergence that is not decided because the equations are not smooth, or None."""
+    if any(isinstance(element, SlidingConnector) for element in problem.system.elements):
+        why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
+        return Convergence(None, why=why, reason=Undecided.SLIDING)
+    if has_modes(problem.system):
+        why = "an element switches, and only smooth equations can be enclosed"
+        return Convergence(None, why=why, reason=Undecided.SWITCHES)
     return None
 
 

@@ -30,6 +30,7 @@ from rbstab.experiment.convergence.convergence import Convergence, Enclose, Unde
 from rbstab.experiment.convergence.decisions import (
     COMMAND,
     LEAST_FALL,
+    NOT_SMOOTH,
     PATIENCE,
     convergence_in,
     refusal,
@@ -122,7 +123,7 @@ def prove_convergence(
     begin = time.perf_counter()
     limits = limits or Limits(MAX_STEPS)
     refused, to_end = refusal(problem, proof), enclose is Enclose.TO_END
-    if refused is not None and (not to_end or problem.switching is not None):
+    if refused is not None and (not to_end or refused.reason in NOT_SMOOTH):
         return MotionProof(replace(refused, enclosed=enclose), None)
     with proof_precision():
         start = _exact_start(config, problem)

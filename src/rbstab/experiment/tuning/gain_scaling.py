@@ -9,7 +9,7 @@ from rbstab.config.overrides import parse_key
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.elements.declarations import ANCHOR, POINT
-from rbstab.elements.registry import GAINS, KINDS
+from rbstab.elements.registry import GAINS, element_of
 
 MAX_TITLE_LENGTH = 200
 
@@ -55,7 +55,7 @@ def _entries(config: Config, key: str) -> tuple[Entry, ...]:
     gains = [name for name in GAINS if hasattr(config.controller, name)]
     known: list[Path] = [("controller", name) for name in gains]
     for name, section in config.elements.items():
-        scaled = [gain for gain in KINDS[section.kind].gains if gain not in (POINT, ANCHOR)]
+        scaled = [gain for gain in element_of(section).gains if gain not in (POINT, ANCHOR)]
         known += [("elements", name, gain.name) for gain in scaled]
     found = next((gain for gain in known if path[: len(gain)] == gain), None)
     if found is None:

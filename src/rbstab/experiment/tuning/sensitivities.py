@@ -10,6 +10,7 @@ import numpy as np
 
 from rbstab.analysis.linearisation import BODY_STATES
 from rbstab.config.build import problem_of
+from rbstab.config.elements import switching
 from rbstab.config.entries import Entry, entries_of, shifted
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
@@ -122,7 +123,8 @@ def check_suited(config: Config) -> None:
     """Reject a config for which variational equations are not supported.
 
     Raises:
-        UnsuitedConfigError: The connector slides, or the coordinates are `manifold`.
+        UnsuitedConfigError: The connector slides, an element switches, or the coordinates are
+            `manifold`.
         EngineMissingError: heyoka is not installed.
     """
     controller: Any = config.controller
@@ -131,6 +133,12 @@ def check_suited(config: Config) -> None:
         raise UnsuitedConfigError(
             "controller.variant: is 'sliding', whose motion is not smooth "
             "(expected one of free, permanent, visco-elastic, embedded)"
+        )
+    names = switching(config.elements)
+    if names:
+        raise UnsuitedConfigError(
+            f"elements.{names[0]}: switches, its motion is not smooth "
+            "(expected elements that do not switch)"
         )
     if integration.coordinates == "manifold":
         raise UnsuitedConfigError(

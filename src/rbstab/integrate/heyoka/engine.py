@@ -4,6 +4,7 @@ Every parameter of a system becomes a `par[]` of the compiled integrator, so one
 all systems of a structure. The dense output is as accurate as the steps.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import heyoka as hy
@@ -18,6 +19,7 @@ from rbstab.integrate.heyoka.symbols import (
     state_symbols,
     symbols_of,
 )
+from rbstab.integrate.modes.phases import switches
 from rbstab.integrate.problem import Problem, Progress, Switching, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.implicit import Stepper
@@ -47,7 +49,14 @@ def integrate(
     status = initial_status(problem)
     if status is not None:
         detail = f"{stop_reason(status, problem)} at t = {first:.9g} s"
-        return trajectory([(first, start)], status, detail, 0, 0)
+        systems = (problem.system,) if switches(problem) else ()
+        return replace(trajectory([(first, start)], status, detail, 0, 0), systems=systems)
+    if switches(problem):
+        # Imported late: only elements that switch need it.
+        from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
+
+        with np.errstate(all="ignore"):
+            return HeyokaModeRun(problem, progress, deadline).result()
     with deadline.paused():
         compiled = compiled_system(problem.system, problem.rtol)
     callback = StepCallback(problem, progress, deadline)

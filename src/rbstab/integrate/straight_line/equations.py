@@ -3,7 +3,8 @@
 numpy takes about a microsecond for each operation on three numbers. So a function of a system and a
 vector is called once with numbers that record its operations, and then evaluated by Python code of
 floats. The code is made once for each structure. Parameters are inputs of the code, but zeros (of
-diagonal gains) are constants: a third of the operations remains.
+diagonal gains) are constants: a third of the operations remains. The modes of elements that switch
+(`systems.modes`) are inputs too, whatever their values.
 """
 
 import cmath
@@ -17,6 +18,7 @@ import numpy as np
 from rbstab.integrate.straight_line.code import Evaluate, Prepare, compiled
 from rbstab.integrate.straight_line.number import Trace
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.modes import mode_parameters
 from rbstab.systems.parameters import map_parameters, parameters, structure
 from rbstab.systems.system import System
 
@@ -82,7 +84,8 @@ class _Recipe:
 def _prepared(equations: Equations, system: System, size: int) -> dict[str, Evaluate]:
     """Return the code for each kind of number of a vector, by numpy's character of its type."""
     try:
-        flat = [np.ravel(value) for value in parameters(system).values()]
+        named = parameters(system)
+        flat = [np.ravel(value) for value in named.values()]
         kind = structure(system)
     except ValueError:
         # Two elements have the same name, and so their parameters have.
@@ -90,7 +93,10 @@ def _prepared(equations: Equations, system: System, size: int) -> dict[str, Eval
     if any(value.dtype.kind not in "if" for value in flat):
         return {}
     values = np.concatenate(flat).astype(float)
-    is_zero = values == 0.0
+    # One code serves all modes of the elements, so a mode of zero is an input as well.
+    modes = mode_parameters(system)
+    is_mode = [np.full(value.size, name in modes) for name, value in named.items()]
+    is_zero = (values == 0.0) & ~np.concatenate(is_mode)
     recipe = _Recipe(equations, kind, size, tuple(is_zero.tolist()), system)
     prepare = _code(recipe)
     if prepare is None:

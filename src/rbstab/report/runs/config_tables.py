@@ -119,8 +119,13 @@ def _differs(key: str, configs: Sequence[Flat]) -> bool:
 
 def _unit(key: str, configs: Mapping[str, Flat]) -> str:
     """Return the unit of a key; that of an element depends on its kind."""
-    of_kind = f"{key.rpartition('.')[0]}.kind"
-    return unit_of(key, {str(config[of_kind]) for config in configs.values() if of_kind in config})
+    element = key.rpartition(".")[0]
+    found = [
+        (config[f"{element}.kind"], config.get(f"{element}.method"))
+        for config in configs.values()
+        if f"{element}.kind" in config
+    ]
+    return unit_of(key, {(str(kind), method) for kind, method in found})
 
 
 def _with_unit(key: str, configs: Mapping[str, Flat]) -> str:

@@ -34,6 +34,7 @@ REASONS = {
     "no region": "no certified region is proved",
     "sliding": "the force of a sliding connector jumps",
     "failed": "the proof ended with an error",
+    "switches": "an element switches",
 }
 """The reasons why a member is not decided, by the words of the column `motion_proof`."""
 

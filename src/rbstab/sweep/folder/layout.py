@@ -52,5 +52,6 @@ def _column(plan: Plan, varied: VariedKey) -> Column:
         return Column((), "f8", "1", f"factor on {varied.key}")
     whole = key_of(tuple(part for part in varied.path if isinstance(part, str)))
     elements = [base.elements for base in plan.bases.values()]
-    kinds = {own[part].kind for own in elements for part in varied.path[1:2] if part in own}
+    sections = [own[part] for own in elements for part in varied.path[1:2] if part in own]
+    kinds = {(section.kind, getattr(section, "method", None)) for section in sections}
     return Column((), "f8", unit_of(whole, kinds), varied.key)

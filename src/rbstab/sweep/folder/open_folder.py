@@ -28,6 +28,7 @@ from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan, plan_id
 from rbstab.sweep.plan.trace_selection import NO_TRACES
 from rbstab.sweep.proofs.convergence import shares_proof
+from rbstab.systems.modes import has_modes
 
 _NOT_OVERWRITTEN = "it is not overwritten. Choose another folder with -o, or move it aside"
 
@@ -195,7 +196,10 @@ def _proof_limit(plan: Plan) -> int:
 
 def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
     share = plan.keep.count(plan.members) / plan.members
-    one_by_one = plan.engine == "scipy" or "sliding" in plan.variants
+    problems = plan.initial_value_problems.values()
+    one_by_one = plan.engine == "scipy" or any(
+        problem.switching is not None or has_modes(problem.system) for problem in problems
+    )
     smallest = -(-plan.members // MAX_SHARDS)
     size = shard_size or max(
         smallest,

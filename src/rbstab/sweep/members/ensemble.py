@@ -43,6 +43,7 @@ from rbstab.sweep.members.outcome import STATUSES, MemberTrajectories, outcome_o
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import copy_traces, layout_of
 from rbstab.sweep.plan.plan import Plan
+from rbstab.systems.modes import has_modes
 
 SAMPLES_IN_MEMORY = 512 * 201
 """Samples in memory at once (25 MB). With fewer, threads wait for each other more often."""
@@ -118,7 +119,7 @@ class EnsembleEngine:
 
 def _can_run_in_batches(problem: Problem) -> bool:
     """Whether a problem has neither switching nor projection, which interrupt the steps."""
-    return problem.switching is None and not problem.project
+    return problem.switching is None and not problem.project and not has_modes(problem.system)
 
 
 class _BatchTraces(NamedTuple):

@@ -25,6 +25,7 @@ from rbstab.sweep.proofs.columns import (
 )
 from rbstab.sweep.proofs.robust import RobustProofs
 from rbstab.sweep.proofs.starts import ProvedStarts
+from rbstab.systems.modes import has_modes
 
 
 class EnergyBound(NamedTuple):
@@ -93,7 +94,7 @@ class ProvedConvergence:
         self._robust = {
             variant: RobustProofs(plan, variant, results)
             for variant in plan.variants
-            if variant not in shared and not _slides(plan, variant)
+            if variant not in shared and not _switches(plan, variant)
         }
         self.bounds = {
             variant: bound
@@ -187,14 +188,15 @@ def keep_proofs(plan: Plan, results: Path) -> None:
 
 def shares_proof(plan: Plan, variant: str) -> bool:
     """Return whether one proof of rest states says something about all members of a variant."""
-    return not _slides(plan, variant) and all(
+    return not _switches(plan, variant) and all(
         varied.path[0] == "initial" for varied in plan.varied_keys_of(variant)
     )
 
 
-def _slides(plan: Plan, variant: str) -> bool:
-    elements = plan.initial_value_problems[variant].system.elements
-    return any(isinstance(element, SlidingConnector) for element in elements)
+def _switches(plan: Plan, variant: str) -> bool:
+    system = plan.initial_value_problems[variant].system
+    slides = any(isinstance(element, SlidingConnector) for element in system.elements)
+    return slides or has_modes(system)
 
 
 def _is_known(proof: Proof) -> bool:

@@ -27,6 +27,7 @@ from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.proofs.columns import MOTION_COLUMNS, MOTION_PROOFS
 from rbstab.sweep.proofs.convergence import shares_proof
 from rbstab.sweep.proofs.starts import ProvedStarts
+from rbstab.systems.modes import has_modes
 
 _PROVERS: "WeakKeyDictionary[Plan, MotionProver]" = WeakKeyDictionary()
 """The prover of each plan. It has the proofs of the rest states, which take up to some seconds."""
@@ -167,7 +168,7 @@ class MotionProver:
     def _convergence(self, variant: str, member: int) -> Convergence:
         config = self.plan.config_of(member)
         problem = problem_of(config)
-        if problem.switching is not None:
+        if problem.switching is not None or has_modes(problem.system):
             # It needs no proof of rest states: the motion is not smooth.
             return convergence_at_start(config, problem, None)
         shared = self._shared_by(variant)

@@ -1,0 +1,282 @@
+"""The motion of a system whose elements switch, with the compiled engine.
+
+The modes are `par[]`: one compilation serves all modes. Each event function of an element is a
+terminal event, so a step ends at the first switch in it. Then the driver sets the modes.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.heyoka.compile_cache import compiled_once
+from rbstab.integrate.heyoka.symbols import (
+    energy_scale,
+    parameter_values,
+    scaled_audit,
+    state_symbols,
+    symbols_of,
+)
+from rbstab.integrate.modes.first_switch import first_switch
+from rbstab.integrate.modes.phases import SWITCH_LIMIT, CurrentPhase, Phase
+from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
+from rbstab.integrate.status import RunStatus
+from rbstab.integrate.watched_rates import StopRun
+from rbstab.mechanics.attitude import regularity
+from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import THETA
+from rbstab.systems.modes import guards_at
+from rbstab.systems.parameters import structure
+from rbstab.systems.system import AUDIT_SIZE, System
+
+MISSED = 1e-13
+"""If a margin is below minus this after a step, the step missed a switch. heyoka's root isolation
+can miss a root beside the start of a step."""
+
+STEP_REDUCTION = 16
+"""A step that missed a switch is repeated with its length divided by this."""
+
+MIN_STEP = 1e-18
+"""s: the run fails if a step shorter than this would be needed to find a missed switch."""
+
+MAX_UNROLLED = 4
+"""Modes of a system whose equations are compiled without loops. Loops take a tenth of the time to
+compile, and five times as long to run."""
+
+MUTED = 1e3
+"""The offset of an event function that must not be found: with it, the function has no zero."""
+
+RANGE_END = 0
+"""The index of the event of the range; those of the modes follow."""
+
+
+class CompiledModes:
+    """The compiled audited equations of one structure, in all modes.
+
+    Its `par[]` are the parameters of the system, the range bound, the energy scale, and an offset
+    of each event function.
+
+    Args:
+        system: Any system of the structure.
+        tolerance: heyoka's tolerance.
+
+    Attributes:
+        integrator: heyoka's integrator.
+        modes: The index of the `par[]` of each mode.
+    """
+
+    def __init__(self, system: System, tolerance: float) -> None:
+        symbolic, first, count = symbols_of(system)
+        places = [
+            first[f"{element.name}.mode"] + np.arange(element.mode_count)
+            for element in system.elements
+            if element.mode_count
+        ]
+        self.modes = np.concatenate(places)
+        y = state_symbols(system.size + AUDIT_SIZE)
+        rates = scaled_audit(symbolic.audited_rates(y), hy.par[count + 1])
+        leaving = regularity(y[THETA]) - hy.par[count]
+        guards = guards_at(symbolic, y)
+        events = [leaving, *(g + hy.par[count + 2 + i] for i, g in enumerate(guards))]
+        self.integrator = hy.taylor_adaptive(
+            list(zip(y, rates, strict=True)),
+            state=[0.0] * len(y),
+            tol=tolerance,
+            t_events=[hy.t_event(event) for event in events],
+            # The code grows with the elements: with eight of them LLVM would compile for minutes.
+            compact_mode=len(guards) > MAX_UNROLLED,
+        )
+
+
+def compiled_modes(system: System, tolerance: float) -> CompiledModes:
+    """Return the compiled equations of a system's structure, compiled once in each thread."""
+    key = CompiledModes, structure(system), tolerance
+    return compiled_once(key, lambda: CompiledModes(system, tolerance))
+
+
+class HeyokaModeRun:
+    """One integration in which modes switch.
+
+    Args:
+        problem: The problem; its start has a status of its own if the run cannot begin there.
+        progress: Called after every step.
+        deadline: The deadline of the run.
+        switch_limit: The run stops after this many switches.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        progress: Progress | None,
+        deadline: Deadline,
+        switch_limit: int = SWITCH_LIMIT,
+    ) -> None:
+        self.problem, self.progress, self.deadline = problem, progress, deadline
+        self.current = CurrentPhase(problem, switch_limit)
+        self.offsets = np.zeros(len(self.phase.signs))
+        self.scale = energy_scale(problem)
+        with deadline.paused():
+            compiled = compiled_modes(problem.system, problem.rtol)
+        self.integrator, self.modes = compiled.integrator, compiled.modes
+        settings = [problem.range_bound, self.scale, *self.offsets]
+        self.values = np.concatenate([parameter_values(self.phase.system), settings])
+        self.steps = 0
+        self.max_step = np.inf
+        self.samples: list[tuple[float, Array]] = []
+        self.systems: list[System] = []
+        integrator = self.integrator
+        integrator.time = problem.times[0]
+        integrator.state[:] = problem.audited_start()
+        integrator.reset_cooldowns()
+        self._set_parameters()
+        self._add_sample(float(problem.times[0]), problem.audited_start())
+
+    @property
+    def phase(self) -> Phase:
+        """The current phase."""
+        return self.current.phase
+
+    def result(self) -> Trajectory:
+        """Integrate, and return the trajectory with the smooth system at each sample."""
+        status, reason = RunStatus.COMPLETED, ""
+        try:
+            self._integrate()
+        except StopRun as stop:
+            integrator = self.integrator
+            state = integrator.state.copy()
+            if integrator.time > self.samples[-1][0] and np.isfinite(state).all():
+                self._add_sample(integrator.time, state)
+            status, reason = stop.status, f"{stop} at t = {self.samples[-1][0]:.9g} s"
+        found = trajectory(self.samples, status, reason, self.steps, self.steps)
+        return replace(found, systems=tuple(self.systems))
+
+    def _integrate(self) -> None:
+        times = self.problem.times.tolist()
+        integrator, last = self.integrator, times[-1]
+        while len(self.samples) < len(times):
+            if self.steps >= self.problem.step_limit:
+                raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
+            event = self._step(last)
+            while len(self.samples) < len(times) and times[len(self.samples)] <= integrator.time:
+                t = times[len(self.samples)]
+                self._add_sample(t, integrator.update_d_output(t).copy())
+            if event == RANGE_END:
+                bound = self.problem.range_bound
+                raise StopRun(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")
+            if self.progress is not None:
+                self.progress(integrator.time)
+            if len(self.samples) == len(times):
+                # A limit reached in the last step does not count.
+                return
+            if self.deadline.expired():
+                raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
+            if event is not None or (self.margins < 0).any():
+                self._switch()
+            self._unmute()
+
+    def _step(self, last: float) -> int | None:
+        """Make a step to an event, or of the engine's choice; repeat it if it missed a switch.
+
+        Returns:
+            The index of the event; None if the step ended without one.
+        """
+        integrator = self.integrator
+        begin, state = integrator.time, integrator.state.copy()
+        while True:
+            length = min(self.max_step, last - begin)
+            outcome, made = integrator.step(max_delta_t=length, write_tc=True)
+            self.steps += 1
+            if outcome == hy.taylor_outcome.err_nf_state:
+                self._return_to(begin, state)
+                raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
+            self.margins = self.phase.margins(integrator.state)
+            shorter = abs(made) / STEP_REDUCTION if (self.margins < -MISSED).any() else None
+            if self.offsets.any():
+                shorter = self._muted_switch(begin, state, shorter)
+            if shorter is None:
+                break
+            self._return_to(begin, state)
+            self.max_step = shorter
+            if shorter < MIN_STEP:
+                raise StopRun(RunStatus.SOLVER_FAILURE, "a switch could not be found")
+        # After a missed switch the steps grow again.
+        self.max_step *= STEP_REDUCTION
+        index = -1 - outcome.value
+        found = 0 <= index < len(integrator.t_events)
+        if found and made == 0.0 and index != RANGE_END:
+            # The step began on a zero of the event function, as after a switch. If it is a double
+            # zero, heyoka would find it for ever.
+            self.offsets[index - 1] = MUTED
+        return index if found else None
+
+    def _return_to(self, time: float, state: Array) -> None:
+        integrator = self.integrator
+        integrator.time, integrator.state[:] = time, state
+        integrator.reset_cooldowns()
+
+    def _muted_switch(self, begin: float, state: Array, shorter: float | None) -> float | None:
+        """Search a step for switches by muted event functions.
+
+        A mode that is wrong from the start of the step is switched there.
+
+        Args:
+            begin: The start of the step, s.
+            state: The state there.
+            shorter: The length with which it must be repeated anyway, or None.
+
+        Returns:
+            The length with which the step must be repeated, s; None if it need not be repeated.
+        """
+        integrator, phase = self.integrator, self.phase
+        end = integrator.time
+        if end == begin:
+            return shorter
+
+        def path(t: Any) -> Array:
+            columns = [integrator.update_d_output(one).copy() for one in np.atleast_1d(t)]
+            return np.array(columns).T if np.ndim(t) else columns[0]
+
+        states = np.array([state, integrator.state])
+        rates = np.array([phase.audited_rates(y) for y in states])
+        found = first_switch(phase, path, (begin, end), states, rates)
+        if found is None or not self.offsets[found.mode] or found.time >= end:
+            return shorter
+        if found.time <= begin:
+            # The switch may end the run: then it ends where the step began.
+            self._return_to(begin, state)
+            self._flip([found.mode], begin)
+            return end - begin
+        return found.time - begin
+
+    def _switch(self) -> None:
+        """Switch all modes whose margins have reached zero at the current state."""
+        state, t = self.integrator.state, self.integrator.time
+        switched = self.phase.coinciding(state, t).tolist()
+        # Without one, heyoka has found the last switch again, or a margin only touches zero.
+        if switched:
+            self._flip(switched, t)
+
+    def _flip(self, modes: list[int], t: float) -> None:
+        self.current.switch(modes, t)
+        self._set_parameters()
+
+    def _unmute(self) -> None:
+        """Let event functions be found again that have left zero."""
+        muted = self.offsets != 0
+        if muted.any():
+            self.offsets[muted & (np.abs(self.margins) > MISSED)] = 0.0
+            self._set_parameters()
+
+    def _set_parameters(self) -> None:
+        self.values[self.modes] = 0.5 * (1.0 + self.phase.signs)
+        self.values[-len(self.offsets) :] = self.offsets
+        # heyoka has no `par[]` after the last one that the equations use.
+        self.integrator.pars[:] = self.values[: len(self.integrator.pars)]
+
+    def _add_sample(self, t: float, state: Array) -> None:
+        state[-AUDIT_SIZE:] *= self.scale
+        self.samples.append((t, state))
+        self.systems.append(self.phase.system)
+        self.deadline.samples = len(self.samples)

@@ -1,0 +1,119 @@
+"""The motion of a system whose elements switch, by SciPy's one-step methods.
+
+A step in which a mode switches is repeated so that it ends at the switch, because dense output is
+less accurate than steps. The time of the switch is then corrected by the margin at the end of the
+repeated step. So the order of the method holds through all switches.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.modes.first_switch import first_switch
+from rbstab.integrate.modes.phases import SWITCH_LIMIT, CurrentPhase, Phase, Switch
+from rbstab.integrate.problem import Problem, Progress, Trajectory
+from rbstab.integrate.scipy_run import ScipyRun
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
+
+MAX_CORRECTIONS = 4
+"""The most repetitions of a step that ends at a switch. Two are enough, unless the margin falls so
+slowly that its round-off hides the time."""
+
+DECREASE = 0.5
+"""A correction of the time that is not smaller than the last one times this is round-off."""
+
+
+class ModeRun(ScipyRun):
+    """One integration in which modes switch.
+
+    Args:
+        problem: The problem; its method is a one-step method.
+        progress: Called after every step.
+        deadline: The deadline of the run.
+        switch_limit: The run stops after this many switches.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        progress: Progress | None,
+        deadline: Deadline,
+        switch_limit: int = SWITCH_LIMIT,
+    ) -> None:
+        self.current = CurrentPhase(problem, switch_limit)
+        self.systems: list[System] = []
+        super().__init__(problem, progress, deadline)
+        self.rates.audited_rates = self.phase.audited_rates
+
+    @property
+    def phase(self) -> Phase:
+        """The current phase."""
+        return self.current.phase
+
+    def result(self) -> Trajectory:
+        """Integrate, and return the trajectory with the smooth system at each sample."""
+        return replace(super().result(), systems=tuple(self.systems))
+
+    def _add_sample(self, t: float, y: Array) -> None:
+        super()._add_sample(t, y)
+        self.systems.append(self.phase.system)
+
+    def _integrate(self) -> None:
+        for end in self.problem.times[1:].tolist():
+            while self.t < end:
+                self._follow_phase(end)
+            self._add_sample(end, self.y)
+
+    def _follow_phase(self, end: float) -> None:
+        """Step until a time, or through the first switch."""
+        solver = self._call_solver(self._new_solver, end)
+        while solver.status == "running":
+            first_rates = solver.f
+            self._step(solver)
+            states, rates = np.array([self.y, solver.y]), np.array([first_rates, solver.f])
+            path = solver.dense_output()
+            switch = first_switch(self.phase, path, (self.t, solver.t), states, rates)
+            if switch is not None:
+                self._step_to(switch)
+                self._switch(switch.mode)
+                return
+            self._check_range(solver)
+            self._accept(solver)
+
+    def _step_to(self, switch: Switch) -> None:
+        """Make steps that end at a switch, instead of the step in which it was found."""
+        target, last = switch.time, np.inf
+        for _ in range(MAX_CORRECTIONS):
+            if target <= self.t:
+                return
+            solver = self._solver_at(target)
+            margin = float(self.phase.margins(solver.y)[switch.mode])
+            rate = float(self.phase.margin_rates(solver.y)[switch.mode])
+            correction = -margin / rate if rate < 0 else 0.0
+            small = abs(correction) <= float(np.spacing(target))
+            inside = self.t < target + correction <= max(switch.latest, target)
+            if small or not inside or abs(correction) > DECREASE * last:
+                break
+            target, last = target + correction, abs(correction)
+        self._check_range(solver)
+        self._accept(solver)
+
+    def _solver_at(self, target: float) -> Any:
+        """Return a solver that has arrived at a time; its last step is not accepted yet."""
+        solver = self._call_solver(self._new_solver, target)
+        self._step(solver)
+        while solver.status == "running":
+            # The first part of a step that was divided is before the switch.
+            self._check_range(solver)
+            self._accept(solver)
+            self._step(solver)
+        return solver
+
+    def _switch(self, mode: int) -> None:
+        """Switch a mode at the current state, with all that switch at the same time."""
+        coinciding = self.phase.coinciding(self.y, self.t).tolist()
+        self.current.switch(sorted({mode, *coinciding}), self.t)
+        self.rates.audited_rates = self.phase.audited_rates

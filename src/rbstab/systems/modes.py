@@ -1,0 +1,104 @@
+"""The modes of the elements of a system: reading them, setting them, and those of a state.
+
+Between two switches the modes are constant, and the equations are smooth (`Element.guards`). The
+modes of a system are one tuple of 0.0 and 1.0: those of each element, in the order of the elements.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from rbstab.mechanics.derivatives import derivative_along
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
+
+Modes = tuple[float, ...]
+
+
+def has_modes(system: System) -> bool:
+    """Return whether an element of a system switches."""
+    return any(element.mode_count for element in system.elements)
+
+
+def modes_of(system: System) -> Modes:
+    """Return the modes of a system."""
+    elements: list[Any] = [element for element in system.elements if element.mode_count]
+    return tuple(float(mode) for element in elements for mode in element.mode)
+
+
+def mode_owners(system: System) -> tuple[str, ...]:
+    """Return the name of the element of each mode."""
+    return tuple(element.name for element in system.elements for _ in range(element.mode_count))
+
+
+def mode_parameters(system: System) -> frozenset[str]:
+    """Return the names of the parameters that are modes (see `systems.parameters`)."""
+    return frozenset(f"{element.name}.mode" for element in system.elements if element.mode_count)
+
+
+def with_modes(system: System, modes: Modes) -> System:
+    """Return a system in other modes."""
+    changed, begin = [], 0
+    for element in system.elements:
+        end = begin + element.mode_count
+        given: Any = element
+        changed.append(replace(given, mode=np.array(modes[begin:end])) if end > begin else element)
+        begin = end
+    return replace(system, elements=tuple(changed))
+
+
+def guards_at(system: System, y: Array) -> Array:
+    """Return the event functions of all elements at a state, in the order of the modes."""
+    motion, begin = system.motion(y), system.coordinates.size
+    found = []
+    for element in system.elements:
+        own = y[begin : begin + element.state_size]
+        begin += element.state_size
+        if element.mode_count:
+            found.append(element.guards(motion, own))
+    return np.concatenate([np.zeros(0), *found])
+
+
+def with_modes_at(system: System, y: Array) -> System:
+    """Return a system in the modes that belong to a state; itself if none of its elements switches.
+
+    A mode is 1 where the real part of its event function is positive.
+
+    Args:
+        system: The system, in any modes.
+        y: The state, of floats, of complex numbers, or of numbers that `float` accepts.
+    """
+    if not has_modes(system):
+        return system
+    return with_modes(system, tuple(float(_real(g) > 0) for g in guards_at(system, y)))
+
+
+def with_first_modes(system: System, y: Array) -> System:
+    """Return a system in the modes in which a motion begins; itself if none of them switches.
+
+    They are those of the state; where an event function is zero, its rate decides. If that is zero
+    as well, the mode is 0.
+
+    Args:
+        system: The system, in any modes.
+        y: The state at the start, of floats.
+    """
+    system = with_modes_at(system, y)
+    if not has_modes(system):
+        return system
+    g = guards_at(system, y)
+    if (g == 0).any():
+        rates = guard_rates(system, y)
+        system = with_modes(system, tuple(((g > 0) | ((g == 0) & (rates > 0))).astype(float)))
+    return system
+
+
+def guard_rates(system: System, y: Array) -> Array:
+    """Return the rates of the event functions along the motion, at a state of floats."""
+    rates: Array = derivative_along(lambda z: guards_at(system, z), y, system.rates(y))
+    return rates
+
+
+def _real(number: Any) -> float:
+    return float(getattr(number, "real", number))

@@ -1,0 +1,88 @@
+"""Rest states and energies of bodies with switching elements use the modes of each configuration.
+
+A mass hangs on a ligament: its elongation at rest follows from the load by the inverse of the
+tension, in the toe or beyond it, wherever the motion started.
+"""
+
+import numpy as np
+import pytest
+from support.differences import jacobian
+from support.switching import MASS, data, guard, ligament, problem
+
+from rbstab.analysis.configuration import configurations
+from rbstab.analysis.linearisation import linearise
+from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.experiment.simulate import simulate
+
+K, TOE = 80.0, 0.05
+
+
+def hanging(weight, x=0.0, **integration):
+    """Return a mass that a load pulls along a damped ligament; stabilizers hold its attitude."""
+    controller = {"variant": "free", "K_t": [1e-3, 50, 50], "L_t": [3, 4, 5]}
+    controller |= {"K_r": [30, 40, 50], "L_r": [3, 4, 5]}
+    return data(
+        {"a": ligament(-1.0, stiffness=K, toe_strain=TOE)},
+        {"position": [x, 0, 0]},
+        {"duration": 20.0, "samples": 201} | integration,
+        controller=controller,
+        gravity=[weight / MASS, 0, 0],
+    )
+
+
+def position_at_rest(weight):
+    """Return x at rest: the spring K_t along x takes 1e-3 x of the load."""
+    x = 0.0
+    for _ in range(50):
+        load = weight - 1e-3 * x
+        strain = np.sqrt(4 * TOE * load / K) if load < K * TOE else TOE + load / K
+        x = 0.3 + strain
+    return x
+
+
+@pytest.mark.parametrize("weight", [1.0, 3.9, 4.1, 20.0])
+@pytest.mark.parametrize("x", [0.0, 0.9])
+def test_rest_position_of_a_hanging_mass(weight, x):
+    system = problem(hanging(weight, x)).system
+    rest = nearest_rest_state(system)
+    assert rest.found
+    assert abs(rest.motion.X[0] - position_at_rest(weight)) < 1e-6
+
+
+@pytest.mark.parametrize("x", [0.0, 0.9])
+@pytest.mark.parametrize("weight", [1.0, 20.0])
+def test_a_motion_comes_to_rest_there_and_is_certified(x, weight):
+    """v is zero at the end, though the modes at the start are not those at rest."""
+    result = simulate(hanging(weight, x, duration=60.0))
+    assert result.attributes["verdict"] == "consistent"
+    assert result.attributes["warnings"] == ""
+    v = result.variables["lyapunov"].data
+    assert v[0] > 0.1
+    assert abs(v[-1]) < 1e-6 * v[0]
+    rest = result.variables["rest_position"].data
+    np.testing.assert_allclose(rest, [position_at_rest(weight), 0, 0], atol=1e-6)
+    end = result.variables["position"].data[-1]
+    np.testing.assert_allclose(end, rest, atol=1e-3)
+
+
+def test_gradient_is_that_of_the_energy_on_both_sides_of_a_switch():
+    elements = {"a": ligament(-1.0), "soft": guard("stiff", 40.0)}
+    at_rest = configurations(problem(data(elements)).system)
+    for x in (0.2, 0.35, 0.6):
+        for angle in (0.1, -0.5, 0.5):
+            q = np.array([0.2, angle, -0.1, x, 0.02, 0.01])
+            expected = jacobian(at_rest.energy, q, 1e-3)
+            np.testing.assert_allclose(at_rest.gradient(q), expected, atol=1e-8)
+            assert abs(at_rest.energies(q).sum() - at_rest.energy(q)) < 1e-14
+
+
+def test_linearisation_is_that_of_the_modes_at_rest():
+    """Beyond the toe, the hanging mass is an oscillator of stiffness K/ℓ₀ along its ligament."""
+    weight = 20.0
+    system = problem(hanging(weight)).system
+    rest = nearest_rest_state(system)
+    found = linearise(system, rest.motion, rest.own)
+    damping, stiffness = 3.0 / MASS, (K + 1e-3) / MASS
+    expected = np.roots([1.0, damping, stiffness])
+    nearest = np.abs(found.eigenvalues[:, np.newaxis] - expected).min(axis=0)
+    assert nearest.max() < 1e-6

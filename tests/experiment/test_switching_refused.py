@@ -1,0 +1,71 @@
+"""What needs smooth equations refuses a config whose elements switch, and names the reason."""
+
+import numpy as np
+import pytest
+from support.switching import data, guard, ligament, problem
+
+from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
+from rbstab.config.load import load_config
+from rbstab.experiment.convergence.convergence import Enclose, Undecided
+from rbstab.experiment.convergence.exact_motion import prove_convergence
+from rbstab.experiment.proof import prove
+from rbstab.experiment.stability import stability_of
+from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
+
+CONTROLLER = {"variant": "free", "K_t": [40, 50, 60], "L_t": [4, 5, 6]}
+CONTROLLER |= {"K_r": [30, 40, 50], "L_r": [3, 4, 5]}
+
+KINDS = {
+    "ligament": ligament(-1.0),
+    "stiff": guard("stiff", 40.0),
+    "repelling": guard("repelling", 40.0),
+}
+
+
+@pytest.fixture(params=KINDS)
+def config(request):
+    return load_config(data({"it": KINDS[request.param]}, controller=CONTROLLER))
+
+
+def test_sensitivities(config):
+    with pytest.raises(UnsuitedConfigError, match=r"elements\.it: switches, its motion is not"):
+        sensitivities(config)
+
+
+def test_reduced_energy(config):
+    from rbstab.config.build import problem_of
+
+    with pytest.raises(NoReducedEnergy) as caught:
+        reduced_energy(problem_of(config).system)
+    assert caught.value.reason is NoEnergyReason.SWITCHES
+
+
+def test_proof_of_rest_states(config):
+    from rbstab.config.build import problem_of
+
+    proof = prove(config)
+    assert not proof.states
+    assert proof.outcome.startswith("an element switches")
+    stability = stability_of(problem_of(config), proof)
+    assert stability.statements[0].startswith("Rest states: not decided (an element switches")
+
+
+@pytest.mark.parametrize("enclose", [Enclose.UNTIL_PROVED, Enclose.TO_END])
+def test_enclosure_of_the_exact_motion(config, enclose):
+    from rbstab.config.build import problem_of
+
+    found = prove_convergence(config, problem_of(config), prove(config), enclose)
+    assert found.convergence.proved is None
+    assert found.convergence.reason is Undecided.SWITCHES
+    assert found.samples is None
+
+
+def test_smooth_elements_are_not_refused():
+    """The refusals are for switches, not for elements."""
+    smooth = data(
+        {"x": {"kind": "attitude", "K": [9, 9, 9], "L": [1, 1, 1]}}, controller=CONTROLLER
+    )
+    assert reduced_energy(problem(smooth).system) is not None
+    smooth["integration"] |= {"duration": 8.0}
+    smooth["initial"] = {"velocity": [1, 0, 0], "angular_velocity": [0.1, 0.2, 0.3]}
+    assert np.isfinite(sensitivities(smooth).derivatives).any()

@@ -1,0 +1,121 @@
+"""Limits stop a run with switches, with their status and with what was computed until then."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.switching import ENGINES, data, guard, ligament, problem, solved
+
+from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.engines import engine
+from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
+from rbstab.integrate.modes.scipy_modes import ModeRun
+
+EACH = pytest.mark.parametrize("engine_name", ENGINES)
+RUNS: dict[str, Any] = {"scipy": ModeRun, "heyoka": HeyokaModeRun}
+
+BOUNCING = data(
+    {"a": ligament(-1.0), "b": ligament(1.0)}, {"velocity": [1.1, 0, 0]}, {"samples": 11}
+)
+
+
+def whole(engine_name, **changes):
+    return solved(BOUNCING, engine_name, rtol=1e-12, **changes)
+
+
+@EACH
+def test_step_limit(engine_name):
+    found = whole(engine_name, step_limit=9)
+    assert (found.status, found.steps) == ("step limit", 9)
+    stop = found.times[-1]
+    assert found.detail == f"stopped after 9 steps at t = {stop:.9g} s"
+    assert 0 < stop < 10
+    assert len(found.systems) == len(found.times)
+
+
+@EACH
+def test_switch_limit(engine_name):
+    settings = BOUNCING["integration"] | {"engine": engine_name}
+    given = problem(BOUNCING | {"integration": settings})
+    found = RUNS[engine_name](given, None, Deadline(60.0), switch_limit=5).result()
+    assert found.status == "switch limit"
+    stop = found.times[-1]
+    assert found.detail == f"stopped after 5 switches at t = {stop:.9g} s"
+    complete = whole(engine_name)
+    shared = len(found.times) - 1
+    assert 0 < shared < 10
+    np.testing.assert_allclose(found.states[:shared], complete.states[:shared], atol=1e-10)
+
+
+@EACH
+def test_time_limit(engine_name):
+    ticks = iter(range(10**6))
+    given = problem(BOUNCING | {"integration": BOUNCING["integration"] | {"engine": engine_name}})
+    deadline = Deadline(40.0, clock=lambda: float(next(ticks)))
+    found = engine(engine_name)(given, None, deadline)
+    assert found.status == "time limit"
+    assert found.detail.startswith("stopped after 40 s of wall time at t = ")
+    assert len(found.systems) == len(found.times) < 11
+
+
+@EACH
+def test_range_is_left_beyond_a_soft_guard(engine_name):
+    """A weak guard switches, but does not hold the body: cos θ2 falls to its bound."""
+    start = {"angular_velocity": [0, 3.0, 0]}
+    config = data({"soft": guard("repelling", 1.0)}, start)
+    found = solved(config, engine_name)
+    assert found.status == "range left"
+    assert abs(np.cos(found.states[-1, 1]) - 1e-3) < 1e-12
+    # θ̈2 = -K/J2 from the soft angle on.
+    arrival, way, braking = 0.1, np.arccos(1e-3) - 0.3, 1.0 / 1.5
+    passing = (3.0 - np.sqrt(9.0 - 2 * braking * way)) / braking
+    assert abs(found.times[-1] - arrival - passing) < 1e-11
+    assert found.systems[-1].elements[-1].mode.tolist() == [1.0, 0.0]
+
+
+@EACH
+def test_start_outside_of_the_range(engine_name):
+    config = data({"soft": guard("stiff", 1.0)}, {"orientation": [0, 1.5705, 0]})
+    found = solved(config, engine_name)
+    assert (found.status, len(found.times), len(found.systems)) == ("range left", 1, 1)
+
+
+@EACH
+def test_a_start_without_finite_rates(engine_name):
+    """The ligament has no direction: its anchor is at its point."""
+    config = data({"a": ligament(anchor=[0.0, 0.0, 0.0])})
+    found = solved(config, engine_name)
+    assert (found.status, len(found.times), len(found.systems)) == ("diverged", 1, 1)
+
+
+def pressed(engine_name, angle):
+    """Return a body that a spring beside its centre of gravity turns towards larger θ2.
+
+    Its repelling guard is stronger than the spring. A tie with dampers holds the body elsewhere.
+    """
+    spring = {"kind": "spring", "point": [0.5, 0.0, 0.0], "anchor": [0.5, 0.0, -3.0]}
+    tie = {"kind": "visco-elastic", "point": [0, 0, 0], "anchor": [0, 0, 0]}
+    elements = {
+        "soft": guard("repelling", 50.0),
+        "drive": spring | {"stiffness": 10.0, "rest_length": 1.0, "damping": 20.0},
+        "hold": tie | {"K_c": [1e3] * 3, "L_c": [50] * 3},
+    }
+    settings = {"engine": engine_name, "duration": 60.0}
+    return problem(data(elements, {"orientation": [0, angle, 0]}, settings))
+
+
+@EACH
+def test_a_load_that_presses_against_a_repelling_guard_ends_the_run(engine_name):
+    """The hops about the soft angle become infinitely many: no wrong motion, and no endless run."""
+    found = RUNS[engine_name](pressed(engine_name, 0.0), None, Deadline(60.0), 2000).result()
+    assert found.status in ("switch limit", "solver failure")
+    assert abs(found.states[-1, 1] - 0.3) < 1e-3
+    assert found.times[-1] > 0.1
+
+
+@EACH
+def test_a_start_at_rest_that_the_guard_holds_ends_at_once(engine_name):
+    """Neither mode leads away from the soft angle."""
+    found = RUNS[engine_name](pressed(engine_name, 0.3), None, Deadline(60.0), 2000).result()
+    assert found.status == "solver failure"
+    assert found.detail == "the motion stays where soft switches at t = 0 s"

@@ -6,7 +6,7 @@ from rbstab.report.model.document import Block, Section
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.distributions import distribution_figure
 from rbstab.report.runs.figures.eigenvalues import eigenvalue_blocks
-from rbstab.report.runs.figures.energy import element_figures, energy_figure, force_figure
+from rbstab.report.runs.figures.energy import element_figures, energy_figure, force_figures
 from rbstab.report.runs.figures.lyapunov import audit_figure, decay_figure, residual_figure
 from rbstab.report.runs.figures.phase import overlaid_phases, phase_figure
 from rbstab.report.runs.figures.sliding import sliding_figures
@@ -61,7 +61,7 @@ def _run_section(run: Run) -> Section:
     figures = (
         *state_figures(run),
         energy_figure(run),
-        force_figure(run),
+        *force_figures(run),
         *element_figures(run),
         phase_figure(run),
         *sliding_figures(run),

@@ -20,6 +20,7 @@ from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.robust.bodies import BodiesOutcome, prove_bodies
 from rbstab.analysis.proof.robust.definite import indefinite_in_box
 from rbstab.analysis.proof.robust.numbers import Part
+from rbstab.config.load import plain_data
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust.bodies import prove_within
 
@@ -167,7 +168,7 @@ def test_pendulum_is_proved_where_its_equation_says(low, high, outcome):
 
 def test_sliding_connectors_have_no_energy():
     config = config_of("permanent")
-    data = config.model_dump(mode="json", exclude_none=True)
+    data = plain_data(config)
     data["controller"] |= {"variant": "sliding", "K_s": [60, 60, 40], "surface": "position"}
     data["integration"] = {"duration": 1.0}
     import rbstab

@@ -39,19 +39,25 @@ def energy_figure(run: Run) -> Figure:
     )
 
 
-def force_figure(run: Run) -> Figure:
-    """Return the contact force, and the force and couple of the stabilizers, by axis."""
+def force_figures(run: Run) -> tuple[Figure, ...]:
+    """Return the contact force, and the force and couple of the stabilizers, by axis.
+
+    If none of them acts, but elements of the config do, there is no such figure.
+    """
     names = ("contact_force", "stabilizing_force", "stabilizing_couple")
     # A free body has no contact force.
     acting = [name for name in names if name in run.result and run.result[name].any()]
+    if not acting and "element" in run.result:
+        return ()
     panels = tuple(components(run, name) for name in acting or names[:1])
-    return Figure(
+    figure = Figure(
         f"{run.name}-forces",
         f"Forces: {run.label}",
         panels,
         columns=column_count(panels),
         shares_time=True,
     )
+    return (figure,)
 
 
 def element_figures(run: Run) -> tuple[Figure, ...]:

@@ -72,7 +72,8 @@ def _report(found: "Guarded", target: Path, *, as_json: bool) -> None:
 
     table = new_table("quantity", "given", "guarded", numbers=("given", "guarded"))
     outcomes = [found.given, found.guarded] if found.guarded is not None else [found.given]
-    add_row(table, "barrier k [N m]", "-", number(found.stiffness or math.nan))
+    stiffness = "none is proved" if found.stiffness is None else number(found.stiffness)
+    add_row(table, "barrier k [N m]", "-", stiffness)
     for label, field in _ROWS:
         shown = [_shown(outcome, field) for outcome in outcomes]
         add_row(table, label, *shown, *["-"] * (2 - len(shown)))

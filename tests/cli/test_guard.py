@@ -116,3 +116,41 @@ def test_the_least_stiffness_is_found_between_two_of_the_ladder(
     assert {0.01, 2.0, 5.0} <= set(tried)
     assert 10.0 not in tried
     assert not math.isnan(found.given.largest_pitch)
+
+
+def test_the_run_stays_in_the_range_too(case1: Path, rbstab: Invoke) -> None:
+    """A barrier of 0.01 N m stores 5000 J where a run stops; this body has 36,000 J."""
+    data = paper_config("permanent", **SHORT)
+    data["body"]["inertia"] = [0.2, 0.2, 0.2]
+    data["body"]["contact_point"] = [0.0, 0.0, 0.0]
+    data["initial"] = {"angular_velocity": [0.0, 600.0, 0.0]}
+    case1.write_text(as_yaml(data))
+    done = rbstab("guard", "case1.yaml", "--json")
+    assert done.exit_code == 0
+    facts = json.loads(done.stdout)
+    assert "leaves the range" in facts["tried"][0]["outcome"]
+    assert facts["given"]["status"] == "range left"
+    assert facts["guarded"]["status"] == "completed"
+    assert facts["stiffness"] > 0.01
+
+
+@pytest.mark.parametrize(
+    ("elements", "message"),
+    [
+        ({"a": {}, "b": {}}, "elements: has the barriers a, b (expected one)"),
+        (
+            {"a": {"outer_stiffness": 2.0}},
+            "elements.a.outer_stiffness: is 2, and no proof takes it into account (expected 0)",
+        ),
+    ],
+)
+def test_barriers_that_would_be_lost_are_refused(
+    case1: Path, rbstab: Invoke, elements: dict[str, Any], message: str
+) -> None:
+    barrier = {"kind": "guard", "method": "barrier", "stiffness": 3.0}
+    own = {name: barrier | more for name, more in elements.items()}
+    case1.write_text(as_yaml(with_elements(**own)))
+    done = rbstab("guard", "case1.yaml")
+    assert done.exit_code == 2
+    assert done.stderr.endswith(f"case1.yaml: {message}\n")
+    assert not Path("case1_guarded.yaml").exists()

@@ -29,11 +29,12 @@ if TYPE_CHECKING:
 def command(
     config: Path, output: Path | None, changes: tuple[str, ...], force: bool, as_json: bool
 ) -> None:
-    """Find the least barrier of θ2 with which every start is proved to converge.
+    """Find a barrier of θ2 with which every start is proved to converge.
 
     A barrier adds the energy ½ k tan² θ2. Stiffnesses k from 0.01 to 50,000 N m are tried until one
-    is proved, then some below it. Shows what the barrier changes in the run of the config, and
-    writes the config with it. If no stiffness is proved, the exit code is 3.
+    is proved and the run of the config stays in the range; then some below it. Shows what the
+    barrier changes in the run, and writes the config with it; a barrier in the given config is
+    replaced. If no stiffness is found, the exit code is 3.
     """
     from rbstab_cli.motion_errors import motion_errors
     from rbstab_cli.output.text_file import check_target, write_text
@@ -53,7 +54,7 @@ def command(
         write_text(target, resolved_yaml(found.config), force=force)
     _report(found, target, as_json=as_json)
     if found.config is None:
-        click.echo(f"{path}: no barrier was proved to be enough; nothing is written", err=True)
+        click.echo(f"{path}: no barrier was found; nothing is written", err=True)
         raise click.exceptions.Exit(exit_codes.NOT_COMPLETED)
     click.echo(f"{path}: every start in the range converges: proved -> {target}", err=True)
 
@@ -72,7 +73,7 @@ def _report(found: "Guarded", target: Path, *, as_json: bool) -> None:
 
     table = new_table("quantity", "given", "guarded", numbers=("given", "guarded"))
     outcomes = [found.given, found.guarded] if found.guarded is not None else [found.given]
-    stiffness = "none is proved" if found.stiffness is None else number(found.stiffness)
+    stiffness = "none was found" if found.stiffness is None else number(found.stiffness)
     add_row(table, "barrier k [N m]", "-", stiffness)
     for label, field in _ROWS:
         shown = [_shown(outcome, field) for outcome in outcomes]

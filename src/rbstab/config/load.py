@@ -174,7 +174,8 @@ def _depends_on_variant(key: str) -> bool:
 
 def _explain_newer_schema(problem: ConfigProblem, source: Source) -> ConfigProblem:
     version = source.data.get("schema_version")
-    if problem.key != "schema_version" or not isinstance(version, int):
+    is_known = not isinstance(version, int) or version in SCHEMA_VERSIONS
+    if problem.key != "schema_version" or is_known:
         return problem
     found = f"is {version}, which this version of rbstab cannot read"
     return ConfigProblem(

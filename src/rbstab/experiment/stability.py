@@ -127,7 +127,7 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
 
 def _region_sentences(stability: Stability) -> list[str]:
     region = stability.proof.region
-    if stability.proof.every_start:
+    if stability.proof.every_start and stability.proof.states:
         return ["Certified region: all of the range; c* is infinite."]
     if region is None or stability.start is None:
         return ["Certified region: none."]

@@ -103,15 +103,16 @@ class Convergence:
             return f"does not come to rest: proved; {self.why}"
         low, high = self.energy
         middle, spread = 0.5 * (low + high), 0.5 * (high - low)
+        effort = f", {self.steps} steps, {self.seconds:.1f} s" if self.steps else ""
+        why = f"; {self.why}" if self.why else ""
         if self.bound == math.inf:
-            return f"converges to rest state {self.rest_state}: proved; {EVERY_START}"
+            found = f"converges to rest state {self.rest_state}: proved; {EVERY_START}"
+            return f"{found}{effort}{why}"
         values = f"v = {middle:.6g} J < {self.bound:.6g} J, known to {_rounded_up(spread)} J"
         begin = "from the start" if self.time == 0 else f"from t = {self.time:.4g} s"
-        effort = f", {self.steps} steps, {self.seconds:.1f} s" if self.steps else ""
         return (
             f"converges to rest state {self.rest_state}: proved; "
-            f"it is inside the certified region {begin} ({values}){effort}"
-            + (f"; {self.why}" if self.why else "")
+            f"it is inside the certified region {begin} ({values}){effort}{why}"
         )
 
     def as_data(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The least barrier of θ2 with which every start in the range is proved to converge."""
+"""A barrier of θ2 with which every start in the range is proved to converge."""
 
 from collections.abc import Callable
 from itertools import chain, count
@@ -12,6 +12,7 @@ from rbstab.config.schema import Config
 from rbstab.experiment.proof import Proof, prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.summary import lyapunov_function_of, summary_of
+from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
@@ -58,27 +59,38 @@ class Guarded(NamedTuple):
 
 
 def guard(config: Config, on_tried: Callable[[float, str], None] = lambda *_: None) -> Guarded:
-    """Find the least stiffness of a barrier with which every start is proved to converge.
+    """Find a stiffness of a barrier with which every start is proved to converge.
 
     More stiffness is not always better: a barrier can bring rest states of its own. So the
     stiffnesses of `LADDER` are tried one after the other, and then some between the last one that
-    is not proved and the first one that is. A smaller one outside these may do too.
+    is not enough and the first one that is. A smaller one outside these may do too.
+
+    The exact motion then never leaves the range. A run stops at cos θ2 = `range_bound` though,
+    where the barrier stores a finite energy. So the run must stay in the range as well.
 
     Args:
         config: The config; a barrier in it is replaced.
-        on_tried: Called with each stiffness, N m, and what the proof says.
+        on_tried: Called with each stiffness, N m, and what came of it.
+
+    Raises:
+        UnsuitedConfigError: The config has several barriers, or one with an outer stiffness.
     """
+    _check_barriers(config)
     tried: dict[float, str] = {}
     can_be_proved = True
 
     def is_proved(stiffness: float) -> bool:
         nonlocal can_be_proved
-        proof = prove(with_barrier(config, stiffness))
+        guarded = with_barrier(config, stiffness)
+        proof = prove(guarded)
         tried[stiffness] = _description(proof)
-        on_tried(stiffness, tried[stiffness])
         # A form of the energy for which nothing is found is the same for all stiffnesses.
-        can_be_proved = bool(proof.states)
-        return bool(proof.every_start)
+        can_be_proved = bool(proof.states or (proof.unwrapped and proof.unwrapped.states))
+        stays = bool(proof.every_start) and not _leaves_range(guarded)
+        if proof.every_start and not stays:
+            tried[stiffness] += ", but the run leaves the range numerically (range_bound)"
+        on_tried(stiffness, tried[stiffness])
+        return stays
 
     found = next((k for k in LADDER if can_be_proved and is_proved(k)), None)
     if found is not None and found != LADDER[0]:
@@ -89,6 +101,26 @@ def guard(config: Config, on_tried: Callable[[float, str], None] = lambda *_: No
         return Guarded(None, None, tuple(tried.items()), given, None)
     guarded = with_barrier(config, found)
     return Guarded(guarded, found, tuple(tried.items()), given, _outcome(simulate(guarded), name))
+
+
+def _check_barriers(config: Config) -> None:
+    """Reject a config with barriers that one barrier of θ2 would not replace."""
+    sections = config.elements.items()
+    barriers = {name: section for name, section in sections if _is_barrier(section.model_dump())}
+    if len(barriers) > 1:
+        raise UnsuitedConfigError(
+            f"elements: has the barriers {', '.join(barriers)} (expected one)"
+        )
+    for name, section in barriers.items():
+        if section.outer_stiffness:
+            raise UnsuitedConfigError(
+                f"elements.{name}.outer_stiffness: is {section.outer_stiffness:g}, and no proof "
+                "takes it into account (expected 0)"
+            )
+
+
+def _leaves_range(config: Config) -> bool:
+    return RunStatus(simulate(config).status) is RunStatus.RANGE_LEFT
 
 
 def _description(proof: Proof) -> str:

@@ -47,7 +47,7 @@ UNUSED_MODULES = (
     *("rbstab.analysis.motion_proof", "rbstab.analysis.proof", "rbstab.analysis.proof_check"),
     *("rbstab.experiment.proof", "rbstab.experiment.proof_record"),
     *("rbstab.experiment.convergence.exact_motion", "rbstab.experiment.convergence.region_bounds"),
-    *("rbstab.processes", "rbstab.store.opening", "rbstab.store.table", "rbstab.sweep"),
+    *("rbstab.processes.workers", "rbstab.store.opening", "rbstab.store.table", "rbstab.sweep"),
     *("rbstab.integrate.heyoka", "rbstab.report"),
 )
 

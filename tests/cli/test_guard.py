@@ -119,11 +119,11 @@ def test_the_least_stiffness_is_found_between_two_of_the_ladder(
 
 
 def test_the_run_stays_in_the_range_too(case1: Path, rbstab: Invoke) -> None:
-    """A barrier of 0.01 N m stores 5000 J where a run stops; this body has 36,000 J."""
+    """A barrier of 0.01 N m stores 5000 J where a run stops; this body has 225,000 J."""
     data = paper_config("permanent", **SHORT)
     data["body"]["inertia"] = [0.2, 0.2, 0.2]
     data["body"]["contact_point"] = [0.0, 0.0, 0.0]
-    data["initial"] = {"angular_velocity": [0.0, 600.0, 0.0]}
+    data["initial"] = {"angular_velocity": [0.0, 1500.0, 0.0]}
     case1.write_text(as_yaml(data))
     done = rbstab("guard", "case1.yaml", "--json")
     assert done.exit_code == 0

@@ -130,3 +130,9 @@ def test_tuning_the_damping_of_a_spring_takes_energy_out_earlier():
     assert tuned.config.elements["strut"].damping != 5.0
     assert tuned.config.elements["strut"].stiffness == ONE_OF_EACH["strut"]["stiffness"]
     assert tuned.value < tuned.given
+
+
+def test_a_gain_of_zero_cannot_be_scaled():
+    elements = {"strut": STRUT | {"damping": 0.0}}
+    with pytest.raises(TuningError, match=r"damping: is 0, so no factor changes it"):
+        gain_scalings(load_config(config_data(elements)), ["elements.strut.damping"])

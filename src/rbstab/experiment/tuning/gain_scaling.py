@@ -67,6 +67,8 @@ def _entries(config: Config, key: str) -> tuple[Entry, ...]:
             f"{key}: is one entry of a full matrix, which might not stay positive definite "
             f"(expected {key_of(found)})"
         )
+    if value == 0:
+        raise TuningError(f"{key}: is 0, so no factor changes it (expected a gain above 0)")
     try:
         return entries_under(config, path)
     except LookupError:

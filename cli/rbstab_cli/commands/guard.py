@@ -8,7 +8,7 @@ import click
 
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import AS_JSON, CHANGES
+from rbstab_cli.arguments.options import AS_JSON, CHANGES, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
     from rbstab.experiment.tuning.guard import Guarded, RunOutcome
@@ -16,15 +16,9 @@ if TYPE_CHECKING:
 
 @click.command("guard")
 @click.argument("config", metavar="CONFIG", type=click.Path(path_type=Path))
-@click.option(
-    "-o",
-    "--output",
-    metavar="FILE",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="File of the new config; CONFIG.yaml gives CONFIG_guarded.yaml in the working folder.",
-)
+@output_file("File of the new config; CONFIG.yaml gives CONFIG_guarded.yaml in the working folder.")
 @CHANGES
-@click.option("--force", is_flag=True, help="Replace FILE if it exists.")
+@REPLACE_FILE
 @AS_JSON
 def command(
     config: Path, output: Path | None, changes: tuple[str, ...], force: bool, as_json: bool

@@ -9,7 +9,7 @@ import click
 from rbstab.experiment.tuning.objective import OBJECTIVES
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import AS_JSON, CHANGES
+from rbstab_cli.arguments.options import AS_JSON, CHANGES, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
     from rbstab.experiment.tuning.tune import Tuned
@@ -50,15 +50,9 @@ def _bounds(_context: click.Context, _parameter: click.Parameter, text: str) -> 
     callback=_bounds,
     help="The smallest and the largest factor on the given gains.",
 )
-@click.option(
-    "-o",
-    "--output",
-    metavar="FILE",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="File of the new config; CONFIG.yaml gives CONFIG_tuned.yaml in the working folder.",
-)
+@output_file("File of the new config; CONFIG.yaml gives CONFIG_tuned.yaml in the working folder.")
 @CHANGES
-@click.option("--force", is_flag=True, help="Replace FILE if it exists.")
+@REPLACE_FILE
 @AS_JSON
 def command(
     config: Path,

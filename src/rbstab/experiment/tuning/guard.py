@@ -18,14 +18,14 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
 
 LADDER = tuple(float(f"{digit}e{power}") for power in range(-2, 5) for digit in (1, 2, 5))
-"""N m: the stiffnesses that are tried, ascending, until one is proved."""
+"""N m: the stiffnesses that are tried, ascending, until one is enough."""
 
 REFINEMENTS = 4
-"""How often the gap below the first proved stiffness is halved, in logarithms."""
+"""How often the gap below the first stiffness that is enough is halved, in logarithms."""
 
 
 class RunOutcome(NamedTuple):
-    """What a barrier changes in a run.
+    """A run in a few numbers.
 
     Attributes:
         status: The status of the run.
@@ -41,12 +41,12 @@ class RunOutcome(NamedTuple):
 
 
 class Guarded(NamedTuple):
-    """A config with the least barrier that was proved.
+    """A config with a barrier, and what the barrier changes in its run.
 
     Attributes:
-        config: The config with the barrier; None if no stiffness was proved.
+        config: The config with the barrier; None if no stiffness was enough.
         stiffness: Its stiffness, N m; None likewise.
-        tried: Each stiffness that was tried, with what the proof says.
+        tried: Each stiffness that was tried, with what came of it.
         given: The run of the given config.
         guarded: The run of the config with the barrier; None likewise.
     """
@@ -77,24 +77,24 @@ def guard(config: Config, on_tried: Callable[[float, str], None] = lambda *_: No
     """
     _check_barriers(config)
     tried: dict[float, str] = {}
-    can_be_proved = True
+    can_be_enough = True
 
-    def is_proved(stiffness: float) -> bool:
-        nonlocal can_be_proved
+    def is_enough(stiffness: float) -> bool:
+        nonlocal can_be_enough
         guarded = with_barrier(config, stiffness)
         proof = prove(guarded)
         tried[stiffness] = _description(proof)
         # A form of the energy for which nothing is found is the same for all stiffnesses.
-        can_be_proved = bool(proof.states or (proof.unwrapped and proof.unwrapped.states))
+        can_be_enough = bool(proof.states or (proof.unwrapped and proof.unwrapped.states))
         stays = bool(proof.every_start) and not _leaves_range(guarded)
         if proof.every_start and not stays:
             tried[stiffness] += ", but the run leaves the range numerically (range_bound)"
         on_tried(stiffness, tried[stiffness])
         return stays
 
-    found = next((k for k in LADDER if can_be_proved and is_proved(k)), None)
+    found = next((k for k in LADDER if can_be_enough and is_enough(k)), None)
     if found is not None and found != LADDER[0]:
-        found = _refined(LADDER[LADDER.index(found) - 1], found, is_proved)
+        found = _refined(LADDER[LADDER.index(found) - 1], found, is_enough)
     name = barrier_name(config)
     given = _outcome(simulate(config), name)
     if found is None:
@@ -154,13 +154,13 @@ def _is_barrier(element: dict[str, Any]) -> bool:
     return element.get("method") == "barrier"
 
 
-def _refined(low: float, high: float, is_proved: Callable[[float], bool]) -> float:
-    """Return a smaller proved stiffness in (low, high], of two digits; high if there is none."""
+def _refined(low: float, high: float, is_enough: Callable[[float], bool]) -> float:
+    """Return a smaller stiffness in (low, high] that is enough, of two digits; or high."""
     for _ in range(REFINEMENTS):
         middle = float(f"{np.sqrt(low * high):.2g}")
         if not low < middle < high:
             break
-        if is_proved(middle):
+        if is_enough(middle):
             high = middle
         else:
             low = middle

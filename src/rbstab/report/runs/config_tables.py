@@ -130,7 +130,7 @@ def _unit(key: str, configs: Mapping[str, Flat]) -> str:
 
 def _with_unit(key: str, configs: Mapping[str, Flat]) -> str:
     unit = _unit(key, configs)
-    return untrusted(f"{key} [{unit}]" if unit else key)
+    return untrusted(f"{key} [{unit}]" if unit not in ("", "1") else key)
 
 
 def _is_number(value: object) -> TypeGuard[int | float]:

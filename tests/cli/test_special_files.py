@@ -85,7 +85,7 @@ def test_results(
     [
         ("gather",),
         ("sweep", "--status"),
-        ("run", "good.yaml", "-o"),
+        ("run", "--no-prove", "good.yaml", "-o"),
         ("sweep", "plan.yaml", "-o"),
     ],
     ids=" ".join,
@@ -124,7 +124,7 @@ def test_outputs_are_never_replaced(  # noqa: PLR0917 (cases and fixtures)
     Path("link.yaml").symlink_to("/dev/null")
     target = special.get(kind, Path("link.yaml"))
     if arguments[0] == "report":
-        assert rbstab("run", "good.yaml", "-q").exit_code == 0
+        assert rbstab("run", "--no-prove", "good.yaml", "-q").exit_code == 0
     else:
         # The error comes before the work.
         monkeypatch.setattr(f"rbstab_cli.commands.{arguments[0]}.load_all", _not_called)
@@ -150,7 +150,7 @@ def test_a_pipe_with_the_name_of_a_result(
     Path("results").mkdir()
     os.mkfifo("results/good.h5")
     with time_limit(60):
-        done = rbstab("run", "good.yaml", *force)
+        done = rbstab("run", "--no-prove", "good.yaml", *force)
     assert done.exit_code == 4
     assert "results/good.h5" in done.stderr
     assert "pipe" in done.stderr

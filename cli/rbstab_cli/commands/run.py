@@ -214,13 +214,19 @@ class _Batch:
                 self.finished[number] = self._proved(finished)
 
     def _proved(self, finished: _Finished) -> _Finished:
-        """Return a run with its proof; a proof that cannot be stored leaves the run as it is."""
+        """Return a run with its proof; a proof that cannot be stored leaves the run as it is.
+
+        So does, unless `--prove` is given, a result of an old version that takes no proof.
+        """
         from rbstab.config.build import problem_of
+        from rbstab.experiment.convergence.with_proof import takes_proof
         from rbstab.experiment.proof_cache import proof_for
         from rbstab.experiment.run_to_file import prove_run
         from rbstab.store.errors import StoreError
 
         label, config, run, _ = finished
+        if self.prove is None and not takes_proof(run.result):
+            return finished
         problem = problem_of(config)
         try:
             proof = proof_for(self.output, config, problem)

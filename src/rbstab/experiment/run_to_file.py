@@ -7,7 +7,7 @@ from rbstab.config.build import problem_of
 from rbstab.config.load import run_id
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Enclose, stored_convergence
-from rbstab.experiment.convergence.with_proof import with_proof
+from rbstab.experiment.convergence.with_proof import takes_proof, with_proof
 from rbstab.experiment.run_certificate import GROUP, proved_checks
 from rbstab.experiment.simulate import simulate_problem
 from rbstab.experiment.store_run import (
@@ -87,7 +87,8 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
         # Its writer may have been killed as soon as the result was complete.
         remove_abandoned(path)
         return FiledRun(path, old, computed=False, moved_aside=None)
-    if old is not None and identical and not force and _needs_only_proof(old):
+    needs_only_proof = old is not None and not depends_on_machine(old) and takes_proof(old)
+    if old is not None and identical and not force and needs_only_proof:
         result = with_proof(old, config, problem, proof, enclose)
         stored = store_run(path, result, is_final)
         return FiledRun(path, stored.result, computed=False, moved_aside=None)
@@ -108,7 +109,7 @@ def prove_run(
     """Return a run with what its proof says, and store that with it.
 
     Args:
-        run: The run.
+        run: The run. An older one that takes no proof is integrated again.
         config: Its config.
         problem: The problem of the config.
         proof: The proof of its rest states.
@@ -123,6 +124,8 @@ def prove_run(
 
     if is_final(run.result):
         return run
+    if not takes_proof(run.result):
+        return run_to_file(config, run.path, problem, proof=proof, enclose=enclose)
     result = with_proof(run.result, config, problem, proof, enclose)
     stored = store_run(run.path, result, is_final)
     return run._replace(result=stored.result)
@@ -142,12 +145,6 @@ def finished_run(
         return None
     final = found.run_id == run_id(config) and _is_final(found, problem, proof)
     return found if final else None
-
-
-def _needs_only_proof(result: Result) -> bool:
-    """Whether a stored result has all that a run can give: it lacks what a proof says at most."""
-    has_certificate = f"{GROUP}/check" in result and "rest_orientation" in result
-    return has_certificate and not depends_on_machine(result)
 
 
 def _is_final(result: Result, problem: Problem, proof: "Proof | None") -> bool:

@@ -24,6 +24,7 @@ from rbstab.experiment.convergence.enclosed_samples import (
 )
 from rbstab.experiment.convergence.enclosed_samples import GROUP as ENCLOSURE
 from rbstab.experiment.convergence.zero_description import described_by_proof
+from rbstab.experiment.run_certificate import GROUP as CERTIFICATE
 from rbstab.experiment.run_certificate import (
     certificate_variables,
     computed_audit_bound,
@@ -37,6 +38,12 @@ if TYPE_CHECKING:
     from rbstab.experiment.proof import Proof
 
 
+def takes_proof(result: Result) -> bool:
+    """Return whether a proof can be added to a result: one of an old version lacks what it needs."""
+    has_certificate = f"{CERTIFICATE}/check" in result and "rest_orientation" in result
+    return has_certificate and "lyapunov_zero" in result.attributes
+
+
 def with_proof(
     result: Result,
     config: Config,
@@ -47,7 +54,7 @@ def with_proof(
     """Return a result with what a proof of its rest states says about it.
 
     Args:
-        result: The result; it has a certificate.
+        result: The result; it takes a proof.
         config: Its config.
         problem: The problem of the config.
         proof: The proof; without one, convergence is not decided.

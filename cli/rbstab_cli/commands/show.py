@@ -121,9 +121,10 @@ def _final_state(result: "Result") -> dict[str, list[float]]:
 
 def _print_tables(result: "Result", proof: "Proof | None") -> None:
     from rbstab.config.errors import printable
-    from rbstab.experiment.answers.run_answer import answer_of
+    from rbstab.experiment.answers.run_answer import answer_beside
     from rbstab.experiment.answers.words import word_of
     from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
+    from rbstab.experiment.stored_config import stored_config
     from rbstab.experiment.summary import summary_of
     from rbstab_cli.output.answers import print_answer
     from rbstab_cli.output.certificate import print_certificate
@@ -131,7 +132,7 @@ def _print_tables(result: "Result", proof: "Proof | None") -> None:
 
     s, attributes = summary_of(result), result.attributes
     click.echo(printable(str(attributes["title"])))
-    print_answer(answer_of(result, proof))
+    print_answer(answer_beside(result, stored_config(result).config, proof))
     table = new_table("quantity", "value")
     detail = f": {attributes['status_detail']}" if attributes.get("status_detail") else ""
     add_row(table, "status", result.status + detail)

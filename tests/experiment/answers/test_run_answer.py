@@ -32,7 +32,7 @@ PERMANENT = {
 
 def config_of(**changes):
     """The config of a held body; keys with a double underscore are keys of a section."""
-    data = {
+    data: dict = {
         key: dict(value) if isinstance(value, dict) else value for key, value in PERMANENT.items()
     }
     for key, value in changes.items():

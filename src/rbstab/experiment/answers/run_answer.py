@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rbstab.analysis.certificate import Verdict
 from rbstab.analysis.settling import SETTLED_FRACTION
+from rbstab.config.build import problem_of
+from rbstab.config.schema import Config
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import (
     EVERY_START,
@@ -12,6 +14,7 @@ from rbstab.experiment.convergence.convergence import (
     Enclose,
     stored_convergence,
 )
+from rbstab.experiment.run_certificate import proved_checks
 from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
 from rbstab.experiment.summary import lyapunov_function_of, settling_time_of
 from rbstab.integrate.status import RunStatus
@@ -60,11 +63,44 @@ def answer_of(result: Result, proof: "Proof | None" = None) -> RunAnswer:
         proof: The proof of its rest states; if it is given, counterexamples have their numbers.
     """
     lines = {line.check: line for line in certificate_lines(result)}
-    found = stored_convergence(result.attributes)
+    return _answer(result, stored_convergence(result.attributes), lines, proof)
+
+
+def _answer(
+    result: Result,
+    found: Convergence | None,
+    lines: dict[str, CertificateLine],
+    proof: "Proof | None",
+) -> RunAnswer:
     return RunAnswer(
         _this_start(result, found, lines),
         _every_start(found, lines.get(GLOBAL_STABILITY), proof),
     )
+
+
+def answer_beside(result: Result, config: Config | None, proof: "Proof | None") -> RunAnswer:
+    """Return the answers of a stored run, with a proof that may have been stored after it.
+
+    Args:
+        result: The result.
+        config: Its config; None if this version cannot read it.
+        proof: The proof that is stored in the same folder, if there is one.
+    """
+    lines = {line.check: line for line in certificate_lines(result)}
+    stable = lines.get(GLOBAL_STABILITY)
+    if proof is None or config is None or stable is None or not math.isnan(stable.value):
+        return answer_of(result, proof)
+    # Imported late: it needs the proofs.
+    from rbstab.experiment.convergence.exact_motion import convergence_at_start
+
+    problem = problem_of(config)
+    for check in proved_checks(problem, proof):
+        name, verdict, value, bound, time, quantity = check
+        lines[name] = CertificateLine(name, str(verdict), value, bound, time, quantity)
+    found = stored_convergence(result.attributes)
+    if found is None or found.proved is None:
+        found = convergence_at_start(config, problem, proof)
+    return _answer(result, found, lines, proof)
 
 
 def _this_start(

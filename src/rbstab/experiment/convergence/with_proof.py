@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 def takes_proof(result: Result) -> bool:
-    """Return whether a proof can be added to a result: one of an old version lacks what it needs."""
+    """Return whether a result has what `with_proof` needs; some of older versions have not."""
     has_certificate = f"{CERTIFICATE}/check" in result and "rest_orientation" in result
     return has_certificate and "lyapunov_zero" in result.attributes
 

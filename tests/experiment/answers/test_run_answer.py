@@ -9,7 +9,7 @@ import pytest
 import rbstab
 from rbstab.analysis.certificate import Verdict
 from rbstab.experiment.answers.check_words import comparison, word_of_check
-from rbstab.experiment.answers.run_answer import answer_of
+from rbstab.experiment.answers.run_answer import answer_beside, answer_of
 from rbstab.experiment.answers.words import MEANINGS, Sureness, word_of
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof import prove
@@ -76,6 +76,15 @@ def test_without_a_proof_nothing_is_proved():
     assert "Not proved: " in this_start.sentence
     assert "rbstab run --prove" in every_start.sentence
     assert every_start.sureness is Sureness.NOT_DECIDED
+
+
+def test_a_proof_that_came_after_the_run_is_used():
+    config = config_of()
+    result, proof = rbstab.simulate(config), prove(config)
+    found = answer_beside(result, config, proof)
+    assert [answer.sureness for answer in found] == [Sureness.PROVED, Sureness.PROVED]
+    assert found == answer_of(rbstab.simulate(config, proof=proof), proof)
+    assert answer_beside(result, None, proof) == answer_of(result, proof)
 
 
 def test_a_motion_that_is_not_at_rest_by_the_end_is_not_said_to_be():

@@ -155,7 +155,7 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
         return Answer(Sureness.SEEN, sentence)
     v = lyapunov_function_of(result)
     sentence = (
-        f"v fell from {float(v[0]):.4g} J to {float(v[-1]):.4g} J along the computed run; it is "
+        f"the Lyapunov function v fell from {float(v[0]):.4g} J to {float(v[-1]):.4g} J along the computed run; it is "
         f"not at rest by t = {end:.4g} s"
     )
     return Answer(Sureness.SEEN, sentence)

@@ -154,9 +154,10 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
         sentence = f"the computed motion is at rest from t = {settled:.4g} s on ({SETTLED})"
         return Answer(Sureness.SEEN, sentence)
     v = lyapunov_function_of(result)
+    begin, last = float(v[0]), float(v[-1])
     sentence = (
-        f"the Lyapunov function v fell from {float(v[0]):.4g} J to {float(v[-1]):.4g} J along the computed run; it is "
-        f"not at rest by t = {end:.4g} s"
+        f"the Lyapunov function v fell from {begin:.4g} J to {last:.4g} J along the computed run; "
+        f"it is not at rest by t = {end:.4g} s"
     )
     return Answer(Sureness.SEEN, sentence)
 

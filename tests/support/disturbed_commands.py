@@ -53,7 +53,18 @@ def _report(suffix: str) -> Case:
     return Case(("report", "results/other.h5", "-o", name, "-q"), before)
 
 
-SWEEP = ("sweep", "plan.yaml", "--engine", "scipy", "--shard-size", "4", "--threads", "3", "-q")
+SWEEP = (
+    "sweep",
+    "--no-prove",
+    "plan.yaml",
+    "--engine",
+    "scipy",
+    "--shard-size",
+    "4",
+    "--threads",
+    "3",
+    "-q",
+)
 
 CASES = {
     "run": Case(("run", "--no-prove", "case.yaml", "-q")),

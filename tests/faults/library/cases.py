@@ -53,7 +53,7 @@ class Case(NamedTuple):
 
 _EARLIER = ("run b.yaml --prove",)
 _OTHER = "run --no-prove a.yaml --set body.mass=42"
-_SWEEP = "sweep plan.yaml --shard-size 2"
+_SWEEP = "sweep --no-prove plan.yaml --shard-size 2"
 _HERE = f"{_SWEEP} --engine scipy --threads 1"
 _SHARDS = f"{_HERE} --part 1/1"
 _REPORT = "report results/b.h5 results/a.h5 results/plan -q -o results"

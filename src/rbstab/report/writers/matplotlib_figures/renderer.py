@@ -141,6 +141,8 @@ def _draw_panel(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str
 def _set_scales(axes: Axes, panel: Panel, width: float) -> None:
     for axis, name in ((panel.x, "x"), (panel.y, "y")):
         matplotlib_axis = getattr(axes, f"{name}axis")
+        if axis.ends is not None:
+            getattr(axes, f"set_{name}lim")(*axis.ends)
         if axis.log:
             getattr(axes, f"set_{name}scale")("log")
         elif axis.categories:

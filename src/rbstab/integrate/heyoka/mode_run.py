@@ -150,11 +150,16 @@ class HeyokaModeRun:
                 self._add_sample(integrator.time, state)
             status, reason = stop.status, f"{stop} at t = {self.samples[-1][0]:.9g} s"
         found = trajectory(self.samples, status, reason, self.steps, self.steps)
-        return replace(found, systems=tuple(self.systems))
+        found = replace(found, systems=tuple(self.systems))
+        impacts = self.current.impacts
+        return found if impacts is None else replace(found, impacts=impacts.trace())
 
     def _integrate(self) -> None:
         times = self.problem.times.tolist()
         integrator, last = self.integrator, times[-1]
+        if self.current.impacts is not None:
+            state = self.current.impacts.begin(integrator.time, integrator.state.copy())
+            self._go_on_from(state)
         while len(self.samples) < len(times):
             if self.steps >= self.problem.step_limit:
                 raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
@@ -172,6 +177,8 @@ class HeyokaModeRun:
                 return
             if self.deadline.expired():
                 raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
+            if self.phase.rests:
+                integrator.state[:] = self.phase.on_stop(integrator.state.copy())
             if event is not None or (self.margins < 0).any():
                 self._switch()
             self._unmute()
@@ -223,7 +230,7 @@ class HeyokaModeRun:
 
         Args:
             begin: The start of the step, s.
-            state: The state there.
+            state: The state there. An impact changes it.
             shorter: The length with which it must be repeated anyway, or None.
 
         Returns:
@@ -247,6 +254,7 @@ class HeyokaModeRun:
             # The switch may end the run: then it ends where the step began.
             self._return_to(begin, state)
             self._flip([found.mode], begin)
+            state[:] = integrator.state
             return end - begin
         return found.time - begin
 
@@ -259,7 +267,25 @@ class HeyokaModeRun:
             self._flip(switched, t)
 
     def _flip(self, modes: list[int], t: float) -> None:
-        self.current.switch(modes, t)
+        """Switch modes at a time that has been reached; the state may jump."""
+        state = self.integrator.state.copy()
+        after = self.current.cross(modes, t, state)
+        if after is state:
+            self._set_parameters()
+        else:
+            self._go_on_from(after)
+
+    def _go_on_from(self, state: Array) -> None:
+        """Go on from a state that an impact has changed.
+
+        It lies on the event function of the stop, and the next hop may be shorter than heyoka's
+        cooldown. So this event is muted until it has left zero; `first_switch` finds the next hop.
+        """
+        integrator = self.integrator
+        integrator.state[:] = state
+        integrator.reset_cooldowns()
+        self.margins = self.phase.margins(state)
+        self.offsets[np.abs(self.margins) <= MISSED] = MUTED
         self._set_parameters()
 
     def _unmute(self) -> None:
@@ -279,4 +305,6 @@ class HeyokaModeRun:
         state[-AUDIT_SIZE:] *= self.scale
         self.samples.append((t, state))
         self.systems.append(self.phase.system)
+        if self.current.impacts is not None:
+            self.current.impacts.add_sample()
         self.deadline.samples = len(self.samples)

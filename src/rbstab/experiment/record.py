@@ -236,7 +236,7 @@ def recorded(
             arrays |= switching_arrays(trajectory.switches)
             change = change - trajectory.switches.discarded_energy
         if trajectory.impacts is not None:
-            arrays |= impact_arrays(trajectory.impacts)
+            arrays |= impact_arrays(system, trajectory.impacts)
             change = change - trajectory.impacts.lost
         if has_no_potential(system):
             # The contact force has no potential, so v - ε replaces v (eq. 28).

@@ -200,6 +200,7 @@ QUANTITIES = (
         optional=True,
         since=3,
     ),
+    Quantity("stop_angle", "θ_e", "rad", (), "largest |θ2|", optional=True, since=3),
     Quantity(
         "impact_time",
         "-",

@@ -27,6 +27,7 @@ from rbstab.integrate.watched_rates import StopRun
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import THETA
+from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import guards_at
 from rbstab.systems.parameters import structure
 from rbstab.systems.system import AUDIT_SIZE, System
@@ -86,8 +87,13 @@ class CompiledModes:
             tol=tolerance,
             t_events=[hy.t_event(event) for event in events],
             # The code grows with the elements: with eight of them LLVM would compile for minutes.
-            compact_mode=len(guards) > MAX_UNROLLED,
+            compact_mode=len(guards) > MAX_UNROLLED or _is_long(system),
         )
+
+
+def _is_long(system: System) -> bool:
+    """Return whether the equations are long: those of a manifold, also without its stop."""
+    return stop_of(system) is not None and system.coordinates.name == "manifold"
 
 
 def compiled_modes(system: System, tolerance: float) -> CompiledModes:
@@ -166,7 +172,7 @@ class HeyokaModeRun:
             event = self._step(last)
             while len(self.samples) < len(times) and times[len(self.samples)] <= integrator.time:
                 t = times[len(self.samples)]
-                self._add_sample(t, integrator.update_d_output(t).copy())
+                self._add_sample(t, self.phase.on_stop(integrator.update_d_output(t).copy()))
             if event == RANGE_END:
                 bound = self.problem.range_bound
                 raise StopRun(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")

@@ -230,6 +230,14 @@ class Experiment(Section):
                 f"has several stops: {', '.join(stops(elements))}",
                 "expected one: the body would never reach the others",
             )
+        for name in stops(elements):
+            angle = elements[name].angle
+            beyond = [n for n, soft in elements.items() if getattr(soft, "soft_angle", 0) >= angle]
+            if beyond:
+                raise value_error(
+                    f"has a soft_angle that is not inside the stop {name}: {', '.join(beyond)}",
+                    f"expected less than {angle:g}",
+                )
         return elements
 
     @field_validator("initial")

@@ -36,11 +36,10 @@ class Element:
     branch. Its stored energy must be continuous at each switch."""
 
     holds: ClassVar[bool] = False
-    """Whether it can hold θ2, as a stop against which the body rests. Then it has no own states, and
-    its methods `wrench` and `guards` get the hold as `own`: [τ, α], the couple on θ2 that keeps
-    θ̈2 = 0, N m, and the θ̈2 that all other elements cause, rad/s² (`systems.holding`). The system
-    computes them, since they follow from the loads of all elements. At most one element of a system
-    may hold."""
+    """Whether it can hold θ2, as a stop against which the body rests. Then it has no own states.
+    Its methods `wrench` and `guards` get the hold as `own`: [τ, α], the couple on θ2 that keeps θ̇2
+    constant, N m, and the acceleration of θ2 that all other elements cause, rad/s². The system
+    computes them (`systems.holding`). At most one element of a system may hold."""
 
     def __init_subclass__(cls) -> None:
         """Derive `state_size` from the declared states."""

@@ -16,8 +16,8 @@ from rbstab.systems.holding import response
 from rbstab.systems.system import System
 
 HOP_HEIGHT = 1e-12
-"""rad: a body rests if its next hop, and so every later one, is not higher than this. Coming to rest
-discards at most this times the couple that presses the body against the stop, J: 1e-10 J for
+"""rad: a body rests if its next hop, and so every later one, is not higher than this. Coming to
+rest discards at most this times the couple that presses the body against the stop, J: 1e-10 J for
 100 N m. A hop of this height has some thousand units in the last place of θ2."""
 
 

@@ -28,8 +28,8 @@ from rbstab.systems.system import System
 if TYPE_CHECKING:
     from rbstab.integrate.modes.phases import CurrentPhase
 
-STORED_IMPACTS = 100_000
-"""Impacts and rests that are stored with their times. Later ones are only counted."""
+STORED_RESTS = 100_000
+"""The rests that are stored with their times; there may be any number of them."""
 
 
 class Impacts:
@@ -108,38 +108,34 @@ class Impacts:
                 self._end_rest(t)
             current.switch(modes, t)
             return self._checked(t, y)
-        y = self._impact(t, y)
+        if t == self._last:
+            raise StopRun(RunStatus.SOLVER_FAILURE, "the hops at the stop became too short")
+        found = impact(current.phase.system, y)
+        current.count_impact()
+        y, lost = found.state, found.lost
         others = [m for m in current.phase.coinciding(y, t).tolist() if m not in self._sides]
         if others:
             current.switch(others, t)
-        side = self._sides[meets[0]]
-        if rests(current.phase.system, y, side):
-            y = self._rest(meets[0], t, y)
+        if rests(current.phase.system, y, self._sides[meets[0]]):
+            y, discarded = self._rest(meets[0], t, y)
+            lost += discarded
+        # Nothing is recorded if the run ends here, before the impact.
+        self._last = t
+        self.lost += lost
+        self.count += 1
+        self._times.append(t)
+        self._rates.append(found.rate)
         return y
 
-    def _impact(self, t: float, y: Array) -> Array:
-        if t == self._last:
-            raise StopRun(RunStatus.SOLVER_FAILURE, "the hops at the stop became too short")
-        self._last = t
-        found = impact(self._current.phase.system, y)
-        self._current.count_impact()
-        self.count += 1
-        self.lost += found.lost
-        if self.count <= STORED_IMPACTS:
-            self._times.append(t)
-            self._rates.append(found.rate)
-        return found.state
-
-    def _rest(self, mode: int, t: float, y: Array) -> Array:
-        """Let the body rest; what is left of its hops is discarded."""
+    def _rest(self, mode: int, t: float, y: Array) -> tuple[Array, float]:
+        """Return the state in which the body rests, and what is left of its hops, J."""
         before = self._current.phase.system.observe(y).energy.sum()
         self._current.switch([mode], t)
         system = self._current.phase.system
         y = laid_on_stop(system, y)
-        self.lost += float(before - system.observe(y).energy.sum())
-        if len(self._rests) < STORED_IMPACTS:
+        if len(self._rests) < STORED_RESTS:
             self._rests.append((t, np.nan))
-        return y
+        return y, float(before - system.observe(y).energy.sum())
 
     def _end_rest(self, t: float) -> None:
         if self._rests:

@@ -30,6 +30,10 @@ from rbstab.systems.system import AUDIT_SIZE, System
 SWITCH_LIMIT = 10_000_000
 """A run stops after this many switches."""
 
+IMPACT_LIMIT = 100_000
+"""A run stops after this many impacts. A nearly elastic body that is damped, and pressed against
+its stop, hops faster and faster for a long time."""
+
 MAX_PHASES = 256
 """The most phases in memory; a run that needs more makes some of them again."""
 
@@ -148,14 +152,15 @@ class CurrentPhase:
 
     Attributes:
         phase: The current phase.
-        count: The number of switches, with the impacts.
+        count: The number of switches.
+        impact_count: The number of impacts.
         impacts: The impacts; None if the system has no stop.
     """
 
     def __init__(self, problem: Problem, switch_limit: int) -> None:
         self._phases = Phases(problem)
         self.phase = self._phases.first
-        self.count = 0
+        self.count = self.impact_count = 0
         self._limit = switch_limit
         self._last: dict[int, float] = {}
         has_stop = stop_of(problem.system) is not None
@@ -189,21 +194,20 @@ class CurrentPhase:
                 raise StopRun(RunStatus.SOLVER_FAILURE, f"the motion stays where {name} switches")
             self._last[mode] = t
         self.phase = self._phases.after(self.phase, modes)
-        self._count(len(modes))
+        self.count += len(modes)
+        if self.count >= self._limit:
+            raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {self.count} switches")
 
     def count_impact(self) -> None:
-        """Count an impact as a switch. After it, modes may switch again at the same time.
+        """Count an impact. After it, modes may switch again at the same time.
 
         Raises:
             StopRun: The run has reached its limit.
         """
+        self.impact_count += 1
+        if self.impact_count > IMPACT_LIMIT:
+            raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {IMPACT_LIMIT} impacts")
         self._last.clear()
-        self._count(1)
-
-    def _count(self, switches: int) -> None:
-        self.count += switches
-        if self.count >= self._limit:
-            raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {self.count} switches")
 
 
 class Switch(NamedTuple):

@@ -87,13 +87,18 @@ class CompiledModes:
             tol=tolerance,
             t_events=[hy.t_event(event) for event in events],
             # The code grows with the elements: with eight of them LLVM would compile for minutes.
-            compact_mode=len(guards) > MAX_UNROLLED or _is_long(system),
+            compact_mode=len(guards) > MAX_UNROLLED or _is_long(system, len(guards)),
         )
 
 
-def _is_long(system: System) -> bool:
-    """Return whether the equations are long: those of a manifold, also without its stop."""
-    return stop_of(system) is not None and system.coordinates.name == "manifold"
+def _is_long(system: System, modes: int) -> bool:
+    """Return whether the equations are long: those of a stop beside another element that switches.
+
+    They have the load on the stop, also where the body does not rest there. The equations of a
+    manifold are as long with a stop alone.
+    """
+    has_stop = stop_of(system) is not None
+    return has_stop and (modes > 2 or system.coordinates.name == "manifold")
 
 
 def compiled_modes(system: System, tolerance: float) -> CompiledModes:

@@ -10,6 +10,7 @@ from rbstab.report.runs.figures.energy import element_figures, energy_figure, fo
 from rbstab.report.runs.figures.lyapunov import audit_figure, decay_figure, residual_figure
 from rbstab.report.runs.figures.phase import overlaid_phases, phase_figure
 from rbstab.report.runs.figures.sliding import sliding_figures
+from rbstab.report.runs.figures.stop import stop_figures
 from rbstab.report.runs.figures.states import overlaid_states, state_figures
 
 MAX_CURVES = 24
@@ -65,6 +66,7 @@ def _run_section(run: Run) -> Section:
         *element_figures(run),
         phase_figure(run),
         *sliding_figures(run),
+        *stop_figures(run),
         audit_figure(run),
     )
     return Section(f"{run.name}-figures", f"Figures of {run.label}", figures)

@@ -10,8 +10,8 @@ from rbstab.report.runs.figures.energy import element_figures, energy_figure, fo
 from rbstab.report.runs.figures.lyapunov import audit_figure, decay_figure, residual_figure
 from rbstab.report.runs.figures.phase import overlaid_phases, phase_figure
 from rbstab.report.runs.figures.sliding import sliding_figures
-from rbstab.report.runs.figures.stop import stop_figures
 from rbstab.report.runs.figures.states import overlaid_states, state_figures
+from rbstab.report.runs.figures.stop import stop_figures
 
 MAX_CURVES = 24
 """Maximum number of runs drawn as curves; readers cannot distinguish more."""

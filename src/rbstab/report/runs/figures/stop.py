@@ -46,6 +46,8 @@ def _pitch(result: Result) -> Panel:
         for name, colour, symbol in (("begin", 2, 2), ("end", 3, 3)):
             times = result[f"rest_{name}"]
             times = times[np.isfinite(times)]
+            if not len(times):
+                continue
             where = np.searchsorted(result["time"], times).clip(max=len(result["time"]) - 1)
             at = np.sign(result["orientation"][where, 1]) * angle
             marks.append(Points(times, at, f"{name} of a rest", colour=colour, symbol=symbol))

@@ -11,6 +11,7 @@ import numpy as np
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.barrier import Barrier
 from rbstab.elements.element import NO_STATE, Element
+from rbstab.elements.stop import Stop
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import motion_from_centre
 
@@ -263,6 +264,45 @@ def guard() -> str:
     )
 
 
+def stop() -> str:
+    """Draw θ2 over time: it hops at a stop, and then rests there."""
+    bone = Stop(name="", angle=1.0, restitution=0.65)
+    left, right, wall, floor, load = 70.0, 590.0, 70.0, 220.0, 2.0
+    t, angle, rate, hops = 0.0, 0.0, 2.2, []
+    # Under a load of constant acceleration; with a mobility of 1 an impulse is a jump of the rate.
+    for _ in range(12):
+        remaining = bone.angle - angle
+        flight = (-rate + np.sqrt(rate * rate + 2.0 * load * remaining)) / load
+        times = np.linspace(0.0, flight, 40)
+        hops += zip(t + times, angle + rate * times + 0.5 * load * times**2, strict=True)
+        t, angle, rate = t + flight, bone.angle, rate + load * flight
+        rate += bone.impulse(rate, 1.0)
+    end = 1.35 * t
+    hops.append((end, bone.angle))
+    curve = [(left + (right - left) * a / end, floor - (floor - wall) * float(b)) for a, b in hops]
+    rest = left + (right - left) * t / end
+    return "".join(
+        [
+            ground((left, wall), (right, wall)),
+            path([(left, floor + 18), (left, wall - 22)], "thin"),
+            arrow((left, floor + 18), (right + 20, floor + 18), "thin", "head", 8),
+            path(curve, "part"),
+            path([(rest, wall + 4), (rest, floor + 18)], "dash"),
+            arrow((rest + 70, wall), (rest + 70, wall + 52), "force", "forcehead", 14),
+            text((left - 10, wall + 6), "θ_e", "symbol", "end"),
+            text((left - 10, wall - 24), "θ2", "symbol", "end"),
+            text((right + 14, floor + 38), "time", "small", "end"),
+            text((rest + 84, wall + 40), "couple τ", "force-text", "start"),
+            text(
+                (330, floor + 6), "hops: each impact makes the rate -e times that before", "small"
+            ),
+            text((rest + 8, floor + 6), "rest", "", "start"),
+            text((300, 264), "each impact makes the rate -e times that before", "small"),
+            text((300, 30), "infinitely many hops take a finite time", "small"),
+        ]
+    )
+
+
 def energies(element: Element, angles: np.ndarray, axis: int) -> np.ndarray:
     """Return the energy that an element stores at angles Θ about one axis."""
     body, found = Body(1.0, np.eye(3), np.zeros(3)), []
@@ -299,6 +339,7 @@ FIGURES: dict[str, tuple[str, Callable[[], str]]] = {
     "tie": ("A point of the body, tied to an anchor by springs and dampers along all axes", tie),
     "attitude": ("A couple turns the body frame back to the inertial frame", attitude),
     "guard": ("The energy of a guard grows without end at both ends of the range", guard),
+    "stop": ("An angle hops at its stop, each hop lower than the last, and then rests", stop),
 }
 
 

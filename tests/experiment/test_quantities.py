@@ -46,11 +46,22 @@ def manifold_run():
 
 
 def test_every_quantity_of_the_table_is_expected_somewhere():
-    sometimes = ONLY_EMBEDDED | ONLY_MANIFOLD | ONLY_SLIDING | ONLY_WITH_ELEMENTS
+    sometimes = ONLY_EMBEDDED | ONLY_MANIFOLD | ONLY_SLIDING | ONLY_WITH_ELEMENTS | ONLY_WITH_STOP
     assert {q.name for q in QUANTITIES} == ALWAYS | sometimes
 
 
 ONLY_WITH_ELEMENTS = {"element_force", "element_couple"}
+
+ONLY_WITH_STOP = {
+    "impact_count",
+    "impact_loss",
+    "stop_contact",
+    "stop_angle",
+    "impact_time",
+    "impact_rate",
+    "rest_begin",
+    "rest_end",
+}
 
 ONLY_SLIDING = {
     "mode",

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.stops import stop
 from support.switching import data, guard, ligament, problem
 
 from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
@@ -19,6 +20,7 @@ KINDS = {
     "ligament": ligament(-1.0),
     "stiff": guard("stiff", 40.0),
     "repelling": guard("repelling", 40.0),
+    "stop": stop(),
 }
 
 

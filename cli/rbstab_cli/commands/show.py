@@ -149,6 +149,8 @@ def _print_tables(result: "Result", proof: "Proof | None") -> None:
     add_row(table, "max |r| / v(0)", number(s.relative_residual, 2))
     add_row(table, "peak E by axis", _vector(s.peak_contact_displacement) + " m")
     add_row(table, "max |θ2|", f"{number(s.largest_pitch)} rad")
+    if "impact_count" in result:
+        add_row(table, "impacts", _impacts(result))
     for name, value in _final_state(result).items():
         add_row(table, f"final {name}", f"{_vector(value)} {result.variables[name].unit}")
     for warning in str(attributes.get("warnings", "")).splitlines():
@@ -167,6 +169,16 @@ def _print_tables(result: "Result", proof: "Proof | None") -> None:
             continue
         add_row(table, name, str(attributes[name]))
     print_table(table)
+
+
+def _impacts(result: "Result") -> str:
+    """Return how often a body met its stop, what that took away, and whether it rests there."""
+    from rbstab_cli.output.tables import number
+
+    text = f"{int(result['impact_count'][-1])}, which took {number(result['impact_loss'][-1])} J"
+    if result["stop_contact"][-1]:
+        text += f"; rests against the stop from t = {number(result['rest_begin'][-1])} s"
+    return text
 
 
 _SHOWN_ABOVE = ("title", "status", "status_detail", "verdict", "lyapunov_zero", "warnings")

@@ -5,16 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.configuration import ORIENTATION, Configurations, configurations
-from rbstab.analysis.descent import descend
-from rbstab.analysis.rest_state import (
-    RestState,
-    gradient_tolerance,
-    largest_load,
-    numerical_hessian,
-    rest_state_at,
-)
-from rbstab.mechanics.attitude import is_upright
+from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.rest_state import RestState, rest_state_below
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
@@ -42,20 +34,6 @@ class LyapunovZero(NamedTuple):
     is_lowest: bool
 
 
-class _SingleEnergy:
-    """The energy of one configuration (an `EnergyAt`); its Hessian is computed when it is read."""
-
-    def __init__(self, at_rest: Configurations, q: Array) -> None:
-        self._gradient, self._q = at_rest.gradient, q
-        self.value = np.array([float(at_rest.energy(q))])
-        self.gradient = at_rest.gradient(q)[np.newaxis]
-
-    @property
-    def hessian(self) -> Array:
-        """The Hessian, shape (1, n, n)."""
-        return numerical_hessian(self._gradient, self._q)[np.newaxis]
-
-
 def lyapunov_zero(
     system: System,
     motion: Motion,
@@ -78,7 +56,7 @@ def lyapunov_zero(
         is_late: Returns whether the descent must end now; then it has found nothing.
     """
     at_rest = configurations(system)
-    found = _descended(at_rest, at_rest.configuration(motion, own), is_late)
+    found = rest_state_below(at_rest, at_rest.configuration(motion, own), is_late)
     if found is None:
         return LyapunovZero(nearest, approached=False, is_lowest=True)
     lower = nearest.is_at_rest and is_lower(nearest.energy, found.energy)
@@ -92,24 +70,6 @@ def lyapunov_zero(
 def is_lower(energy: Array | float, other: Array | float) -> Any:
     """Return whether energies at rest, J, are below others, apart from round-off."""
     return energy < other - ENERGY_TOLERANCE * (np.abs(energy) + np.abs(other) + 1.0)
-
-
-def _descended(at_rest: Configurations, q: Array, is_late: Callable[[], bool]) -> RestState | None:
-    """Return the rest state below a configuration; None without one with |θ2| < π/2."""
-    if not np.isfinite(q).all():
-        return None
-
-    def energy(_rows: Array, q: Array) -> _SingleEnergy:
-        return _SingleEnergy(at_rest, q[:, 0])
-
-    tolerance = gradient_tolerance(largest_load(at_rest, q))
-    ends, _, _ = descend(energy, q[:, np.newaxis], np.array([tolerance]), is_late, _is_upright)
-    found = rest_state_at(at_rest, ends[:, 0])
-    return found if found.is_at_rest else None
-
-
-def _is_upright(q: Array) -> Array:
-    return is_upright(q[ORIENTATION])
 
 
 def _distance(at_rest: Configurations, a: RestState, b: RestState) -> float:

@@ -9,6 +9,7 @@ from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.states import PITCH
 from rbstab.systems.coordinates import CentreCoordinates, ReducedCoordinates
 from rbstab.systems.modes import with_modes_at
 from rbstab.systems.system import System
@@ -83,6 +84,29 @@ class Configurations:
     def gradient(self, q: Array) -> Array:
         """Return the derivatives of the energy, shape (size,): N m, then N."""
         return jacobian(self.energy, q)
+
+
+@dataclass(frozen=True, eq=False)
+class TouchingConfigurations(Configurations):
+    """The configurations of a body that touches a stop: θ2 is given.
+
+    The entry θ2 of q does not count. A spring of 1 N m/rad pulls it to the given angle, so that a
+    minimum of the energy is one of all entries of q, and has a regular Hessian.
+
+    Args:
+        pitch: θ2, rad.
+    """
+
+    pitch: float
+
+    def state(self, q: Array) -> Array:
+        """Return the state vector of `system` at rest in the configuration q with the given θ2."""
+        return super().state(np.concatenate([q[:PITCH], [self.pitch], q[PITCH + 1 :]]))
+
+    def energy(self, q: Array) -> Number:
+        """Return the energy stored in the elements and in the spring of θ2, J."""
+        away = q[PITCH] - self.pitch
+        return super().energy(q) + 0.5 * away * away
 
 
 def stored_energies(system: System, motion: Motion, own: Array) -> list[Number]:

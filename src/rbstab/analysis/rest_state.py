@@ -1,4 +1,4 @@
-"""The rest state at which the Lyapunov function is zero."""
+"""Rest states: by descent in potential energy, also against a stop."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -7,11 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.configuration import (
+    ORIENTATION,
+    Configurations,
+    TouchingConfigurations,
+    configurations,
+)
+from rbstab.analysis.descent import descend
 from rbstab.mechanics.attitude import in_range, is_upright
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
+from rbstab.systems.impact import stop_of
 from rbstab.systems.system import System
 
 GRADIENT_TOLERANCE = 1e-7
@@ -30,6 +38,12 @@ MAX_STEPS = 100
 HESSIAN_STEP = 1e-6
 """rad and m. The Hessian only guides the descent, so it need not be accurate. The step grows with
 coordinates above 1000, because it would be lost in their round-off."""
+
+MAX_TOUCHES = 4
+"""The maximum number of times that a descent goes on along a stop."""
+
+NEAR_STOP = 1e-3
+"""rad: a descent that ends this close to a stop goes on along it."""
 
 MAX_POLISHES = 5
 """The maximum number of Newton steps after the descent. One is enough unless loads are extreme."""
@@ -72,7 +86,8 @@ def nearest_rest_state(system: System) -> RestState:
 
     A rest state is a zero of the gradient of the stored energy, over all configurations that the
     connector allows. The descent starts at Θ = 0, X = X_a, own states 0, and ends in a minimum. A
-    system can have several rest states; this function does not check that.
+    system can have several rest states; this function does not check that. A stop ends the descent
+    in θ2; then the body rests against it.
 
     Returns:
         The state where the descent ended; check `RestState.found`.
@@ -84,7 +99,73 @@ def nearest_rest_state(system: System) -> RestState:
         # Numbers near overflow make the descent fail; then `found` is false.
         with suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
             q = _descend(energy, q, tolerance)
+    stop = stop_of(system)
+    if stop is not None and not abs(q[PITCH]) <= stop.angle:
+        below = rest_state_below(at_rest, at_rest.unloaded)
+        return below or rest_state_at(at_rest, at_rest.unloaded)
     return rest_state_at(at_rest, q)
+
+
+def rest_state_below(
+    at_rest: Configurations, q: Array, is_late: Callable[[], bool] = lambda: False
+) -> RestState | None:
+    """Return the rest state in which a descent from a configuration ends, or None.
+
+    If a stop ends the descent in θ2, it goes on with this θ2. There the body rests if the energy
+    falls towards the outside; else the descent goes on inside.
+
+    Args:
+        at_rest: The configurations.
+        q: The first configuration.
+        is_late: Returns whether the descent must end now.
+    """
+    if not np.isfinite(q).all():
+        return None
+    stop = stop_of(at_rest.system)
+    for _ in range(MAX_TOUCHES):
+        found = _descended(at_rest, q, is_late, np.pi / 2 if stop is None else stop.angle)
+        q = at_rest.configuration(found.motion, found.own)
+        if found.is_at_rest or stop is None or abs(q[PITCH]) < stop.angle - NEAR_STOP:
+            break
+        side = np.sign(q[PITCH])
+        touching = TouchingConfigurations(at_rest.system, float(side * stop.angle))
+        found = _descended(touching, q, is_late, np.inf)
+        q = touching.configuration(found.motion, found.own)
+        if found.is_at_rest and side * at_rest.gradient(q)[PITCH] <= 0:
+            break
+    return found if found.is_at_rest else None
+
+
+class _SingleEnergy:
+    """The energy of one configuration (an `EnergyAt`); its Hessian is computed when it is read."""
+
+    def __init__(self, at_rest: Configurations, q: Array) -> None:
+        self._gradient, self._q = at_rest.gradient, q
+        self.value = np.array([float(at_rest.energy(q))])
+        self.gradient = at_rest.gradient(q)[np.newaxis]
+
+    @property
+    def hessian(self) -> Array:
+        """The Hessian, shape (1, n, n)."""
+        return numerical_hessian(self._gradient, self._q)[np.newaxis]
+
+
+def _descended(
+    at_rest: Configurations, q: Array, is_late: Callable[[], bool], largest_pitch: float
+) -> RestState:
+    """Return the state in which a descent ends, at a rest state or at the largest |θ2|."""
+
+    def energy(_rows: Array, q: Array) -> _SingleEnergy:
+        return _SingleEnergy(at_rest, q[:, 0])
+
+    def is_inside(q: Array) -> Array:
+        Theta = q[ORIENTATION]
+        inside: Array = is_upright(Theta) & (np.abs(Theta[PITCH]) <= largest_pitch)
+        return inside
+
+    tolerance = gradient_tolerance(largest_load(at_rest, q))
+    ends, _, _ = descend(energy, q[:, np.newaxis], np.array([tolerance]), is_late, is_inside)
+    return rest_state_at(at_rest, ends[:, 0])
 
 
 def rest_state_at(at_rest: Configurations, q: Array) -> RestState:

@@ -46,6 +46,8 @@ def _gain_field(gain: Gain) -> tuple[Any, Any]:
     if gain.default is not None:
         return NotNegative, Field(gain.default, description=description)
     kind = _GAIN_TYPES[gain.shape, gain.positive]
+    if gain.at_most is not None:
+        kind = Annotated[NotNegative, Field(le=gain.at_most)]
     if gain.below is not None:
         kind = Annotated[kind, Field(lt=gain.below)]
     return kind, required(description)

@@ -84,6 +84,11 @@ def switching(elements: Mapping[str, Any]) -> list[str]:
     return [name for name, section in elements.items() if element_of(section).mode_count]
 
 
+def stops(elements: Mapping[str, Any]) -> list[str]:
+    """Return the names of the stops of a config."""
+    return [name for name, section in elements.items() if element_of(section).holds]
+
+
 def _check_name(name: Any) -> Any:
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise value_error(

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field
 from pydantic_core import PydanticCustomError
 
 from rbstab.config.controllers import CONTROLLERS, NoController, model_name
-from rbstab.config.elements import Elements, switching
+from rbstab.config.elements import Elements, stops, switching
 from rbstab.config.quantities import (
     Count,
     LongText,
@@ -27,6 +27,7 @@ from rbstab.config.quantities import (
 )
 from rbstab.config.section import FrozenMapping, Section, required, word_or_section
 from rbstab.elements.registry import CONNECTORS
+from rbstab.mechanics.states import PITCH
 
 SCHEMA_VERSIONS = (1, 2)
 """The versions that this program reads."""
@@ -220,6 +221,36 @@ class Experiment(Section):
                 "expected another variant of the controller, or elements that do not switch",
             )
         return elements
+
+    @field_validator("elements")
+    @classmethod
+    def _check_stops(cls, elements: Any) -> Any:
+        if len(stops(elements)) > 1:
+            raise value_error(
+                f"has several stops: {', '.join(stops(elements))}",
+                "expected one: the body would never reach the others",
+            )
+        for name in stops(elements):
+            angle = elements[name].angle
+            beyond = [n for n, soft in elements.items() if getattr(soft, "soft_angle", 0) >= angle]
+            if beyond:
+                raise value_error(
+                    f"has a soft_angle that is not inside the stop {name}: {', '.join(beyond)}",
+                    f"expected less than {angle:g}",
+                )
+        return elements
+
+    @field_validator("initial")
+    @classmethod
+    def _check_start(cls, initial: Any, info: ValidationInfo) -> Any:
+        elements, pitch = info.data.get("elements") or {}, abs(initial.orientation[PITCH])
+        for name in stops(elements):
+            if pitch > elements[name].angle:
+                raise value_error(
+                    f"has |θ2| = {pitch:g} rad, beyond the stop {name}",
+                    f"expected orientation[{PITCH}] between ±{elements[name].angle:g}",
+                )
+        return initial
 
     @field_validator("integration")
     @classmethod

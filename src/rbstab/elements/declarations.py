@@ -23,6 +23,7 @@ class Gain(NamedTuple):
             eigenvalue.
         default: The value of a number that a config may leave out; it may be zero, not negative.
         below: A bound that a positive number must stay below.
+        at_most: The largest value of a number that may be zero, and not negative.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Gain(NamedTuple):
     dissipates: bool = False
     default: float | None = None
     below: float | None = None
+    at_most: float | None = None
 
 
 POINT = Gain("point", "m", "point of the body, body coordinates", "diagonal", positive=False)

@@ -35,6 +35,12 @@ class Element:
     `mode`, shape (mode_count,), of numbers 0 or 1. Its formulas use them as numbers, and so need no
     branch. Its stored energy must be continuous at each switch."""
 
+    holds: ClassVar[bool] = False
+    """Whether it can hold θ2, as a stop against which the body rests. Then it has no own states.
+    Its methods `wrench` and `guards` get the hold as `own`: [τ, α], the couple on θ2 that keeps θ̇2
+    constant, N m, and the acceleration of θ2 that all other elements cause, rad/s². The system
+    computes them (`systems.holding`). At most one element of a system may hold."""
+
     def __init_subclass__(cls) -> None:
         """Derive `state_size` from the declared states."""
         super().__init_subclass__()
@@ -59,8 +65,9 @@ class Element:
     def guards(self, motion: Motion, own: Array) -> Array:
         """Return the event functions, shape (mode_count,): mode i is 1 where entry i is positive.
 
-        They must not depend on `mode`. Their rates must be continuous at a switch; so the motion
-        goes through it, and cannot slide along it.
+        Their rates must be continuous at a switch; so the motion goes through it, and cannot slide
+        along it. They must not depend on `mode`, except those of an element that `holds`: such an
+        element decides by an impact what follows its event (`integrate.modes.impacts`).
         """
         return NO_STATE
 

@@ -17,6 +17,7 @@ from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.soft_guards import RepellingGuard, StiffGuard
 from rbstab.elements.spring import Spring
+from rbstab.elements.stop import Stop
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector, ViscoElasticTie
 
@@ -38,7 +39,12 @@ KINDS: dict[str, dict[str | None, type[Element]]] = {
     "visco-elastic": {None: ViscoElasticTie},
     "attitude": {None: AttitudeSpring},
     "ligament": {None: Ligament},
-    "guard": {"barrier": Barrier, "stiff": StiffGuard, "repelling": RepellingGuard},
+    "guard": {
+        "barrier": Barrier,
+        "stiff": StiffGuard,
+        "repelling": RepellingGuard,
+        "stop": Stop,
+    },
 }
 """The kinds of elements that a config may have any number of, each with a name of its own. A kind
 has one class, or one for each `method` in its config."""

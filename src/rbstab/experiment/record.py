@@ -15,6 +15,7 @@ from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
+from rbstab.experiment.impact_record import impact_arrays
 from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
     has_no_potential,
@@ -40,6 +41,15 @@ RECORDING_FACTOR = 1.2
 
 TIMED_OBSERVATIONS = 5
 """The fastest of this many observations counts; the others may have been interrupted."""
+
+
+_EVENTS = {
+    "switch": "switch_time",
+    "transition": "transition_time",
+    "impact": "impact_time",
+    "rest": "rest_begin",
+}
+"""The dimensions along which events are stored, each with an array that has it."""
 
 
 class Record(NamedTuple):
@@ -138,7 +148,7 @@ def record_of(
     parts = np.array(problem.system.parts, dtype=object)
     coordinates = {
         name: Variable((name,), np.arange(1, len(arrays[source]) + 1), "1", f"number of the {name}")
-        for name, source in (("switch", "switch_time"), ("transition", "transition_time"))
+        for name, source in _EVENTS.items()
         if source in arrays
     } | {
         **{
@@ -187,6 +197,9 @@ def recorded(
         if trajectory.switches is not None:
             arrays |= switching_arrays(trajectory.switches)
             change = change - trajectory.switches.discarded_energy
+        if trajectory.impacts is not None:
+            arrays |= impact_arrays(system, trajectory.impacts)
+            change = change - trajectory.impacts.lost
         if has_no_potential(system):
             # The contact force has no potential, so v - ε replaces v (eq. 28).
             arrays["energy"][:, system.parts.index("connector")] = -trajectory.contact_work

@@ -47,9 +47,18 @@ def summary_of(result: Result) -> Summary:
             relative_residual(result["energy_residual"], v, result["energy"]),
             signed_peak(t, distance, distance_rate),
             (x, y, z),
-            abs(signed_peak(t, Theta[:, 1], pitch_rate)),
+            _largest_pitch(result, abs(signed_peak(t, Theta[:, 1], pitch_rate))),
             float(t[-1]),
         )
+
+
+def _largest_pitch(result: Result, at_samples: float) -> float:
+    """Return the largest |θ2|, rad: that of a stop that was met, else that of the samples."""
+    if "stop_angle" not in result:
+        return at_samples
+    met = result["impact_count"][-1] > 0 or result["stop_contact"].any()
+    angle = float(result["stop_angle"])
+    return angle if met else min(at_samples, angle)
 
 
 def _rates_where_largest(t: Array, Theta: Array, Omega: Array) -> Array:

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.impact_trace import ImpactTrace
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.mechanics.numbers import Array
@@ -98,6 +99,7 @@ class Trajectory:
         evaluations: Evaluations of the rates; for the Taylor engine, of the Taylor expansion.
         switches: The switching of a sliding connector, if there is one.
         systems: The smooth system at each sample; empty if the system has no modes.
+        impacts: The impacts against a stop, if there is one.
     """
 
     times: Array
@@ -110,6 +112,7 @@ class Trajectory:
     evaluations: int
     switches: SwitchTrace | None = None
     systems: tuple[System, ...] = ()
+    impacts: ImpactTrace | None = None
 
 
 class Engine(Protocol):
@@ -135,7 +138,7 @@ class Engine(Protocol):
 def first_samples(whole: Trajectory, count: int, deadline: Deadline) -> Trajectory:
     """Return the first samples of a trajectory of which no more could be recorded in time."""
     last = float(whole.times[count - 1])
-    switches = whole.switches
+    switches, impacts = whole.switches, whole.impacts
     return replace(
         whole,
         times=whole.times[:count],
@@ -146,6 +149,7 @@ def first_samples(whole: Trajectory, count: int, deadline: Deadline) -> Trajecto
         detail=f"{deadline.reason} at t = {last:.9g} s",
         switches=switches.until(last, count) if switches is not None else None,
         systems=whole.systems[:count],
+        impacts=impacts.until(last, count) if impacts is not None else None,
     )
 
 

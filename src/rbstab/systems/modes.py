@@ -11,6 +11,7 @@ import numpy as np
 
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.impact import first_stop_mode, resting_side, stop_of
 from rbstab.systems.system import System
 
 Modes = tuple[float, ...]
@@ -50,20 +51,16 @@ def with_modes(system: System, modes: Modes) -> System:
 
 def guards_at(system: System, y: Array) -> Array:
     """Return the event functions of all elements at a state, in the order of the modes."""
-    motion, begin = system.motion(y), system.coordinates.size
-    found = []
-    for element in system.elements:
-        own = y[begin : begin + element.state_size]
-        begin += element.state_size
-        if element.mode_count:
-            found.append(element.guards(motion, own))
+    motion, pairs = system.acting(y)
+    found = [element.guards(motion, own) for element, own in pairs if element.mode_count]
     return np.concatenate([np.zeros(0), *found])
 
 
 def with_modes_at(system: System, y: Array) -> System:
     """Return a system in the modes that belong to a state; itself if none of its elements switches.
 
-    A mode is 1 where the real part of its event function is positive.
+    A mode is 1 where the real part of its event function is positive. A mode of a stop is 1 if the
+    body rests there.
 
     Args:
         system: The system, in any modes.
@@ -71,7 +68,8 @@ def with_modes_at(system: System, y: Array) -> System:
     """
     if not has_modes(system):
         return system
-    return with_modes(system, tuple(float(_real(g) > 0) for g in guards_at(system, y)))
+    system = with_modes(system, tuple(float(_real(g) > 0) for g in guards_at(system, y)))
+    return _with_stop_at(system, y)
 
 
 def with_first_modes(system: System, y: Array) -> System:
@@ -91,7 +89,23 @@ def with_first_modes(system: System, y: Array) -> System:
     if (g == 0).any():
         rates = guard_rates(system, y)
         system = with_modes(system, tuple(((g > 0) | ((g == 0) & (rates > 0))).astype(float)))
+        system = _with_stop_at(system, y)
     return system
+
+
+def _with_stop_at(system: System, y: Array) -> System:
+    """Return a system whose stop is in the modes that belong to a state.
+
+    Args:
+        system: The system, whose other elements are in the modes of the state.
+        y: The state.
+    """
+    if stop_of(system) is None:
+        return system
+    modes, first = list(modes_of(system)), first_stop_mode(system)
+    side = resting_side(system, np.array([_real(number) for number in y]))
+    modes[first : first + 2] = [float(side > 0), float(side < 0)]
+    return with_modes(system, tuple(modes))
 
 
 def guard_rates(system: System, y: Array) -> Array:

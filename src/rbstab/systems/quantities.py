@@ -27,7 +27,7 @@ class Quantity(NamedTuple):
     since: int = 1
 
 
-LAYOUT_VERSION = 2
+LAYOUT_VERSION = 3
 """The newest layout version. Increase it for each new quantity, and set its `since` to the new
 version. Then older files without the quantity stay valid."""
 
@@ -179,6 +179,64 @@ QUANTITIES = (
         optional=True,
     ),
     Quantity("transition_kind", "-", "1", ("transition",), "stick or release", optional=True),
+    Quantity(
+        "impact_count", "-", "1", _TIME, "impacts against the stop so far", optional=True, since=3
+    ),
+    Quantity(
+        "impact_loss",
+        "-",
+        "J",
+        _TIME,
+        "energy that impacts took away so far",
+        optional=True,
+        since=3,
+    ),
+    Quantity(
+        "stop_contact",
+        "-",
+        "1",
+        _TIME,
+        "side of the stop against which the body rests, 0 where it does not",
+        optional=True,
+        since=3,
+    ),
+    Quantity("stop_angle", "θ_e", "rad", (), "largest |θ2|", optional=True, since=3),
+    Quantity(
+        "impact_time",
+        "-",
+        "s",
+        ("impact",),
+        "time of each of the first impacts",
+        optional=True,
+        since=3,
+    ),
+    Quantity(
+        "impact_rate",
+        "θ̇2",
+        "rad/s",
+        ("impact",),
+        "rate of θ2 just before each of the first impacts",
+        optional=True,
+        since=3,
+    ),
+    Quantity(
+        "rest_begin",
+        "-",
+        "s",
+        ("rest",),
+        "time at which each rest against the stop begins",
+        optional=True,
+        since=3,
+    ),
+    Quantity(
+        "rest_end",
+        "-",
+        "s",
+        ("rest",),
+        "time at which each rest against the stop ends, NaN if it does not",
+        optional=True,
+        since=3,
+    ),
     Quantity("energy_at_rest", "-h", "J", (), "stored energy of the rest state (eq. 28)"),
     Quantity(
         "rest_orientation",

@@ -11,6 +11,7 @@ from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.coordinates import Coordinates
+from rbstab.systems.holding import hold
 
 NO_WRENCH = Wrench(ZERO, ZERO, ZERO)
 
@@ -93,7 +94,7 @@ class System:
 
     def rates(self, y: Array) -> Array:
         """Return ẏ, shape (size,)."""
-        motion, pairs = self.motion(y), self._with_states(y)
+        motion, pairs = self.acting(y)
         body_rates, _ = self.coordinates.dynamics(self.body, motion, _total_wrench(motion, pairs))
         return np.concatenate([body_rates, *_own_rates(motion, pairs)])
 
@@ -103,7 +104,7 @@ class System:
         F'Λ is the paper's (Ω'ŘA' + V')Λ. Shape (size + 2,); the rates do not depend on the audit
         states.
         """
-        motion, pairs = self.motion(y), self._with_states(y)
+        motion, pairs = self.acting(y)
         wrench = _total_wrench(motion, pairs)
         body_rates, Lambda_ = self.coordinates.dynamics(self.body, motion, wrench)
         lyapunov_rate = -sum(element.dissipated(motion, own) for element, own in pairs)
@@ -112,7 +113,7 @@ class System:
 
     def observe(self, y: Array) -> Observation:
         """Return motion, forces, energies and dissipations at a state."""
-        motion, pairs = self.motion(y), self._with_states(y)
+        motion, pairs = self.acting(y)
         wrench = _total_wrench(motion, pairs)
         _, Lambda_ = self.coordinates.dynamics(self.body, motion, wrench)
         kinetic = self.body.kinetic_energy(motion.Omega, motion.V)
@@ -129,6 +130,15 @@ class System:
         """Return the energy stored in all elements, J."""
         motion = self.motion(y)
         return sum(element.stored(motion, own) for element, own in self._with_states(y))
+
+    def acting(self, y: Array) -> tuple[Motion, list[tuple[Element, Array]]]:
+        """Return the motion, and each element with its own states; with the hold if it `holds`."""
+        motion, pairs = self.motion(y), self._with_states(y)
+        for number, (element, _) in enumerate(pairs):
+            if element.holds:
+                loads = _total_wrench(motion, pairs[:number] + pairs[number + 1 :])
+                pairs[number] = element, hold(self.body, self.coordinates, motion, loads)
+        return motion, pairs
 
     def _with_states(self, y: Array) -> list[tuple[Element, Array]]:
         """Return each element with its own states."""

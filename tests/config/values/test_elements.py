@@ -68,7 +68,7 @@ ALL_OF_THEM = [
     "10:26: elements.d.K: is not symmetric (expected a symmetric matrix)",
     "10:64: elements.d.L: is not positive definite, its smallest eigenvalue is -1 "
     "(expected positive eigenvalues)",
-    "13:13: elements.e.method: is the text 'clip' (expected barrier, stiff or repelling)",
+    "13:13: elements.e.method: is the text 'clip' (expected barrier, stiff, repelling or stop)",
     "16:6: elements.f.method: is missing (it is required)",
     "17:3: elements.b: is given twice, first in line 7 (expected each key once)",
     "17:6: elements.b.method: is missing (it is required)",

@@ -93,10 +93,10 @@ def test_soft_angle_is_within_the_range(method, angle, message):
     [
         (
             {"method": "stif", "stiffness": 1.0},
-            "method: is the text 'stif' (expected barrier, stiff or repelling, did you mean "
+            "method: is the text 'stif' (expected barrier, stiff, repelling or stop, did you mean "
             "stiff?)",
         ),
-        ({"method": 3}, "method: is 3 (expected barrier, stiff or repelling)"),
+        ({"method": 3}, "method: is 3 (expected barrier, stiff, repelling or stop)"),
         ({"stiffness": 1.0}, "method: is missing (it is required)"),
     ],
 )

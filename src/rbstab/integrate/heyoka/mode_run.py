@@ -27,6 +27,7 @@ from rbstab.integrate.watched_rates import StopRun
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import THETA
+from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import guards_at
 from rbstab.systems.parameters import structure
 from rbstab.systems.system import AUDIT_SIZE, System
@@ -86,8 +87,18 @@ class CompiledModes:
             tol=tolerance,
             t_events=[hy.t_event(event) for event in events],
             # The code grows with the elements: with eight of them LLVM would compile for minutes.
-            compact_mode=len(guards) > MAX_UNROLLED,
+            compact_mode=len(guards) > MAX_UNROLLED or _is_long(system, len(guards)),
         )
+
+
+def _is_long(system: System, modes: int) -> bool:
+    """Return whether the equations are long: those of a stop beside another element that switches.
+
+    They have the load on the stop, also where the body does not rest there. The equations of a
+    manifold are as long with a stop alone.
+    """
+    has_stop = stop_of(system) is not None
+    return has_stop and (modes > 2 or system.coordinates.name == "manifold")
 
 
 def compiled_modes(system: System, tolerance: float) -> CompiledModes:
@@ -150,18 +161,23 @@ class HeyokaModeRun:
                 self._add_sample(integrator.time, state)
             status, reason = stop.status, f"{stop} at t = {self.samples[-1][0]:.9g} s"
         found = trajectory(self.samples, status, reason, self.steps, self.steps)
-        return replace(found, systems=tuple(self.systems))
+        found = replace(found, systems=tuple(self.systems))
+        impacts = self.current.impacts
+        return found if impacts is None else replace(found, impacts=impacts.trace())
 
     def _integrate(self) -> None:
         times = self.problem.times.tolist()
         integrator, last = self.integrator, times[-1]
+        if self.current.impacts is not None:
+            state = self.current.impacts.begin(integrator.time, integrator.state.copy())
+            self._go_on_from(state)
         while len(self.samples) < len(times):
             if self.steps >= self.problem.step_limit:
                 raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
             event = self._step(last)
             while len(self.samples) < len(times) and times[len(self.samples)] <= integrator.time:
                 t = times[len(self.samples)]
-                self._add_sample(t, integrator.update_d_output(t).copy())
+                self._add_sample(t, self.phase.on_stop(integrator.update_d_output(t).copy()))
             if event == RANGE_END:
                 bound = self.problem.range_bound
                 raise StopRun(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")
@@ -172,6 +188,8 @@ class HeyokaModeRun:
                 return
             if self.deadline.expired():
                 raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
+            if self.phase.rests:
+                integrator.state[:] = self.phase.on_stop(integrator.state.copy())
             if event is not None or (self.margins < 0).any():
                 self._switch()
             self._unmute()
@@ -223,7 +241,7 @@ class HeyokaModeRun:
 
         Args:
             begin: The start of the step, s.
-            state: The state there.
+            state: The state there. An impact changes it.
             shorter: The length with which it must be repeated anyway, or None.
 
         Returns:
@@ -247,6 +265,7 @@ class HeyokaModeRun:
             # The switch may end the run: then it ends where the step began.
             self._return_to(begin, state)
             self._flip([found.mode], begin)
+            state[:] = integrator.state
             return end - begin
         return found.time - begin
 
@@ -259,7 +278,25 @@ class HeyokaModeRun:
             self._flip(switched, t)
 
     def _flip(self, modes: list[int], t: float) -> None:
-        self.current.switch(modes, t)
+        """Switch modes at a time that has been reached; the state may jump."""
+        state = self.integrator.state.copy()
+        after = self.current.cross(modes, t, state)
+        if after is state:
+            self._set_parameters()
+        else:
+            self._go_on_from(after)
+
+    def _go_on_from(self, state: Array) -> None:
+        """Go on from a state that an impact has changed.
+
+        It lies on the event function of the stop, and the next hop may be shorter than heyoka's
+        cooldown. So this event is muted until it has left zero; `first_switch` finds the next hop.
+        """
+        integrator = self.integrator
+        integrator.state[:] = state
+        integrator.reset_cooldowns()
+        self.margins = self.phase.margins(state)
+        self.offsets[np.abs(self.margins) <= MISSED] = MUTED
         self._set_parameters()
 
     def _unmute(self) -> None:
@@ -279,4 +316,6 @@ class HeyokaModeRun:
         state[-AUDIT_SIZE:] *= self.scale
         self.samples.append((t, state))
         self.systems.append(self.phase.system)
+        if self.current.impacts is not None:
+            self.current.impacts.add_sample()
         self.deadline.samples = len(self.samples)

@@ -8,12 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rbstab.integrate.modes.impacts import Impacts
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import StopRun, audited_rates_of
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.impact import laid_on_stop, stop_of
 from rbstab.systems.modes import (
     Modes,
     guards_at,
@@ -27,6 +29,10 @@ from rbstab.systems.system import AUDIT_SIZE, System
 
 SWITCH_LIMIT = 10_000_000
 """A run stops after this many switches."""
+
+IMPACT_LIMIT = 100_000
+"""A run stops after this many impacts. A nearly elastic body that is damped, and pressed against
+its stop, hops faster and faster for a long time."""
 
 MAX_PHASES = 256
 """The most phases in memory; a run that needs more makes some of them again."""
@@ -43,19 +49,29 @@ class Phase:
 
     Args:
         system: The system, in these modes.
-        guards: Its event functions, as a function of the audited state.
+        guards: Its event functions, as a function of the audited state; None if they are not those
+            of other modes.
 
     Attributes:
         system: The system.
         audited_rates: Its audited rates, as a function of the audited state.
         signs: 1 for each mode that is 1, -1 for each that is 0, shape (modes,).
+        rests: Whether the body rests against its stop.
     """
 
-    def __init__(self, system: System, guards: StraightLine) -> None:
+    def __init__(self, system: System, guards: StraightLine | None) -> None:
+        size = system.size + AUDIT_SIZE
         self.system = system
         self.audited_rates = audited_rates_of(system)
         self.signs = 2.0 * np.array(modes_of(system)) - 1.0
-        self._guards = guards
+        self._guards = guards or StraightLine(guards_at, system, size)
+        stop = stop_of(system)
+        self.rests = stop is not None and bool(stop.mode.any())
+        self._on_stop = StraightLine(laid_on_stop, system, size) if self.rests else None
+
+    def on_stop(self, y: Array) -> Array:
+        """Return an audited state laid on the stop, if the body `rests`; else the state."""
+        return y if self._on_stop is None else self._on_stop(y)
 
     def margins(self, y: Array) -> Array:
         """Return the margins at an audited state, shape (modes,)."""
@@ -96,9 +112,10 @@ class Phases:
 
     def __init__(self, problem: Problem) -> None:
         self._system = with_first_modes(problem.system, problem.start)
-        # They are the same in all modes.
         size = problem.system.size + AUDIT_SIZE
-        self._guards = StraightLine(guards_at, self._system, size)
+        # They are the same in all modes, but for those of a stop.
+        has_stop = stop_of(problem.system) is not None
+        self._guards = None if has_stop else StraightLine(guards_at, self._system, size)
         self._known: dict[Modes, Phase] = {}
         self.first = self.of(modes_of(self._system))
 
@@ -136,14 +153,34 @@ class CurrentPhase:
     Attributes:
         phase: The current phase.
         count: The number of switches.
+        impact_count: The number of impacts.
+        impacts: The impacts; None if the system has no stop.
     """
 
     def __init__(self, problem: Problem, switch_limit: int) -> None:
         self._phases = Phases(problem)
         self.phase = self._phases.first
-        self.count = 0
+        self.count = self.impact_count = 0
         self._limit = switch_limit
         self._last: dict[int, float] = {}
+        has_stop = stop_of(problem.system) is not None
+        self.impacts = Impacts(self, self.phase.system) if has_stop else None
+
+    def cross(self, modes: list[int], t: float, y: Array) -> Array:
+        """Switch some modes whose margins have reached zero, and return the state after it.
+
+        Args:
+            modes: The modes.
+            t: The time, s.
+            y: The audited state.
+
+        Raises:
+            StopRun: As `switch`.
+        """
+        if self.impacts is not None:
+            return self.impacts.after(modes, t, y)
+        self.switch(modes, t)
+        return y
 
     def switch(self, modes: list[int], t: float) -> None:
         """Switch some modes at a time.
@@ -160,6 +197,17 @@ class CurrentPhase:
         self.count += len(modes)
         if self.count >= self._limit:
             raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {self.count} switches")
+
+    def count_impact(self) -> None:
+        """Count an impact. After it, modes may switch again at the same time.
+
+        Raises:
+            StopRun: The run has reached its limit.
+        """
+        self.impact_count += 1
+        if self.impact_count > IMPACT_LIMIT:
+            raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {IMPACT_LIMIT} impacts")
+        self._last.clear()
 
 
 class Switch(NamedTuple):

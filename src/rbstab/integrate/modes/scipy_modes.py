@@ -55,13 +55,20 @@ class ModeRun(ScipyRun):
 
     def result(self) -> Trajectory:
         """Integrate, and return the trajectory with the smooth system at each sample."""
-        return replace(super().result(), systems=tuple(self.systems))
+        found = replace(super().result(), systems=tuple(self.systems))
+        impacts = self.current.impacts
+        return found if impacts is None else replace(found, impacts=impacts.trace())
 
     def _add_sample(self, t: float, y: Array) -> None:
         super()._add_sample(t, y)
         self.systems.append(self.phase.system)
+        if self.current.impacts is not None:
+            self.current.impacts.add_sample()
 
     def _integrate(self) -> None:
+        if self.current.impacts is not None:
+            self.y = self.current.impacts.begin(self.t, self.y)
+            self.rates.audited_rates = self.phase.audited_rates
         for end in self.problem.times[1:].tolist():
             while self.t < end:
                 self._follow_phase(end)
@@ -101,6 +108,12 @@ class ModeRun(ScipyRun):
         self._check_range(solver)
         self._accept(solver)
 
+    def _accept(self, solver: Any) -> None:
+        super()._accept(solver)
+        if solver.status == "finished":
+            # The next step is made by a new solver, so the state may be moved.
+            self.y = self.phase.on_stop(self.y)
+
     def _solver_at(self, target: float) -> Any:
         """Return a solver that has arrived at a time; its last step is not accepted yet."""
         solver = self._call_solver(self._new_solver, target)
@@ -115,5 +128,5 @@ class ModeRun(ScipyRun):
     def _switch(self, mode: int) -> None:
         """Switch a mode at the current state, with all that switch at the same time."""
         coinciding = self.phase.coinciding(self.y, self.t).tolist()
-        self.current.switch(sorted({mode, *coinciding}), self.t)
+        self.y = self.current.cross(sorted({mode, *coinciding}), self.t, self.y)
         self.rates.audited_rates = self.phase.audited_rates

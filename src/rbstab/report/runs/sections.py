@@ -11,6 +11,7 @@ from rbstab.report.runs.figures.lyapunov import audit_figure, decay_figure, resi
 from rbstab.report.runs.figures.phase import overlaid_phases, phase_figure
 from rbstab.report.runs.figures.sliding import sliding_figures
 from rbstab.report.runs.figures.states import overlaid_states, state_figures
+from rbstab.report.runs.figures.stop import stop_figures
 
 MAX_CURVES = 24
 """Maximum number of runs drawn as curves; readers cannot distinguish more."""
@@ -65,6 +66,7 @@ def _run_section(run: Run) -> Section:
         *element_figures(run),
         phase_figure(run),
         *sliding_figures(run),
+        *stop_figures(run),
         audit_figure(run),
     )
     return Section(f"{run.name}-figures", f"Figures of {run.label}", figures)

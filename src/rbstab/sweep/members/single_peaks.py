@@ -10,7 +10,10 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
+from rbstab.sweep.members.outcome import THETA_ROWS
 from rbstab.sweep.members.refinement import MAX_SAMPLES, PARTS, refined, refinements
+from rbstab.systems.impact import stop_of
 
 STEPS_PER_INTERVAL = {"heyoka": 1, "scipy": 8}
 """The most steps between two samples that show all turning points. A Taylor step is longer."""
@@ -65,6 +68,7 @@ class SinglePeaks:
                 given = self._samples(fine[np.newaxis], states[np.newaxis])._replace(times=fine)
         divide = self._divider(given.times[np.newaxis], states[np.newaxis])
         found = find_peaks(given._replace(divide=divide), tolerance, cubics)
+        found = _at_stop(found, trajectory)
         return found._replace(error=np.full_like(found.error, np.nan)) if is_unknown else found
 
     def integrate(self, times: Array, start: Array) -> Trajectory:
@@ -115,3 +119,23 @@ class SinglePeaks:
             return np.full(12, np.nan)
         motion = self.problem.system.motion(state)
         return np.concatenate([motion.E, motion.Theta, motion.F, motion.B @ motion.Omega])
+
+
+def _at_stop(found: Peaks, trajectory: Trajectory) -> Peaks:
+    """Return peaks in which θ2 is that of its stop, where the motion meets it.
+
+    θ2 has a corner there, which no interpolant follows.
+    """
+    impacts = trajectory.impacts
+    if impacts is None or not (len(impacts.times) or impacts.resting.any()):
+        return found
+    if impacts.resting[0]:
+        side, time = float(impacts.resting[0]), float(trajectory.times[0])
+    else:
+        side, time = float(np.sign(impacts.rates[0])), float(impacts.times[0])
+    stop = stop_of(trajectory.systems[0])
+    assert stop is not None
+    value, at, error = (array.copy() for array in found)
+    row = THETA_ROWS.start + PITCH
+    value[row], at[row], error[row] = side * stop.angle, time, 0.0
+    return Peaks(value, at, error)

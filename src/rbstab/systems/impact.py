@@ -1,0 +1,121 @@
+"""Impacts of a body against its stop, and when it comes to rest there.
+
+A body that bounces under a load towards the stop makes infinitely many hops in a finite time. Its
+hops are followed one by one, until they are lower than `HOP_HEIGHT`. Then it rests.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.elements.stop import Stop
+from rbstab.mechanics import pitch
+from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
+from rbstab.systems.holding import response
+from rbstab.systems.system import System
+
+HOP_HEIGHT = 1e-12
+"""rad: a body rests if its next hop, and so every later one, is not higher than this. Coming to
+rest discards at most this times the couple that presses the body against the stop, J: 1e-10 J for
+100 N m. A hop of this height has some thousand units in the last place of θ2."""
+
+
+class Impact(NamedTuple):
+    """An impact against the stop.
+
+    Attributes:
+        state: The state after it.
+        rate: θ̇2 before it, rad/s; its sign is that of the side.
+        lost: The energy that it takes away, J.
+    """
+
+    state: Array
+    rate: float
+    lost: float
+
+
+def stop_of(system: System) -> Stop | None:
+    """Return the stop of a system, or None."""
+    return next((element for element in system.elements if isinstance(element, Stop)), None)
+
+
+def first_stop_mode(system: System) -> int:
+    """Return the index of m₊ of the stop among the modes of a system; m₋ follows it."""
+    before = (element for element in system.elements if element.mode_count)
+    count = 0
+    for element in before:
+        if isinstance(element, Stop):
+            break
+        count += element.mode_count
+    return count
+
+
+def side_of(system: System, y: Array) -> int:
+    """Return the side of the stop that θ2 touches or has passed, 1 or -1; 0 if none."""
+    stop = stop_of(system)
+    angle = float(y[PITCH].real)
+    if stop is None or abs(angle) < float(stop.angle) - HOP_HEIGHT:
+        return 0
+    return 1 if angle > 0 else -1
+
+
+def impact(system: System, y: Array) -> Impact:
+    """Return the impact of a body at its stop.
+
+    Args:
+        system: The system.
+        y: The state, or the audited state; θ2 is at the stop.
+    """
+    stop, motion = stop_of(system), system.motion(y)
+    assert stop is not None
+    jump, mobility = response(system.body, system.coordinates, motion)
+    rate = pitch.rate(motion)
+    state = _jumped(y, stop.impulse(rate, mobility) * jump)
+    return Impact(state, float(rate), float(stop.lost_energy(rate, mobility)))
+
+
+def rests(system: System, y: Array, side: int) -> bool:
+    """Return whether a body at its stop rests: its next hop is not higher than `HOP_HEIGHT`.
+
+    A hop with the rate θ̇2, against an acceleration α towards the stop, has the height θ̇2²/(2α).
+
+    Args:
+        system: The system, in the modes that the other elements have there.
+        y: The state, after the impact.
+        side: The side, 1 or -1.
+    """
+    motion, pairs = system.acting(y)
+    towards = next(side * float(own[1]) for element, own in pairs if element.holds)
+    return towards > 0 and float(pitch.rate(motion)) ** 2 <= 2.0 * towards * HOP_HEIGHT
+
+
+def resting_side(system: System, y: Array) -> int:
+    """Return the side on which a body rests against its stop, 1 or -1; 0 if it does not."""
+    side = side_of(system, y)
+    return side if side and rests(system, y, side) else 0
+
+
+def laid_on_stop(system: System, y: Array) -> Array:
+    """Return the state with θ2 = ±θ_e and θ̇2 = 0, by an impulse on θ2.
+
+    It is applied when a body comes to rest, and repeated while it rests, since integration errors
+    add up. It has no branch, so it accepts every kind of number.
+
+    Args:
+        system: The system, in modes in which the body rests.
+        y: The state, or the audited state.
+    """
+    stop = stop_of(system)
+    assert stop is not None
+    angle = (stop.mode[0] - stop.mode[1]) * stop.angle
+    placed = np.concatenate([y[:PITCH], [angle], y[PITCH + 1 :]])
+    motion = system.motion(placed)
+    jump, mobility = response(system.body, system.coordinates, motion)
+    return _jumped(placed, -pitch.rate(motion) / mobility * jump)
+
+
+def _jumped(y: Array, jump: Any) -> Array:
+    """Return a state whose coordinates have jumped. Own states and audit states do not jump."""
+    size = len(jump)
+    return np.concatenate([y[:size] + jump, y[size:]])

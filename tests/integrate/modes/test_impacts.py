@@ -1,0 +1,284 @@
+"""Protects impacts against a stop, on both engines, by closed forms.
+
+A body that turns about a principal axis flies from stop to stop: its rate falls by e at each. Under
+a constant couple it hops like a ball, infinitely often in a finite time, and then rests.
+"""
+
+import numpy as np
+import pytest
+from support.stops import (
+    ANGLE,
+    couple_of,
+    energies,
+    pressed,
+    residual,
+    solution,
+    stop,
+    stopped,
+)
+from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, solved
+
+from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.engines import engine
+from rbstab.integrate.modes import phases
+from rbstab.integrate.modes.scipy_modes import ModeRun
+from rbstab.systems.impact import HOP_HEIGHT
+
+EACH = pytest.mark.parametrize("engine_name", ENGINES)
+SPIN, COUPLE = 1.3, 3.0
+PRESS = COUPLE / INERTIA
+"""rad/s²: the acceleration of the free body towards its stop."""
+
+
+@EACH
+@pytest.mark.parametrize("restitution", [1.0, 0.7])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_body_bounces_between_its_stops(engine_name, restitution, side):
+    found = solved(stopped(restitution, side * SPIN, duration=14.9, samples=301), engine_name)
+    impacts = found.impacts
+    assert found.status == "completed"
+    count = len(impacts.times)
+    rates = side * SPIN * (-restitution) ** np.arange(count)
+    flights = 2 * ANGLE / np.abs(rates[1:])
+    times = np.cumsum([ANGLE / SPIN, *flights])
+    assert 6 < count < len(times) + 1
+    np.testing.assert_allclose(impacts.times, times, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(impacts.rates, rates, rtol=0, atol=1e-12)
+    assert times[-1] + 2 * ANGLE / (restitution * abs(rates[-1])) > 14.9
+    # The state, the counts and the losses at each sample.
+    flight = np.searchsorted(times, found.times, side="right")
+    speed = side * SPIN * (-restitution) ** flight
+    begin = np.concatenate([[0.0], times])[flight]
+    place = np.where(flight > 0, -np.sign(speed) * ANGLE, 0.0)
+    np.testing.assert_allclose(found.states[:, 4], speed, atol=1e-12)
+    np.testing.assert_allclose(
+        found.states[:, 1], place + speed * (found.times - begin), atol=1e-11
+    )
+    assert impacts.counts.tolist() == flight.tolist()
+    lost = 0.5 * INERTIA * SPIN**2 * (1 - restitution ** (2 * flight))
+    np.testing.assert_allclose(impacts.lost, lost, atol=1e-13)
+    assert not impacts.resting.any()
+    assert not impacts.rests
+
+
+def hopping(restitution, spin=1.0, **integration):
+    """Return a body that leaves its stop with a rate, under a couple towards it."""
+    start = {"orientation": [0, ANGLE, 0], "angular_velocity": [0, -spin, 0]}
+    return data({"end": stop(restitution)}, start, {"duration": 6.0} | integration)
+
+
+@EACH
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 0.8])
+def test_hops_end_in_a_rest_at_the_time_of_the_closed_form(engine_name, restitution):
+    """The flights last 2v/a, 2ev/a, ...; all of them 2v/(a(1 - e))."""
+    found = solution(pressed(hopping(restitution), engine_name, COUPLE), engine_name)
+    assert found.status == "completed"
+    impacts, end = found.impacts, 2.0 / (PRESS * (1 - restitution))
+    count = len(impacts.times)
+    flights = 2.0 / PRESS * restitution ** np.arange(count)
+    np.testing.assert_allclose(impacts.times, np.cumsum(flights), atol=2e-8)
+    # It rests from the first impact after which the hops are too low; what is left is known.
+    ((begin, until),) = impacts.rests
+    assert begin == impacts.times[-1]
+    assert np.isnan(until)
+    heights = (restitution ** np.arange(1, count + 1)) ** 2 / (2 * PRESS)
+    assert heights[-1] <= HOP_HEIGHT
+    assert (heights[:-1] > HOP_HEIGHT).all()
+    left = 2 * restitution**count / (PRESS * (1 - restitution))
+    assert abs(end - begin - left) < 1e-7
+    # All of the kinetic energy is lost, at most the couple times the height by the end.
+    assert abs(impacts.lost[-1] - 0.5 * INERTIA) < 1e-11
+    resting = found.times > end
+    assert resting.any()
+    assert (found.states[resting, 1] == ANGLE).all()
+    assert np.abs(found.states[resting, 4]).max() < 1e-15
+    assert impacts.resting.tolist() == resting.astype(int).tolist()
+    assert abs(couple_of(found.systems[-1], found.states[-1]) + COUPLE) < 1e-12
+    assert residual(found) < 1e-11
+
+
+@EACH
+def test_an_elastic_body_hops_for_ever(engine_name):
+    found = solution(pressed(hopping(1.0, duration=8.5), engine_name, COUPLE), engine_name)
+    np.testing.assert_allclose(found.impacts.times, np.arange(1, 9) * 2 / PRESS, atol=1e-10)
+    assert not found.impacts.rests
+    assert np.ptp(energies(found)) < 1e-11
+
+
+@EACH
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+def test_a_body_that_starts_at_rest_on_its_stop_stays_there(engine_name, restitution):
+    given = pressed(hopping(restitution, spin=0.0), engine_name, COUPLE)
+    found = solution(given, engine_name)
+    assert found.status == "completed"
+    assert found.impacts.rests[0][0] == 0.0
+    assert len(found.impacts.times) == 0
+    assert (found.impacts.resting == 1).all()
+    np.testing.assert_allclose(found.states, [given.start] * len(found.times), atol=0)
+
+
+@EACH
+def test_a_body_that_is_pulled_away_leaves_its_stop(engine_name):
+    found = solution(pressed(hopping(0.5, 0.0, duration=0.5), engine_name, -COUPLE), engine_name)
+    expected = ANGLE - 0.5 * PRESS * found.times**2
+    np.testing.assert_allclose(found.states[:, 1], expected, atol=1e-12)
+    assert found.impacts.counts[-1] == 0
+
+
+@EACH
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_start_into_the_stop_is_an_impact_at_once(engine_name, restitution):
+    start = {"orientation": [0, -ANGLE, 0], "angular_velocity": [0, -1.0, 0]}
+    config = data({"end": stop(restitution)}, start, {"duration": 0.3})
+    found = solved(config, engine_name)
+    assert found.impacts.times.tolist() == [0.0]
+    assert found.impacts.rates.tolist() == [-1.0]
+    # The first sample is the start; the impact follows it.
+    assert (found.impacts.counts[:2] == [0, 1]).all()
+    assert found.states[0, 4] == -1.0
+    np.testing.assert_allclose(found.states[1:, 4], restitution, atol=1e-15)
+
+
+@pytest.mark.parametrize("method", ["DOP853", "RK45", "Radau"])
+def test_order_of_the_method_holds_through_impacts(method):
+    """Θ2 under an attitude spring follows its quadrature; the error falls as the tolerance."""
+    spring = {"kind": "attitude", "K": [8.0] * 3, "L": [1e-30] * 3}
+    start = {"angular_velocity": [0, SPIN, 0]}
+    config = data({"end": stop(0.8), "turn": spring}, start, {"duration": 3.0, "samples": 2})
+    exact = solved(config, "heyoka").states[-1, 1]
+    errors = []
+    tolerances = [1e-5, 1e-7, 1e-9]
+    for rtol in tolerances:
+        found = solved(config, "scipy", rtol=rtol, atol=rtol, method=method)
+        assert len(found.impacts.times) == 4
+        errors.append(abs(found.states[-1, 1] - exact))
+    assert (np.array(errors) < 1e3 * np.array(tolerances)).all()
+    assert errors[2] < 0.1 * errors[1] < 0.01 * errors[0]
+
+
+def cloud(restitution, **integration):
+    """Return a body without symmetry among ligaments, with a tie, gravity and a stop."""
+    elements = {
+        "end": stop(restitution, 0.4),
+        "line": ligament(point=[0.1, 0, 0.1], anchor=[1.0, 0.1, 0.2], damping=1.0),
+        "rope": ligament(point=[-0.2, 0.1, 0], anchor=[-0.9, 0, 0.2], stiffness=200.0),
+        "soft": guard("stiff", 5.0, 0.2),
+        "tie": {
+            "kind": "visco-elastic",
+            "point": [0.3, 0.0, 0.1],
+            "anchor": [0.3, 0.0, -0.1],
+            "K_c": [100.0, 120.0, 90.0],
+            "L_c": [1.0, 2.0, 1.5],
+        },
+    }
+    start = {"velocity": [1.1, 0.7, -0.4], "angular_velocity": [0.4, -2.3, 0.5]}
+    settings = {"duration": 4.0, "samples": 81} | integration
+    config = data(elements, start, settings, gravity=[0.0, 0.0, -9.81])
+    inertia = [[1.0, 0.1, -0.2], [0.1, 1.5, 0.15], [-0.2, 0.15, 2.0]]
+    config["body"] |= {"inertia": inertia, "contact_point": [0.1, 0.2, -0.3]}
+    return config
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.6])
+@pytest.mark.parametrize("coordinates", ["Z", "W"])
+def test_engines_agree_through_impacts_rests_and_ligaments(restitution, coordinates):
+    config = cloud(restitution, coordinates=coordinates)
+    scipy, heyoka = (
+        solved(config, name, **{"rtol": 1e-13} if name == "scipy" else {}) for name in ENGINES
+    )
+    for found in (scipy, heyoka):
+        assert found.status == "completed"
+        v = energies(found)
+        assert residual(found) < 1e-10 * np.abs(v).max()
+        assert (np.diff(v) < 1e-11 * np.abs(v).max()).all()
+        assert np.abs(found.states[:, 1]).max() <= 0.4
+    assert len(scipy.impacts.times) == len(heyoka.impacts.times) > 2
+    ended = [end for _, end in scipy.impacts.rests if np.isfinite(end)]
+    assert bool(ended) == (restitution == 0)
+    np.testing.assert_allclose(scipy.impacts.times, heyoka.impacts.times, atol=1e-9)
+    np.testing.assert_allclose(scipy.impacts.rests, heyoka.impacts.rests, atol=1e-9)
+    np.testing.assert_allclose(scipy.states, heyoka.states, atol=1e-9)
+
+
+@EACH
+def test_ligaments_that_go_taut_at_the_impact(engine_name):
+    """At one instant θ2 meets its stop and the mass its ligament: both follow their closed forms.
+
+    Neither feels the other: the body is a sphere, and the ligament pulls at its centre.
+    """
+    start = {"velocity": [1.0, 0, 0], "angular_velocity": [0, 1.0, 0]}
+    config = data({"a": ligament(-1.0), "end": stop(0.5)}, start, {"duration": 0.5, "samples": 26})
+    together = solved(config, engine_name)
+    alone = solved(config | {"elements": {"a": ligament(-1.0)}}, engine_name)
+    assert together.impacts.times == pytest.approx([0.3], abs=1e-14)
+    np.testing.assert_allclose(together.states[:, 6:], alone.states[:, 6:], atol=1e-12)
+    assert together.states[-1, 6] < 0.49
+    t = together.times
+    expected = np.where(t < 0.3, t, 0.45 - 0.5 * t)
+    np.testing.assert_allclose(together.states[:, 1], expected, atol=1e-12)
+
+
+@EACH
+def test_a_guard_that_the_impact_turns_back_does_not_switch(engine_name):
+    """θ2 reaches the stop and the end of a ligament's slack together, and turns back from both."""
+    # The ligament's point moves along x by 0.3 sin θ2, so it is at its slack length at the stop.
+    reach = 0.3 * np.sin(ANGLE)
+    line = ligament(point=[0, 0, 0.3], anchor=[reach - 1.0, 0, 0.3 * np.cos(ANGLE)])
+    config = data(
+        {"end": stop(0.5), "line": line},
+        {"angular_velocity": [0, SPIN, 0]},
+        {"duration": 0.6, "samples": 7},
+    )
+    found = solved(config, engine_name)
+    assert found.status == "completed"
+    bounce = ANGLE / SPIN
+    after = ANGLE - 0.5 * SPIN * (found.times - bounce)
+    expected = np.where(found.times < bounce, SPIN * found.times, after)
+    np.testing.assert_allclose(found.states[:, 1], expected, atol=1e-11)
+
+
+# --- Limits.
+
+
+@EACH
+def test_a_start_beyond_the_stop_ends_the_run(engine_name):
+    from dataclasses import replace
+
+    given = problem(stopped(0.5, 1.0, engine=engine_name))
+    start = given.start.copy()
+    start[1] = ANGLE + 1e-6
+    found = engine(engine_name)(replace(given, start=start))
+    assert found.status == "solver failure"
+    assert found.detail == "θ2 starts beyond the stop end at t = 0 s"
+    assert len(found.impacts.counts) == 1
+
+
+@EACH
+def test_limit_of_impacts(engine_name, monkeypatch):
+    """The run ends before the impact that is one too many; the audit balances."""
+    monkeypatch.setattr(phases, "IMPACT_LIMIT", 4)
+    found = solved(stopped(0.9, SPIN), engine_name)
+    assert found.status == "switch limit"
+    assert found.detail.startswith("stopped after 4 impacts at t = ")
+    assert found.impacts.counts[-1] == 4
+    assert found.times[-1] > found.impacts.times[-1]
+    assert residual(found) < 1e-13
+
+
+@EACH
+def test_range_is_left_beside_a_stop(engine_name):
+    """The bound of cos θ2 may lie inside the stop: then the run ends there."""
+    config = stopped(0.5, SPIN, range_bound=0.97)
+    found = solved(config, engine_name)
+    assert found.status == "range left"
+    assert len(found.impacts.times) == 0
+
+
+def test_time_limit_in_hops():
+    ticks = iter(range(10**6))
+    given = pressed(hopping(0.95), "scipy", COUPLE)
+    deadline = Deadline(700.0, clock=lambda: float(next(ticks)))
+    found = ModeRun(given, None, deadline).result()
+    assert found.status == "time limit"
+    assert len(found.impacts.counts) == len(found.times) == len(found.systems)
+    assert residual(found) < 1e-11

@@ -1,0 +1,82 @@
+"""Bodies with a stop, a constant load on θ2, and closed forms of their motions."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from rbstab.elements.element import Element, couple_on_body
+from rbstab.integrate.engines import engine
+from rbstab.integrate.problem import Problem, Trajectory
+from rbstab.mechanics.motion import Motion, Wrench
+from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.states import PITCH
+from rbstab.systems.system import System
+from support.switching import TIGHT, data, problem
+
+ANGLE = 0.3
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Drive(Element):
+    """A constant couple on θ2, towards larger angles.
+
+    Args:
+        couple: N m.
+    """
+
+    name: str = "drive"
+    couple: Number
+
+    def wrench(self, motion: Motion, own: Array) -> Wrench:
+        """Return the couple, by the second row of B."""
+        return couple_on_body(self.couple * motion.B[PITCH])
+
+    def stored(self, motion: Motion, own: Array) -> Number:
+        """Return the energy -cθ2, J."""
+        return -self.couple * motion.Theta[PITCH]
+
+
+def stop(restitution: float = 0.5, angle: float = ANGLE) -> dict[str, Any]:
+    """Return a stop."""
+    return {"kind": "guard", "method": "stop", "angle": angle, "restitution": restitution}
+
+
+def stopped(restitution: float, spin: float, **integration: Any) -> dict[str, Any]:
+    """Return a body that turns about its second principal axis, between two stops."""
+    return data({"end": stop(restitution)}, {"angular_velocity": [0, spin, 0]}, integration)
+
+
+def pressed(config: dict[str, Any], engine_name: str, couple: float, **integration: Any) -> Problem:
+    """Return the problem of plain data for an engine, with a `Drive`."""
+    settings = config["integration"] | TIGHT[engine_name] | {"engine": engine_name} | integration
+    given: Problem = problem(config | {"integration": settings})
+    elements = (*given.system.elements, Drive(couple=couple))
+    return replace(given, system=replace(given.system, elements=elements))
+
+
+def solution(given: Problem, engine_name: str) -> Trajectory:
+    """Return the trajectory of a problem by an engine."""
+    return engine(engine_name)(given)
+
+
+def energies(found: Trajectory) -> Array:
+    """Return the sum of all energies at each sample, J."""
+    pairs = zip(found.systems, found.states, strict=True)
+    return np.array([system.observe(y).energy.sum() for system, y in pairs])
+
+
+def residual(found: Trajectory) -> float:
+    """Return the largest |v(t) - v(0) - ∫v' dt + what impacts took away|, J."""
+    v = energies(found)
+    assert found.impacts is not None
+    return float(np.abs(v - v[0] - found.lyapunov_change + found.impacts.lost).max())
+
+
+def couple_of(system: System, y: Array) -> float:
+    """Return the couple τ on θ2 by which the stop holds a body."""
+    (place,) = [i for i, one in enumerate(system.elements) if one.holds]
+    observed = system.observe(y)
+    couple = observed.wrenches[place].couple
+    # N'Ω = (B⁻ᵀN)'Θ̇
+    return float((np.linalg.inv(observed.motion.B).T @ couple)[PITCH])

@@ -30,7 +30,7 @@ def turning():
 
 def searched(problem, angle, rate, length=1.0):
     """Return the first switch of a step in which θ2 follows a function of time."""
-    phase, size = Phases(problem).first, problem.system.size + AUDIT_SIZE
+    phase, size = Phases(problem).first, problem.system.audited_size
 
     def state(t):
         y = np.zeros((size, *np.shape(t)))

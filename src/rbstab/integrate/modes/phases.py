@@ -23,7 +23,7 @@ from rbstab.systems.modes import (
     with_first_modes,
     with_modes,
 )
-from rbstab.systems.system import AUDIT_SIZE, System
+from rbstab.systems.system import System
 
 SWITCH_LIMIT = 10_000_000
 """A run stops after this many switches."""
@@ -61,14 +61,15 @@ class Phase:
         """Return the margins at an audited state, shape (modes,)."""
         return self.signs * self._guards(y)
 
-    def margin_rates(self, y: Array, rates: Array | None = None) -> Array:
+    def margin_rates(self, y: Array, t: float, rates: Array | None = None) -> Array:
         """Return the rates of the margins along the motion, shape (modes,).
 
         Args:
             y: The audited state.
+            t: The time, s.
             rates: The audited rates there, if they are known.
         """
-        along = self.audited_rates(y) if rates is None else rates
+        along = self.audited_rates(y, t) if rates is None else rates
         return self.signs * self._guards(y + 1j * STEP * along).imag / STEP
 
     def coinciding(self, y: Array, t: float, rates: Array | None = None) -> Array:
@@ -79,7 +80,7 @@ class Phase:
             t: The time, s.
             rates: The audited rates there, if they are known.
         """
-        margins, falling = self.margins(y), -self.margin_rates(y, rates)
+        margins, falling = self.margins(y), -self.margin_rates(y, t, rates)
         reach = COINCIDENCE * (float(np.spacing(t)) * falling + EPSILON)
         return np.flatnonzero((falling > 0) & (margins <= reach))
 
@@ -95,9 +96,11 @@ class Phases:
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._system = with_first_modes(problem.system, problem.start)
+        first = float(problem.times[0])
+        self._schedule = problem.schedule
+        self._system = with_first_modes(problem.system_at_start(), problem.start, first)
         # They are the same in all modes.
-        size = problem.system.size + AUDIT_SIZE
+        size = problem.system.audited_size
         self._guards = StraightLine(guards_at, self._system, size)
         self._known: dict[Modes, Phase] = {}
         self.first = self.of(modes_of(self._system))
@@ -120,6 +123,13 @@ class Phases:
         signs = phase.signs.copy()
         signs[switched] *= -1.0
         return self.of(tuple((0.5 * (signs + 1.0)).tolist()))
+
+    def with_leg(self, phase: Phase, t: float) -> Phase:
+        """Return a phase with the legs of the inputs that begin at a breakpoint."""
+        assert self._schedule is not None
+        self._system = self._schedule.system_at(self._system, t)
+        self._known.clear()
+        return self.of(modes_of(phase.system))
 
     def owner(self, mode: int) -> str:
         """Return the name of the element that owns a mode."""
@@ -144,6 +154,10 @@ class CurrentPhase:
         self.count = 0
         self._limit = switch_limit
         self._last: dict[int, float] = {}
+
+    def begin_leg(self, t: float) -> None:
+        """Begin the legs of the inputs at a breakpoint; no mode switches there."""
+        self.phase = self._phases.with_leg(self.phase, t)
 
     def switch(self, modes: list[int], t: float) -> None:
         """Switch some modes at a time.

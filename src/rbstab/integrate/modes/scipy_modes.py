@@ -5,7 +5,6 @@ less accurate than steps. The time of the switch is then corrected by the margin
 repeated step. So the order of the method holds through all switches.
 """
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,10 +12,9 @@ import numpy as np
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.modes.first_switch import first_switch
 from rbstab.integrate.modes.phases import SWITCH_LIMIT, CurrentPhase, Phase, Switch
-from rbstab.integrate.problem import Problem, Progress, Trajectory
+from rbstab.integrate.problem import Problem, Progress
 from rbstab.integrate.scipy_run import ScipyRun
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.system import System
 
 MAX_CORRECTIONS = 4
 """The most repetitions of a step that ends at a switch. Two are enough, unless the margin falls so
@@ -44,7 +42,6 @@ class ModeRun(ScipyRun):
         switch_limit: int = SWITCH_LIMIT,
     ) -> None:
         self.current = CurrentPhase(problem, switch_limit)
-        self.systems: list[System] = []
         super().__init__(problem, progress, deadline)
         self.rates.audited_rates = self.phase.audited_rates
 
@@ -53,19 +50,17 @@ class ModeRun(ScipyRun):
         """The current phase."""
         return self.current.phase
 
-    def result(self) -> Trajectory:
-        """Integrate, and return the trajectory with the smooth system at each sample."""
-        return replace(super().result(), systems=tuple(self.systems))
-
     def _add_sample(self, t: float, y: Array) -> None:
         super()._add_sample(t, y)
         self.systems.append(self.phase.system)
 
-    def _integrate(self) -> None:
-        for end in self.problem.times[1:].tolist():
-            while self.t < end:
-                self._follow_phase(end)
-            self._add_sample(end, self.y)
+    def _follow_to(self, end: float) -> None:
+        while self.t < end:
+            self._follow_phase(end)
+
+    def _begin_leg(self, t: float) -> None:
+        self.current.begin_leg(t)
+        self.rates.audited_rates = self.phase.audited_rates
 
     def _follow_phase(self, end: float) -> None:
         """Step until a time, or through the first switch."""
@@ -91,7 +86,7 @@ class ModeRun(ScipyRun):
                 return
             solver = self._solver_at(target)
             margin = float(self.phase.margins(solver.y)[switch.mode])
-            rate = float(self.phase.margin_rates(solver.y)[switch.mode])
+            rate = float(self.phase.margin_rates(solver.y, solver.t)[switch.mode])
             correction = -margin / rate if rate < 0 else 0.0
             small = abs(correction) <= float(np.spacing(target))
             inside = self.t < target + correction <= max(switch.latest, target)

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from rbstab.elements.input import Input
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
@@ -26,6 +27,7 @@ class Configurations:
 
     At rest, the coordinates W and Z are equivalent, and so are `manifold` and `reduced`. So
     `system` uses only Z or `reduced`. If its elements switch, each configuration has its own modes.
+    Inputs are left out: they store nothing, and a body on which they act need not be at rest.
 
     Args:
         system: The system, in coordinates Z, or reduced ones if the contact point is held.
@@ -101,7 +103,8 @@ def stored_energies(system: System, motion: Motion, own: Array) -> list[Number]:
 
 
 def configurations(system: System) -> Configurations:
-    """Return the configurations of a system in any coordinates."""
+    """Return the configurations of a system in any coordinates, without its inputs."""
     held = system.coordinates.holds_contact
     coordinates = ReducedCoordinates() if held else CentreCoordinates()
-    return Configurations(System(system.body, system.elements, coordinates, system.anchor))
+    acting = tuple(element for element in system.elements if not isinstance(element, Input))
+    return Configurations(System(system.body, acting, coordinates, system.anchor))

@@ -105,7 +105,8 @@ def fingerprint(exact_system: Callable[[Callable[[Array], Array]], System]) -> s
 
     Args:
         exact_system: Builds the system in a kind of number from the doubles of its config. The
-            choice among coordinates that mean the same has no effect.
+            choice among coordinates that mean the same has no effect. Inputs have none either:
+            nothing is proved where they act.
     """
     system = configurations(exact_system(residues)).system
     y = np.array([_some(f"state {index}") for index in range(system.size)], dtype=object)

@@ -9,8 +9,8 @@ import numpy as np
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
 from rbstab.config.elements import inputs
 from rbstab.config.schema import NO_VARIANT, Baumgarte, Config
-from rbstab.elements.element import Element
 from rbstab.elements import legs
+from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.input import Input
 from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of

@@ -41,7 +41,8 @@ def _model(kind: str, method: str | None) -> type[Section]:
         selector = SELECTORS[kind]
         fields[selector] = (Literal[method], required(_MEANINGS[selector]))
     documentation = (element.__doc__ or "").strip().splitlines()[0]
-    signal = {"signal": (Signal, ...)} if issubclass(element, Input) else {}
+    if issubclass(element, Input):
+        fields["signal"] = (Signal, ...)
     words = f"{method or ''}-{kind}".title().replace("-", "").replace("_", "")
     return create_model(
         f"{words}Element",
@@ -49,7 +50,6 @@ def _model(kind: str, method: str | None) -> type[Section]:
         __doc__=documentation,
         **fields,
         **gain_fields(element),
-        **signal,
     )
 
 

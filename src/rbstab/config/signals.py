@@ -1,6 +1,7 @@
 """The signals of inputs in the config schema, one model for each kind."""
 
 from functools import reduce
+from itertools import pairwise
 from operator import or_
 from typing import Annotated, Any, Literal
 
@@ -90,7 +91,7 @@ class TableSignal(Section):
             raise value_error("is missing", "expected file, or times and values")
         if file is not None:
             raise value_error("is given beside a file", "expected file, or times and values")
-        if any(b < a for a, b in zip(times, times[1:], strict=False)):
+        if any(b < a for a, b in pairwise(times)):
             raise value_error("is not ascending", "expected times that do not fall")
         return times
 

@@ -6,7 +6,6 @@ So a config holds all its numbers, and neither its identity nor a stored run dep
 import csv
 import hashlib
 import math
-from pathlib import Path as FilePath
 from typing import Any
 
 from rbstab.config.errors import MAX_PROBLEMS, ConfigProblem, Location

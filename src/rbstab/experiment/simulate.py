@@ -112,7 +112,7 @@ def simulate_problem(
                 *resolution_warnings(config.integration, trajectory, record.variables),
             ]
         ),
-        "lyapunov_zero": zero_description(record.zero, proof),
+        "lyapunov_zero": zero_description(record.zero, proof, driven=problem.system.supplies),
         "verdict": str(overall(checks)),
         **convergence_attributes(convergence),
         "run_id": run_id(config),

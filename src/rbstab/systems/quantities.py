@@ -27,7 +27,7 @@ class Quantity(NamedTuple):
     since: int = 1
 
 
-LAYOUT_VERSION = 2
+LAYOUT_VERSION = 3
 """The newest layout version. Increase it for each new quantity, and set its `since` to the new
 version. Then older files without the quantity stay valid."""
 
@@ -97,10 +97,34 @@ QUANTITIES = (
         optional=True,
     ),
     Quantity("lyapunov", "v", "J", _TIME, "Lyapunov function, sum of energy less energy_at_rest"),
-    Quantity("lyapunov_rate", "v'", "W", _TIME, "derivative of v, minus the sum of dissipation"),
+    Quantity(
+        "lyapunov_rate",
+        "v'",
+        "W",
+        _TIME,
+        "derivative of v, what is supplied minus what is dissipated",
+    ),
     Quantity("lyapunov_change", "∫v'dt", "J", _TIME, "v' integrated together with the motion"),
     Quantity("energy", "-", "J", _BY_PART, "kinetic energy, and energy stored by each element"),
     Quantity("dissipation", "-", "W", _BY_PART, "power that each part dissipates"),
+    Quantity(
+        "supplied_power",
+        "-",
+        "W",
+        _BY_PART,
+        "power that each part supplies from outside",
+        optional=True,
+        since=3,
+    ),
+    Quantity(
+        "supplied_energy",
+        "-",
+        "J",
+        _TIME,
+        "sum of supplied_power, integrated together with the motion",
+        optional=True,
+        since=3,
+    ),
     Quantity(
         "energy_residual", "r", "J", _TIME, "v(t) - v(0) - ∫v'dt, zero but for integration errors"
     ),

@@ -34,7 +34,7 @@ class Schedule:
     legs: Array
 
     def legs_at(self, time: float) -> Array:
-        """Return the leg of each input at a time, shape (inputs, 3); at a breakpoint the new one."""
+        """Return the leg of each input at a time, shape (inputs, 3); a new one at a breakpoint."""
         return self.legs[self.breakpoints.searchsorted(time, side="right")]
 
     def between(self, begin: float, end: float) -> list[float]:

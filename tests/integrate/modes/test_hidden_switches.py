@@ -7,7 +7,6 @@ from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, 
 from rbstab.integrate.modes.first_switch import TESTS_PER_STEP, first_switch
 from rbstab.integrate.modes.phases import CurrentPhase, Phases
 from rbstab.systems.modes import modes_of
-from rbstab.systems.system import AUDIT_SIZE
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
 

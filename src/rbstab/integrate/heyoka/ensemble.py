@@ -237,7 +237,7 @@ class Ensemble:
             else:
                 target[rows] = source[: len(rows)]
 
-    def _run(  # noqa: PLR0913, PLR0917 (all that a run depends on)
+    def _run(
         self,
         parameters: Array,
         starts: Array,

@@ -128,7 +128,8 @@ class HeyokaModeRun:
             compiled.modes,
             compiled.names,
         )
-        self.breakpoints, self.reached_breakpoints = problem.breakpoints(), []
+        self.breakpoints = problem.breakpoints()
+        self.reached_breakpoints: list[float] = []
         settings = [problem.range_bound, self.scale, *self.offsets]
         self.values = np.concatenate([parameter_values(self.phase.system), settings])
         self.steps = 0

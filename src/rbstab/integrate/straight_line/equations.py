@@ -4,7 +4,7 @@ numpy takes about a microsecond for each operation on three numbers. So a functi
 vector is called once with numbers that record its operations, and then evaluated by Python code of
 floats. The code is made once for each structure. Parameters are inputs of the code, but zeros (of
 diagonal gains) are constants: a third of the operations remains. The modes of elements that switch
-(`systems.modes`), and the legs of inputs (`systems.schedule`), are inputs too, whatever their values.
+(`systems.modes`) and the legs of signals (`systems.schedule`) are inputs of it too, even if zero.
 """
 
 import cmath

@@ -69,7 +69,8 @@ def _matrix(facts: Sequence[RunFacts]) -> Table:
         rows.append((Cell(entry.run.label), *cells, overall))
     note = (
         "The verdict of a run speaks of what was computed. consistent: held along this run, but is "
-        "not proved. violated: did not hold along this run, or is disproved. certified: proved. "
+        "not proved. driven: inputs supply power, so v may rise; what rises is supplied. "
+        "violated: did not hold along this run, or is disproved. certified: proved. "
         "unknown: not decided, because there is no stored "
         "proof, or because the numbers are too inaccurate. Numbers over v(0) are divided by a ten "
         "thousandth of the largest energy if that is larger."

@@ -157,7 +157,7 @@ def test_what_is_supplied_is_the_integral_of_the_power(name):
     elements = {"push": force(LEGS["pulse"]), "shake": couple(SINE)}
     pulse = LEGS["pulse"]
     edges = [0.0, pulse["start"], pulse["start"] + pulse["duration"], 1.0]
-    run = simulate(driven(elements, name, controller=OSCILLATOR, integration={"samples": 10_001}))
+    run = simulate(driven(elements, name, controller=OSCILLATOR, integration={"samples": 2001}))
     t, total = run["time"], 0.0
     power = run["supplied_power"].sum(axis=1)
     for begin, end in zip(edges, edges[1:], strict=False):

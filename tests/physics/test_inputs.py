@@ -3,6 +3,9 @@
 The audit cannot see a breakpoint that was missed. So closed forms hold the motion itself.
 """
 
+from itertools import pairwise
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.integrate import simpson
@@ -16,8 +19,8 @@ from support.inputs import (
     force,
     linear_response,
     problem,
+    value_at,
 )
-from support.inputs import value_at
 
 from rbstab.config.build import _legs
 from rbstab.config.load import load_config
@@ -116,7 +119,7 @@ def several(kinds, **changes):
 
 
 TIED = OSCILLATOR | {"variant": "visco-elastic", "K_c": [900, 700, 800], "L_c": [9, 8, 7]}
-VARIANTS = {
+VARIANTS: dict[str, Any] = {
     "none": {},
     "tied": {"controller": TIED, "gravity": [0, 0, -9.81]},
     "contact coordinates": {"controller": TIED, "integration": {"coordinates": "W"}},
@@ -160,7 +163,7 @@ def test_what_is_supplied_is_the_integral_of_the_power(name):
     run = simulate(driven(elements, name, controller=OSCILLATOR, integration={"samples": 2001}))
     t, total = run["time"], 0.0
     power = run["supplied_power"].sum(axis=1)
-    for begin, end in zip(edges, edges[1:], strict=False):
+    for begin, end in pairwise(edges):
         inside = (t > begin - 1e-9) & (t < end - 1e-9) if end < 1 else t > begin - 1e-9
         # The last sample before a breakpoint is one sample before it.
         shown, times = power[inside], t[inside]

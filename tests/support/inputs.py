@@ -96,7 +96,7 @@ def linear_response(
     augmented[:size, :size], augmented[:size, size], augmented[size, size + 1] = rates, push, 1.0
 
     def moved(y: np.ndarray, begin: float, end: float) -> np.ndarray:
-        level, slope, start = legs[max(0, np.searchsorted(legs[1:, 2], begin, side="right"))]
+        level, slope, start = legs[int(np.searchsorted(legs[1:, 2], begin, side="right"))]
         s = np.array([level + slope * (begin - start), slope])
         return (expm(augmented * (end - begin)) @ np.concatenate([y, s]))[:size]
 

@@ -1,6 +1,6 @@
 """The configurations of a system at rest, and its stored energy in each of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -27,7 +27,6 @@ class Configurations:
 
     At rest, the coordinates W and Z are equivalent, and so are `manifold` and `reduced`. So
     `system` uses only Z or `reduced`. If its elements switch, each configuration has its own modes.
-    Inputs are left out: they store nothing, and a body on which they act need not be at rest.
 
     Args:
         system: The system, in coordinates Z, or reduced ones if the contact point is held.
@@ -103,8 +102,13 @@ def stored_energies(system: System, motion: Motion, own: Array) -> list[Number]:
 
 
 def configurations(system: System) -> Configurations:
-    """Return the configurations of a system in any coordinates, without its inputs."""
+    """Return the configurations of a system in any coordinates."""
     held = system.coordinates.holds_contact
     coordinates = ReducedCoordinates() if held else CentreCoordinates()
+    return Configurations(System(system.body, system.elements, coordinates, system.anchor))
+
+
+def without_inputs(system: System) -> System:
+    """Return a system without its inputs: a body on which they act need not be at rest."""
     acting = tuple(element for element in system.elements if not isinstance(element, Input))
-    return Configurations(System(system.body, acting, coordinates, system.anchor))
+    return replace(system, elements=acting)

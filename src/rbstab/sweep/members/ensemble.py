@@ -1,7 +1,8 @@
 """The fast engine of members, which integrates them in compiled batches.
 
-Members with switching, projection or breakpoints of inputs are single runs. A member is also computed by a single run,
-which gives its status, if a batch does not integrate it to the end, or not within the step limit.
+Members with switching, projection or breakpoints of inputs are single runs. A member is also
+computed by a single run, which gives its status, if a batch does not integrate it to the end, or
+not within the step limit.
 θ2 of a member may come so close to the end of the range that the samples do not show whether the
 member left the range. The engine then integrates this member again, outside the batch. If the
 integration does not complete, the member is computed by a single run.

@@ -12,11 +12,11 @@ from support.inputs import LEGS, value_at
 from support.path import random_path
 from support.systems import random_body
 
-from rbstab.elements import legs
 from rbstab.elements.element import NO_STATE, Element
-from rbstab.elements.input import BodyCoupleInput, BodyForceInput, CoupleInput, ForceInput
+from rbstab.elements.inputs import legs
+from rbstab.elements.inputs.loads import BodyCoupleInput, BodyForceInput, CoupleInput, ForceInput
+from rbstab.elements.inputs.signals import Leg, Sine
 from rbstab.elements.registry import ELEMENTS, NAMED_ELEMENTS
-from rbstab.elements.signals import Leg, Sine
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.schedule import schedule_of

@@ -14,9 +14,9 @@ from rbstab.elements.barrier import Barrier
 from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
-from rbstab.elements.input import Input
+from rbstab.elements.inputs.loads import Input
+from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
 from rbstab.elements.registry import ELEMENTS, NAMED_ELEMENTS
-from rbstab.elements.signals import Constant, Leg, Signal, Sine
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.elements.visco_elastic import ViscoElasticTie

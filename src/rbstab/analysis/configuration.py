@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rbstab.elements.input import Input
+from rbstab.elements.inputs.loads import Input
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion

@@ -9,12 +9,12 @@ import numpy as np
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
 from rbstab.config.elements import inputs
 from rbstab.config.schema import NO_VARIANT, Baumgarte, Config
-from rbstab.elements import legs
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
-from rbstab.elements.input import Input
+from rbstab.elements.inputs import legs
+from rbstab.elements.inputs.loads import Input
+from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
 from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of
-from rbstab.elements.signals import Constant, Leg, Signal, Sine
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse

@@ -12,10 +12,10 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, WrapValidator, create_model
 
 from rbstab.config.controllers import gain_fields
+from rbstab.config.inputs.signals import SMOOTH_SIGNALS, Signal
 from rbstab.config.quantities import value_error
 from rbstab.config.section import FrozenMapping, Section, required
-from rbstab.config.signals import SMOOTH_SIGNALS, Signal
-from rbstab.elements.input import Input
+from rbstab.elements.inputs.loads import Input
 from rbstab.elements.registry import KINDS, SELECTORS, element_of
 
 MAX_ELEMENTS = 100

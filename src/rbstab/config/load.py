@@ -9,11 +9,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from rbstab.config.errors import ConfigError, ConfigProblem, Location
+from rbstab.config.inputs.table_files import read_tables
 from rbstab.config.messages import describe, problems_of
 from rbstab.config.overrides import override
 from rbstab.config.schema import NO_VARIANT, SCHEMA_VERSIONS, VARIANTS, Config, model_of, variant_of
 from rbstab.config.source import MAX_DEPTH, Source, read_source
-from rbstab.config.table_files import read_tables
 from rbstab.elements.registry import OWN_STATES
 
 FALLBACK_VARIANT = "visco-elastic"

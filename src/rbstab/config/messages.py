@@ -8,9 +8,9 @@ from pydantic import BaseModel, ValidationError
 
 from rbstab.config.elements import element_model
 from rbstab.config.errors import ConfigProblem
+from rbstab.config.inputs.signals import signal_model
 from rbstab.config.quantities import SHAPE_TAGS
 from rbstab.config.schema import NO_VARIANT, VARIANTS, Experiment
-from rbstab.config.signals import signal_model
 from rbstab.config.source import Path, Source, key_of
 
 MATRIX_KEYS = {"body": 2, "controller": 2, "elements": 3}

@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from rbstab.config.controllers import CONTROLLERS, NoController, model_name
 from rbstab.config.elements import Elements, inputs, switching
+from rbstab.config.inputs.signals import MAX_KNOTS
 from rbstab.config.quantities import (
     Count,
     LongText,
@@ -26,7 +27,6 @@ from rbstab.config.quantities import (
     value_error,
 )
 from rbstab.config.section import FrozenMapping, Section, required, word_or_section
-from rbstab.config.signals import MAX_KNOTS
 from rbstab.elements.registry import CONNECTORS
 
 SCHEMA_VERSIONS = (1, 2)

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-from rbstab.config.signals import SIGNAL_UNITS
+from rbstab.config.inputs.signals import SIGNAL_UNITS
 from rbstab.elements.registry import GAINS, KINDS, OWN_STATES
 
 _UNITS = (

@@ -12,7 +12,7 @@ from rbstab.elements.barrier import Barrier
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
-from rbstab.elements.input import BodyCoupleInput, BodyForceInput, CoupleInput, ForceInput
+from rbstab.elements.inputs.loads import BodyCoupleInput, BodyForceInput, CoupleInput, ForceInput
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector

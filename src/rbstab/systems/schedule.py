@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.elements.signals import Leg
+from rbstab.elements.inputs.signals import Leg
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
 LEG_FIELDS = tuple(field.name for field in fields(Leg))
+
+BEGIN = LEG_FIELDS.index("begin")
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,9 +47,11 @@ class Schedule:
     def system_at(self, system: System, time: float) -> System:
         """Return a system with the legs of a time."""
         legs = dict(zip(self.names, self.legs_at(time).tolist(), strict=True))
-        return replace(
-            system, elements=tuple(_with_leg(element, legs) for element in system.elements)
-        )
+        elements: list[Any] = [
+            replace(element, signal=Leg(*legs[element.name])) if element.name in legs else element
+            for element in system.elements
+        ]
+        return System(system.body, tuple(elements), system.coordinates, system.anchor)
 
     def systems_at(self, systems: tuple[System, ...], times: Array) -> tuple[System, ...]:
         """Return systems with the legs of their times; equal ones are one object."""
@@ -93,10 +97,3 @@ def schedule_of(signals: Mapping[str, Array]) -> Schedule | None:
     rows = [legs[legs[1:, BEGIN].searchsorted(starts, side="right")] for legs in signals.values()]
     return Schedule(times, tuple(signals), np.stack(rows, axis=1))
 
-
-BEGIN = LEG_FIELDS.index("begin")
-
-
-def _with_leg(element: Any, legs: Mapping[str, list[float]]) -> Any:
-    leg = legs.get(element.name)
-    return element if leg is None else replace(element, signal=Leg(*leg))

@@ -12,10 +12,10 @@ from rbstab.analysis.linearisation import BODY_STATES
 from rbstab.config.build import problem_of
 from rbstab.config.elements import inputs, switching
 from rbstab.config.entries import Entry, entries_of, shifted
+from rbstab.config.inputs.signals import SMOOTH_SIGNALS
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
-from rbstab.config.signals import SMOOTH_SIGNALS
 from rbstab.integrate.engines import engine
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array

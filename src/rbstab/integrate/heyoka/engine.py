@@ -170,20 +170,21 @@ class CompiledSystem:
         self, problem: Problem, schedule: Schedule, callback: "StepCallback"
     ) -> tuple[Any, int, Array]:
         """Integrate from breakpoint to breakpoint, with the legs that begin there; see `run`."""
-        integrator, times, steps = self.integrator, problem.times, 0
+        integrator, times, steps = self.integrator, problem.times.tolist(), 0
         places, samples = schedule.places(self.names), []
-        ends = [*problem.breakpoints(), float(times[-1])]
-        for begin, end in pairwise([float(times[0]), *ends]):
-            # The sample at a breakpoint belongs to the leg that begins there.
-            wanted = times[times.searchsorted(begin) : times.searchsorted(end)]
-            is_last = end == ends[-1]
-            grid = np.unique([begin, *wanted, end])
+        edges = [times[0], *problem.breakpoints(), times[-1]]
+        # The sample at a breakpoint belongs to the leg that begins there.
+        rows = [*problem.times.searchsorted(edges[:-1]).tolist(), len(times)]
+        legs = schedule.legs[schedule.breakpoints.searchsorted(edges, side="right")]
+        for leg, (begin, end) in enumerate(pairwise(edges)):
+            wanted, is_last = times[rows[leg] : rows[leg + 1]], leg == len(edges) - 2
+            first = int(not wanted or wanted[0] != begin)
+            grid = [*([begin] if first else []), *wanted, *([] if is_last else [end])]
             outcome, _, _, taken, _, found = integrator.propagate_grid(
                 grid, max_steps=problem.step_limit - steps, callback=callback
             )
             steps += taken
-            first = int(len(wanted) == 0 or wanted[0] != begin)
-            samples.append(found[first : first + len(wanted) + is_last])
+            samples.append(found[first : first + len(wanted)])
             if outcome != GRID_END or is_last:
                 break
             if steps >= problem.step_limit:
@@ -191,7 +192,7 @@ class CompiledSystem:
                 outcome = hy.taylor_outcome.step_limit
                 break
             self.reached_breakpoints.append(end)
-            integrator.pars[places] = schedule.legs_at(end)
+            integrator.pars[places] = legs[leg + 1]
         return outcome, steps, np.concatenate(samples)
 
     def final_state(self) -> tuple[float, Array]:

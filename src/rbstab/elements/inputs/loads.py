@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from rbstab.elements.declarations import POINT, Gain
 from rbstab.elements.element import Element, couple_on_body
-from rbstab.elements.signals import Signal
+from rbstab.elements.inputs.signals import Signal
 from rbstab.mechanics import point
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number

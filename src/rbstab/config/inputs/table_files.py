@@ -9,8 +9,8 @@ import math
 from typing import Any
 
 from rbstab.config.errors import MAX_PROBLEMS, ConfigProblem, Location
+from rbstab.config.inputs.signals import MAX_ROWS
 from rbstab.config.messages import describe
-from rbstab.config.signals import MAX_ROWS
 from rbstab.config.source import BYTE_ORDER_MARK, MAX_FILE_SIZE, Path, Source, key_of
 from rbstab.files.regular_file import open_regular
 

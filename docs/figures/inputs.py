@@ -1,4 +1,4 @@
-"""The figure of docs/inputs.md: the kinds of signals, and v of the example with what it is supplied.
+"""The figure of docs/inputs.md: the kinds of signals, and v of the example with its supply.
 
 `make figures` runs this script.
 """
@@ -65,7 +65,8 @@ def figure() -> Figure:
         drawn = Figure(figsize=(9.0, 3.6))
         left, right = drawn.subfigures(1, 2, width_ratios=[1.1, 1])
         times = np.linspace(0.0, 2.0, 801)
-        for axes, (name, signal) in zip(left.subplots(3, 2, sharex=True).flat, SIGNALS.items()):
+        panels = left.subplots(3, 2, sharex=True).flat
+        for axes, (name, signal) in zip(panels, SIGNALS.items(), strict=True):
             axes.plot(times, signal_values(signal, times), color=COLOURS[0], lw=1.2)
             axes.set_title(name, fontsize=9)
             axes.set_ylim(-2.2 if name == "noise" else -1.2, 2.2 if name == "noise" else 1.3)

@@ -46,9 +46,7 @@ def manifold_run():
 
 
 def test_every_quantity_of_the_table_is_expected_somewhere():
-    sometimes = (
-        ONLY_EMBEDDED | ONLY_MANIFOLD | ONLY_SLIDING | ONLY_WITH_ELEMENTS | ONLY_WITH_INPUTS
-    )
+    sometimes = ONLY_EMBEDDED | ONLY_MANIFOLD | ONLY_SLIDING | ONLY_WITH_ELEMENTS | ONLY_WITH_INPUTS
     assert {q.name for q in QUANTITIES} == ALWAYS | sometimes
 
 

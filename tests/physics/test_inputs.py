@@ -131,6 +131,7 @@ VARIANTS: dict[str, Any] = {
 }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_audit_and_engines(variant):
     """The audit is below 1e-12 of the energies, the engines agree to 1e-9, v' is ∇v·f."""

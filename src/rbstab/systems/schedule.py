@@ -96,4 +96,3 @@ def schedule_of(signals: Mapping[str, Array]) -> Schedule | None:
     starts = np.concatenate([[-np.inf], times])
     rows = [legs[legs[1:, BEGIN].searchsorted(starts, side="right")] for legs in signals.values()]
     return Schedule(times, tuple(signals), np.stack(rows, axis=1))
-

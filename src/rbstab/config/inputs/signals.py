@@ -104,7 +104,10 @@ class TableSignal(Section):
         if values is None:
             raise value_error("is missing", "expected one value for each time")
         if len(values) != len(times):
-            raise value_error(f"has {len(values)} entries", f"expected {len(times)}, as times has")
+            entries = "entry" if len(values) == 1 else "entries"
+            raise value_error(
+                f"has {len(values)} {entries}", f"expected {len(times)}, as times has"
+            )
         return values
 
 

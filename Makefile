@@ -85,6 +85,7 @@ bench-peers: $(READY)  ## measure other programs on the same problem; write the 
 figures: $(READY)  ## make the figures of the documentation, and print its tables
 	$(BIN)/python docs/figures/sliding.py
 	$(BIN)/python docs/figures/elements.py
+	$(BIN)/python docs/figures/inputs.py
 	$(BIN)/python docs/figures/report.py
 
 docs: $(READY)  ## write the tables of modules into docs/architecture.md

@@ -16,10 +16,13 @@ from click.testing import CliRunner
 
 import rbstab
 from rbstab.config.elements import RESERVED_NAMES
-from rbstab.elements.registry import KINDS
+from rbstab.elements.registry import KINDS as ALL_KINDS
 from rbstab_cli.main import cli
 
 ROOT = Path(__file__).parents[2]
+KINDS = {kind: methods for kind, methods in ALL_KINDS.items() if kind != "input"}
+"""The kinds of the page; inputs have a page of their own."""
+
 FIGURES = ROOT / "docs" / "figures"
 PAGE = (FIGURES.parent / "elements.md").read_text(encoding="utf-8")
 SECTIONS = {"spring": "Spring", "visco-elastic": "Visco-elastic tie", "attitude": "Attitude"}

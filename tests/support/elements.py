@@ -14,6 +14,8 @@ from rbstab.elements.barrier import Barrier
 from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.inputs.loads import Input
+from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
 from rbstab.elements.registry import ELEMENTS, NAMED_ELEMENTS
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
@@ -21,6 +23,10 @@ from rbstab.elements.visco_elastic import ViscoElasticTie
 
 SCALES = {"N/m": 1000.0, "N s/m": 100.0, "N m/rad": 100.0, "N m s/rad": 10.0, "m": 1.0}
 """The size of a random gain by its unit; 100 for any other unit."""
+
+
+INPUTS = tuple(kind for kind in NAMED_ELEMENTS if issubclass(kind, Input))
+"""The elements that supply power."""
 
 
 def random_spd(rng: np.random.Generator, scale: float = 1.0) -> np.ndarray:
@@ -37,6 +43,9 @@ def random_gain(rng: np.random.Generator, gain: Gain) -> Any:
             return random_spd(rng, scale)
         matrix = scale * rng.normal(size=(3, 3))
         return matrix + matrix.T
+    if gain.shape == "direction":
+        vector = rng.normal(size=3)
+        return vector / np.linalg.norm(vector)
     size = 3 if gain.shape == "diagonal" else None
     values = scale * (rng.uniform(0.5, 2.0, size) if gain.positive else rng.normal(size=size))
     return values if size else float(values)
@@ -104,6 +113,18 @@ def _energy_of_the_spring(spring: Spring) -> float:
     return float(spring.stiffness * extension**2 / 2)
 
 
+def _with_signal(signal: Callable[[np.random.Generator], Signal]) -> dict[str, Any]:
+    """Return what makes an input with a random signal."""
+    return {"fields": lambda rng: {"name": "one", "signal": signal(rng)}, "has_potential": False}
+
+
+INPUT_FORMS = (
+    Form("constant", **_with_signal(lambda _: Constant())),
+    Form("sine", **_with_signal(lambda rng: Sine(*rng.uniform(0.5, 2.0, size=2).tolist()))),
+    Form("leg", **_with_signal(lambda rng: Leg(*rng.normal(size=3).tolist()))),
+)
+"""The forms of an input: one for each formula of a signal."""
+
 FORMS: dict[type[Element], tuple[Form, ...]] = {
     Gravity: (Form(fields=_weight),),
     SlidingConnector: (
@@ -120,6 +141,7 @@ FORMS: dict[type[Element], tuple[Form, ...]] = {
     ViscoElasticTie: (Form(fields=_named, unstretched=_energy_of_the_tie),),
     AttitudeSpring: (Form(fields=_named),),
     Barrier: (Form(fields=_named, step=0.1),),
+    **dict.fromkeys(INPUTS, INPUT_FORMS),
 }
 """The forms of the elements with fields that are not declared gains."""
 
@@ -129,11 +151,14 @@ def forms_of(kind: type[Element]) -> tuple[Form, ...]:
     return FORMS.get(kind, (Form(),))
 
 
-SMOOTH = tuple(kind for kind in NAMED_ELEMENTS if not kind.mode_count)
-"""The named elements that do not switch; the others have tests of their own."""
+SMOOTH = tuple(kind for kind in NAMED_ELEMENTS if not kind.mode_count and not kind.supplies)
+"""The named elements that are passive and do not switch; the others have tests of their own."""
 
 CASES = [(kind, form) for kind in (*ELEMENTS, *SMOOTH) for form in forms_of(kind)]
-"""Every smooth element in each of its forms."""
+"""Every passive smooth element in each of its forms."""
+
+INPUT_CASES = [(kind, form) for kind in INPUTS for form in forms_of(kind)]
+"""Every input with each formula of a signal."""
 
 
 def case_id(case: tuple[type[Element], Form]) -> str:

@@ -71,6 +71,9 @@ class Verdict(StrEnum):
     CONSISTENT = "consistent"
     """Holds on this run, but is not proved for all motions."""
 
+    DRIVEN = "driven"
+    """Inputs supply power, so v may rise. That every rise is supplied holds on this run."""
+
     VIOLATED = "violated"
     """Does not hold on this run."""
 
@@ -93,6 +96,22 @@ class Check(NamedTuple):
     quantity: str
 
 
+class Supply(NamedTuple):
+    """What the elements of a run supply, and the breakpoints of its inputs.
+
+    Attributes:
+        power: By part, shape (n, parts), W.
+        energy: The sum of all, integrated together with the motion, shape (n,), J.
+        breakpoints: All breakpoints up to the end of the run, s.
+        reached: Those on which a step ended, s.
+    """
+
+    power: Array
+    energy: Array
+    breakpoints: Array
+    reached: Array
+
+
 @dataclass(frozen=True, eq=False)
 class Evidence:
     """The data that a certificate is computed from: a run, sample by sample.
@@ -113,6 +132,7 @@ class Evidence:
         has_potential: Whether the contact force is the gradient of an energy; if not, v - ε
             replaces v.
         audit_bound: The largest allowed |residual| / scale.
+        supply: What inputs supply; None if there are none.
     """
 
     times: Array
@@ -129,6 +149,7 @@ class Evidence:
     scale: float
     has_potential: bool
     audit_bound: float
+    supply: Supply | None = None
 
 
 class _Finding(NamedTuple):
@@ -139,7 +160,7 @@ class _Finding(NamedTuple):
     row: int
 
 
-_SEVERITY = (Verdict.CONSISTENT, Verdict.UNKNOWN, Verdict.VIOLATED)
+_SEVERITY = (Verdict.CONSISTENT, Verdict.DRIVEN, Verdict.UNKNOWN, Verdict.VIOLATED)
 
 
 def audit_bound(tolerance: float) -> float:
@@ -149,7 +170,12 @@ def audit_bound(tolerance: float) -> float:
 
 def checks_of(run: Evidence) -> list[Check]:
     """Return the checks that need only the run, not a proof."""
-    return [_audit(run), _monotone(run), _damping(run), _positive(run), _rate(run)]
+    if run.supply is None:
+        return [_audit(run), _monotone(run), _damping(run), _positive(run), _rate(run)]
+    driven = [_rise(run), _supplied(run, run.supply)]
+    if len(run.supply.breakpoints):
+        driven.append(_breakpoints(run.supply))
+    return [_audit(run), *driven, _damping(run), _positive(run), _rate(run)]
 
 
 def overall(checks: Sequence[Check]) -> Verdict:
@@ -206,6 +232,40 @@ def _monotone(run: Evidence) -> Check:
     return Check("decrease", verdict, value, bound, time, quantity)
 
 
+def _rise(run: Evidence) -> Check:
+    """Say how much v rises between two samples, and where. It may: inputs supply power."""
+    rise = np.append(np.diff(run.value), -np.inf) / run.scale
+    worst = int(rise.argmax())
+    value = max(float(rise[worst]), 0.0)
+    time = float(run.times[worst]) if value > 0 else np.nan
+    quantity = "largest rise of v between samples / v(0); inputs supply power"
+    return Check("decrease", Verdict.DRIVEN, value, np.inf, time, quantity)
+
+
+def _supplied(run: Evidence, supply: Supply) -> Check:
+    """Check that v never rises by more than is supplied, as far as the residual allows."""
+    excess = np.append(np.diff(run.value) - np.diff(supply.energy), -np.inf) / run.scale
+    worst = int(excess.argmax())
+    sizes = np.abs(run.value - run.value[0]) + np.abs(supply.energy)
+    rounding = max(ROUND_OFF, SUM_ERROR * float(sizes.max()) / run.scale)
+    bound = 2.0 * float(np.abs(run.residual).max()) / run.scale + rounding
+    value = max(float(excess[worst]), 0.0)
+    time = float(run.times[worst]) if value > 0 else np.nan
+    quantity = "largest rise of v beyond what is supplied / v(0)"
+    verdict = _verdict(value <= bound)
+    if verdict is Verdict.CONSISTENT and value > 2.0 * _residual_bound(run) + rounding:
+        verdict = Verdict.UNKNOWN
+    return Check("supply", verdict, value, bound, time, quantity)
+
+
+def _breakpoints(supply: Supply) -> Check:
+    """Check that a step ended on every breakpoint: the audit does not see one that was missed."""
+    missed = np.setdiff1d(supply.breakpoints, supply.reached)
+    time = float(missed[0]) if len(missed) else np.nan
+    quantity = f"missed breakpoints of {len(supply.breakpoints)}"
+    return Check("breakpoints", _verdict(not len(missed)), float(len(missed)), 0.0, time, quantity)
+
+
 def _damping(run: Evidence) -> Check:
     """Check that every damping matrix is positive definite, and that no part adds energy.
 
@@ -242,7 +302,8 @@ def _adding_energy(run: Evidence) -> Check | None:
 
     def repeat(row: int) -> _Finding:
         system, y, part = run.systems[row], run.states[row], int(parts[row])
-        power = in_balls(lambda: exact_dissipation(system, y, part))
+        t = float(run.times[row])
+        power = in_balls(lambda: exact_dissipation(system, y, part, t))
         return _Finding(_confirmed(power is not None and power < 0), float(least[row]), row)
 
     verdict, value, row = _repeated(repeat, rows[least[rows].argsort(kind="stable")])
@@ -259,7 +320,10 @@ def _positive(run: Evidence) -> Check:
         rounding = np.maximum(ROUND_OFF, _rounding(run) / run.scale)
         bound = -float(rounding[worst])
         below = np.flatnonzero(~(run.value / run.scale >= -rounding))
-        if len(below) and run.rest.is_at_rest and run.approached:
+        if len(below) and run.supply is not None:
+            # Inputs may carry the motion from a lower rest state to a higher one.
+            verdict = Verdict.DRIVEN
+        elif len(below) and run.rest.is_at_rest and run.approached:
             at_rest = in_balls(run.exact_rest_energy)
 
             def repeat(row: int) -> _Finding:
@@ -277,7 +341,8 @@ def _positive(run: Evidence) -> Check:
 
 def _exact_value(run: Evidence, row: int, energy_at_rest: Ball) -> Ball:
     """Return v / scale at a sample as a ball."""
-    value = exact_energy(run.systems[row], run.states[row]) - energy_at_rest
+    t = float(run.times[row])
+    value = exact_energy(run.systems[row], run.states[row], t) - energy_at_rest
     return value / ball(run.scale)
 
 
@@ -319,10 +384,11 @@ def _noise_of_powers(run: Evidence, powers: Array) -> float:
 def _rate_error(run: Evidence, row: int) -> tuple[float, float]:
     """Return |∇v·f - v'| and the sum of the absolute powers at one sample, W."""
     system, y, rate = run.systems[row], run.states[row], float(run.rate[row])
-    parts = derivative_along(lambda z: system.observe(z).energy, y, system.rates(y))
+    t = float(run.times[row])
+    parts = derivative_along(lambda z: system.observe(z, t).energy, y, system.rates(y, t))
     change = float(parts.sum())
     if not run.has_potential:
-        observation = system.observe(y)
+        observation = system.observe(y, t)
         change -= float(observation.motion.F @ observation.contact_force)
     power = float(np.abs(parts).sum()) + abs(rate)
     return abs(change - rate), power
@@ -346,14 +412,15 @@ def _exact_rate(run: Evidence, row: int, noise: float) -> _Finding:
 
 def _is_not_of_its_state(run: Evidence, row: int, noise: float) -> bool:
     """Return whether the stored v' differs from that of the stored state."""
-    dissipation = run.systems[row].observe(run.states[row]).dissipation
-    error = abs(float(run.rate[row]) + float(dissipation.sum()))
-    return error > DERIVATIVE_TOLERANCE * (float(np.abs(dissipation).sum()) + noise)
+    seen = run.systems[row].observe(run.states[row], float(run.times[row]))
+    powers = np.concatenate([seen.supplied, -seen.dissipation])
+    error = abs(float(run.rate[row]) - float(powers.sum()))
+    return error > DERIVATIVE_TOLERANCE * (float(np.abs(powers).sum()) + noise)
 
 
 def _exact_rate_errors(run: Evidence, row: int, noise: float) -> tuple[Ball, Ball]:
     """Return |∇v·f - v'| / power as balls, with the v' of the equations and with the stored one."""
-    powers = exact_powers(run.systems[row], run.states[row])
+    powers = exact_powers(run.systems[row], run.states[row], float(run.times[row]))
     change = sum(powers.by_part, ball(0.0))
     if not run.has_potential:
         change -= powers.contact

@@ -1,10 +1,11 @@
 """The configurations of a system at rest, and its stored energy in each of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from rbstab.elements.inputs.loads import Input
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
@@ -129,3 +130,9 @@ def configurations(system: System) -> Configurations:
     held = system.coordinates.holds_contact
     coordinates = ReducedCoordinates() if held else CentreCoordinates()
     return Configurations(System(system.body, system.elements, coordinates, system.anchor))
+
+
+def without_inputs(system: System) -> System:
+    """Return a system without its inputs: a body on which they act need not be at rest."""
+    acting = tuple(element for element in system.elements if not isinstance(element, Input))
+    return replace(system, elements=acting)

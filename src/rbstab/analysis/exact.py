@@ -34,7 +34,7 @@ class ExactPowers(NamedTuple):
     Attributes:
         by_part: The rate of each part of the energy along the motion (∇v·f, by part).
         contact: F'Λ, the power of the contact force.
-        rate: v', minus the sum of the dissipations.
+        rate: v', the sum of what is supplied minus the sum of the dissipations.
         terms: The sum of |∂E/∂y_i ẏ_i| over all parts E and states y_i, in double precision.
     """
 
@@ -66,26 +66,27 @@ def in_balls(compute: Callable[[], Any]) -> Any:
             return None
 
 
-def exact_powers(system: System, y: Array) -> ExactPowers:
-    """Return the powers of a system at a state vector; call it by `in_balls`."""
+def exact_powers(system: System, y: Array, t: float = 0.0) -> ExactPowers:
+    """Return the powers of a system at a state vector and a time, s; call it by `in_balls`."""
     from flint import acb, arb
 
-    exact, state = exact_system(system), balls(y)
+    exact, state, time = exact_system(system), balls(y), ball(t)
     step = arb(2) ** STEP_EXPONENT
-    moved = [acb(x, step * rate) for x, rate in zip(state, exact.rates(state), strict=True)]
-    energy = exact.observe(np.array(moved, dtype=object)).energy
-    observation = exact.observe(state)
+    moved = [acb(x, step * rate) for x, rate in zip(state, exact.rates(state, time), strict=True)]
+    energy = exact.observe(np.array(moved, dtype=object), time).energy
+    observation = exact.observe(state, time)
+    rates = system.rates(y, t)
     return ExactPowers(
         [acb(part).imag / step for part in energy],
         sum((observation.motion.F * observation.contact_force).tolist(), arb(0)),
-        -sum(observation.dissipation.tolist(), arb(0)),
-        float(np.abs(jacobian(lambda z: system.observe(z).energy, y) * system.rates(y)).sum()),
+        sum(observation.supplied.tolist(), arb(0)) - sum(observation.dissipation.tolist(), arb(0)),
+        float(np.abs(jacobian(lambda z: system.observe(z, t).energy, y) * rates).sum()),
     )
 
 
-def exact_energy(system: System, y: Array) -> Ball:
-    """Return the sum of all energies at a state vector, J; call it by `in_balls`."""
-    return sum(exact_system(system).observe(balls(y)).energy.tolist(), ball(0.0))
+def exact_energy(system: System, y: Array, t: float = 0.0) -> Ball:
+    """Return the sum of all energies at a state vector and a time, J; call it by `in_balls`."""
+    return sum(exact_system(system).observe(balls(y), ball(t)).energy.tolist(), ball(0.0))
 
 
 def exact_rest_energy(system: System, rest: RestState) -> Ball:
@@ -94,9 +95,12 @@ def exact_rest_energy(system: System, rest: RestState) -> Ball:
     return ball(0.0) + at_rest.energy(balls(at_rest.configuration(rest.motion, rest.own)))
 
 
-def exact_dissipation(system: System, y: Array, part: int) -> Ball:
-    """Return the power that one part dissipates at a state vector, W; call it by `in_balls`."""
-    return ball(0.0) + exact_system(system).observe(balls(y)).dissipation[part]
+def exact_dissipation(system: System, y: Array, part: int, t: float = 0.0) -> Ball:
+    """Return the power that one part dissipates at a state vector and a time, W.
+
+    Call it by `in_balls`.
+    """
+    return ball(0.0) + exact_system(system).observe(balls(y), ball(t)).dissipation[part]
 
 
 def exact_system(system: System) -> System:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.analysis.configuration import configurations
+from rbstab.analysis.configuration import configurations, without_inputs
 from rbstab.analysis.exact import decimals
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
@@ -105,9 +105,10 @@ def fingerprint(exact_system: Callable[[Callable[[Array], Array]], System]) -> s
 
     Args:
         exact_system: Builds the system in a kind of number from the doubles of its config. The
-            choice among coordinates that mean the same has no effect.
+            choice among coordinates that mean the same has no effect. Inputs have none either:
+            nothing is proved where they act.
     """
-    system = configurations(exact_system(residues)).system
+    system = without_inputs(configurations(exact_system(residues)).system)
     y = np.array([_some(f"state {index}") for index in range(system.size)], dtype=object)
     y[:3] = [Residue(y[i].value, _some(f"angle {i}").value) for i in range(3)]
     seen = system.observe(y)

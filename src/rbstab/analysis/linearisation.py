@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rbstab.analysis.configuration import configurations
+from rbstab.analysis.configuration import configurations, without_inputs
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
@@ -65,11 +65,11 @@ def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
 
     Args:
         system: The system, in any coordinates. If its elements switch, the modes are those of the
-            rest state.
+            rest state. Its inputs are left out.
         rest: The motion at rest.
         own: The elements' own states there.
     """
-    resting = configurations(system).system
+    resting = without_inputs(configurations(system).system)
     start = resting.start(rest, own)
     resting = with_modes_at(resting, start)
     A = jacobian(resting.rates, start)

@@ -21,47 +21,60 @@ class LyapunovTrace:
 
 
 def lyapunov_trace(
-    energy: Array, dissipation: Array, rate_integral: Array, energy_at_rest: float
+    energy: Array,
+    dissipation: Array,
+    rate_integral: Array,
+    energy_at_rest: float,
+    supplied: Array | None = None,
 ) -> LyapunovTrace:
     """Compute v = kinetic + stored energies - their value at rest, and v' = -(sum of dissipations).
 
     Eq. 28 to 31, 34, 42 and 45 are this sum, each for one set of elements. Eq. 29, 37, 43 and 46
-    are its derivative.
+    are its derivative. Where elements supply power, v' is the sum of what they supply minus the sum
+    of dissipations.
 
     Args:
         energy: By part, shape (samples, parts), J.
         dissipation: By part, shape (samples, parts), W.
         rate_integral: ∫v' dt, integrated together with the motion, shape (samples,), J.
         energy_at_rest: The stored energy of the rest state, J (-h in eq. 28).
+        supplied: The power that is supplied, by part, shape (samples, parts), W; None if none is.
     """
-    value = energy.sum(axis=1) - energy_at_rest
-    return LyapunovTrace(value, -dissipation.sum(axis=1), value - value[0] - rate_integral)
+    value, rate = energy.sum(axis=1) - energy_at_rest, -dissipation.sum(axis=1)
+    if supplied is not None:
+        rate = supplied.sum(axis=1) + rate
+    return LyapunovTrace(value, rate, value - value[0] - rate_integral)
 
 
 MIN_START_FRACTION = 1e-4
 """If v(0) is below this fraction of the largest energy part, it has lost digits to round-off."""
 
 
-def relative_residual(residual: Array, value: Array, energy: Array) -> float:
+def relative_residual(
+    residual: Array, value: Array, energy: Array, supplied: Array | None = None
+) -> float:
     """Return the largest |r| divided by `audit_scale`.
 
     Args:
         residual: r, shape (samples,), J.
         value: v, shape (samples,), J.
         energy: By part, shape (samples, parts), J.
+        supplied: What is supplied up to each sample, shape (samples,), J; None if nothing is.
     """
-    return float(np.abs(residual).max()) / audit_scale(value, energy)
+    return float(np.abs(residual).max()) / audit_scale(value, energy, supplied)
 
 
-def audit_scale(value: Array, energy: Array) -> float:
+def audit_scale(value: Array, energy: Array, supplied: Array | None = None) -> float:
     """Return the energy by which errors of v are divided, J.
 
     It is v(0), or a ten thousandth of the largest energy part if that is larger, as for a motion
-    that starts close to the rest state. If there is no energy at all, it is 1 J. Labels such as
-    "max |r| / v(0)" mean this scale.
+    that starts close to the rest state, or what is supplied if that is larger. If there is no
+    energy at all, it is 1 J. Labels such as "max |r| / v(0)" mean this scale.
 
     Args:
         value: v, shape (samples,), J.
         energy: By part, shape (samples, parts), J.
+        supplied: What is supplied up to each sample, shape (samples,), J; None if nothing is.
     """
-    return max(float(value[0]), MIN_START_FRACTION * float(np.abs(energy).max())) or 1.0
+    most = 0.0 if supplied is None else float(np.abs(supplied).max())
+    return max(float(value[0]), MIN_START_FRACTION * float(np.abs(energy).max()), most) or 1.0

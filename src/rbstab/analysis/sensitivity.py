@@ -165,23 +165,26 @@ def derivative_along(base: Baseline, shifted: Problem) -> Outcome:
         base.compiled.integrate(base.problem, times, base.rest.energy, 0.0, tangent)
     )
     states = trajectory.states + 1j * STEP * trajectory.tangents
-    observations = [shifted.system.observe(y) for y in states]
+    pairs = zip(states, times.tolist(), strict=True)
+    observations = [shifted.system.observe(y, t) for y, t in pairs]
     observed = [observations[index] for index in order]
     return Outcome(
         _derivative(_final(observed[END])),
         np.array([_derivative(observed[axis].motion.E[axis]) for axis in range(3)]),
-        _peak_time_derivatives(base, trajectory.states[order], observed),
+        _peak_time_derivatives(base, times[order], trajectory.states[order], observed),
         _distance_derivative(base, observed[LARGEST_DISTANCE].motion.E),
         _settling_derivative(base, shifted, observed[SETTLING], tangent.rest_energy),
         float(trajectory.lyapunov_integral_tangent[-1]),
     )
 
 
-def _peak_time_derivatives(base: Baseline, states: Array, observed: list[Observation]) -> Array:
+def _peak_time_derivatives(
+    base: Baseline, times: Array, states: Array, observed: list[Observation]
+) -> Array:
     """Return -(∂F/∂s)/Ḟ of each axis at its turning point; 0 at an end of the run."""
     derivatives = np.zeros(3)
     for axis in np.flatnonzero(base.interior_peaks):
-        rates = base.problem.system.rates(states[axis])
+        rates = base.problem.system.rates(states[axis], float(times[axis]))
         ahead = base.problem.system.motion(states[axis] + 1j * STEP * rates)
         with np.errstate(all="ignore"):
             derivatives[axis] = -_derivative(observed[axis].motion.F[axis]) / _derivative(
@@ -205,7 +208,7 @@ def _settling_derivative(
     start_excess = (
         _derivative(_value(shifted.system, shifted.start, base.rest.energy)) - rest_derivative
     )
-    rate = -observation.dissipation.sum().real
+    rate = (observation.supplied.sum() - observation.dissipation.sum()).real
     with np.errstate(all="ignore"):
         return float(-(excess - SETTLED_FRACTION * start_excess) / np.float64(rate))
 

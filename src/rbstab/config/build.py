@@ -7,16 +7,20 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
+from rbstab.config.elements import inputs
 from rbstab.config.schema import NO_VARIANT, Baumgarte, Config
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.inputs import legs
+from rbstab.elements.inputs.loads import Input
+from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
 from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
 from rbstab.mechanics.body import Body, triangle_violation
 from rbstab.mechanics.motion import motion_from_centre, motion_from_contact
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.numbers import Array, sqrt
 from rbstab.systems.coordinates import (
     CentreCoordinates,
     ContactCoordinates,
@@ -25,6 +29,7 @@ from rbstab.systems.coordinates import (
     ReducedCoordinates,
 )
 from rbstab.systems.modes import with_first_modes
+from rbstab.systems.schedule import Schedule, schedule_of
 from rbstab.systems.system import System
 
 Numbers = Callable[[Array], Array]
@@ -57,6 +62,7 @@ def problem_of(config: Config) -> Problem:
         time_limit=integration.time_limit,
         switching=_switching(config.controller),
         exact=partial(_system_and_start, config),
+        schedule=_schedule(config),
     )
 
 
@@ -130,7 +136,13 @@ def _conversions(numbers: Numbers) -> dict[str, Callable[[Any], Any]]:
         "matrix": lambda value: numbers(_matrix(value)),
         "diagonal": lambda value: numbers(np.array(value)),
         "number": lambda value: numbers(np.array(value))[()],
+        "direction": lambda value: _unit_vector(numbers(np.array(value))),
     }
+
+
+def _unit_vector(vector: Array) -> Array:
+    """Return a vector divided by its length."""
+    return vector / sqrt(vector @ vector)
 
 
 def _gains(
@@ -156,8 +168,43 @@ def _elements(config: Config, convert: dict[str, Callable[[Any], Any]]) -> list[
     found: list[Element] = []
     for name, section in config.elements.items():
         kind = element_of(section)
-        found.append(kind(name=name, **_gains(kind, section, convert)))  # type: ignore[call-arg]
+        fields = {"name": name, **_gains(kind, section, convert)}
+        if issubclass(kind, Input):
+            fields["signal"] = _signal(section.signal, config.integration.duration, convert)
+        found.append(kind(**fields))
     return found
+
+
+def _signal(signal: Any, duration: float, convert: dict[str, Callable[[Any], Any]]) -> Signal:
+    """Return a signal as it is at the start."""
+    number = convert["number"]
+    if signal.kind == "constant":
+        return Constant()
+    if signal.kind == "sine":
+        return Sine(number(signal.frequency), number(signal.phase))
+    return Leg(*(number(part) for part in _legs(signal, duration)[0].tolist()))
+
+
+def _legs(signal: Any, duration: float) -> Array:
+    """Return the legs of a signal that is made of them, shape (legs, 3)."""
+    if signal.kind == "pulse":
+        return legs.pulse(signal.start, signal.duration)
+    if signal.kind == "ramp":
+        return legs.ramp(signal.start, signal.duration)
+    if signal.kind == "table":
+        return legs.table(np.array(signal.times), np.array(signal.values))
+    return legs.noise(signal.seed, signal.rate, signal.correlation_time, duration)
+
+
+def _schedule(config: Config) -> Schedule | None:
+    """Return the legs of all inputs that are made of them; None if there are none."""
+    duration = config.integration.duration
+    return schedule_of(
+        {
+            name: _legs(config.elements[name].signal, duration)
+            for name in inputs(config.elements, with_legs=True)
+        }
+    )
 
 
 def _sliding_settings(controller: Any) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from pydantic import Field, ValidationInfo, create_model, field_validator
 from rbstab.config.quantities import (
     Count,
     Diagonal,
+    Direction,
     NotNegative,
     Positive,
     PositiveDefinite,
@@ -31,6 +32,7 @@ _GAIN_TYPES: dict[tuple[str, bool], Any] = {
     ("diagonal", False): Vector,
     ("number", True): Positive,
     ("number", False): Real,
+    ("direction", True): Direction,
 }
 """The type of a gain, by its shape and whether it must be positive."""
 

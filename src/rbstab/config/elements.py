@@ -12,9 +12,11 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, WrapValidator, create_model
 
 from rbstab.config.controllers import gain_fields
+from rbstab.config.inputs.signals import SMOOTH_SIGNALS, Signal
 from rbstab.config.quantities import value_error
 from rbstab.config.section import FrozenMapping, Section, required
-from rbstab.elements.registry import KINDS, element_of
+from rbstab.elements.inputs.loads import Input
+from rbstab.elements.registry import KINDS, SELECTORS, element_of
 
 MAX_ELEMENTS = 100
 
@@ -24,14 +26,24 @@ RESERVED_NAMES = ("anchor", "body", "connector", "gravity", "kinetic")
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
 
+_MEANINGS = {
+    "method": "how the range is guarded",
+    "quantity": "what acts: a force or a couple, fixed in space or in the body",
+}
+"""The meaning of each selector."""
+
+
 def _model(kind: str, method: str | None) -> type[Section]:
-    """Return the model of a kind of element, and of its method if it has several."""
+    """Return the model of a kind of element, and of the value of its selector if it has one."""
     element = KINDS[kind][method]
     fields: dict[str, Any] = {"kind": (Literal[kind], required("the kind of element"))}
     if method is not None:
-        fields["method"] = (Literal[method], required("how the range is guarded"))
+        selector = SELECTORS[kind]
+        fields[selector] = (Literal[method], required(_MEANINGS[selector]))
     documentation = (element.__doc__ or "").strip().splitlines()[0]
-    words = f"{method or ''}-{kind}".title().replace("-", "")
+    if issubclass(element, Input):
+        fields["signal"] = (Signal, ...)
+    words = f"{method or ''}-{kind}".title().replace("-", "").replace("_", "")
     return create_model(
         f"{words}Element",
         __base__=Section,
@@ -44,18 +56,19 @@ def _model(kind: str, method: str | None) -> type[Section]:
 ELEMENT_MODELS: dict[tuple[str, str | None], type[Section]] = {
     (kind, method): _model(kind, method) for kind, methods in KINDS.items() for method in methods
 }
-"""The model of each kind and method."""
+"""The model of each kind and value of its selector."""
 
 
 def _unknown_method(kind: str) -> type[Section]:
-    """Return a model that rejects every method but those of a kind, and checks nothing else."""
+    """Return a model that rejects every selector but those of a kind, and checks nothing else."""
     methods = tuple(method for method in KINDS[kind] if method is not None)
-    name = f"{kind.title().replace('-', '')}Method"
-    fields: dict[str, Any] = {"kind": (Literal[kind], ...), "method": (Literal[methods], ...)}
+    selector = SELECTORS[kind]
+    name = f"{kind.title().replace('-', '')}{selector.title()}"
+    fields: dict[str, Any] = {"kind": (Literal[kind], ...), selector: (Literal[methods], ...)}
     return create_model(
         name,
         __base__=Section,
-        __doc__=f"An element {kind} of an unknown method.",
+        __doc__=f"An element {kind} of an unknown {selector}.",
         __cls_kwargs__={"extra": "ignore"},
         **fields,
     )
@@ -74,7 +87,7 @@ def element_model(value: Any) -> type[Section] | None:
         return None
     if kind not in _UNKNOWN_METHOD:
         return ELEMENT_MODELS[kind, None]
-    method = value.get("method")
+    method = value.get(SELECTORS[kind])
     known = isinstance(method, str) and method in KINDS[kind]
     return ELEMENT_MODELS[kind, method] if known else _UNKNOWN_METHOD[kind]
 
@@ -87,6 +100,20 @@ def switching(elements: Mapping[str, Any]) -> list[str]:
 def stops(elements: Mapping[str, Any]) -> list[str]:
     """Return the names of the stops of a config."""
     return [name for name, section in elements.items() if element_of(section).holds]
+
+
+def inputs(elements: Mapping[str, Any], *, with_legs: bool = False) -> list[str]:
+    """Return the names of the inputs of a config.
+
+    Args:
+        elements: The elements.
+        with_legs: Whether only those are wanted whose signals are made of legs.
+    """
+    return [
+        name
+        for name, section in elements.items()
+        if section.kind == "input" and not (with_legs and section.signal.kind in SMOOTH_SIGNALS)
+    ]
 
 
 def _check_name(name: Any) -> Any:

@@ -34,6 +34,12 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
     gains: list[Path] = [("controller", name) for name in GAINS if hasattr(config.controller, name)]
     for name, section in config.elements.items():
         gains += [("elements", name, gain.name) for gain in element_of(section).gains]
+        signal = getattr(section, "signal", None)
+        gains += [
+            ("elements", name, "signal", key)
+            for key in getattr(type(signal), "model_fields", ())
+            if isinstance(getattr(signal, key), float)
+        ]
     body = [("body", name) for name in type(config.body).model_fields]
     initial = [("initial", name) for name in type(config.initial).model_fields]
     return tuple(

@@ -2,13 +2,14 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
 from pydantic import ValidationError
 
 from rbstab.config.errors import ConfigError, ConfigProblem, Location
+from rbstab.config.inputs.table_files import read_tables
 from rbstab.config.messages import describe, problems_of
 from rbstab.config.overrides import override
 from rbstab.config.schema import NO_VARIANT, SCHEMA_VERSIONS, VARIANTS, Config, model_of, variant_of
@@ -80,6 +81,7 @@ def validated(source: Source) -> Config:
     Raises:
         ConfigError: As `load_config`.
     """
+    table_problems = read_tables(source)
     variant_problem = _variant_problem(source)
     name = FALLBACK_VARIANT if variant_problem else variant_of(source.data)
     model = model_of(name)
@@ -91,7 +93,12 @@ def validated(source: Source) -> Config:
         problems = []
     # Aliases and repeated keys were reported while reading; a second message is not needed.
     already_wrong = {problem.location for problem in source.problems}
-    problems = source.problems + [p for p in problems if p.location not in already_wrong]
+    of_tables = {problem.key for problem in table_problems}
+    problems = [
+        *source.problems,
+        *table_problems,
+        *(p for p in problems if p.location not in already_wrong and not _of_a_table(p, of_tables)),
+    ]
     if variant_problem is None and not problems:
         return config
     if variant_problem is not None:
@@ -166,6 +173,12 @@ def _variant_problem(source: Source) -> ConfigProblem | None:
     if not isinstance(variant, str) or variant not in VARIANTS:
         return ConfigProblem(where, key, f"is {describe(variant)}", expected)
     return None
+
+
+def _of_a_table(problem: ConfigProblem, files: Collection[str]) -> bool:
+    """Whether a problem only follows from a table whose file could not be read."""
+    signal, _, key = problem.key.rpartition(".")
+    return key == "times" and f"{signal}.file" in files
 
 
 def _depends_on_variant(key: str) -> bool:

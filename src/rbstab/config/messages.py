@@ -8,6 +8,7 @@ from pydantic import BaseModel, ValidationError
 
 from rbstab.config.elements import element_model
 from rbstab.config.errors import ConfigProblem
+from rbstab.config.inputs.signals import signal_model
 from rbstab.config.quantities import SHAPE_TAGS
 from rbstab.config.schema import NO_VARIANT, VARIANTS, Experiment
 from rbstab.config.source import Path, Source, key_of
@@ -50,7 +51,9 @@ def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigPro
     else:
         of_key = unknown
     if unknown and path[0] == "elements":
-        section: Any = element_model(source.data["elements"][path[1]])
+        element = source.data["elements"][path[1]]
+        in_signal = path[2] == "signal" and len(path) > 3
+        section: Any = signal_model(element["signal"]) if in_signal else element_model(element)
         problem, expected = _with_hint(str(path[-1]), sorted(section.model_fields))
     elif unknown:
         problem, expected = _unknown_key(path, model)

@@ -62,6 +62,16 @@ Vector = Annotated[tuple[Real, ...], _THREE, _LIST]
 """Three finite numbers."""
 
 
+def _check_direction(vector: Any) -> Any:
+    if not any(vector):
+        raise value_error("is zero, which has no direction", "expected a vector of any length")
+    return vector
+
+
+Direction = Annotated[Vector, AfterValidator(_check_direction)]
+"""Three finite numbers that are not all zero."""
+
+
 def components(size: int) -> Any:
     """Return the type of a list of `size` finite numbers."""
     length = Field(min_length=size, max_length=size, strict=False)

@@ -13,7 +13,8 @@ from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field
 from pydantic_core import PydanticCustomError
 
 from rbstab.config.controllers import CONTROLLERS, NoController, model_name
-from rbstab.config.elements import Elements, stops, switching
+from rbstab.config.elements import Elements, inputs, stops, switching
+from rbstab.config.inputs.signals import MAX_KNOTS
 from rbstab.config.quantities import (
     Count,
     LongText,
@@ -220,6 +221,11 @@ class Experiment(Section):
                 f"{', '.join(switching(elements))}",
                 "expected another variant of the controller, or elements that do not switch",
             )
+        if controller is not None and controller.variant == "sliding" and inputs(elements):
+            raise value_error(
+                f"has inputs beside a sliding connector: {', '.join(inputs(elements))}",
+                "expected another variant of the controller, or no inputs",
+            )
         return elements
 
     @field_validator("elements")
@@ -229,6 +235,11 @@ class Experiment(Section):
             raise value_error(
                 f"has several stops: {', '.join(stops(elements))}",
                 "expected one: the body would never reach the others",
+            )
+        if stops(elements) and inputs(elements):
+            raise value_error(
+                f"has inputs beside a stop: {', '.join(inputs(elements))}",
+                "expected one of the two: the load on a stop must not depend on the time",
             )
         for name in stops(elements):
             angle = elements[name].angle
@@ -266,6 +277,27 @@ class Experiment(Section):
                 f"has drift_control: projection, which moves the state past switches of {names}",
                 "expected none or {baumgarte: rate}",
             )
+        return integration
+
+    @field_validator("integration")
+    @classmethod
+    def _check_inputs(cls, integration: Any, info: ValidationInfo) -> Any:
+        elements = info.data.get("elements") or {}
+        names = inputs(elements, with_legs=True)
+        if names and integration.engine == "scipy" and integration.method == "LSODA":
+            raise value_error(
+                f"has method: LSODA, which loses its history at each leg of {', '.join(names)}",
+                "expected another method",
+            )
+        for name in names:
+            signal = elements[name].signal
+            knots = signal.rate * integration.duration if signal.kind == "noise" else 0.0
+            if knots > MAX_KNOTS:
+                raise value_error(
+                    f"has duration: {integration.duration:g}, for which the noise of {name} needs "
+                    f"{knots:.3g} values",
+                    f"expected a duration, or a rate of the noise, with at most {MAX_KNOTS} values",
+                )
         return integration
 
 

@@ -56,12 +56,14 @@ class Source:
         keys: The locations of the keys.
         problems: The problems that do not stop the parser (aliases, tags, duplicate keys). They are
             reported together with the problems of the data.
+        folder: The folder to which the names of files in the data are relative.
     """
 
     data: Any
     values: dict[Path, Location] = field(default_factory=dict)
     keys: dict[Path, Location] = field(default_factory=dict)
     problems: list[ConfigProblem] = field(default_factory=list)
+    folder: FilePath = FilePath()
 
     def location(self, path: Path, *, of_key: bool = False) -> Location:
         """Return the location of a value or of its key; if missing, of its nearest parent."""
@@ -87,7 +89,9 @@ def read_source(path: FilePath) -> Source:
     Raises:
         ConfigError: As `read_text`; or it is not YAML.
     """
-    return parse_source(read_text(path).removeprefix(BYTE_ORDER_MARK), str(path))
+    source = parse_source(read_text(path).removeprefix(BYTE_ORDER_MARK), str(path))
+    source.folder = path.parent
+    return source
 
 
 def read_text(path: FilePath) -> str:

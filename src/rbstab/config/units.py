@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 
+from rbstab.config.inputs.signals import SIGNAL_UNITS
 from rbstab.elements.registry import GAINS, KINDS, OWN_STATES
 
 _UNITS = (
@@ -28,10 +29,10 @@ _ELEMENT_UNITS = {
     for method, element in methods.items()
     for gain in element.gains
 }
-"""By kind, method and key: the stiffness of a spring and that of a guard have different units."""
+"""By kind, selector and key: the stiffness of a spring and that of a guard have different units."""
 
 KindAndMethod = tuple[str, str | None]
-"""The kind of an element, and its method if the kind has several."""
+"""The kind of an element, and the value of its selector (`registry.SELECTORS`) if it has one."""
 
 
 def unit_of(key: str, kinds: Collection[KindAndMethod] = ()) -> str:
@@ -40,7 +41,7 @@ def unit_of(key: str, kinds: Collection[KindAndMethod] = ()) -> str:
     Args:
         key: The key.
         kinds: The kinds of the element in a key such as `elements.strut.stiffness`, with their
-            methods: one, or more if several configs have an element of that name.
+            selectors: one, or more if several configs have an element of that name.
 
     Returns:
         The unit. It is empty for keys without a unit, for a boundary layer, whose unit depends on
@@ -50,5 +51,7 @@ def unit_of(key: str, kinds: Collection[KindAndMethod] = ()) -> str:
     if section != "elements":
         return _UNITS.get(key, "")
     gain = rest.partition(".")[2]
+    if gain.startswith("signal."):
+        return SIGNAL_UNITS.get(gain.removeprefix("signal."), "")
     units = {_ELEMENT_UNITS.get((*kind, gain), "") for kind in kinds}
     return units.pop() if len(units) == 1 else ""

@@ -6,8 +6,9 @@ tables of the documentation follow from these declarations.
 
 from typing import Literal, NamedTuple
 
-Shape = Literal["matrix", "diagonal", "number"]
-"""A symmetric 3x3 matrix (a config may give its diagonal), three numbers, or one number."""
+Shape = Literal["matrix", "diagonal", "number", "direction"]
+"""A symmetric 3x3 matrix (a config may give its diagonal), three numbers, one number, or three
+numbers that are not all zero, of which an element gets the unit vector."""
 
 
 class Gain(NamedTuple):

@@ -1,4 +1,4 @@
-"""The interface of passive elements."""
+"""The interface of elements: what acts on the body, and the power that each of them states."""
 
 from typing import ClassVar
 
@@ -14,7 +14,10 @@ NO_STATE.flags.writeable = False
 
 
 class Element:
-    """A passive element, defined by its wrench, stored energy, dissipation and own states.
+    """An element, defined by its wrench, stored energy, dissipation, supply and own states.
+
+    A passive element supplies no power, and states nothing about it. An element that is not passive
+    states `supplied`, the power that comes from outside.
 
     A concrete element is a frozen dataclass. Its fields are its gains: arrays of floats, or of
     symbols of a compiled engine. It has a `name` (used for its energy and its parameters), and its
@@ -41,10 +44,19 @@ class Element:
     constant, N m, and the acceleration of θ2 that all other elements cause, rad/s². The system
     computes them (`systems.holding`). At most one element of a system may hold."""
 
+    supplies: ClassVar[bool] = False
+    """Whether it may supply power: whether its class states `supplied`."""
+
     def __init_subclass__(cls) -> None:
-        """Derive `state_size` from the declared states."""
+        """Derive `state_size` from the declared states, and `supplies` from the statements."""
         super().__init_subclass__()
         cls.state_size = sum(state.size for state in cls.states)
+        cls.supplies = cls.supplied is not Element.supplied
+
+    @property
+    def timed(self) -> bool:
+        """Whether one of its statements depends on `Motion.time`."""
+        return False
 
     def wrench(self, motion: Motion, own: Array) -> Wrench:
         """Return the force, couple and contact force on the body."""
@@ -56,6 +68,10 @@ class Element:
 
     def dissipated(self, motion: Motion, own: Array) -> Number:
         """Return the dissipated power, W; it is zero or positive for positive definite gains."""
+        return 0.0
+
+    def supplied(self, motion: Motion, own: Array) -> Number:
+        """Return the power that comes from outside, W; negative where the element takes power."""
         return 0.0
 
     def rates(self, motion: Motion, own: Array) -> Array:

@@ -12,6 +12,7 @@ from rbstab.elements.barrier import Barrier
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.inputs.loads import BodyCoupleInput, BodyForceInput, CoupleInput, ForceInput
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
@@ -45,9 +46,18 @@ KINDS: dict[str, dict[str | None, type[Element]]] = {
         "repelling": RepellingGuard,
         "stop": Stop,
     },
+    "input": {
+        "force": ForceInput,
+        "body_force": BodyForceInput,
+        "couple": CoupleInput,
+        "body_couple": BodyCoupleInput,
+    },
 }
 """The kinds of elements that a config may have any number of, each with a name of its own. A kind
-has one class, or one for each `method` in its config."""
+has one class, or several of which a key of its config chooses one (`SELECTORS`)."""
+
+SELECTORS = {"guard": "method", "input": "quantity"}
+"""The key that chooses the class, for each kind with several."""
 
 NAMED_ELEMENTS = tuple(element for methods in KINDS.values() for element in methods.values())
 """The classes of all kinds."""
@@ -57,9 +67,14 @@ def element_of(section: Any) -> type[Element]:
     """Return the class of an element of a config.
 
     Args:
-        section: Its `kind` is a key of `KINDS`; it has a `method` if the kind has several classes.
+        section: Its `kind` is a key of `KINDS`; it has a selector if the kind has several classes.
     """
-    return KINDS[section.kind][getattr(section, "method", None)]
+    return KINDS[section.kind][selected(section)]
+
+
+def selected(section: Any) -> str | None:
+    """Return the value of the selector of an element of a config; None if its kind has none."""
+    return getattr(section, SELECTORS.get(section.kind, ""), None)
 
 
 GAINS = {gain.name: gain for element in ELEMENTS for gain in element.gains}

@@ -18,6 +18,7 @@ from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
 from rbstab.experiment.proof_record import (
     NO_STABILIZERS,
+    SUPPLIES,
     Found,
     Proof,
     ProvedRegion,
@@ -111,6 +112,8 @@ def prove(config: Config, problem: Problem | None = None, *, search_only: bool =
 
     start_time = time.perf_counter()
     identity = proof_id(config)
+    if system_of(config).supplies:
+        return no_proof(identity, SUPPLIES, time.perf_counter() - start_time)
     exact = system_of(config, decimals)
     if not damps_every_motion(exact):
         seconds = time.perf_counter() - start_time

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 NO_STABILIZERS = "no stabilizers damp every motion"
 """Why nothing is proved of a config without a controller."""
 
+SUPPLIES = "an input supplies power"
+"""Why nothing is proved of a config with inputs."""
+
 Triple = tuple[float, float, float]
 
 OF_BARRIERS = ("barrier", "every_start")

@@ -116,6 +116,7 @@ def zero_of(
         return lyapunov_zero(smooth, motion, own, nearest, is_late)
 
 
+
 def recording_time(problem: Problem) -> float:
     """Measure the time to record one sample of a problem, s."""
     with np.errstate(all="ignore"):
@@ -205,7 +206,8 @@ def recorded(
             arrays["energy"][:, system.parts.index("connector")] = -trajectory.contact_work
         # The dissipation only determines v'.
         dissipation = arrays.get("dissipation", np.full_like(arrays["energy"], np.nan))
-        trace = lyapunov_trace(arrays["energy"], dissipation, change, rest.energy)
+        supplied = arrays.get("supplied_power")
+        trace = lyapunov_trace(arrays["energy"], dissipation, change, rest.energy, supplied)
     if not only_outcome:
         arrays["lyapunov_rate"] = trace.rate
     quantities = arrays | {
@@ -217,6 +219,8 @@ def recorded(
         "rest_orientation": rest.motion.Theta,
         "rest_position": rest.motion.X,
     }
+    if trajectory.supplied_energy is not None:
+        quantities["supplied_energy"] = trajectory.supplied_energy
     return RecordedTrajectory(trajectory, quantities)
 
 
@@ -251,13 +255,16 @@ def _observed(
     named = named_elements(system)
     if named and not only_outcome:
         arrays |= {name: np.empty((length, len(named), 3)) for name in _OF_ELEMENTS}
+    if system.supplies and not only_outcome:
+        arrays["supplied_power"] = np.empty((length, parts))
     rows = tuple(arrays.values())
     observe = _outcome_at if only_outcome else _observer(system)
     systems = trajectory.systems or (system,) * length
-    for row, (system_now, state) in enumerate(zip(systems, trajectory.states, strict=True)):
+    samples = zip(systems, trajectory.states, trajectory.times.tolist(), strict=True)
+    for row, (system_now, state, t) in enumerate(samples):
         if row and deadline is not None and deadline.remaining() < -RECORDING_MARGIN:
             return {name: array[:row] for name, array in arrays.items()}
-        for array, value in zip(rows, observe(system_now, state), strict=True):
+        for array, value in zip(rows, observe(system_now, state, t), strict=True):
             array[row] = value
     return arrays
 
@@ -270,10 +277,11 @@ _FORCES = ("contact_force", "stabilizing_force", "stabilizing_couple")
 _OF_ELEMENTS = ("element_force", "element_couple")
 
 
-def _observer(system: System) -> Callable[[System, Array], tuple[Any, ...]]:
+def _observer(system: System) -> Callable[[System, Array, float], tuple[Any, ...]]:
     """Return the function that observes `_MOTION`, energy, `_FORCES` and dissipation at a state.
 
-    After these, it observes `_OF_ELEMENTS` if the system has named elements.
+    After these, it observes `_OF_ELEMENTS` if the system has named elements, and the power that
+    each part supplies if an element supplies any.
     """
     names = [element.name for element in system.elements]
     has_stabilizers = TranslationalStabilizer.name in names
@@ -281,16 +289,17 @@ def _observer(system: System) -> Callable[[System, Array], tuple[Any, ...]]:
     N = names.index(RotationalStabilizer.name) if has_stabilizers else None
     named = [names.index(name) for name in named_elements(system)]
 
-    def observe(system_now: System, state: Array) -> tuple[Any, ...]:
-        seen = system_now.observe(state)
+    def observe(system_now: System, state: Array, t: float) -> tuple[Any, ...]:
+        rows: tuple[Any, ...]
+        seen = system_now.observe(state, t)
         force = ZERO if H is None else seen.wrenches[H].force
         couple = ZERO if N is None else seen.wrenches[N].couple
         forces = seen.contact_force, force, couple
         rows = *_motion_rows(seen.motion), seen.energy, *forces, seen.dissipation
-        if not named:
-            return rows
-        own = [seen.wrenches[index] for index in named]
-        return *rows, [wrench.force for wrench in own], [wrench.couple for wrench in own]
+        if named:
+            own = [seen.wrenches[index] for index in named]
+            rows = *rows, [wrench.force for wrench in own], [wrench.couple for wrench in own]
+        return (*rows, seen.supplied) if system.supplies else rows
 
     return observe
 
@@ -300,9 +309,9 @@ def named_elements(system: System) -> tuple[str, ...]:
     return tuple(element.name for element in system.elements if isinstance(element, NAMED_ELEMENTS))
 
 
-def _outcome_at(system: System, state: Array) -> tuple[Any, ...]:
+def _outcome_at(system: System, state: Array, t: float) -> tuple[Any, ...]:
     """Return `_MOTION`, the energy of each part, and Θ̇ at a state."""
-    motion = system.motion(state)
+    motion = system.motion(state, t)
     kinetic = system.body.kinetic_energy(motion.Omega, motion.V)
     stored = stored_energies(system, motion, state[system.coordinates.size :])
     return *_motion_rows(motion), [kinetic, *stored], motion.B @ motion.Omega

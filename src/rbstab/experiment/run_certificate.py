@@ -9,6 +9,7 @@ from rbstab.analysis.certificate import (
     MAX_AUDIT_BOUND,
     Check,
     Evidence,
+    Supply,
     Verdict,
     audit_bound,
     checks_of,
@@ -51,11 +52,25 @@ def certificate_of(
         rest=zero.rest,
         approached=zero.approached,
         exact_rest_energy=lambda: exact_rest_energy(smooth_rest_system(problem), zero.rest),
-        scale=audit_scale(arrays["lyapunov"], arrays["energy"]),
+        scale=audit_scale(arrays["lyapunov"], arrays["energy"], trajectory.supplied_energy),
         has_potential=not has_no_potential(problem.system),
         audit_bound=computed_audit_bound(problem),
+        supply=_supply_of(problem, trajectory, arrays),
     )
     return checks_of(evidence)
+
+
+def _supply_of(problem: Problem, trajectory: Trajectory, arrays: dict[str, Array]) -> Supply | None:
+    """Return what the elements of a run supply; None if they are passive."""
+    if trajectory.supplied_energy is None:
+        return None
+    breakpoints = np.array(problem.breakpoints())
+    return Supply(
+        power=arrays["supplied_power"],
+        energy=trajectory.supplied_energy,
+        breakpoints=breakpoints[breakpoints < trajectory.times[-1]],
+        reached=trajectory.breakpoints,
+    )
 
 
 def computed_audit_bound(problem: Problem) -> float:

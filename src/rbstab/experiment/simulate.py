@@ -93,7 +93,7 @@ def simulate_problem(
                 *resolution_warnings(config.integration, trajectory, record.variables),
             ]
         ),
-        "lyapunov_zero": zero_description(record.zero),
+        "lyapunov_zero": zero_description(record.zero, driven=problem.system.supplies),
         "verdict": str(overall(record.checks)),
         "run_id": run_id(config),
         "layout_version": LAYOUT_VERSION,

@@ -34,6 +34,8 @@ class Summary(NamedTuple):
 def summary_of(result: Result) -> Summary:
     """Return the summary of a result, from its stored arrays only."""
     t, v = result["time"], result["lyapunov"]
+    is_driven = "supplied_energy" in result
+    supplied = result["supplied_energy"] if is_driven else None
     E, F = result["contact_displacement"], result["contact_velocity"]
     Theta, Omega = result["orientation"], result["angular_velocity"]
     with np.errstate(all="ignore"):
@@ -44,7 +46,7 @@ def summary_of(result: Result) -> Summary:
         return Summary(
             float(v[0]),
             float(v[-1]),
-            relative_residual(result["energy_residual"], v, result["energy"]),
+            relative_residual(result["energy_residual"], v, result["energy"], supplied),
             signed_peak(t, distance, distance_rate),
             (x, y, z),
             _largest_pitch(result, abs(signed_peak(t, Theta[:, 1], pitch_rate))),

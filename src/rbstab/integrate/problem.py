@@ -1,7 +1,7 @@
 """The input and output of an engine: a problem and its trajectory."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -11,7 +11,8 @@ from rbstab.integrate.impact_trace import ImpactTrace
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.system import AUDIT_SIZE, CONTACT_WORK, LYAPUNOV_CHANGE, System
+from rbstab.systems.schedule import Schedule
+from rbstab.systems.system import CONTACT_WORK, LYAPUNOV_CHANGE, System
 
 Progress = Callable[[float], None]
 """Called after every step with the current time, s."""
@@ -63,6 +64,7 @@ class Problem:
             `trusted_until`, which needs a second run.
         exact: Builds the system and the start from the numbers of the config, in the kind of number
             to which a function converts doubles. None: the problem is not that of a config.
+        schedule: The legs of the inputs that are made of legs; None if there are no such inputs.
     """
 
     system: System
@@ -78,10 +80,23 @@ class Problem:
     switching: Switching | None = None
     diagnosed: bool = True
     exact: Callable[[Callable[[Array], Array]], tuple[System, Array]] | None = None
+    schedule: Schedule | None = None
 
     def audited_start(self) -> Array:
-        """Return the initial state vector, then the audit states ∫v' dt and ε, which are zero."""
-        return np.concatenate([self.start, np.zeros(AUDIT_SIZE)])
+        """Return the initial state vector, then the audit states such as ∫v' dt, which are zero."""
+        return np.concatenate([self.start, np.zeros(self.system.audited_size - self.system.size)])
+
+    def system_at_start(self) -> System:
+        """Return the system with the legs of the first sample."""
+        if self.schedule is None:
+            return self.system
+        return self.schedule.system_at(self.system, float(self.times[0]))
+
+    def breakpoints(self) -> list[float]:
+        """Return the breakpoints between the first and the last sample, s."""
+        if self.schedule is None:
+            return []
+        return self.schedule.between(float(self.times[0]), float(self.times[-1]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +113,11 @@ class Trajectory:
         steps: Accepted steps.
         evaluations: Evaluations of the rates; for the Taylor engine, of the Taylor expansion.
         switches: The switching of a sliding connector, if there is one.
-        systems: The smooth system at each sample; empty if the system has no modes.
+        systems: The smooth system at each sample; empty if it is that of the problem everywhere.
         impacts: The impacts against a stop, if there is one.
+        supplied_energy: What the elements have supplied, ∫supplied dt, shape (n,), J; None if no
+            element supplies power.
+        breakpoints: The breakpoints of the schedule on which the engine ended a step, s.
     """
 
     times: Array
@@ -113,6 +131,8 @@ class Trajectory:
     switches: SwitchTrace | None = None
     systems: tuple[System, ...] = ()
     impacts: ImpactTrace | None = None
+    supplied_energy: Array | None = None
+    breakpoints: Array = field(default_factory=lambda: np.zeros(0))
 
 
 class Engine(Protocol):
@@ -150,25 +170,50 @@ def first_samples(whole: Trajectory, count: int, deadline: Deadline) -> Trajecto
         switches=switches.until(last, count) if switches is not None else None,
         systems=whole.systems[:count],
         impacts=impacts.until(last, count) if impacts is not None else None,
+        supplied_energy=whole.supplied_energy[:count]
+        if whole.supplied_energy is not None
+        else None,
+        breakpoints=whole.breakpoints[whole.breakpoints <= last],
     )
 
 
-def trajectory(
+def trajectory(  # noqa: PLR0913, PLR0917 (all that is known of a run)
+    problem: Problem,
     samples: list[tuple[float, Array]],
     status: RunStatus,
     detail: str,
     steps: int,
     evaluations: int,
+    systems: tuple[System, ...] = (),
+    breakpoints: list[float] | None = None,
 ) -> Trajectory:
-    """Return the trajectory of audited state vectors (states, then audit states)."""
+    """Return the trajectory of audited state vectors (states, then audit states).
+
+    Args:
+        problem: The problem.
+        samples: The times and the audited states.
+        status: The status of the run.
+        detail: Why and when the run stopped early.
+        steps: Accepted steps.
+        evaluations: Evaluations of the rates.
+        systems: The system in the modes of each sample; empty if there are no modes.
+        breakpoints: The breakpoints on which a step ended.
+    """
     table = np.array([state for _, state in samples])
+    times, size = np.array([time for time, _ in samples]), problem.system.size
+    if problem.schedule is not None:
+        systems = systems or (problem.system,) * len(times)
+        systems = problem.schedule.systems_at(systems, times)
     return Trajectory(
-        np.array([time for time, _ in samples]),
-        table[:, :-AUDIT_SIZE],
+        times,
+        table[:, :size],
         table[:, LYAPUNOV_CHANGE],
         table[:, CONTACT_WORK],
         status,
         detail,
         steps,
         evaluations,
+        systems=systems,
+        supplied_energy=table[:, size] if problem.system.supplies else None,
+        breakpoints=np.array(breakpoints or ()),
     )

@@ -2,7 +2,8 @@
 
 One-step methods end a step exactly on each sample, because SciPy's dense output is about twenty
 times less accurate than its steps (and for Radau of lower order). LSODA would lose its history at
-every restart, so its samples are interpolated. Its interpolant has the order of its steps.
+every restart, so its samples are interpolated. Its interpolant has the order of its steps. A step
+also ends on each breakpoint of the inputs, where their next legs begin.
 """
 
 from collections.abc import Callable, Iterator
@@ -18,11 +19,11 @@ from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.range_exit import TESTS_PER_STEP, excess, exit_inside, may_leave
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.watched_rates import StopRun, WatchedRates
+from rbstab.integrate.watched_rates import StopRun, WatchedRates, audited_rates_of
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY
-from rbstab.systems.system import AUDIT_SIZE, System
+from rbstab.systems.system import System
 
 NEEDS_JACOBIAN = ("Radau", "LSODA")
 INTERPOLATED = ("LSODA",)
@@ -41,15 +42,18 @@ class ScipyRun:
         self.problem = problem
         self.progress = progress
         self.deadline = deadline
-        self.rates = WatchedRates(problem.system, deadline)
+        self.rates = WatchedRates(problem.system_at_start(), deadline)
         self.projected: StraightLine | None = None
         if problem.project:
-            size = problem.system.size + AUDIT_SIZE
+            size = problem.system.audited_size
             self.projected = StraightLine(_projected, problem.system, size)
+        self.breakpoints = frozenset(problem.breakpoints())
+        self.reached_breakpoints: list[float] = []
         self.t = float(problem.times[0])
         self.y = problem.audited_start()
         self.step_size: float | None = None
         self.samples: list[tuple[float, Array]] = []
+        self.systems: list[System] = []
         self.steps = 0
         self._add_sample(self.t, self.y)
 
@@ -63,7 +67,16 @@ class ScipyRun:
             if self.t > self.samples[-1][0]:
                 self._add_sample(self.t, self.y)
             status, reason = stop.status, f"{stop} at t = {self.samples[-1][0]:.9g} s"
-        return trajectory(self.samples, status, reason, self.steps, self.rates.evaluations)
+        return trajectory(
+            self.problem,
+            self.samples,
+            status,
+            reason,
+            self.steps,
+            self.rates.evaluations,
+            tuple(self.systems),
+            self.reached_breakpoints,
+        )
 
     def _add_sample(self, t: float, y: Array) -> None:
         self.samples.append((t, y))
@@ -81,10 +94,24 @@ class ScipyRun:
             for solver in self._steps_to(times[-1]):
                 self._interpolate(solver.dense_output(), solver.t)
             return
-        for end in times[1:]:
-            for _ in self._steps_to(end):
-                pass
-            self._add_sample(end, self.y)
+        samples = frozenset(times) if self.breakpoints else ()
+        for end in sorted(self.breakpoints.union(times[1:])) if self.breakpoints else times[1:]:
+            self._follow_to(end)
+            if end in self.breakpoints:
+                self.reached_breakpoints.append(end)
+                self._begin_leg(end)
+            if not samples or end in samples:
+                self._add_sample(end, self.y)
+
+    def _follow_to(self, end: float) -> None:
+        for _ in self._steps_to(end):
+            pass
+
+    def _begin_leg(self, t: float) -> None:
+        """Begin the legs of a breakpoint."""
+        assert self.problem.schedule is not None
+        system = self.problem.schedule.system_at(self.problem.system, t)
+        self.rates.audited_rates = audited_rates_of(system)
 
     def _steps_to(self, end: float) -> Iterator[Any]:
         """Step until `end`; yield the solver after each step, before its state is accepted."""

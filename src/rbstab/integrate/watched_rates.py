@@ -7,7 +7,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.system import AUDIT_SIZE, System
+from rbstab.systems.system import System
 
 MAX_NON_FINITE_IN_A_ROW = 1000
 """A run stops after this many evaluations in a row without finite rates. A step that shrinks from
@@ -22,9 +22,45 @@ class StopRun(Exception):
         self.status = status
 
 
-def audited_rates_of(system: System) -> StraightLine:
-    """Return the audited rates of a system, as a function of the audited state."""
-    return StraightLine(System.audited_rates, system, system.size + AUDIT_SIZE)
+class AuditedRates:
+    """The audited rates of a system, as a function of the audited state and the time.
+
+    Args:
+        system: The system.
+    """
+
+    def __init__(self, system: System) -> None:
+        self._timed, size = system.timed, system.audited_size
+        # The time is one more variable, but only of a system that depends on it.
+        self._of = (
+            StraightLine(_rates_with_time, system, size + 1)
+            if self._timed
+            else StraightLine(System.audited_rates, system, size)
+        )
+
+    def __call__(self, y: Array, t: float = 0.0) -> Array:
+        """Return the rates at an audited state of floats or complex numbers."""
+        return self._of(self._variables(y, t))
+
+    def finite_value(self, y: Array, t: float = 0.0) -> Array | None:
+        """Return the rates; None if they or y are not finite, or if there is no code for them."""
+        return self._of.finite_value(self._variables(y, t))
+
+    def by_numpy(self, y: Array, t: float = 0.0) -> Array:
+        """Return the rates as numpy evaluates them."""
+        return self._of.by_numpy(self._variables(y, t))
+
+    def _variables(self, y: Array, t: float) -> Array:
+        return np.append(y, t) if self._timed else y
+
+
+def _rates_with_time(system: System, variables: Array) -> Array:
+    return system.audited_rates(variables[:-1], variables[-1])
+
+
+def audited_rates_of(system: System) -> AuditedRates:
+    """Return the audited rates of a system, as a function of the audited state and the time."""
+    return AuditedRates(system)
 
 
 class WatchedRates:
@@ -48,7 +84,7 @@ class WatchedRates:
         self.non_finite_count = 0
         self._deadline = deadline
 
-    def __call__(self, _t: float, y: Array) -> Array:
+    def __call__(self, t: float, y: Array) -> Array:
         """Return the rates.
 
         Raises:
@@ -56,21 +92,21 @@ class WatchedRates:
         """
         self.evaluations += 1
         self._check_deadline()
-        rates = self.audited_rates.finite_value(y)
+        rates = self.audited_rates.finite_value(y, t)
         if rates is not None:
             self.non_finite_count = 0
             return rates
-        rates = self.audited_rates.by_numpy(y)
+        rates = self.audited_rates.by_numpy(y, t)
         self.non_finite_count = 0 if np.isfinite(rates).all() else self.non_finite_count + 1
         if self.non_finite_count > MAX_NON_FINITE_IN_A_ROW:
             raise StopRun(RunStatus.DIVERGED, "the rates stopped being finite")
         return rates
 
-    def jacobian(self, _t: float, y: Array) -> Array:
+    def jacobian(self, t: float, y: Array) -> Array:
         """Return the Jacobian of the rates, for implicit methods; errors as for the rates."""
         self.evaluations += len(y)
         self._check_deadline()
-        return jacobian(self.audited_rates, y)
+        return jacobian(lambda z: self.audited_rates(z, t), y)
 
     def _check_deadline(self) -> None:
         if self._deadline.expired():

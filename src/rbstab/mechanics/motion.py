@@ -7,7 +7,7 @@ import numpy as np
 from rbstab.mechanics import attitude, contact
 from rbstab.mechanics.algebra import IDENTITY, ZERO_MATRIX
 from rbstab.mechanics.body import Body
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.states import E_OF_W, F_OF_W, OMEGA, THETA, V_OF_Z, X_OF_Z
 
 
@@ -17,6 +17,7 @@ class Motion(NamedTuple):
     Theta (rad) and Omega (rad/s, body) describe the rotation of the body. X (m) and V (m/s) are the
     position and velocity of its centre of gravity, inertial. A and B are computed from Theta. E (m)
     and F (m/s) are the contact point's displacement from its anchor and its velocity, inertial.
+    time (s) is the time of the run; only inputs depend on it.
     """
 
     Theta: Array
@@ -27,6 +28,7 @@ class Motion(NamedTuple):
     B: Array
     E: Array
     F: Array
+    time: Number = 0.0
 
 
 class Wrench(NamedTuple):

@@ -72,7 +72,7 @@ def with_modes_at(system: System, y: Array) -> System:
     return _with_stop_at(system, y)
 
 
-def with_first_modes(system: System, y: Array) -> System:
+def with_first_modes(system: System, y: Array, time: float = 0.0) -> System:
     """Return a system in the modes in which a motion begins; itself if none of them switches.
 
     They are those of the state; where an event function is zero, its rate decides. If that is zero
@@ -81,13 +81,14 @@ def with_first_modes(system: System, y: Array) -> System:
     Args:
         system: The system, in any modes.
         y: The state at the start, of floats.
+        time: The time of the start, s.
     """
     system = with_modes_at(system, y)
     if not has_modes(system):
         return system
     g = guards_at(system, y)
     if (g == 0).any():
-        rates = guard_rates(system, y)
+        rates = guard_rates(system, y, time)
         system = with_modes(system, tuple(((g > 0) | ((g == 0) & (rates > 0))).astype(float)))
         system = _with_stop_at(system, y)
     return system
@@ -108,9 +109,9 @@ def _with_stop_at(system: System, y: Array) -> System:
     return with_modes(system, tuple(modes))
 
 
-def guard_rates(system: System, y: Array) -> Array:
+def guard_rates(system: System, y: Array, time: float = 0.0) -> Array:
     """Return the rates of the event functions along the motion, at a state of floats."""
-    rates: Array = derivative_along(lambda z: guards_at(system, z), y, system.rates(y))
+    rates: Array = derivative_along(lambda z: guards_at(system, z), y, system.rates(y, time))
     return rates
 
 

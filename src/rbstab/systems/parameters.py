@@ -54,7 +54,7 @@ def structure(system: System) -> Hashable:
     Two systems with equal structure have the same equations, states and parameter names.
     """
     owners = (system.coordinates, *system.elements)
-    kinds = [(type(owner), *_functions(owner)) for owner in owners]
+    kinds = [(type(owner), *_functions(owner), *_parts(owner)) for owner in owners]
     shapes = [(name, np.shape(value)) for name, value in parameters(system).items()]
     return tuple(kinds), tuple(shapes)
 
@@ -62,6 +62,12 @@ def structure(system: System) -> Hashable:
 def _functions(owner: Any) -> Iterator[Callable[..., Any]]:
     """Yield the fields of an element or of coordinates that are functions, not parameters."""
     return filter(callable, (getattr(owner, field.name) for field in fields(owner)))
+
+
+def _parts(owner: Any) -> Iterator[type]:
+    """Yield the types of the fields that are dataclasses themselves, such as a signal."""
+    values = (getattr(owner, field.name) for field in fields(owner))
+    return (type(value) for value in values if is_dataclass(value))
 
 
 def _mapped(value: Any, name: str, transform: Transform) -> Any:

@@ -16,8 +16,9 @@ from rbstab.systems.holding import hold
 NO_WRENCH = Wrench(ZERO, ZERO, ZERO)
 
 AUDIT_SIZE = 2
-"""The number of audit states: ∫v' dt, J, and ε, J (eq. 26). They follow all other states, and are
-integrated together with them."""
+"""The number of audit states of a passive system: ∫v' dt, J, and ε, J (eq. 26). They follow all
+other states, and are integrated together with them. If an element supplies power, ∫supplied dt, J,
+is one more, before these two."""
 
 LYAPUNOV_CHANGE = -2
 """The index of ∫v' dt in an audited state vector."""
@@ -36,6 +37,7 @@ class Observation(NamedTuple):
         contact_force: Λ, shape (3,), N, inertial.
         energy: The energy of each part, shape (parts,), J.
         dissipation: The dissipation of each part, shape (parts,), W.
+        supplied: The power that each part supplies, shape (parts,), W.
     """
 
     motion: Motion
@@ -44,6 +46,7 @@ class Observation(NamedTuple):
     contact_force: Array
     energy: Array
     dissipation: Array
+    supplied: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +74,21 @@ class System:
         return self.coordinates.size + sum(element.state_size for element in self.elements)
 
     @property
+    def audited_size(self) -> int:
+        """The number of states and of audit states."""
+        return self.size + AUDIT_SIZE + self.supplies
+
+    @property
+    def supplies(self) -> bool:
+        """Whether an element may supply power. If not, v cannot rise."""
+        return any(element.supplies for element in self.elements)
+
+    @property
+    def timed(self) -> bool:
+        """Whether the equations depend on the time."""
+        return any(element.timed for element in self.elements)
+
+    @property
     def parts(self) -> tuple[str, ...]:
         """The names of the energy parts: the body's kinetic energy, then each element."""
         return ("kinetic", *(element.name for element in self.elements))
@@ -88,32 +106,37 @@ class System:
         """Return the state vector of a motion and of the elements' own states, shape (size,)."""
         return np.concatenate([self.coordinates.from_motion(motion), own])
 
-    def motion(self, y: Array) -> Motion:
-        """Return the motion at a state vector."""
-        return self.coordinates.motion(self.body, self.anchor, y[: self.coordinates.size])
+    def motion(self, y: Array, time: Number = 0.0) -> Motion:
+        """Return the motion at a state vector and a time, s."""
+        motion = self.coordinates.motion(self.body, self.anchor, y[: self.coordinates.size])
+        return motion._replace(time=time)
 
-    def rates(self, y: Array) -> Array:
+    def rates(self, y: Array, time: Number = 0.0) -> Array:
         """Return ẏ, shape (size,)."""
-        motion, pairs = self.acting(y)
+        motion, pairs = self.acting(y, time)
         body_rates, _ = self.coordinates.dynamics(self.body, motion, _total_wrench(motion, pairs))
         return np.concatenate([body_rates, *_own_rates(motion, pairs)])
 
-    def audited_rates(self, y: Array) -> Array:
+    def audited_rates(self, y: Array, time: Number = 0.0) -> Array:
         """Return the rates of [y, ∫v' dt, ε]: ẏ, v' (eq. 29, 37, 43, 46) and ε̇ = F'Λ (eq. 26).
 
-        F'Λ is the paper's (Ω'ŘA' + V')Λ. Shape (size + 2,); the rates do not depend on the audit
-        states.
+        F'Λ is the paper's (Ω'ŘA' + V')Λ. If an element supplies power, v' is what is supplied minus
+        what is dissipated, and the rates are those of [y, ∫supplied dt, ∫v' dt, ε]. Shape
+        (audited_size,); the rates do not depend on the audit states.
         """
-        motion, pairs = self.acting(y)
+        motion, pairs = self.acting(y, time)
         wrench = _total_wrench(motion, pairs)
         body_rates, Lambda_ = self.coordinates.dynamics(self.body, motion, wrench)
         lyapunov_rate = -sum(element.dissipated(motion, own) for element, own in pairs)
-        audit = np.array([lyapunov_rate, motion.F @ Lambda_])
-        return np.concatenate([body_rates, *_own_rates(motion, pairs), audit])
+        audit = [lyapunov_rate, motion.F @ Lambda_]
+        if self.supplies:
+            supplied = sum(element.supplied(motion, own) for element, own in pairs)
+            audit = [supplied, supplied + lyapunov_rate, audit[-1]]
+        return np.concatenate([body_rates, *_own_rates(motion, pairs), np.array(audit)])
 
-    def observe(self, y: Array) -> Observation:
-        """Return motion, forces, energies and dissipations at a state."""
-        motion, pairs = self.acting(y)
+    def observe(self, y: Array, time: Number = 0.0) -> Observation:
+        """Return motion, forces, energies, dissipations and supplied powers at a state."""
+        motion, pairs = self.acting(y, time)
         wrench = _total_wrench(motion, pairs)
         _, Lambda_ = self.coordinates.dynamics(self.body, motion, wrench)
         kinetic = self.body.kinetic_energy(motion.Omega, motion.V)
@@ -124,16 +147,17 @@ class System:
             Lambda_,
             np.array([kinetic, *(element.stored(motion, own) for element, own in pairs)]),
             np.array([0.0, *(element.dissipated(motion, own) for element, own in pairs)]),
+            np.array([0.0, *(element.supplied(motion, own) for element, own in pairs)]),
         )
 
-    def potential_energy(self, y: Array) -> Number:
+    def potential_energy(self, y: Array, time: Number = 0.0) -> Number:
         """Return the energy stored in all elements, J."""
-        motion = self.motion(y)
+        motion = self.motion(y, time)
         return sum(element.stored(motion, own) for element, own in self._with_states(y))
 
-    def acting(self, y: Array) -> tuple[Motion, list[tuple[Element, Array]]]:
+    def acting(self, y: Array, time: Number = 0.0) -> tuple[Motion, list[tuple[Element, Array]]]:
         """Return the motion, and each element with its own states; with the hold if it `holds`."""
-        motion, pairs = self.motion(y), self._with_states(y)
+        motion, pairs = self.motion(y, time), self._with_states(y)
         for number, (element, _) in enumerate(pairs):
             if element.holds:
                 loads = _total_wrench(motion, pairs[:number] + pairs[number + 1 :])

@@ -7,7 +7,6 @@ from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, 
 from rbstab.integrate.modes.first_switch import TESTS_PER_STEP, first_switch
 from rbstab.integrate.modes.phases import CurrentPhase, Phases
 from rbstab.systems.modes import modes_of
-from rbstab.systems.system import AUDIT_SIZE
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
 
@@ -30,7 +29,7 @@ def turning():
 
 def searched(problem, angle, rate, length=1.0):
     """Return the first switch of a step in which θ2 follows a function of time."""
-    phase, size = Phases(problem).first, problem.system.size + AUDIT_SIZE
+    phase, size = Phases(problem).first, problem.system.audited_size
 
     def state(t):
         y = np.zeros((size, *np.shape(t)))

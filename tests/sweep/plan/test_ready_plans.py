@@ -22,6 +22,8 @@ MEMBERS = {
     "variants": 5 * 1000,
     "proved_spins_visco_elastic": 21 * 21,
     "strut_stiffness": 9 * 7,
+    "shaken": 39 * 45,
+    "gusts": 4 * 100,
 }
 
 

@@ -15,7 +15,7 @@ keep: summary
 DRAWN = edited("design: grid", "design: random\nmembers: 10\nseed: 1", PLAN)
 
 LISTS = "values, linspace, logspace or geomspace"
-WORDS = "values, linspace, logspace, geomspace, uniform, normal, loguniform"
+WORDS = "values, linspace, logspace, geomspace, uniform, normal, loguniform, member"
 FORM = f"expected a mapping of one of {WORDS}, scale, each, zip"
 SECTIONS = "expected a key of body, gravity, controller, elements or initial"
 KEEP = "expected summary, traces, {traces: [number, ...]} or {traces: {every: n}}"

@@ -149,6 +149,8 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
         return Answer(Sureness.NOT_DECIDED, f"the run ended early: {status} at t = {end:.4g} s")
     if not lines:
         return Answer(Sureness.NOT_DECIDED, "the result has no certificate")
+    if result.attributes.get("verdict") == Verdict.DRIVEN:
+        return Answer(Sureness.SEEN, f"inputs drive the computed motion to t = {end:.4g} s")
     settled = settling_time_of(result)
     if not math.isnan(settled):
         sentence = f"the computed motion is at rest from t = {settled:.4g} s on ({SETTLED})"

@@ -44,6 +44,9 @@ class Undecided(StrEnum):
     SWITCHES = "switches"
     """An element switches, so the motion is smooth only between its switches."""
 
+    INPUT = "input"
+    """An input supplies power, so v may rise."""
+
 
 class Enclose(IntEnum):
     """How far the exact motion is to be enclosed. The numbers are those in files."""

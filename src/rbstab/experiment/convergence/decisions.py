@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 COMMAND = "rbstab run --prove"
 
-NOT_SMOOTH = (Undecided.SLIDING, Undecided.SWITCHES)
+NOT_SMOOTH = (Undecided.SLIDING, Undecided.SWITCHES, Undecided.INPUT)
 """The reasons for which not even the motion is enclosed."""
 
 PATIENCE = 50
@@ -50,7 +50,10 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
 
 
 def _not_smooth(problem: Problem) -> Convergence | None:
-    """Return a convergence that is not decided because the equations are not smooth, or None."""
+    """Return a convergence that no theorem decides, because of what acts on the body, or None."""
+    if problem.system.supplies:
+        why = "an input supplies power, so v may rise"
+        return Convergence(None, why=why, reason=Undecided.INPUT)
     if any(isinstance(element, SlidingConnector) for element in problem.system.elements):
         why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
         return Convergence(None, why=why, reason=Undecided.SLIDING)

@@ -12,11 +12,12 @@ APPROACHED = "the rest state that the motion approaches"
 """The begin of the text if the motion approaches the state."""
 
 
-def zero_description(zero: LyapunovZero) -> str:
+def zero_description(zero: LyapunovZero, *, driven: bool = False) -> str:
     """Return a text that names the state at which v is zero, and says whether a lower one exists.
 
     Args:
         zero: The state.
+        driven: Whether inputs supply power: then a motion need not approach a rest state.
     """
     if not zero.rest.is_at_rest:
         return "no rest state was found in the range of eq. 5"
@@ -26,7 +27,8 @@ def zero_description(zero: LyapunovZero) -> str:
             "approaches"
         )
     outside = "" if zero.rest.found else ", outside the range of eq. 5"
-    return f"{APPROACHED}{outside}; {'no' if zero.is_lowest else 'a'} lower one is known"
+    name = "the rest state without inputs, below the end of the motion" if driven else APPROACHED
+    return f"{name}{outside}; {'no' if zero.is_lowest else 'a'} lower one is known"
 
 
 def described_by_proof(text: str, Theta: Array, proof: "Proof | None") -> str:

@@ -17,7 +17,7 @@ from rbstab.config.entries import replaced
 from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance, decimal_text
-from rbstab.experiment.proof_record import NO_STABILIZERS
+from rbstab.experiment.proof_record import NO_STABILIZERS, SUPPLIES
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
@@ -107,6 +107,8 @@ def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
     from rbstab.analysis.proof.definite import damps_every_motion
     from rbstab.analysis.proof.robust.definite import indefinite_in_box
 
+    if system_of(config).supplies:
+        return SUPPLIES
     if not damps_every_motion(system_of(config, decimals)):
         return NO_STABILIZERS
     indefinite = indefinite_in_box(partial(_corner, config, tolerances))

@@ -55,7 +55,8 @@ def _entries(config: Config, key: str) -> tuple[Entry, ...]:
     gains = [name for name in GAINS if hasattr(config.controller, name)]
     known: list[Path] = [("controller", name) for name in gains]
     for name, section in config.elements.items():
-        scaled = [gain for gain in element_of(section).gains if gain not in (POINT, ANCHOR)]
+        own = element_of(section).gains
+        scaled = [gain for gain in own if gain not in (POINT, ANCHOR) and gain.shape != "direction"]
         known += [("elements", name, gain.name) for gain in scaled]
     found = next((gain for gain in known if path[: len(gain)] == gain), None)
     if found is None:

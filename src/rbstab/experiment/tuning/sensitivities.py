@@ -10,8 +10,9 @@ import numpy as np
 
 from rbstab.analysis.linearisation import BODY_STATES
 from rbstab.config.build import problem_of
-from rbstab.config.elements import switching
+from rbstab.config.elements import inputs, switching
 from rbstab.config.entries import Entry, entries_of, shifted
+from rbstab.config.inputs.signals import SMOOTH_SIGNALS
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
@@ -123,8 +124,8 @@ def check_suited(config: Config) -> None:
     """Reject a config for which variational equations are not supported.
 
     Raises:
-        UnsuitedConfigError: The connector slides, an element switches, or the coordinates are
-            `manifold`.
+        UnsuitedConfigError: The connector slides, an element switches, an input is made of legs, or
+            the coordinates are `manifold`.
         EngineMissingError: heyoka is not installed.
     """
     controller: Any = config.controller
@@ -139,6 +140,13 @@ def check_suited(config: Config) -> None:
         raise UnsuitedConfigError(
             f"elements.{names[0]}: switches, its motion is not smooth "
             "(expected elements that do not switch)"
+        )
+    names = inputs(config.elements, with_legs=True)
+    if names:
+        kind = config.elements[names[0]].signal.kind
+        raise UnsuitedConfigError(
+            f"elements.{names[0]}.signal: is a {kind}, whose motion is smooth only between its "
+            f"breakpoints (expected {' or '.join(SMOOTH_SIGNALS)})"
         )
     if integration.coordinates == "manifold":
         raise UnsuitedConfigError(

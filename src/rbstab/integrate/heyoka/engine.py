@@ -4,7 +4,7 @@ Every parameter of a system becomes a `par[]` of the compiled integrator, so one
 all systems of a structure. The dense output is as accurate as the steps.
 """
 
-from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import heyoka as hy
@@ -14,6 +14,7 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.compile_cache import compiled_once
 from rbstab.integrate.heyoka.symbols import (
     energy_scale,
+    fitting_scale,
     parameter_values,
     scaled_audit,
     state_symbols,
@@ -29,10 +30,14 @@ from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY, THETA
 from rbstab.systems.parameters import structure
-from rbstab.systems.system import AUDIT_SIZE, System
+from rbstab.systems.schedule import Schedule
+from rbstab.systems.system import System
+
+GRID_END = hy.taylor_outcome.time_limit
+"""heyoka's name for the end of a grid."""
 
 STATUSES = {
-    hy.taylor_outcome.time_limit: RunStatus.COMPLETED,  # heyoka's name for the end of the grid
+    GRID_END: RunStatus.COMPLETED,
     hy.taylor_outcome.step_limit: RunStatus.STEP_LIMIT,
     hy.taylor_outcome.err_nf_state: RunStatus.DIVERGED,
 }
@@ -50,19 +55,30 @@ def integrate(
     if status is not None:
         detail = f"{stop_reason(status, problem)} at t = {first:.9g} s"
         systems = (problem.system,) if switches(problem) else ()
-        return replace(trajectory([(first, start)], status, detail, 0, 0), systems=systems)
+        return trajectory(problem, [(first, start)], status, detail, 0, 0, systems)
+    scale = energy_scale(problem)
+    found = _integrate_smooth(problem, progress, deadline, scale)
+    fitting = fitting_scale(problem, found, scale)
+    return found if fitting == scale else _integrate_smooth(problem, progress, deadline, fitting)
+
+
+def _integrate_smooth(
+    problem: Problem, progress: Progress | None, deadline: Deadline, scale: float
+) -> Trajectory:
+    """Integrate equations that are smooth but for switches of modes and breakpoints of inputs."""
     if switches(problem):
         # Imported late: only elements that switch need it.
         from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
 
         with np.errstate(all="ignore"):
-            return HeyokaModeRun(problem, progress, deadline).result()
+            return HeyokaModeRun(problem, progress, deadline, scale=scale).result()
     with deadline.paused():
         compiled = compiled_system(problem.system, problem.rtol)
     callback = StepCallback(problem, progress, deadline)
-    outcome, steps, samples = compiled.run(problem, callback)
+    outcome, steps, samples = compiled.run(problem, callback, scale)
     status = callback.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
-    rows = list(zip(problem.times.tolist(), samples, strict=False)) or [(first, start)]
+    start = float(problem.times[0]), problem.audited_start()
+    rows = list(zip(problem.times.tolist(), samples, strict=False)) or [start]
     if len(rows) == len(problem.times):
         # A limit reached in the last step does not count.
         status = RunStatus.COMPLETED
@@ -72,7 +88,8 @@ def integrate(
         if np.isfinite(state).all() and stop > rows[-1][0]:
             rows.append((stop, state))
         detail = f"{stop_reason(status, problem)} at t = {rows[-1][0]:.9g} s"
-    return trajectory(rows, status, detail, steps, steps)
+    breakpoints = compiled.reached_breakpoints
+    return trajectory(problem, rows, status, detail, steps, steps, breakpoints=breakpoints)
 
 
 def _integrate_switching(
@@ -106,10 +123,12 @@ class CompiledSystem:
 
     def __init__(self, system: System, tolerance: float) -> None:
         symbolic, self.names, count = symbols_of(system)
-        y = state_symbols(system.size + AUDIT_SIZE)
-        bound, self.scale = hy.par[count], 1.0
+        y = state_symbols(system.audited_size)
+        bound, self.scale, self.size = hy.par[count], 1.0, system.size
+        self.reached_breakpoints: list[float] = []
         leaving = regularity(y[THETA]) - bound
-        rates = scaled_audit(symbolic.audited_rates(y), hy.par[count + 1])
+        rates = symbolic.audited_rates(y, hy.time)
+        rates = scaled_audit(rates, system.size, hy.par[count + 1])
         self.integrator = hy.taylor_adaptive(
             list(zip(y, rates, strict=True)),
             state=[0.0] * len(y),
@@ -117,32 +136,71 @@ class CompiledSystem:
             t_events=[hy.t_event(leaving)],
         )
 
-    def run(self, problem: Problem, callback: "StepCallback") -> tuple[Any, int, Array]:
+    def run(
+        self, problem: Problem, callback: "StepCallback", scale: float
+    ) -> tuple[Any, int, Array]:
         """Integrate over the problem's samples.
+
+        Args:
+            problem: The problem.
+            callback: Called after every step.
+            scale: The energy scale, J.
 
         Returns:
             heyoka's outcome, the number of steps, and the computed samples, shape (n, states).
         """
         integrator = self.integrator
-        self.scale = energy_scale(problem)
+        self.scale, self.reached_breakpoints = scale, []
         extra = [problem.range_bound, self.scale]
         # heyoka has no `par[]` after the last one that the equations use.
-        values = np.concatenate([parameter_values(problem.system), extra])
+        values = np.concatenate([parameter_values(problem.system_at_start()), extra])
         integrator.pars[:] = values[: len(integrator.pars)]
         integrator.time = problem.times[0]
         integrator.state[:] = problem.audited_start()
         integrator.reset_cooldowns()
-        outcome, _, _, steps, _, samples = integrator.propagate_grid(
-            problem.times, max_steps=problem.step_limit, callback=callback
-        )
+        if problem.schedule is not None:
+            outcome, steps, samples = self._follow_legs(problem, problem.schedule, callback)
+        else:
+            outcome, _, _, steps, _, samples = integrator.propagate_grid(
+                problem.times, max_steps=problem.step_limit, callback=callback
+            )
         return outcome, steps, self._in_joules(samples)
+
+    def _follow_legs(
+        self, problem: Problem, schedule: Schedule, callback: "StepCallback"
+    ) -> tuple[Any, int, Array]:
+        """Integrate from breakpoint to breakpoint, with the legs that begin there; see `run`."""
+        integrator, times, steps = self.integrator, problem.times.tolist(), 0
+        places, samples = schedule.places(self.names), []
+        edges = [times[0], *problem.breakpoints(), times[-1]]
+        # The sample at a breakpoint belongs to the leg that begins there.
+        rows = [*problem.times.searchsorted(edges[:-1]).tolist(), len(times)]
+        legs = schedule.legs[schedule.breakpoints.searchsorted(edges, side="right")]
+        for leg, (begin, end) in enumerate(pairwise(edges)):
+            wanted, is_last = times[rows[leg] : rows[leg + 1]], leg == len(edges) - 2
+            first = int(not wanted or wanted[0] != begin)
+            grid = [*([begin] if first else []), *wanted, *([] if is_last else [end])]
+            outcome, _, _, taken, _, found = integrator.propagate_grid(
+                grid, max_steps=problem.step_limit - steps, callback=callback
+            )
+            steps += taken
+            samples.append(found[first : first + len(wanted)])
+            if outcome != GRID_END or is_last:
+                break
+            if steps >= problem.step_limit:
+                # heyoka takes a limit of zero for none.
+                outcome = hy.taylor_outcome.step_limit
+                break
+            self.reached_breakpoints.append(end)
+            integrator.pars[places] = legs[leg + 1]
+        return outcome, steps, np.concatenate(samples)
 
     def final_state(self) -> tuple[float, Array]:
         """Return the time and the state at the end of the last run."""
         return self.integrator.time, self._in_joules(self.integrator.state.copy())
 
     def _in_joules(self, states: Array) -> Array:
-        states[..., -AUDIT_SIZE:] *= self.scale
+        states[..., self.size :] *= self.scale
         return states
 
 
@@ -188,7 +246,9 @@ def initial_status(problem: Problem) -> RunStatus | None:
     """Return the status of a run that cannot start, or None if it can."""
     start = problem.start
     with np.errstate(all="ignore"):
-        rates = problem.system.audited_rates(problem.audited_start())
+        rates = problem.system_at_start().audited_rates(
+            problem.audited_start(), float(problem.times[0])
+        )
     if not (np.isfinite(start).all() and np.isfinite(rates).all()):
         return RunStatus.DIVERGED
     if regularity(start[THETA]) <= problem.range_bound:

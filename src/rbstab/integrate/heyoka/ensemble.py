@@ -12,6 +12,7 @@ import numpy as np
 from rbstab.integrate.heyoka.batch_grid import BatchGrid
 from rbstab.integrate.heyoka.compiled_map import SIMD, evaluate_compiled
 from rbstab.integrate.heyoka.symbols import (
+    LARGEST_MISFIT,
     parameter_values,
     scaled_audit,
     state_symbols,
@@ -120,12 +121,15 @@ class Ensemble:
             return hy.par[int(symbol_indices[index])] if varies[index] else constant
 
         symbolic, _, _ = symbols_of(system, symbol)
-        self.size = system.size
+        self.size, self.audited_size = system.size, system.audited_size
         self.times = times
         self.batch = SIMD
-        y = state_symbols(system.size + AUDIT_SIZE)
-        self.symbolic, self.symbols = symbolic, y
-        rates = scaled_audit(symbolic.audited_rates(y), hy.par[len(self.open_indices)])
+        y = state_symbols(system.audited_size)
+        self.symbolic, self.symbols, self.timed = symbolic, y, system.timed
+        scale = hy.par[len(self.open_indices)]
+        # The samples of a run count from its start, which may be any time of the motion.
+        self.time = hy.time + hy.par[len(self.open_indices) + 1] if self.timed else hy.time
+        rates = scaled_audit(symbolic.audited_rates(y, self.time), system.size, scale)
         self.integrator = hy.taylor_adaptive_batch(
             list(zip(y, rates, strict=True)),
             state=np.zeros((len(y), self.batch)),
@@ -158,13 +162,22 @@ class Ensemble:
             parameters: Shape (parameters, m), in the order of `parameter_values`.
             starts: Shape (states, m).
         """
-        with np.errstate(all="ignore"):
-            open_parameters = parameters[self.open_indices][: self.energies.nparams]
-            size = np.abs(evaluate_compiled(self.energies, starts, open_parameters)).sum(axis=0)
+        size = self._initial_energies(parameters, starts)
         return np.where((size > 0) & (size < np.inf), size, 1.0)
 
+    def _initial_energies(self, parameters: Array, starts: Array) -> Array:
+        """Return the sum of the absolute energies of each member at its start, shape (m,), J."""
+        with np.errstate(all="ignore"):
+            open_parameters = parameters[self.open_indices][: self.energies.nparams]
+            energies = evaluate_compiled(self.energies, starts, open_parameters)
+            return np.asarray(np.abs(energies).sum(axis=0))
+
     def run(
-        self, parameters: Array, starts: Array, times: Array | None = None
+        self,
+        parameters: Array,
+        starts: Array,
+        times: Array | None = None,
+        begin: Array | None = None,
     ) -> EnsembleTrajectories:
         """Integrate members over the samples.
 
@@ -173,18 +186,77 @@ class Ensemble:
             starts: The initial states, shape (states, m).
             times: Other samples, shape (n,), s. Trajectories at other samples stay valid. More
                 samples between the same ends do not change a trajectory.
+            begin: The time of the start of each member, shape (m,), s, which is added to the
+                samples; default 0.
         """
-        members = starts.shape[1]
+        begin = np.zeros(starts.shape[1]) if begin is None else begin
         scales = self.scales(parameters, starts)
+        found = self._run(parameters, starts, scales, times, begin)
+        if self.audited_size > self.size + AUDIT_SIZE:
+            self._repeat_misfits(found, parameters, starts, scales, times, begin)
+        lanes = found.states
+        change = lanes[LYAPUNOV_CHANGE, : starts.shape[1]] * scales[:, np.newaxis]
+        members = slice(starts.shape[1])
+        return EnsembleTrajectories(
+            lanes[: self.size], change, found.steps[members], found.done[members]
+        )
+
+    def _repeat_misfits(  # noqa: PLR0913, PLR0917 (all that a run depends on)
+        self,
+        found: "_Lanes",
+        parameters: Array,
+        starts: Array,
+        scales: Array,
+        times: Array | None,
+        begin: Array,
+    ) -> None:
+        """Integrate members again whose scale does not fit to what was supplied.
+
+        See `symbols.fitting_scale`. The scales change in place.
+        """
+        members = len(scales)
+        audits = np.abs(found.states[[self.size, LYAPUNOV_CHANGE], :members]).max(axis=(0, 2))
+        initial = self._initial_energies(parameters, starts)
+        sizes = initial + audits * scales
+        misfits = (sizes > LARGEST_MISFIT * scales) | (sizes < scales / LARGEST_MISFIT)
+        rows = np.flatnonzero(misfits & (sizes > 0) & np.isfinite(sizes) & found.done[:members])
+        if not len(rows):
+            return
+        scales[rows] = sizes[rows]
+        repeated = self._run(
+            parameters[:, rows],
+            starts[:, rows],
+            scales[rows],
+            self.times if times is None else times,
+            begin[rows],
+        )
+        for name in ("states", "steps", "done"):
+            target, source = getattr(found, name), getattr(repeated, name)
+            if name == "states":
+                target[:, rows] = source[:, : len(rows)]
+            else:
+                target[rows] = source[: len(rows)]
+
+    def _run(
+        self,
+        parameters: Array,
+        starts: Array,
+        scales: Array,
+        times: Array | None,
+        begin: Array,
+    ) -> "_Lanes":
+        """Integrate members with these energy scales; see `run`."""
+        members = starts.shape[1]
         # Complete batches: the last lanes repeat the last member.
         full = np.minimum(np.arange(-(-members // self.batch) * self.batch), members - 1)
         grid = self.grid if times is None else BatchGrid.of(times, self.batch)
-        shape = (self.size + AUDIT_SIZE, len(full), len(grid))
-        pars = np.vstack([parameters[self.open_indices], scales])
+        shape = (self.audited_size, len(full), len(grid))
+        audits = np.zeros((self.audited_size - self.size, members))
+        pars = np.vstack([parameters[self.open_indices], scales, begin])
         lanes = _Lanes(
             # heyoka has no `par[]` after the last one that the equations use.
             pars[: len(self.integrator.pars), full],
-            np.vstack([starts, np.zeros((AUDIT_SIZE, members))])[:, full],
+            np.vstack([starts, audits])[:, full],
             self._buffer("states", shape) if times is None else np.empty(shape),
             np.zeros(len(full), dtype=int),
             np.zeros(len(full), dtype=bool),
@@ -198,9 +270,7 @@ class Ensemble:
         for lane in np.flatnonzero(~lanes.done[:members]).tolist():
             self._integrate_batch(slice(lane, lane + 1), lanes)
         self._check_finite(lanes)
-        lyapunov_change = lanes.states[LYAPUNOV_CHANGE, :members] * scales[:, np.newaxis]
-        steps, done = lanes.steps[:members], lanes.done[:members]
-        return EnsembleTrajectories(lanes.states[: self.size], lyapunov_change, steps, done)
+        return lanes
 
     def _integrate_batch(self, chosen: slice, lanes: "_Lanes") -> None:
         """Integrate one batch: members in all its lanes, or one member in every lane."""

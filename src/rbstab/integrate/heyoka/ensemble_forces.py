@@ -7,6 +7,7 @@ import numpy as np
 
 from rbstab.integrate.heyoka.ensemble import Ensemble, EnsembleTrajectories
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import LYAPUNOV_CHANGE
 
 
 class ForcesAlong(NamedTuple):
@@ -25,10 +26,11 @@ class EnsembleForces:
 
     def __init__(self, ensemble: Ensemble) -> None:
         system, y = ensemble.symbolic, ensemble.symbols
-        force = system.observe(y[: system.size]).contact_force
-        rate = system.audited_rates(y)[system.size]
+        force = system.observe(y[: system.size], hy.time).contact_force
+        rate = system.audited_rates(y, hy.time)[LYAPUNOV_CHANGE]
         entries = [hy.expression(0.0) + entry for entry in (*force.tolist(), rate)]
         self.open_indices, self.batch = ensemble.open_indices, ensemble.batch
+        self.times = ensemble.times if ensemble.timed else None
         self.compiled = hy.cfunc(entries, vars=list(y[: system.size]))
 
     def along(
@@ -48,10 +50,12 @@ class EnsembleForces:
         lanes = trajectories.lanes if all_members else np.take(trajectories.lanes, full, axis=1)
         chosen = parameters[self.open_indices][: self.compiled.nparams]
         outputs = np.empty((4, len(full) * samples))
+        time = {} if self.times is None else {"time": np.tile(self.times, len(full))}
         self.compiled(
             lanes.reshape(size, len(full) * samples),
             pars=np.repeat(chosen[:, full], samples, axis=1),
             outputs=outputs,
+            **time,
         )
         force_and_rate = outputs.reshape(4, len(full), samples)[:, :count]
         return ForcesAlong(force_and_rate[:3], force_and_rate[3])

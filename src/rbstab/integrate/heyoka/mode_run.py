@@ -30,7 +30,7 @@ from rbstab.mechanics.states import THETA
 from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import guards_at
 from rbstab.systems.parameters import structure
-from rbstab.systems.system import AUDIT_SIZE, System
+from rbstab.systems.system import System
 
 MISSED = 1e-13
 """If a margin is below minus this after a step, the step missed a switch. heyoka's root isolation
@@ -66,6 +66,7 @@ class CompiledModes:
     Attributes:
         integrator: heyoka's integrator.
         modes: The index of the `par[]` of each mode.
+        names: The index of the first `par[]` of each parameter.
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
@@ -76,8 +77,10 @@ class CompiledModes:
             if element.mode_count
         ]
         self.modes = np.concatenate(places)
-        y = state_symbols(system.size + AUDIT_SIZE)
-        rates = scaled_audit(symbolic.audited_rates(y), hy.par[count + 1])
+        y = state_symbols(system.audited_size)
+        rates = symbolic.audited_rates(y, hy.time)
+        rates = scaled_audit(rates, system.size, hy.par[count + 1])
+        self.names = first
         leaving = regularity(y[THETA]) - hy.par[count]
         guards = guards_at(symbolic, y)
         events = [leaving, *(g + hy.par[count + 2 + i] for i, g in enumerate(guards))]
@@ -115,6 +118,7 @@ class HeyokaModeRun:
         progress: Called after every step.
         deadline: The deadline of the run.
         switch_limit: The run stops after this many switches.
+        scale: The energy scale, J; default that of the start.
     """
 
     def __init__(
@@ -123,18 +127,27 @@ class HeyokaModeRun:
         progress: Progress | None,
         deadline: Deadline,
         switch_limit: int = SWITCH_LIMIT,
+        scale: float | None = None,
     ) -> None:
         self.problem, self.progress, self.deadline = problem, progress, deadline
         self.current = CurrentPhase(problem, switch_limit)
         self.offsets = np.zeros(len(self.phase.signs))
-        self.scale = energy_scale(problem)
+        self.scale = energy_scale(problem) if scale is None else scale
         with deadline.paused():
             compiled = compiled_modes(problem.system, problem.rtol)
-        self.integrator, self.modes = compiled.integrator, compiled.modes
+        self.integrator, self.modes, self.names = (
+            compiled.integrator,
+            compiled.modes,
+            compiled.names,
+        )
+        self.breakpoints = problem.breakpoints()
+        self.reached_breakpoints: list[float] = []
         settings = [problem.range_bound, self.scale, *self.offsets]
         self.values = np.concatenate([parameter_values(self.phase.system), settings])
         self.steps = 0
         self.max_step = np.inf
+        # A step and its begin may sum up to another last digit than that of a breakpoint.
+        self._spacing = 4.0 * float(np.spacing(problem.times[-1]))
         self.samples: list[tuple[float, Array]] = []
         self.systems: list[System] = []
         integrator = self.integrator
@@ -160,8 +173,16 @@ class HeyokaModeRun:
             if integrator.time > self.samples[-1][0] and np.isfinite(state).all():
                 self._add_sample(integrator.time, state)
             status, reason = stop.status, f"{stop} at t = {self.samples[-1][0]:.9g} s"
-        found = trajectory(self.samples, status, reason, self.steps, self.steps)
-        found = replace(found, systems=tuple(self.systems))
+        found = trajectory(
+            self.problem,
+            self.samples,
+            status,
+            reason,
+            self.steps,
+            self.steps,
+            tuple(self.systems),
+            self.reached_breakpoints,
+        )
         impacts = self.current.impacts
         return found if impacts is None else replace(found, impacts=impacts.trace())
 
@@ -174,7 +195,7 @@ class HeyokaModeRun:
         while len(self.samples) < len(times):
             if self.steps >= self.problem.step_limit:
                 raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
-            event = self._step(last)
+            event = self._step(self.breakpoints[0] if self.breakpoints else last)
             while len(self.samples) < len(times) and times[len(self.samples)] <= integrator.time:
                 t = times[len(self.samples)]
                 self._add_sample(t, self.phase.on_stop(integrator.update_d_output(t).copy()))
@@ -192,7 +213,19 @@ class HeyokaModeRun:
                 integrator.state[:] = self.phase.on_stop(integrator.state.copy())
             if event is not None or (self.margins < 0).any():
                 self._switch()
+            if self.breakpoints and self.breakpoints[0] - integrator.time < self._spacing:
+                self._begin_leg(self.breakpoints.pop(0))
             self._unmute()
+
+    def _begin_leg(self, t: float) -> None:
+        """Begin the legs of the inputs at a breakpoint."""
+        assert self.problem.schedule is not None
+        self.integrator.time = t
+        self.reached_breakpoints.append(t)
+        self.current.begin_leg(t)
+        places = self.problem.schedule.places(self.names)
+        self.values[places] = self.problem.schedule.legs_at(t)
+        self._set_parameters()
 
     def _step(self, last: float) -> int | None:
         """Make a step to an event, or of the engine's choice; repeat it if it missed a switch.
@@ -257,7 +290,9 @@ class HeyokaModeRun:
             return np.array(columns).T if np.ndim(t) else columns[0]
 
         states = np.array([state, integrator.state])
-        rates = np.array([phase.audited_rates(y) for y in states])
+        rates = np.array(
+            [phase.audited_rates(y, t) for y, t in zip(states, (begin, end), strict=True)]
+        )
         found = first_switch(phase, path, (begin, end), states, rates)
         if found is None or not self.offsets[found.mode] or found.time >= end:
             return shorter
@@ -313,7 +348,7 @@ class HeyokaModeRun:
         self.integrator.pars[:] = self.values[: len(self.integrator.pars)]
 
     def _add_sample(self, t: float, state: Array) -> None:
-        state[-AUDIT_SIZE:] *= self.scale
+        state[self.problem.system.size :] *= self.scale
         self.samples.append((t, state))
         self.systems.append(self.phase.system)
         if self.current.impacts is not None:

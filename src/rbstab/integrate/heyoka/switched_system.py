@@ -110,7 +110,7 @@ class CompiledSwitchedSystem:
                     )
                 )
         self.integrator = hy.taylor_adaptive(
-            list(zip(y, scaled_audit(symbolic.audited_rates(y), scale), strict=True)),
+            list(zip(y, scaled_audit(symbolic.audited_rates(y), BODY.stop, scale), strict=True)),
             state=[0.0] * len(y),
             tol=tolerance,
             t_events=terminal_events,

@@ -6,10 +6,10 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from rbstab.integrate.problem import Problem
+from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array, cos_of, sin_of, sqrt_of
 from rbstab.systems.parameters import map_parameters, parameters
-from rbstab.systems.system import AUDIT_SIZE, System
+from rbstab.systems.system import System
 
 sin_of.register(hy.expression, hy.sin)
 sqrt_of.register(hy.expression, hy.sqrt)
@@ -59,17 +59,49 @@ def parameter_values(system: System) -> Array:
     return np.concatenate([np.ravel(value) for value in parameters(system).values()])
 
 
-def scaled_audit(rates: Array, scale: Any) -> Array:
+def scaled_audit(rates: Array, size: int, scale: Any) -> Array:
     """Return audited rates in which the rates of the audit states are divided by an energy scale.
+
+    Args:
+        rates: The audited rates.
+        size: The number of states; audit states follow them.
+        scale: The energy scale, J.
 
     heyoka measures its error relative to the largest state. Audit states are energies and grow with
     the mass of the body. Unscaled, they would hide the error of the motion.
     """
-    return np.concatenate([rates[:-AUDIT_SIZE], rates[-AUDIT_SIZE:] / scale])
+    return np.concatenate([rates[:size], rates[size:] / scale])
+
+
+LARGEST_MISFIT = 100.0
+"""The largest ratio of an energy scale to the energies of a run that needs no other scale."""
+
+
+def fitting_scale(problem: Problem, found: Trajectory, scale: float) -> float:
+    """Return the energy scale that fits a run, J; the given one if that fits.
+
+    The energies at the start do not tell how much the elements will supply.
+
+    Args:
+        problem: The problem.
+        found: The run with the given scale.
+        scale: The given scale, J.
+    """
+    if found.supplied_energy is None:
+        return scale
+    audits = np.abs([found.supplied_energy, found.lyapunov_change])
+    size = _initial_energy(problem) + float(audits.max())
+    fits = scale / LARGEST_MISFIT <= size <= scale * LARGEST_MISFIT
+    return size if 0.0 < size < np.inf and not fits else scale
 
 
 def energy_scale(problem: Problem) -> float:
     """Return the sum of the absolute energies at the start, J; 1 J if it is zero or not finite."""
-    with np.errstate(all="ignore"):
-        size = float(np.abs(problem.system.observe(problem.start).energy).sum())
+    size = _initial_energy(problem)
     return size if 0.0 < size < np.inf else 1.0
+
+
+def _initial_energy(problem: Problem) -> float:
+    """Return the sum of the absolute energies at the start, J."""
+    with np.errstate(all="ignore"):
+        return float(np.abs(problem.system.observe(problem.start).energy).sum())

@@ -95,7 +95,7 @@ class VariationalSystem:
         perturbed, _, _ = symbols_of(system, lambda k: hy.par[k] + s * hy.par[self.count + k])
         y = state_symbols(self.size + 1)
         value = perturbed.observe(y).energy.sum() - (rest + s * rest_slope)
-        rates = [*perturbed.rates(y), value / scale]
+        rates = [*perturbed.rates(y, hy.time), value / scale]
         equations = hy.var_ode_sys(list(zip(y, rates, strict=True)), [s], 1).sys
         self.integrator = hy.taylor_adaptive(
             equations,

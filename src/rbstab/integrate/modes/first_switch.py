@@ -45,7 +45,7 @@ def first_switch(
     times = np.linspace(*ends, TESTS_PER_STEP + 1)
     inner = [phase.margins(state) for state in path(times[1:-1]).T]
     margins = np.array([phase.margins(states[0]), *inner, phase.margins(states[1])])
-    slopes = [phase.margin_rates(y, f) for y, f in zip(states, rates, strict=True)]
+    slopes = [phase.margin_rates(y, t, f) for y, t, f in zip(states, ends, rates, strict=True)]
     found = [
         switch
         for mode in _suspects(margins, slopes, times[1] - times[0])

@@ -83,7 +83,7 @@ class Impacts:
         if abs(y[1]) > stop.angle + HOP_HEIGHT:
             raise StopRun(RunStatus.SOLVER_FAILURE, f"θ2 starts beyond the stop {stop.name}")
         mode = next(mode for mode, of in self._sides.items() if of == side)
-        if self._current.phase.margin_rates(y)[mode] < 0:
+        if self._current.phase.margin_rates(y, t)[mode] < 0:
             return self.after([mode], t, y)
         return y
 

@@ -25,7 +25,7 @@ from rbstab.systems.modes import (
     with_first_modes,
     with_modes,
 )
-from rbstab.systems.system import AUDIT_SIZE, System
+from rbstab.systems.system import System
 
 SWITCH_LIMIT = 10_000_000
 """A run stops after this many switches."""
@@ -60,7 +60,7 @@ class Phase:
     """
 
     def __init__(self, system: System, guards: StraightLine | None) -> None:
-        size = system.size + AUDIT_SIZE
+        size = system.audited_size
         self.system = system
         self.audited_rates = audited_rates_of(system)
         self.signs = 2.0 * np.array(modes_of(system)) - 1.0
@@ -77,14 +77,15 @@ class Phase:
         """Return the margins at an audited state, shape (modes,)."""
         return self.signs * self._guards(y)
 
-    def margin_rates(self, y: Array, rates: Array | None = None) -> Array:
+    def margin_rates(self, y: Array, t: float, rates: Array | None = None) -> Array:
         """Return the rates of the margins along the motion, shape (modes,).
 
         Args:
             y: The audited state.
+            t: The time, s.
             rates: The audited rates there, if they are known.
         """
-        along = self.audited_rates(y) if rates is None else rates
+        along = self.audited_rates(y, t) if rates is None else rates
         return self.signs * self._guards(y + 1j * STEP * along).imag / STEP
 
     def coinciding(self, y: Array, t: float, rates: Array | None = None) -> Array:
@@ -95,7 +96,7 @@ class Phase:
             t: The time, s.
             rates: The audited rates there, if they are known.
         """
-        margins, falling = self.margins(y), -self.margin_rates(y, rates)
+        margins, falling = self.margins(y), -self.margin_rates(y, t, rates)
         reach = COINCIDENCE * (float(np.spacing(t)) * falling + EPSILON)
         return np.flatnonzero((falling > 0) & (margins <= reach))
 
@@ -111,8 +112,10 @@ class Phases:
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._system = with_first_modes(problem.system, problem.start)
-        size = problem.system.size + AUDIT_SIZE
+        first = float(problem.times[0])
+        self._schedule = problem.schedule
+        self._system = with_first_modes(problem.system_at_start(), problem.start, first)
+        size = problem.system.audited_size
         # They are the same in all modes, but for those of a stop.
         has_stop = stop_of(problem.system) is not None
         self._guards = None if has_stop else StraightLine(guards_at, self._system, size)
@@ -137,6 +140,13 @@ class Phases:
         signs = phase.signs.copy()
         signs[switched] *= -1.0
         return self.of(tuple((0.5 * (signs + 1.0)).tolist()))
+
+    def with_leg(self, phase: Phase, t: float) -> Phase:
+        """Return a phase with the legs of the inputs that begin at a breakpoint."""
+        assert self._schedule is not None
+        self._system = self._schedule.system_at(self._system, t)
+        self._known.clear()
+        return self.of(modes_of(phase.system))
 
     def owner(self, mode: int) -> str:
         """Return the name of the element that owns a mode."""
@@ -181,6 +191,10 @@ class CurrentPhase:
             return self.impacts.after(modes, t, y)
         self.switch(modes, t)
         return y
+
+    def begin_leg(self, t: float) -> None:
+        """Begin the legs of the inputs at a breakpoint; no mode switches there."""
+        self.phase = self._phases.with_leg(self.phase, t)
 
     def switch(self, modes: list[int], t: float) -> None:
         """Switch some modes at a time.

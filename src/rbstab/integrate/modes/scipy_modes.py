@@ -16,7 +16,6 @@ from rbstab.integrate.modes.phases import SWITCH_LIMIT, CurrentPhase, Phase, Swi
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.scipy_run import ScipyRun
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.system import System
 
 MAX_CORRECTIONS = 4
 """The most repetitions of a step that ends at a switch. Two are enough, unless the margin falls so
@@ -44,7 +43,6 @@ class ModeRun(ScipyRun):
         switch_limit: int = SWITCH_LIMIT,
     ) -> None:
         self.current = CurrentPhase(problem, switch_limit)
-        self.systems: list[System] = []
         super().__init__(problem, progress, deadline)
         self.rates.audited_rates = self.phase.audited_rates
 
@@ -54,9 +52,8 @@ class ModeRun(ScipyRun):
         return self.current.phase
 
     def result(self) -> Trajectory:
-        """Integrate, and return the trajectory with the smooth system at each sample."""
-        found = replace(super().result(), systems=tuple(self.systems))
-        impacts = self.current.impacts
+        """Integrate, and return the trajectory with its impacts."""
+        found, impacts = super().result(), self.current.impacts
         return found if impacts is None else replace(found, impacts=impacts.trace())
 
     def _add_sample(self, t: float, y: Array) -> None:
@@ -69,10 +66,15 @@ class ModeRun(ScipyRun):
         if self.current.impacts is not None:
             self.y = self.current.impacts.begin(self.t, self.y)
             self.rates.audited_rates = self.phase.audited_rates
-        for end in self.problem.times[1:].tolist():
-            while self.t < end:
-                self._follow_phase(end)
-            self._add_sample(end, self.y)
+        super()._integrate()
+
+    def _follow_to(self, end: float) -> None:
+        while self.t < end:
+            self._follow_phase(end)
+
+    def _begin_leg(self, t: float) -> None:
+        self.current.begin_leg(t)
+        self.rates.audited_rates = self.phase.audited_rates
 
     def _follow_phase(self, end: float) -> None:
         """Step until a time, or through the first switch."""
@@ -98,7 +100,7 @@ class ModeRun(ScipyRun):
                 return
             solver = self._solver_at(target)
             margin = float(self.phase.margins(solver.y)[switch.mode])
-            rate = float(self.phase.margin_rates(solver.y)[switch.mode])
+            rate = float(self.phase.margin_rates(solver.y, solver.t)[switch.mode])
             correction = -margin / rate if rate < 0 else 0.0
             small = abs(correction) <= float(np.spacing(target))
             inside = self.t < target + correction <= max(switch.latest, target)

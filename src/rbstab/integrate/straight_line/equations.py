@@ -4,7 +4,7 @@ numpy takes about a microsecond for each operation on three numbers. So a functi
 vector is called once with numbers that record its operations, and then evaluated by Python code of
 floats. The code is made once for each structure. Parameters are inputs of the code, but zeros (of
 diagonal gains) are constants: a third of the operations remains. The modes of elements that switch
-(`systems.modes`) are inputs too, whatever their values.
+(`systems.modes`) and the legs of signals (`systems.schedule`) are inputs of it too, even if zero.
 """
 
 import cmath
@@ -20,6 +20,7 @@ from rbstab.integrate.straight_line.number import Trace
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import mode_parameters
 from rbstab.systems.parameters import map_parameters, parameters, structure
+from rbstab.systems.schedule import leg_parameters
 from rbstab.systems.system import System
 
 Equations = Callable[[System, Array], Array]
@@ -93,10 +94,10 @@ def _prepared(equations: Equations, system: System, size: int) -> dict[str, Eval
     if any(value.dtype.kind not in "if" for value in flat):
         return {}
     values = np.concatenate(flat).astype(float)
-    # One code serves all modes of the elements, so a mode of zero is an input as well.
-    modes = mode_parameters(system)
-    is_mode = [np.full(value.size, name in modes) for name, value in named.items()]
-    is_zero = (values == 0.0) & ~np.concatenate(is_mode)
+    # One code serves all modes and all legs, so one of zero is an input as well.
+    changing = mode_parameters(system) | leg_parameters(system)
+    changes = [np.full(value.size, name in changing) for name, value in named.items()]
+    is_zero = (values == 0.0) & ~np.concatenate(changes)
     recipe = _Recipe(equations, kind, size, tuple(is_zero.tolist()), system)
     prepare = _code(recipe)
     if prepare is None:

@@ -152,7 +152,7 @@ def drive(
         reason = _stop_reason(status, problem, driver, deadline, last.reason)
         detail = f"{reason} at t = {last.time:.9g} s"
     rows = [(s.driver_state.time, s.driver_state.state) for s in samples]
-    result = trajectory(rows, status, detail, driver.steps, driver.evaluations)
+    result = trajectory(problem, rows, status, detail, driver.steps, driver.evaluations)
     switches = _switch_trace(samples, chatter_energies[: len(samples)], driver.log)
     if problem.diagnosed:
         switches = switches._replace(trusted_until=_trusted_until(make_driver, problem, result))

@@ -56,6 +56,11 @@ class Run:
         v = self.result["lyapunov"]
         return not np.array_equal(lyapunov_function_of(self.result), v, equal_nan=True)
 
+    @property
+    def is_driven(self) -> bool:
+        """Whether inputs supply power to the body."""
+        return "supplied_power" in self.result and "supplied_energy" in self.result
+
     @cached_property
     def settling_time(self) -> float:
         """The time from which v stays below v(0)/1000, s; NaN if the run has not settled."""

@@ -71,7 +71,8 @@ def _matrix(facts: Sequence[RunFacts]) -> Table:
     note = (
         "The last column puts the checks of the computed run together; global stability and the "
         "certified region have no part in it, because they speak of the exact motion. A start "
-        "outside of the certified region decides nothing. Numbers over v(0) are divided by a ten "
+        "outside of the certified region decides nothing. driven: inputs supply power, so v may "
+        "rise; what rises is supplied. Numbers over v(0) are divided by a ten "
         "thousandth of the largest energy if that is larger."
     )
     return Table("certificate-matrix", "Checks of each run", heads, tuple(rows), note)

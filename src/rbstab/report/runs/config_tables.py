@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
 from rbstab.config.units import unit_of
+from rbstab.elements.registry import SELECTORS
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, counted, number, untrusted
 from rbstab.report.runs.facts import RunFacts
@@ -121,11 +122,11 @@ def _unit(key: str, configs: Mapping[str, Flat]) -> str:
     """Return the unit of a key; that of an element depends on its kind."""
     element = key.rpartition(".")[0]
     found = [
-        (config[f"{element}.kind"], config.get(f"{element}.method"))
+        (kind, config.get(f"{element}.{SELECTORS.get(kind, '')}"))
         for config in configs.values()
-        if f"{element}.kind" in config
+        if (kind := str(config.get(f"{element}.kind", "")))
     ]
-    return unit_of(key, {(str(kind), method) for kind, method in found})
+    return unit_of(key, set(found))
 
 
 def _with_unit(key: str, configs: Mapping[str, Flat]) -> str:

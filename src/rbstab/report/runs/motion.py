@@ -57,7 +57,7 @@ def _ties(run: Run, system: System, turns: Rotation, samples: Array) -> tuple[Ti
     forces, X = run.result["element_force"][samples], run.result["position"][samples]
     ties = []
     for element in system.elements:
-        if element.name not in names or POINT not in element.gains:
+        if element.name not in names or not {POINT, ANCHOR} <= set(element.gains):
             continue
         point, anchor = (np.asarray(getattr(element, end.name)) for end in (POINT, ANCHOR))
         own = forces[:, names.index(element.name)]

@@ -7,7 +7,12 @@ from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.distributions import distribution_figure
 from rbstab.report.runs.figures.eigenvalues import eigenvalue_blocks
 from rbstab.report.runs.figures.energy import element_figures, energy_figure, force_figures
-from rbstab.report.runs.figures.lyapunov import audit_figure, decay_figure, residual_figure
+from rbstab.report.runs.figures.lyapunov import (
+    audit_figure,
+    decay_figure,
+    residual_figure,
+    supply_figures,
+)
 from rbstab.report.runs.figures.phase import overlaid_phases, phase_figure
 from rbstab.report.runs.figures.sliding import sliding_figures
 from rbstab.report.runs.figures.states import overlaid_states, state_figures
@@ -61,6 +66,7 @@ def _comparison_section(runs: Sequence[Run]) -> Section:
 def _run_section(run: Run) -> Section:
     figures = (
         *state_figures(run),
+        *supply_figures(run),
         energy_figure(run),
         *force_figures(run),
         *element_figures(run),

@@ -46,9 +46,10 @@ def distributed(members: Members) -> list[MemberQuantity]:
     peaks, angles = (
         members.column(name) for name in ("peak_contact_displacement", "peak_orientation")
     )
-    start = members.column("lyapunov_start")
+    # v is largest at the start, unless inputs supply power.
+    size = np.fmax(members.column("lyapunov_start"), members.column("lyapunov_end"))
     with np.errstate(all="ignore"):
-        relative = members.column("energy_residual") / np.where(start > 0, start, np.nan)
+        relative = members.column("energy_residual") / np.where(size > 0, size, np.nan)
     quantities = [
         settling_time(members),
         *(

@@ -25,6 +25,7 @@ COLUMNS = (
     "run_id",
     "status",
     "lyapunov_start",
+    "lyapunov_end",
     "energy_residual",
     "peak_contact_displacement",
     "peak_orientation",
@@ -74,6 +75,13 @@ class Members:
         """Return the data of a column, with the members along the first axis."""
         data: Array = self.table[name]
         return data
+
+    @cached_property
+    def driven(self) -> bool:
+        """Whether inputs supply power to the members."""
+        return self.plan is not None and any(
+            problem.system.supplies for problem in self.plan.initial_value_problems.values()
+        )
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:

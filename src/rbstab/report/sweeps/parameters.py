@@ -68,8 +68,12 @@ class BinnedAxis(NamedTuple):
 
 
 def parameters_of(plan: Plan, table: Table) -> tuple[Parameter, ...]:
-    """Return the axes of a plan with more than one value, in the order of the plan."""
-    parameters = [_parameter(axis, table) for axis in plan.axes if axis.length != 1]
+    """Return the axes of a plan with more than one value, in the order of the plan.
+
+    A number that counts the members, as the seed of a noise, says nothing about them.
+    """
+    axes = [axis for axis in plan.axes if axis.length != 1 and not axis.counts_members]
+    parameters = [_parameter(axis, table) for axis in axes]
     return tuple(p for p in parameters if len(p.values) and p.values.min() < p.values.max())
 
 

@@ -129,7 +129,8 @@ class SweepSummary(NamedTuple):
         by_status: The number of members with each status that occurs.
         settled: The number of completed members that settled.
         settling_median: The median of their settling times, s.
-        worst_residual: The largest |r|/v(0) of the completed members with v(0) > 0.
+        worst_residual: The largest |r|/v(0) of the completed members; over v at the end if that is
+            larger than v(0), as where inputs supply power. NaN if neither is above 0.
         convergence: The number of members with each word of the column `convergence` that occurs;
             empty if it is unknown of all members.
     """
@@ -148,13 +149,14 @@ def sweep_summary(path: Path) -> SweepSummary:
     Raises:
         StoreError: The file cannot be read, or is damaged.
     """
-    names = ("status", "settling_time", "energy_residual", "lyapunov_start")
+    names = ("status", "settling_time", "energy_residual", "lyapunov_start", "lyapunov_end")
     table = read_table(path, (*names, "convergence"))
-    status, settling, residual, start = (table[name] for name in names)
+    status, settling, residual, start, end = (table[name] for name in names)
+    scale = np.fmax(start, end)
     completed = status == STATUSES.index(RunStatus.COMPLETED)
     settled = settling[completed & np.isfinite(settling)]
-    moving = completed & (start > 0)
-    relative = residual[moving] / start[moving]
+    moving = completed & (scale > 0)
+    relative = residual[moving] / scale[moving]
     return SweepSummary(
         len(status),
         counts_by_status(np.bincount(status, minlength=len(STATUSES))),

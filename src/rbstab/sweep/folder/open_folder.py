@@ -198,7 +198,8 @@ def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
     share = plan.keep.count(plan.members) / plan.members
     problems = plan.initial_value_problems.values()
     one_by_one = plan.engine == "scipy" or any(
-        problem.switching is not None or has_modes(problem.system) for problem in problems
+        problem.switching is not None or problem.schedule is not None or has_modes(problem.system)
+        for problem in problems
     )
     smallest = -(-plan.members // MAX_SHARDS)
     size = shard_size or max(

@@ -1,7 +1,8 @@
 """The fast engine of members, which integrates them in compiled batches.
 
-Members with switching or projection are single runs. A member is also computed by a single run,
-which gives its status, if a batch does not integrate it to the end, or not within the step limit.
+Members with switching, projection or breakpoints of inputs are single runs. A member is also
+computed by a single run, which gives its status, if a batch does not integrate it to the end, or
+not within the step limit.
 θ2 of a member may come so close to the end of the range that the samples do not show whether the
 member left the range. The engine then integrates this member again, outside the batch. If the
 integration does not complete, the member is computed by a single run.
@@ -118,8 +119,10 @@ class EnsembleEngine:
 
 
 def _can_run_in_batches(problem: Problem) -> bool:
-    """Whether a problem has neither switching nor projection, which interrupt the steps."""
-    return problem.switching is None and not problem.project and not has_modes(problem.system)
+    """Whether nothing interrupts the steps of a problem: no switch, projection or breakpoint."""
+    return not (
+        problem.switching or problem.project or problem.schedule or has_modes(problem.system)
+    )
 
 
 class _BatchTraces(NamedTuple):

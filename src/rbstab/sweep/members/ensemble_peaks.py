@@ -87,7 +87,9 @@ class EnsemblePeaks(NamedTuple):
             after: The samples, counted from the start, shape (n,), s.
             begin: The time of the start, of shape () or (m, 1), s.
         """
-        trajectories = self.ensemble.run(parameters, starts, after)
+        members = starts.shape[1]
+        from_start = np.broadcast_to(begin.reshape(-1), (members,))
+        trajectories = self.ensemble.run(parameters, starts, after, from_start)
         observed = self.ensemble.observe(parameters, trajectories, reuse=False)
         length = (after[-1] - after[0]) / (len(after) - 1)
         samples = self._samples(begin + after, length, parameters, trajectories.states, observed)

@@ -14,13 +14,16 @@ _NOT_COMPARED = (
     *("peak_contact_displacement_error", "peak_orientation_error"),
 )
 
+_ENERGIES = ("lyapunov_start", "lyapunov_end")
+
 _SCALE = {
-    "energy_residual": "lyapunov_start",
-    "energy_at_rest": "lyapunov_start",
-    "rest_orientation": "peak_orientation",
+    "energy_residual": _ENERGIES,
+    "energy_at_rest": _ENERGIES,
+    "lyapunov_start": _ENERGIES,
+    "rest_orientation": ("peak_orientation",),
 }
-"""For a column whose values may all be round-off: the column whose largest absolute value divides
-its differences."""
+"""For a column whose values may all be round-off: the columns whose largest absolute value divides
+its differences. v is largest at the start, unless inputs supply power."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +60,15 @@ def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict
         alike &= same.reshape(len(same), -1).all(axis=1)
     differences = {}
     for name in columns:
-        a, b, scale = (
+        a, b, *scales = (
             np.where(np.isnan(values), 0.0, values)[alike]
-            for values in (ours[name], theirs[name], theirs[_SCALE.get(name, name)])
+            for values in (
+                ours[name],
+                theirs[name],
+                *(theirs[one] for one in _SCALE.get(name, (name,)) if one in theirs),
+            )
         )
+        scale = np.concatenate([values.ravel() for values in scales])
         # Infinite numbers come from diverged motions. It is enough that both motions diverge.
         finite = np.isfinite(a) & np.isfinite(b)
         largest = float(np.abs(scale[np.isfinite(scale)]).max(initial=0.0))

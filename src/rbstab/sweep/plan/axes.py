@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rbstab.config.source import Path, key_of
-from rbstab.sweep.plan.distributions import Distribution, FiniteList
+from rbstab.sweep.plan.distributions import Distribution, FiniteList, MemberNumber
 
 VARIANT: Path = ("controller", "variant")
 
@@ -52,6 +52,11 @@ class Axis:
     name: str
     varied_keys: tuple[VariedKey, ...]
     each: bool = False
+
+    @property
+    def counts_members(self) -> bool:
+        """Whether the axis only counts the members: it makes none, and draws nothing."""
+        return isinstance(self.varied_keys[0].distribution, MemberNumber)
 
     @property
     def length(self) -> int | None:

@@ -84,7 +84,7 @@ def _subsource(source: Source, key: str) -> Source:
     values = {path[1:]: where for path, where in source.values.items() if path[:1] == (key,)}
     keys = {path[1:]: where for path, where in source.keys.items() if path[:1] == (key,)}
     values.setdefault((), source.location((key,)))
-    return Source(deepcopy(source.data[key]), values, keys)
+    return Source(deepcopy(source.data[key]), values, keys, folder=source.folder)
 
 
 def _with_variant(source: Source, variant: str) -> Source:

@@ -152,6 +152,32 @@ class Geomspace(_SpacedList):
 
 
 @dataclass(frozen=True)
+class MemberNumber(Distribution):
+    """No distribution: whole numbers that count the members, as seeds of their noises."""
+
+    keyword = "member"
+    first: int
+
+    @property
+    def arguments(self) -> list[float | str]:
+        """The first number."""
+        return [self.first]
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The first number: all others are valid seeds as well if it is one."""
+        return self.first, self.first
+
+    def at(self, numbers: Array) -> Array:
+        """Return the values of members with these numbers, counted from 0."""
+        return self.first + numbers.astype(float)
+
+    def quantile(self, u: Array) -> Array:
+        """Never called: a plan gives no coordinate to this key."""
+        raise TypeError("the number of a member is not drawn")
+
+
+@dataclass(frozen=True)
 class _TwoParameters(Distribution):
     """A distribution with two parameters."""
 

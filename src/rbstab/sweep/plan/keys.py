@@ -4,11 +4,14 @@ from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from typing import Any
 
+import numpy as np
+
 from rbstab.config.errors import ConfigProblem, Location
 from rbstab.config.messages import describe
 from rbstab.config.overrides import parse_key
 from rbstab.config.source import Path, key_of
 from rbstab.sweep.plan.axes import VARIANT, VariedKey, value_at
+from rbstab.sweep.plan.distributions import FiniteList, MemberNumber
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.problems import ProblemCollector
 from rbstab.sweep.plan.read_vary import VARIED_SECTIONS
@@ -67,7 +70,23 @@ def _problem_with(varied: VariedKey, value: Any) -> tuple[str, str] | None:
         )
     if not varied.scale and not _is_number(value):
         return f"is {describe(value)} in the base", "expected a number, or controller.variant"
-    return None
+    return _problem_with_whole_number(varied)
+
+
+def _problem_with_whole_number(varied: VariedKey) -> tuple[str, str] | None:
+    """Return the problem if only some values of a seed would be whole numbers; else None."""
+    is_seed = varied.path[0] == "elements" and varied.path[-2:] == ("signal", "seed")
+    distribution = varied.distribution
+    counts = isinstance(distribution, MemberNumber)
+    if counts and not is_seed:
+        return "is no seed", "expected the seed of a noise for {member: [first]}"
+    if not is_seed or counts:
+        return None
+    expected = "expected {member: [first]}, or a list of whole numbers"
+    if not isinstance(distribution, FiniteList):
+        return "is a seed, which cannot be drawn", expected
+    entries = distribution.at(np.arange(distribution.length))
+    return None if (entries == np.round(entries)).all() else ("is a seed", expected)
 
 
 def _is_number(value: Any) -> bool:

@@ -9,7 +9,7 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.load import source_of
 from rbstab.sweep.plan.axes import VARIANT, Axis
 from rbstab.sweep.plan.bases import read_bases
-from rbstab.sweep.plan.designs import DESIGNS, Design
+from rbstab.sweep.plan.designs import DESIGNS, Design, RandomDesign
 from rbstab.sweep.plan.distributions import Values
 from rbstab.sweep.plan.keys import check_changes, check_keys
 from rbstab.sweep.plan.plan import (
@@ -129,8 +129,10 @@ def _design(problems: ProblemCollector, name: str | None, axes: tuple[Axis, ...]
     members, seed = found.get("members"), found.get("seed")
     if name is None or members is None or seed is None:
         return None
-    drawn = sum(not axis.each for axis in axes)
-    if axes and not drawn:
+    drawn = sum(not axis.each and not axis.counts_members for axis in axes)
+    # Random points need no coordinates if only the numbers of the members differ.
+    only_counted = name == RandomDesign.keyword and any(axis.counts_members for axis in axes)
+    if axes and not drawn and not only_counted:
         problems.add(("design",), "has nothing to draw", "expected a key without `each`")
     limit = DESIGNS[name].max_points
     if limit is not None and members > limit:

@@ -21,7 +21,7 @@ from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey, value_at
 from rbstab.sweep.plan.designs import Design
-from rbstab.sweep.plan.distributions import FiniteList
+from rbstab.sweep.plan.distributions import FiniteList, MemberNumber
 from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.plan.trace_selection import TraceSelection
 
@@ -109,7 +109,7 @@ class Plan:
         """
         if not 0 <= start <= stop <= self.members:
             raise IndexError(f"members {start} to {stop} of a plan with {self.members}")
-        by_axis = self._indices(start, stop)
+        by_axis = self._indices(start, stop) | self._own_numbers(start, stop)
         wanted = [
             (axis.name, varied)
             for axis in self.axes
@@ -175,7 +175,16 @@ class Plan:
         return True
 
     def _is_counted(self, axis: Axis) -> bool:
-        return self.design is None or axis.each
+        return (self.design is None or axis.each) and not axis.counts_members
+
+    def _own_numbers(self, start: int, stop: int) -> dict[str, Array]:
+        """Return the numbers of members along the axes that count them.
+
+        In a design they are the numbers of their points: so all entries of `each` get the same.
+        """
+        entries, points = self._numbers(start, stop)
+        numbers = entries if self.design is None else points
+        return {axis.name: numbers for axis in self.axes if axis.counts_members}
 
     def _indices(self, start: int, stop: int) -> dict[str, Array]:
         """Return each member's indices along the counted axes; the last axis varies fastest."""
@@ -199,7 +208,11 @@ class Plan:
             rest = stop - start - (end - first)
             u = self.design.draw(first, end)
             u = np.hstack([u, self.design.draw(0, rest)]) if rest else u
-        drawn = [axis.name for axis in self.axes if not self._is_counted(axis)]
+        drawn = [
+            axis.name
+            for axis in self.axes
+            if not self._is_counted(axis) and not axis.counts_members
+        ]
         return dict(zip(drawn, u, strict=True))
 
     def _numbers(self, start: int, stop: int) -> tuple[Array, Array]:
@@ -243,7 +256,7 @@ def _values_of(varied: VariedKey, indices_or_coordinates: Array) -> Array:
     """Return the values at indices of a list (integers), or at coordinates of a design."""
     distribution = varied.distribution
     if indices_or_coordinates.dtype.kind == "i":
-        assert isinstance(distribution, FiniteList)
+        assert isinstance(distribution, FiniteList | MemberNumber)
         found = distribution.at(indices_or_coordinates)
     else:
         found = distribution.quantile(indices_or_coordinates)

@@ -15,6 +15,7 @@ from rbstab.sweep.plan.distributions import (
     Linspace,
     Logspace,
     LogUniform,
+    MemberNumber,
     Normal,
     Uniform,
     Values,
@@ -59,7 +60,7 @@ _SYNTAX = {
     )
 }
 
-KEYWORDS = (Values.keyword, *_SYNTAX)
+KEYWORDS = (Values.keyword, *_SYNTAX, MemberNumber.keyword)
 """The names of the distributions in a plan."""
 
 
@@ -90,7 +91,17 @@ def read_distribution(
     if names:
         problems.add(inside, "is not a list of variants", "expected values: [variant, ...]")
         return None
+    if keyword == MemberNumber.keyword:
+        return _member_number(problems, inside, value[keyword])
     return _numbers(problems, inside, value[keyword], _SYNTAX[keyword])
+
+
+def _member_number(problems: ProblemCollector, path: Path, value: Any) -> MemberNumber | None:
+    if not isinstance(value, list) or len(value) != 1:
+        problems.add_unexpected(path, value, "[first]")
+        return None
+    first = problems.read_integer((*path, 0), value[0], 0)
+    return None if first is None else MemberNumber(first)
 
 
 def _values(problems: ProblemCollector, path: Path, value: Any, *, names: bool) -> Values | None:

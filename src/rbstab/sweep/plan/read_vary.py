@@ -85,10 +85,14 @@ def _varied_key(problems: ProblemCollector, place: Path, key: str, value: Any) -
         expected = "expected `each` outermost, and no `zip` in a `zip`"
         problems.add((*place, word), "is nested too deeply", expected, of_key=True)
         return None
+    counts = isinstance(inner := value["scale"] if scale else value, dict) and "member" in inner
+    if counts and (scale or len(place) > 2):
+        expected = "expected {member: [first]} at a key of its own, without scale, zip or each"
+        problems.add(inside, "counts the members", expected, of_key=True)
+        return None
     if scale and path == VARIANT:
         problems.add(inside, "cannot scale names", "expected values: [variant, ...]", of_key=True)
         return None
-    inner = value["scale"] if scale else value
     distribution = read_distribution(problems, inside, inner, names=path == VARIANT)
     own = place[:-1] if place[-1] == "each" else place
     return VariedKey(path, distribution, scale, own) if distribution is not None else None
@@ -106,7 +110,7 @@ def _check_lists(problems: ProblemCollector, axis: Axis, *, grid: bool) -> None:
                 entries = "entry" if distribution.length == 1 else "entries"
                 problem = f"has {distribution.length} {entries} where others have {axis.length}"
                 problems.add(varied.place, problem, "expected lists of equal length in a zip")
-        elif grid or axis.each:
+        elif (grid or axis.each) and not axis.counts_members:
             why = "which a grid requires" if grid else "which `each` requires"
             lists = "values, linspace, logspace or geomspace"
             problems.add(varied.place, f"is not a list, {why}", f"expected {lists}")

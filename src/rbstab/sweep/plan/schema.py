@@ -45,6 +45,12 @@ def _distributions() -> list[dict[str, Any]]:
             for key, of in counted.items()
         ),
         *(_only(key, _list_of(_NUMBER, _NUMBER, description=form)) for key, form in paired.items()),
+        _only(
+            "member",
+            _list_of(
+                {"type": "integer", "minimum": 0}, description="[first]: seeds that count members"
+            ),
+        ),
     ]
 
 

@@ -94,7 +94,7 @@ class ProvedConvergence:
         self._robust = {
             variant: RobustProofs(plan, variant, results)
             for variant in plan.variants
-            if variant not in shared and not _switches(plan, variant)
+            if variant not in shared and not _is_undecided(plan, variant)
         }
         self.bounds = {
             variant: bound
@@ -188,15 +188,16 @@ def keep_proofs(plan: Plan, results: Path) -> None:
 
 def shares_proof(plan: Plan, variant: str) -> bool:
     """Return whether one proof of rest states says something about all members of a variant."""
-    return not _switches(plan, variant) and all(
+    return not _is_undecided(plan, variant) and all(
         varied.path[0] == "initial" for varied in plan.varied_keys_of(variant)
     )
 
 
-def _switches(plan: Plan, variant: str) -> bool:
+def _is_undecided(plan: Plan, variant: str) -> bool:
+    """Whether no theorem decides the motions of a variant, because of what acts on the body."""
     system = plan.initial_value_problems[variant].system
     slides = any(isinstance(element, SlidingConnector) for element in system.elements)
-    return slides or has_modes(system)
+    return slides or system.supplies or has_modes(system)
 
 
 def _is_known(proof: Proof) -> bool:

@@ -168,8 +168,9 @@ class MotionProver:
     def _convergence(self, variant: str, member: int) -> Convergence:
         config = self.plan.config_of(member)
         problem = problem_of(config)
-        if problem.switching is not None or has_modes(problem.system):
-            # It needs no proof of rest states: the motion is not smooth.
+        system = problem.system
+        if problem.switching is not None or system.supplies or has_modes(system):
+            # It needs no proof of rest states: no theorem decides, whatever they are.
             return convergence_at_start(config, problem, None)
         shared = self._shared_by(variant)
         proof = shared.proof if shared is not None else prove(config, problem)

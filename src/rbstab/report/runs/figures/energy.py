@@ -33,8 +33,9 @@ def energy_figure(run: Run) -> Figure:
         tuple(panels),
         columns=2,
         caption=f"The energies add up to {'v - ε' if run.stores_v_minus_work else 'v'} plus the "
-        "energy at rest, and the dissipations add up to -v'. The lower panels show the absolute "
-        "value of each part.",
+        "energy at rest, and the dissipations add up to "
+        f"{'what is supplied minus ' if run.is_driven else '-'}v'. The lower panels show the "
+        "absolute value of each part.",
         shares_time=True,
     )
 

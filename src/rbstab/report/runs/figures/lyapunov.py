@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.report.model.figure import Axis, Figure, Panel
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.figure import Axis, Figure, Line, Panel
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.curves import (
     TIME,
@@ -53,12 +54,62 @@ def _work_notes(runs: Sequence[Run]) -> list[str]:
 
 
 def _dissipated_power(runs: Sequence[Run]) -> Panel:
-    """Return -v' on a logarithmic axis."""
+    """Return the dissipated power on a logarithmic axis: -v', but where inputs supply power."""
+    shown = runs_with(runs, "lyapunov_rate")
     marks = [
-        curve_of(run, -run.result["lyapunov_rate"]) for run in runs_with(runs, "lyapunov_rate")
+        curve_of(
+            run,
+            _sum_of_parts(run, "dissipation") if run.is_driven else -run.result["lyapunov_rate"],
+        )
+        for run in shown
     ]
+    label = "dissipated power" if any(run.is_driven for run in shown) else "dissipated power -v'"
     axis = axis_of("lyapunov_rate")
-    return Panel(TIME, replace(axis, label="dissipated power -v'", log=True), tuple(marks))
+    return Panel(TIME, replace(axis, label=label, log=True), tuple(marks))
+
+
+def supply_figures(run: Run) -> tuple[Figure, ...]:
+    """Return v with what was supplied and dissipated, and the powers; () without inputs."""
+    if not run.is_driven:
+        return ()
+    t, result = run.result["time"], run.result
+    supplied = result["supplied_energy"]
+    dissipated = supplied - result["lyapunov_change"]
+    energies = (
+        Line(t, result["lyapunov"], "v", colour=0),
+        Line(t, supplied, "supplied since the start", colour=1, dash=1),
+        Line(t, dissipated, "dissipated since the start", colour=2, dash=2),
+    )
+    names = [str(part) for part in result["part"]]
+    powers = [
+        Line(
+            t,
+            result["supplied_power"][:, number],
+            f"supplied by {names[number]}",
+            colour=colour + 3,
+        )
+        for colour, number in enumerate(np.flatnonzero(result["supplied_power"].any(axis=0)))
+    ]
+    lost = Line(t, _sum_of_parts(run, "dissipation"), "dissipated", colour=2, dash=2)
+    return (
+        Figure(
+            f"{run.name}-supply",
+            f"What inputs supply: {run.label}",
+            (
+                Panel(TIME, Axis("energy", "J"), energies),
+                Panel(TIME, Axis("power", "W"), (*powers, lost)),
+            ),
+            columns=2,
+            caption="v = v(0) + supplied - dissipated. v can rise only while more is supplied than "
+            "dissipated. Both are integrated together with the motion.",
+            shares_time=True,
+        ),
+    )
+
+
+def _sum_of_parts(run: Run, name: str) -> Array:
+    with np.errstate(all="ignore"):
+        return np.asarray(run.result[name].sum(axis=1))
 
 
 def residual_figure(runs: Sequence[Run]) -> Figure:

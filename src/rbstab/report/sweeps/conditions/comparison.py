@@ -1,7 +1,10 @@
 """Comparison of conditions: variants, and parameters marked `each` in the plan."""
 
+from typing import NamedTuple
+
 import numpy as np
 
+from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Intervals, Panel
@@ -25,6 +28,9 @@ from rbstab.report.sweeps.quantities import (
 )
 from rbstab.report.sweeps.table_entries import number, whole
 
+RANGE_LEFT = str(RunStatus.RANGE_LEFT)
+"""The outcome that is compared where inputs supply power: such members need not settle."""
+
 SPREAD = (0.05, 0.5, 0.95)
 """Orders of the quantiles in the comparison."""
 
@@ -42,12 +48,13 @@ def comparison_blocks(name: str, members: Members) -> list[Block]:
     groups = paired_conditions_of(members)
     if groups is None:
         return []
-    settled = _settled(members, groups)
+    outcome = RANGE_LEFT if members.driven else SETTLED
+    shares = _shares(members, groups, outcome)
     plan = members.plan
     sampled = plan is not None and plan.design is not None
-    blocks: list[Block] = [V_NOTE, _outcomes(name, members, groups, settled, sampled=sampled)]
+    blocks: list[Block] = [V_NOTE, _outcomes(name, members, groups, shares, sampled=sampled)]
     quantities = compared_quantities(members)
-    blocks.append(_figure(name, groups, settled, quantities, sampled=sampled))
+    blocks.append(_figure(name, groups, shares, quantities, sampled=sampled))
     if quantities:
         blocks.append(_quantiles(name, groups, quantities))
     if quantities and groups.pairs is not None:
@@ -75,27 +82,35 @@ def compared_quantities(members: Members) -> list[MemberQuantity]:
     return [quantity for quantity in quantities if np.isfinite(quantity.values).any()]
 
 
-def _settled(members: Members, groups: PairedConditions) -> list[Fraction]:
-    settled = members.outcomes == OUTCOMES.index(SETTLED)
-    return [fraction(label, settled[groups.codes == k]) for k, label in enumerate(groups.labels)]
+class _Shares(NamedTuple):
+    """The share of members with an outcome, by condition."""
+
+    outcome: str
+    by_condition: list[Fraction]
+
+
+def _shares(members: Members, groups: PairedConditions, outcome: str) -> _Shares:
+    has = members.outcomes == OUTCOMES.index(outcome)
+    found = [fraction(label, has[groups.codes == k]) for k, label in enumerate(groups.labels)]
+    return _Shares(outcome, found)
 
 
 def _outcomes(
     name: str,
     members: Members,
     groups: PairedConditions,
-    settled: list[Fraction],
+    shares: _Shares,
     *,
     sampled: bool,
 ) -> Table:
     occurring = np.flatnonzero(members.outcome_counts).tolist()
     heads = [Head("condition"), Head("members", numbers=True)]
     heads += [Head(OUTCOMES[code], numbers=True) for code in occurring]
-    heads += [Head("share settled", numbers=True)]
+    heads += [Head(f"share {shares.outcome}", numbers=True)]
     if sampled:
         heads += limit_heads()
     rows = []
-    for k, (label, share) in enumerate(zip(groups.labels, settled, strict=True)):
+    for k, (label, share) in enumerate(zip(groups.labels, shares.by_condition, strict=True)):
         counts = np.bincount(members.outcomes[groups.codes == k], minlength=len(OUTCOMES))
         row = [Cell(label), whole(share.total), *(whole(int(counts[code])) for code in occurring)]
         row += [number(share.value)]
@@ -124,20 +139,22 @@ def _quantiles(name: str, groups: PairedConditions, quantities: list[MemberQuant
 def _figure(
     name: str,
     groups: PairedConditions,
-    settled: list[Fraction],
+    shares: _Shares,
     quantities: list[MemberQuantity],
     *,
     sampled: bool,
 ) -> Figure:
     x = Axis("", categories=groups.labels)
+    drawn = shares.by_condition
     if not sampled:
-        settled = [share._replace(low=share.value, high=share.value) for share in settled]
-    panels = [Panel(x, Axis("share settled", ends=SHARE_ENDS), (intervals(settled),))]
+        drawn = [share._replace(low=share.value, high=share.value) for share in drawn]
+    panels = [Panel(x, Axis(f"share {shares.outcome}", ends=SHARE_ENDS), (intervals(drawn),))]
     panels += [Panel(x, quantity.axis, (_spread(groups, quantity),)) for quantity in quantities]
     caption = "The bars of medians reach from the 5% to the 95% quantile."
     if sampled:
         caption += (
-            f" Those of the share settled are Wilson intervals with {CONFIDENCE:.0%} confidence."
+            f" Those of the share {shares.outcome} are Wilson intervals with {CONFIDENCE:.0%} "
+            "confidence."
         )
     return Figure(
         f"{name}-side-by-side", "Comparison of conditions", tuple(panels), 2, caption=caption

@@ -1,0 +1,116 @@
+"""Protects what is said of driven motions: nothing is proved, and derivatives are exact."""
+
+import numpy as np
+import pytest
+from support.inputs import LEGS, SINE, couple, driven, force
+
+import rbstab
+from rbstab.analysis.linearisation import linearise
+from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.config.build import problem_of
+from rbstab.config.load import load_config
+from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.proof import proof_id
+from rbstab.experiment.robust.bodies import prove_within
+from rbstab.experiment.simulate import simulate
+from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
+
+CONTROLLER = {
+    "variant": "visco-elastic",
+    **{name: [30.0, 40.0, 50.0] for name in ("K_t", "K_r", "K_c")},
+    **{name: [3.0, 4.0, 5.0] for name in ("L_t", "L_r", "L_c")},
+}
+SMOOTH = {"push": force(SINE, point=[0.1, 0, 0.2]), "turn": couple({"kind": "constant"})}
+
+
+def config_of(elements, engine="scipy", **sections):
+    return load_config(driven(elements, engine, controller=CONTROLLER, **sections))
+
+
+@pytest.mark.parametrize("signal", [{"kind": "constant"}, SINE, LEGS["noise"]])
+def test_nothing_is_proved(signal):
+    """The same body without the input is proved globally stable; with it nothing is said."""
+    config = config_of({"push": force(signal)})
+    proof = rbstab.prove(config)
+    assert not proof.states
+    assert proof.globally_stable is None
+    assert "an input supplies power" in proof.outcome
+    assert rbstab.prove(config_of({})).globally_stable
+    run = simulate(config, proof=proof)
+    assert run.attributes["convergence"] == "not decided"
+    why = [str(value) for name, value in run.attributes.items() if "convergence" in name]
+    assert "an input supplies power, so v may rise" in " ".join(why)
+    verdicts = dict(zip(run["certificate/check"], run["certificate/verdict"], strict=True))
+    assert verdicts["global stability"] == verdicts["certified region"] == "unknown"
+
+
+def test_nothing_is_proved_of_bodies_within_tolerances():
+    config = config_of(SMOOTH)
+    found = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
+    assert (found.proved, found.why) == (None, "an input supplies power")
+
+
+def test_inputs_have_no_effect_on_the_linearised_body():
+    """The eigenvalues are those of the body at its rest state, at which inputs do not act."""
+    found = []
+    for elements in ({}, SMOOTH | {"follow": force(SINE, quantity="body_force")}):
+        system = problem_of(config_of(elements)).system
+        rest = nearest_rest_state(system)
+        found.append(linearise(system, rest.motion, rest.own).eigenvalues)
+    np.testing.assert_allclose(*found, rtol=1e-12)
+    assert proof_id(config_of({})) != proof_id(config_of(SMOOTH))
+
+
+KEYS = (
+    "elements.push.amplitude",
+    "elements.push.signal.frequency",
+    "elements.push.signal.phase",
+    "elements.push.direction[1]",
+    "elements.push.point[2]",
+    "elements.turn.amplitude",
+    "controller.K_r[1]",
+)
+
+
+@pytest.mark.heavy
+def test_sensitivities_are_the_differences_of_runs():
+    """Central differences of two runs, for every number of a smooth input."""
+    sections = {"initial": {"angular_velocity": [0.2, 0.1, -0.3]}, "controller": CONTROLLER}
+    config = load_config(driven(SMOOTH, "heyoka", **sections))
+    found = sensitivities(config)
+    keys = [entry.key for entry in found.entries]
+    columns = [
+        found.column(f"final.{name}[{axis}]")
+        for name in ("orientation", "velocity")
+        for axis in range(3)
+    ]
+    for key in KEYS:
+        value, step = found.entries[keys.index(key)].value, 1e-4
+        ends = []
+        for sign in (1, -1):
+            change = f"{key}={value + sign * step!r}"
+            changed = load_config(driven(SMOOTH, "heyoka", **sections), [change])
+            run = simulate(changed)
+            ends.append(np.concatenate([run["orientation"][-1], run["velocity"][-1]]))
+        expected = (ends[0] - ends[1]) / (2 * step)
+        given = found.derivatives[keys.index(key), columns]
+        np.testing.assert_allclose(given, expected, atol=1e-6 * max(1.0, np.abs(expected).max()))
+        assert np.abs(given).max() > 1e-6
+
+
+@pytest.mark.parametrize("kind", LEGS)
+def test_sensitivities_refuse_legs(kind):
+    with pytest.raises(UnsuitedConfigError) as caught:
+        sensitivities(config_of({"push": force(LEGS[kind])}))
+    assert str(caught.value) == (
+        f"elements.push.signal: is a {kind}, whose motion is smooth only between its breakpoints "
+        "(expected constant or sine)"
+    )
+
+
+def test_a_driven_motion_may_end_below_another_rest_state():
+    """v counts from a rest state without inputs, and the text says so."""
+    run = simulate(config_of({"push": force(LEGS["ramp"])}))
+    assert str(run.attributes["lyapunov_zero"]).startswith("the rest state without inputs")
+    assert run["lyapunov"][0] == pytest.approx(0, abs=1e-15)
+    assert run["lyapunov"][-1] > 1e-3

@@ -216,6 +216,14 @@ def start_of(config: Config, system: System, numbers: Numbers = doubles) -> Arra
     else:
         Z = np.concatenate([Theta, Omega, vector("position"), vector("velocity")])
         motion = motion_from_centre(system.body, system.anchor, Z)
-    states = (state for element in system.elements for state in element.states)
-    own = [vector(state.name) for state in states]
+    values = (value for element in system.elements for value in _initial_states(config, element))
+    own = [numbers(np.array(value)) for value in values]
     return system.start(motion, np.concatenate([np.zeros(0), *own]))
+
+
+def _initial_states(config: Config, element: Element) -> list[Any]:
+    """Return the initial values of the own states of an element, in their order."""
+    section = config.elements.get(element.name)
+    if section is None:
+        return [getattr(config.initial, state.name) for state in element.states]
+    return [getattr(section, state.initial_key) for state in element.states]

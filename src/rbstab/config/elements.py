@@ -12,8 +12,9 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, WrapValidator, create_model
 
 from rbstab.config.controllers import gain_fields
-from rbstab.config.quantities import value_error
+from rbstab.config.quantities import components, value_error
 from rbstab.config.section import FrozenMapping, Section, required
+from rbstab.elements.declarations import OwnState
 from rbstab.elements.registry import KINDS, element_of
 
 MAX_ELEMENTS = 100
@@ -30,6 +31,8 @@ def _model(kind: str, method: str | None) -> type[Section]:
     fields: dict[str, Any] = {"kind": (Literal[kind], required("the kind of element"))}
     if method is not None:
         fields["method"] = (Literal[method], required("how the range is guarded"))
+    fields |= gain_fields(element)
+    fields |= {state.initial_key: _initial_field(state) for state in element.states}
     documentation = (element.__doc__ or "").strip().splitlines()[0]
     words = f"{method or ''}-{kind}".title().replace("-", "")
     return create_model(
@@ -37,8 +40,13 @@ def _model(kind: str, method: str | None) -> type[Section]:
         __base__=Section,
         __doc__=documentation,
         **fields,
-        **gain_fields(element),
     )
+
+
+def _initial_field(state: OwnState) -> tuple[Any, Any]:
+    """Return the type and the field of the initial value of an own state."""
+    description = f"{state.symbol} at the start, {state.unit}"
+    return components(state.size), Field(default=(0.0,) * state.size, description=description)
 
 
 ELEMENT_MODELS: dict[tuple[str, str | None], type[Section]] = {

@@ -27,6 +27,11 @@ _ELEMENT_UNITS = {
     for kind, methods in KINDS.items()
     for method, element in methods.items()
     for gain in element.gains
+} | {
+    (kind, method, state.initial_key): state.unit
+    for kind, methods in KINDS.items()
+    for method, element in methods.items()
+    for state in element.states
 }
 """By kind, method and key: the stiffness of a spring and that of a guard have different units."""
 

@@ -40,6 +40,17 @@ class Element:
         super().__init_subclass__()
         cls.state_size = sum(state.size for state in cls.states)
 
+    @property
+    def own_states(self) -> tuple[OwnState, ...]:
+        """The own states with their names in a system, such as `connector_state`.
+
+        An element of a config has a name of its own, which stands before: `second_tie.state`. So
+        the own states of several elements of one class have different names.
+        """
+        if "name" not in vars(self):
+            return self.states
+        return tuple(state.of_element(self.name) for state in self.states)
+
     def wrench(self, motion: Motion, own: Array) -> Wrench:
         """Return the force, couple and contact force on the body."""
         raise NotImplementedError

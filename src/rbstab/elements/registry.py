@@ -10,7 +10,7 @@ from typing import Any
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.barrier import Barrier
 from rbstab.elements.element import Element
-from rbstab.elements.embedded import EmbeddedConnector
+from rbstab.elements.embedded import EmbeddedConnector, EmbeddedTie
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
@@ -36,6 +36,7 @@ ELEMENTS: tuple[type[Element], ...] = (Gravity, *STABILIZERS, *CONNECTORS.values
 KINDS: dict[str, dict[str | None, type[Element]]] = {
     "spring": {None: Spring},
     "visco-elastic": {None: ViscoElasticTie},
+    "embedded": {None: EmbeddedTie},
     "attitude": {None: AttitudeSpring},
     "ligament": {None: Ligament},
     "guard": {"barrier": Barrier, "stiff": StiffGuard, "repelling": RepellingGuard},
@@ -60,4 +61,4 @@ GAINS = {gain.name: gain for element in ELEMENTS for gain in element.gains}
 """All gains by name, in the order of the elements."""
 
 OWN_STATES = {state.name: state for element in ELEMENTS for state in element.states}
-"""All own states by name."""
+"""The own states of the connectors, by name. Those of named elements: `Element.own_states`."""

@@ -97,7 +97,7 @@ def simulate_problem(
     if samples is not None:
         bound = computed_audit_bound(problem)
         checks = [*checks, computed_motion_check(samples, record.variables, bound)]
-        enclosure = enclosure_variables(samples)
+        enclosure = enclosure_variables(samples, problem.system)
     attributes: dict[str, str | int | float] = {
         "title": config.title,
         "variant": config.controller.variant,

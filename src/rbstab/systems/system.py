@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.elements.declarations import OwnState
 from rbstab.elements.element import Element
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.body import Body
@@ -75,10 +76,15 @@ class System:
         return ("kinetic", *(element.name for element in self.elements))
 
     @property
+    def declared_states(self) -> tuple[OwnState, ...]:
+        """The own states of all elements, in the order of the state vector."""
+        return tuple(state for element in self.elements for state in element.own_states)
+
+    @property
     def own_states(self) -> dict[str, slice]:
         """The slices of the elements' own states in the state vector, by name."""
         slices, begin = {}, self.coordinates.size
-        for state in (state for element in self.elements for state in element.states):
+        for state in self.declared_states:
             slices[state.name] = slice(begin, begin + state.size)
             begin += state.size
         return slices

@@ -22,8 +22,12 @@ from rbstab_cli.main import cli
 ROOT = Path(__file__).parents[2]
 FIGURES = ROOT / "docs" / "figures"
 PAGE = (FIGURES.parent / "elements.md").read_text(encoding="utf-8")
-SECTIONS = {"visco-elastic": "Visco-elastic tie", "embedded": "Embedded tie"}
-EXAMPLES = ("elements", "joint", "mounts")
+SECTIONS = {
+    "visco-elastic": "Visco-elastic tie",
+    "embedded": "Embedded tie",
+    "sliding": "Sliding tie",
+}
+EXAMPLES = ("elements", "joint", "mounts", "sliding_ties")
 """The examples that together have all kinds."""
 
 COMMANDS = [

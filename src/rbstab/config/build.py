@@ -12,6 +12,7 @@ from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.sliding_ties import SlidingTie
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
 from rbstab.mechanics.body import Body, triangle_violation
@@ -24,7 +25,7 @@ from rbstab.systems.coordinates import (
     ManifoldCoordinates,
     ReducedCoordinates,
 )
-from rbstab.systems.modes import with_first_modes
+from rbstab.systems.filippov import at_start
 from rbstab.systems.system import System
 
 Numbers = Callable[[Array], Array]
@@ -43,7 +44,7 @@ def problem_of(config: Config) -> Problem:
     with np.errstate(all="ignore"):
         system = system_of(config)
         start = start_of(config, system)
-        system = with_first_modes(system, start)
+        system = at_start(system, start)
     return Problem(
         system=system,
         start=start,
@@ -155,19 +156,23 @@ def _elements(config: Config, convert: dict[str, Callable[[Any], Any]]) -> list[
     """Return the elements of the config, in the order of their names."""
     found: list[Element] = []
     for name, section in config.elements.items():
-        kind = element_of(section)
-        found.append(kind(name=name, **_gains(kind, section, convert)))  # type: ignore[call-arg]
+        kind: Any = element_of(section)
+        settings = _surface_settings(section) if issubclass(kind, SlidingTie) else {}
+        found.append(kind(name=name, **_gains(kind, section, convert), **settings))
     return found
 
 
 def _sliding_settings(controller: Any) -> dict[str, Any]:
     """Return the fields of a sliding connector that are not gains."""
-    surface, law = controller.surface, controller.law
+    return {**_surface_settings(controller), "mode": np.zeros(3), "layer": np.zeros(3)}
+
+
+def _surface_settings(section: Any) -> dict[str, Any]:
+    """Return the surface and the layer of a sliding connector or tie."""
+    surface, law = section.surface, section.law
     return {
         "rate_weight": 0.0 if surface == "position" else 1.0,
         "slope": surface.slope if isinstance(surface, Slope) else 1.0,
-        "mode": np.zeros(3),
-        "layer": np.zeros(3),
         "layer_width": law.boundary_layer if isinstance(law, BoundaryLayer) else 1.0,
     }
 

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field
 from pydantic_core import PydanticCustomError
 
 from rbstab.config.controllers import CONTROLLERS, NoController, model_name
-from rbstab.config.elements import Elements, switching
+from rbstab.config.elements import Elements, check_sliding_points, switching
 from rbstab.config.quantities import (
     Count,
     LongText,
@@ -219,6 +219,7 @@ class Experiment(Section):
                 f"{', '.join(switching(elements))}",
                 "expected another variant of the controller, or elements that do not switch",
             )
+        check_sliding_points(elements)
         return elements
 
     @field_validator("integration")

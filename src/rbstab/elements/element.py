@@ -35,6 +35,12 @@ class Element:
     `mode`, shape (mode_count,), of numbers 0 or 1. Its formulas use them as numbers, and so need no
     branch. Its stored energy must be continuous at each switch."""
 
+    slides: ClassVar[bool] = False
+    """Whether its axes slide on surfaces s = F + κE (`FilippovTie`). Then it has no own states, and
+    its methods `wrench`, `dissipated` and `guards` get as `own` the equivalent forces that hold its
+    axes there, shape (3,), N, inertial (`systems.surface_forces`). The system computes them, since
+    they follow from the loads of all elements."""
+
     def __init_subclass__(cls) -> None:
         """Derive `state_size` from the declared states."""
         super().__init_subclass__()

@@ -15,6 +15,7 @@ from rbstab.elements.gravity import Gravity
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.sliding_ties import CrossingTie, FilippovTie, LayeredTie, SlidingTie
 from rbstab.elements.soft_guards import RepellingGuard, StiffGuard
 from rbstab.elements.spring import Spring
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
@@ -37,12 +38,20 @@ KINDS: dict[str, dict[str | None, type[Element]]] = {
     "spring": {None: Spring},
     "visco-elastic": {None: ViscoElasticTie},
     "embedded": {None: EmbeddedTie},
+    "sliding": {None: SlidingTie},
     "attitude": {None: AttitudeSpring},
     "ligament": {None: Ligament},
     "guard": {"barrier": Barrier, "stiff": StiffGuard, "repelling": RepellingGuard},
 }
 """The kinds of elements that a config may have any number of, each with a name of its own. A kind
 has one class, or one for each `method` in its config."""
+
+SLIDING_TIES: dict[str, type[SlidingTie]] = {
+    "position": CrossingTie,
+    "slope": FilippovTie,
+    "layer": LayeredTie,
+}
+"""The classes of the kind `sliding`, by the surface or `layer`."""
 
 NAMED_ELEMENTS = tuple(element for methods in KINDS.values() for element in methods.values())
 """The classes of all kinds."""
@@ -53,7 +62,10 @@ def element_of(section: Any) -> type[Element]:
 
     Args:
         section: Its `kind` is a key of `KINDS`; it has a `method` if the kind has several classes.
+            A sliding tie has its `form` instead, a key of `SLIDING_TIES`.
     """
+    if section.kind == "sliding":
+        return SLIDING_TIES[section.form]
     return KINDS[section.kind][getattr(section, "method", None)]
 
 

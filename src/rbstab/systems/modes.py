@@ -50,20 +50,15 @@ def with_modes(system: System, modes: Modes) -> System:
 
 def guards_at(system: System, y: Array) -> Array:
     """Return the event functions of all elements at a state, in the order of the modes."""
-    motion, begin = system.motion(y), system.coordinates.size
-    found = []
-    for element in system.elements:
-        own = y[begin : begin + element.state_size]
-        begin += element.state_size
-        if element.mode_count:
-            found.append(element.guards(motion, own))
+    motion, pairs = system.acting(y)
+    found = [element.guards(motion, own) for element, own in pairs if element.mode_count]
     return np.concatenate([np.zeros(0), *found])
 
 
 def with_modes_at(system: System, y: Array) -> System:
     """Return a system in the modes that belong to a state; itself if none of its elements switches.
 
-    A mode is 1 where the real part of its event function is positive.
+    A mode is 1 where the real part of its event function is positive. No axis of a tie is held.
 
     Args:
         system: The system, in any modes.
@@ -71,6 +66,9 @@ def with_modes_at(system: System, y: Array) -> System:
     """
     if not has_modes(system):
         return system
+    if any(element.slides for element in system.elements):
+        # A tie that holds an axis has other event functions.
+        system = with_modes(system, (0.0,) * len(modes_of(system)))
     return with_modes(system, tuple(float(_real(g) > 0) for g in guards_at(system, y)))
 
 

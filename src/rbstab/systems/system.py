@@ -12,8 +12,7 @@ from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.coordinates import Coordinates
-
-NO_WRENCH = Wrench(ZERO, ZERO, ZERO)
+from rbstab.systems.surface_forces import total_wrench, with_equivalent_forces
 
 AUDIT_SIZE = 2
 """The number of audit states: ∫v' dt, J, and ε, J (eq. 26). They follow all other states, and are
@@ -99,8 +98,8 @@ class System:
 
     def rates(self, y: Array) -> Array:
         """Return ẏ, shape (size,)."""
-        motion, pairs = self.motion(y), self._with_states(y)
-        body_rates, _ = self.coordinates.dynamics(self.body, motion, _total_wrench(motion, pairs))
+        motion, pairs = self.acting(y)
+        body_rates, _ = self.coordinates.dynamics(self.body, motion, total_wrench(motion, pairs))
         return np.concatenate([body_rates, *_own_rates(motion, pairs)])
 
     def audited_rates(self, y: Array) -> Array:
@@ -109,8 +108,8 @@ class System:
         F'Λ is the paper's (Ω'ŘA' + V')Λ. Shape (size + 2,); the rates do not depend on the audit
         states.
         """
-        motion, pairs = self.motion(y), self._with_states(y)
-        wrench = _total_wrench(motion, pairs)
+        motion, pairs = self.acting(y)
+        wrench = total_wrench(motion, pairs)
         body_rates, Lambda_ = self.coordinates.dynamics(self.body, motion, wrench)
         lyapunov_rate = -sum(element.dissipated(motion, own) for element, own in pairs)
         audit = np.array([lyapunov_rate, motion.F @ Lambda_])
@@ -118,8 +117,8 @@ class System:
 
     def observe(self, y: Array) -> Observation:
         """Return motion, forces, energies and dissipations at a state."""
-        motion, pairs = self.motion(y), self._with_states(y)
-        wrench = _total_wrench(motion, pairs)
+        motion, pairs = self.acting(y)
+        wrench = total_wrench(motion, pairs)
         _, Lambda_ = self.coordinates.dynamics(self.body, motion, wrench)
         kinetic = self.body.kinetic_energy(motion.Omega, motion.V)
         return Observation(
@@ -136,22 +135,23 @@ class System:
         motion = self.motion(y)
         return sum(element.stored(motion, own) for element, own in self._with_states(y))
 
+    def acting(self, y: Array) -> tuple[Motion, list[tuple[Element, Array]]]:
+        """Return the motion, and each element with its own states or its equivalent forces."""
+        motion, pairs = self.loads(y)
+        return motion, with_equivalent_forces(self.body, self.coordinates, motion, pairs)
+
+    def loads(self, y: Array) -> tuple[Motion, list[tuple[Element, Array]]]:
+        """Return the motion, and each element with its own states; without equivalent forces."""
+        return self.motion(y), self._with_states(y)
+
     def _with_states(self, y: Array) -> list[tuple[Element, Array]]:
-        """Return each element with its own states."""
+        """Return each element with its own states, or with zero equivalent forces."""
         pairs, begin = [], self.coordinates.size
         for element in self.elements:
-            pairs.append((element, y[begin : begin + element.state_size]))
+            own = y[begin : begin + element.state_size]
+            pairs.append((element, ZERO if element.slides else own))
             begin += element.state_size
         return pairs
-
-
-def _total_wrench(motion: Motion, pairs: list[tuple[Element, Array]]) -> Wrench:
-    force, couple, contact_force = NO_WRENCH
-    for element, own in pairs:
-        wrench = element.wrench(motion, own)
-        force, couple = force + wrench.force, couple + wrench.couple
-        contact_force = contact_force + wrench.contact_force
-    return Wrench(force, couple, contact_force)
 
 
 def _own_rates(motion: Motion, pairs: list[tuple[Element, Array]]) -> list[Array]:

@@ -259,7 +259,11 @@ class HeyokaModeRun:
             self._flip(switched, t)
 
     def _flip(self, modes: list[int], t: float) -> None:
-        self.current.switch(modes, t)
+        state = self.integrator.state.copy()
+        after = self.current.cross(modes, t, state)
+        if after is not state:
+            self.integrator.state[:] = after
+            self.integrator.reset_cooldowns()
         self._set_parameters()
 
     def _unmute(self) -> None:

@@ -4,7 +4,7 @@ The margin of a mode is its event function if the mode is 1, and minus that if i
 positive as long as the mode is the right one; where it falls to zero, the mode switches.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,13 +14,13 @@ from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import StopRun, audited_rates_of
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.filippov import RedundantTiesError, after_events, at_start, slides
 from rbstab.systems.modes import (
     Modes,
     guards_at,
     has_modes,
     mode_owners,
     modes_of,
-    with_first_modes,
     with_modes,
 )
 from rbstab.systems.system import AUDIT_SIZE, System
@@ -92,13 +92,14 @@ class Phases:
 
     Attributes:
         first: The phase in which the motion begins.
+        slides: Whether axes of ties slide on surfaces.
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._system = with_first_modes(problem.system, problem.start)
-        # They are the same in all modes.
-        size = problem.system.size + AUDIT_SIZE
-        self._guards = StraightLine(guards_at, self._system, size)
+        self._system = at_start(problem.system, problem.start)
+        self._size = problem.system.size + AUDIT_SIZE
+        self.slides = slides(problem.system)
+        self._guards = StraightLine(guards_at, self._system, self._size)
         self._known: dict[Modes, Phase] = {}
         self.first = self.of(modes_of(self._system))
 
@@ -107,10 +108,14 @@ class Phases:
         if modes not in self._known:
             if len(self._known) == MAX_PHASES:
                 self._known.clear()
-            self._known[modes] = Phase(with_modes(self._system, modes), self._guards)
+            system, guards = with_modes(self._system, modes), self._guards
+            if self.slides:
+                # The event functions of a held axis are others; all others are the same always.
+                guards = StraightLine(guards_at, system, self._size)
+            self._known[modes] = Phase(system, guards)
         return self._known[modes]
 
-    def after(self, phase: Phase, switched: Any) -> Phase:
+    def after(self, phase: Phase, switched: list[int]) -> Phase:
         """Return the phase after a switch.
 
         Args:
@@ -120,6 +125,23 @@ class Phases:
         signs = phase.signs.copy()
         signs[switched] *= -1.0
         return self.of(tuple((0.5 * (signs + 1.0)).tolist()))
+
+    def slid(self, phase: Phase, switched: list[int], y: Array) -> tuple[Phase, Array]:
+        """Return the phase and the state after Filippov's choice for the axes of sliding ties.
+
+        Args:
+            phase: The phase in which all other modes have switched already.
+            switched: The indices of the modes whose event functions have reached zero.
+            y: The audited state. Axes are put on their surfaces.
+
+        Raises:
+            StopRun: The forces of the ties are not determined.
+        """
+        try:
+            system, y = after_events(phase.system, y, switched)
+        except RedundantTiesError as error:
+            raise StopRun(RunStatus.SOLVER_FAILURE, str(error)) from error
+        return self.of(modes_of(system)), y
 
     def owner(self, mode: int) -> str:
         """Return the name of the element that owns a mode."""
@@ -144,6 +166,19 @@ class CurrentPhase:
         self.count = 0
         self._limit = switch_limit
         self._last: dict[int, float] = {}
+
+    def cross(self, modes: list[int], t: float, y: Array) -> Array:
+        """Switch some modes at a time, and return the audited state after it.
+
+        It is `y` itself, unless axes of sliding ties are put on their surfaces.
+
+        Raises:
+            StopRun: As `switch`, or the forces of sliding ties are not determined.
+        """
+        self.switch(modes, t)
+        if self._phases.slides:
+            self.phase, y = self._phases.slid(self.phase, modes, y)
+        return y
 
     def switch(self, modes: list[int], t: float) -> None:
         """Switch some modes at a time.

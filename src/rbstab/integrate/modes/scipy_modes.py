@@ -115,5 +115,5 @@ class ModeRun(ScipyRun):
     def _switch(self, mode: int) -> None:
         """Switch a mode at the current state, with all that switch at the same time."""
         coinciding = self.phase.coinciding(self.y, self.t).tolist()
-        self.current.switch(sorted({mode, *coinciding}), self.t)
+        self.y = self.current.cross(sorted({mode, *coinciding}), self.t, self.y)
         self.rates.audited_rates = self.phase.audited_rates

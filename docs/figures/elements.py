@@ -195,6 +195,73 @@ def tie() -> str:
     )
 
 
+def embedded() -> str:
+    """Draw an embedded tie: two springs with dampers in a row, and its state D between them."""
+    centre, p, D, wall = (150, 118), (236, 148), (386, 148), (536, 148)
+    return "".join(
+        [
+            box(centre, -12, (170, 100)),
+            arrow(centre, p, "dash", "head"),
+            coil(p, D, -13, 6),
+            path([p, (236, 216), (280, 216)], "part"),
+            damper((236, 216), (536, 216)),
+            path([(490, 216), (536, 216)], "part"),
+            coil(D, wall, -13, 6),
+            damper(D, wall, 15),
+            ground((536, 92), (536, 236)),
+            dot(p),
+            dot(D, 5.5),
+            text((200, 120), "p", "symbol"),
+            text((386, 132), "D", "symbol blue-text"),
+            text((311, 116), "K_c", "part-text"),
+            text((461, 116), "K_d", "part-text"),
+            text((462, 190), "L_d", "part-text"),
+            text((386, 199), "L_c", "part-text"),
+            text((134, 156), "body"),
+            text((320, 264), "along every axis: D follows the point p slowly", "small"),
+        ]
+    )
+
+
+def plane(origin: Point, curve: np.ndarray, line: list[Point], words: tuple[str, str]) -> str:
+    """Draw a motion in the plane of E and F, with the surface s = 0 and what it is called."""
+    x, y = origin
+    placed = [(x + 120.0 * E, y - 80.0 * F) for E, F in curve]
+    surface = [(x + 120.0 * E, y - 80.0 * F) for E, F in line]
+    name, caption = words
+    return "".join(
+        [
+            path([(x - 130, y), (x + 130, y)], "thin"),
+            path([(x, y + 92), (x, y - 92)], "thin"),
+            path(surface, "blue"),
+            path(placed, "part"),
+            dot(placed[0]),
+            text((x + 136, y + 5), "E", "symbol", "start"),
+            text((x + 8, y - 84), "F", "symbol", "start"),
+            text((x - 126, y - 76), name, "blue-text", "start"),
+            text((x, 264), caption, "small"),
+        ]
+    )
+
+
+def sliding() -> str:
+    """Draw what a mass does under a sliding tie on both surfaces: it bounces, or it slides."""
+    # A mass under -sgn E: parabolas E = 0.9 - F²/2, and their mirror images.
+    F = np.linspace(0.0, -np.sqrt(1.8), 30) * 0.75
+    E = 0.9 - F * F / (2 * 0.75**2)
+    first = np.array([E, F]).T
+    around = np.concatenate([first, -first[::-1] * [1, -1], -first, first[::-1] * [1, -1]])
+    # Under -sgn(F + 2E) the mass passes E = 0.9 at rest, and meets the line before E = 0.
+    slope = 1.6
+    meets = next(k for k in range(len(F)) if F[k] <= -slope * E[k])
+    E_meet = float(E[meets])
+    slid = np.concatenate([first[: meets + 1], [[E_meet, -slope * E_meet], [0.0, 0.0]]])
+    line = [(-0.55, 0.88), (0.55, -0.88)]
+    return plane(
+        (165, 126), around, [(0.0, -1.1), (0.0, 1.1)], ("s = E", "it crosses: bounces without end")
+    ) + plane((475, 126), slid, line, ("s = F + κE", "it arrives, and slides to E = 0"))
+
+
 def attitude() -> str:
     """Draw the two frames, the couple between them, and the energy over the angle."""
     origin, angle, reach = (150, 205), np.radians(38), 128
@@ -337,6 +404,8 @@ def plot(x: np.ndarray, y: np.ndarray, name: str, ticks: list[str], label: str) 
 FIGURES: dict[str, tuple[str, Callable[[], str]]] = {
     "spring": ("A spring and a damper on the line from an anchor to a point of the body", spring),
     "tie": ("A point of the body, tied to an anchor by springs and dampers along all axes", tie),
+    "embedded": ("A tie with a point D of its own between two springs with dampers", embedded),
+    "sliding": ("A mass under a sliding tie: on s = E it bounces, on a slope it slides", sliding),
     "attitude": ("A couple turns the body frame back to the inertial frame", attitude),
     "guard": ("The energy of a guard grows without end at both ends of the range", guard),
     "stop": ("An angle hops at its stop, each hop lower than the last, and then rests", stop),

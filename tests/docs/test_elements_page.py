@@ -25,7 +25,14 @@ KINDS = {kind: methods for kind, methods in ALL_KINDS.items() if kind != "input"
 
 FIGURES = ROOT / "docs" / "figures"
 PAGE = (FIGURES.parent / "elements.md").read_text(encoding="utf-8")
-SECTIONS = {"spring": "Spring", "visco-elastic": "Visco-elastic tie", "attitude": "Attitude"}
+SECTIONS = {
+    "visco-elastic": "Visco-elastic tie",
+    "embedded": "Embedded tie",
+    "sliding": "Sliding tie",
+}
+EXAMPLES = ("elements", "joint", "mounts", "sliding_ties")
+"""The examples that together have all kinds."""
+
 COMMANDS = [
     command.split()
     for block in re.findall(r"```console\n(.*?)```", PAGE, flags=re.DOTALL)
@@ -65,9 +72,9 @@ def test_the_example_is_the_file() -> None:
     (block,) = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.DOTALL)
     path = ROOT / "configs/examples/elements.yaml"
     assert block == path.read_text(encoding="utf-8")
-    kinds = {element.kind for element in rbstab.load_config(path).elements.values()}
-    joint = rbstab.load_config(ROOT / "configs/examples/joint.yaml")
-    assert kinds | {element.kind for element in joint.elements.values()} == set(KINDS)
+    examples = [rbstab.load_config(ROOT / f"configs/examples/{n}.yaml") for n in EXAMPLES]
+    kinds = {element.kind for example in examples for element in example.elements.values()}
+    assert kinds == set(KINDS)
 
 
 def test_the_plan_and_the_second_example_say_what_the_page_says() -> None:
@@ -85,7 +92,9 @@ def test_each_gain_has_its_row_with_its_unit(kind: str, method: str | None) -> N
         text = text.split(f"\n### Method {method}\n")[1].split("\n### ")[0]
     rows = [line.split("|")[1:-1] for line in text.splitlines() if line.startswith("| `")]
     units = {key.strip("` "): row[2].strip() for row in rows for key in row[0].split(",")}
-    expected = {gain.name: gain.unit for gain in KINDS[kind][method].gains}
+    element = KINDS[kind][method]
+    expected = {gain.name: gain.unit for gain in element.gains}
+    expected |= {own.initial_key: own.unit for own in element.states}
     assert units == expected | ({} if method is None else {"method": "-"})
     assert f"| [`{kind}`](#" in PAGE
 
@@ -202,12 +211,12 @@ def test_the_python_of_the_page_runs() -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_which_kinds_are_proved(kind: str) -> None:
     config = "configs/examples/elements_proved.yaml"
-    examples = [rbstab.load_config(f"configs/examples/{n}.yaml") for n in ("elements", "joint")]
+    examples = [rbstab.load_config(f"configs/examples/{n}.yaml") for n in EXAMPLES]
     elements = [element for example in examples for element in example.elements.values()]
     one = next(e for e in elements if e.kind == kind).model_dump(mode="json")
     data = rbstab.load_config(config).model_dump(mode="json", exclude_none=True)
     proof = rbstab.prove(rbstab.load_config(data | {"elements": {"one": one}}))
-    assert bool(proof.unique) == (kind in ("visco-elastic", "attitude", "guard"))
+    assert bool(proof.unique) == (kind in ("visco-elastic", "embedded", "attitude", "guard"))
     assert proof.every_start == (kind == "guard")
     without = {key: value for key, value in data.items() if key != "controller"}
     assert not rbstab.prove(rbstab.load_config(without)).unique

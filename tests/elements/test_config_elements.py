@@ -16,6 +16,7 @@ from support.systems import random_body, random_state, random_system, random_Z
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.barrier import Barrier
 from rbstab.elements.element import NO_STATE
+from rbstab.elements.embedded import EmbeddedConnector, EmbeddedTie
 from rbstab.elements.spring import Spring
 from rbstab.elements.visco_elastic import ViscoElasticConnector, ViscoElasticTie
 from rbstab.mechanics.motion import motion_from_centre
@@ -48,10 +49,11 @@ def barrier_energy(barrier, _, A):
 ENERGIES = {
     Spring: spring_energy,
     ViscoElasticTie: tie_energy,
+    EmbeddedTie: tie_energy,
     AttitudeSpring: attitude_energy,
     Barrier: barrier_energy,
 }
-"""The energy of each kind from X and A, in plain numpy."""
+"""The energy of each kind from X and A, in plain numpy; its own states are zero."""
 
 
 def test_every_kind_is_tested():
@@ -73,7 +75,9 @@ def test_stored_energy_is_that_of_the_pose(element, rng):
     for _ in range(20):
         Z, motion = still(rng)
         expected = ENERGIES[type(element)](element, Z[6:9], attitude(Z[:3]))
-        assert element.stored(motion, NO_STATE) == pytest.approx(expected, rel=1e-12)
+        assert element.stored(motion, np.zeros(element.state_size)) == pytest.approx(
+            expected, rel=1e-12
+        )
 
 
 def test_wrench_at_rest_is_minus_the_derivative_of_the_energy(element, rng):
@@ -82,7 +86,7 @@ def test_wrench_at_rest_is_minus_the_derivative_of_the_energy(element, rng):
     for _ in range(10):
         Z, motion = still(rng)
         X, A = Z[6:9], attitude(Z[:3])
-        wrench = element.wrench(motion, NO_STATE)
+        wrench = element.wrench(motion, np.zeros(element.state_size))
         np.testing.assert_array_equal(wrench.contact_force, 0)
         force = -jacobian(lambda u, X=X, A=A: energy(element, X + u, A), NO_MOTION, 1e-3)
         turn = -jacobian(lambda w, X=X, A=A: energy(element, X, turned(A, w, 1.0)), NO_MOTION, 1e-3)
@@ -255,22 +259,29 @@ def test_barrier_is_infinite_at_the_end_of_the_range():
     np.testing.assert_array_equal(alone.wrench(motion, NO_STATE).couple, 0)
 
 
-def test_tie_at_the_contact_point_is_the_connector(rng):
+@pytest.mark.parametrize(
+    ("connector_class", "tie_class"),
+    [(ViscoElasticConnector, ViscoElasticTie), (EmbeddedConnector, EmbeddedTie)],
+    ids=["visco-elastic", "embedded"],
+)
+def test_tie_at_the_contact_point_is_the_connector(connector_class, tie_class, rng):
     """With p = R and the anchor R + X_a, where E = 0."""
     for _ in range(10):
         body, anchor, Z = random_body(rng), rng.normal(size=3), random_Z(rng)
         motion = motion_from_centre(body, anchor, Z)
-        K_c, L_c = random_spd(rng, 1000.0), random_spd(rng, 100.0)
-        connector = ViscoElasticConnector(K_c, L_c)
-        tie = ViscoElasticTie(
-            name="a", point=body.contact_point, anchor=body.contact_point + anchor, K_c=K_c, L_c=L_c
-        )
+        gains = {gain.name: random_spd(rng, 1000.0) for gain in connector_class.gains}
+        connector = connector_class(**gains)
+        own = rng.normal(size=connector.state_size)
+        ends = {"point": body.contact_point, "anchor": body.contact_point + anchor}
+        tie = tie_class(name="a", **ends, **gains)
         # X + AR - (R + X_a) loses digits where E is small.
         for of in ("stored", "dissipated"):
-            found, expected = (getattr(one, of)(motion, NO_STATE) for one in (tie, connector))
+            found, expected = (getattr(one, of)(motion, own) for one in (tie, connector))
             assert found == pytest.approx(expected, rel=1e-13)
-        force = tie.wrench(motion, NO_STATE)
-        at_contact = connector.wrench(motion, NO_STATE).contact_force
+        if len(own):
+            assert relative_error(tie.rates(motion, own), connector.rates(motion, own)) < 1e-12
+        force = tie.wrench(motion, own)
+        at_contact = connector.wrench(motion, own).contact_force
         assert relative_error(force.force, at_contact) < 1e-13
         moment = np.cross(body.contact_point, attitude(Z[:3]).T @ at_contact)
         assert relative_error(force.couple, moment) < 1e-13

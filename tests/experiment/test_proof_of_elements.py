@@ -31,11 +31,20 @@ WEAK = CONTROLLER | {"K_r": [4.0, 4.0, 3.2]}
 
 FAR_TIE = TIE | {"point": [0.1, 0.2, -0.3], "anchor": [0.3, 0.1, -0.5]}
 
+EMBEDDED_TIE = FAR_TIE | {
+    "kind": "embedded",
+    "K_d": [700.0, 500.0, 900.0],
+    "L_d": [20.0, 20.0, 30.0],
+    "initial_state": [0.1, 0.0, 0.0],
+}
+
 CASES: dict[str, Any] = {
     "tie": config_data({"tie": TIE}),
     "attitude": config_data({"upright": UPRIGHT}),
     "both": config_data({"tie": TIE, "upright": UPRIGHT}),
     "two ties": config_data({"tie": FAR_TIE, "second": TIE | {"point": [0.3, 0.0, 0.1]}}),
+    "embedded tie": config_data({"one": EMBEDDED_TIE}),
+    "embedded ties": config_data({"one": EMBEDDED_TIE, "tie": FAR_TIE, "upright": UPRIGHT}, WEAK),
     "weak": config_data({"tie": FAR_TIE, "upright": UPRIGHT}, WEAK),
 }
 
@@ -46,13 +55,21 @@ def matrix(entries):
     return np.diag(values) if values.ndim == 1 else values
 
 
+def stiffness(tie):
+    """Return the stiffness of a tie at rest; an embedded one is two springs in series."""
+    K_c = matrix(tie["K_c"])
+    if tie["kind"] == "visco-elastic":
+        return K_c
+    return np.linalg.inv(np.linalg.inv(K_c) + np.linalg.inv(matrix(tie["K_d"])))
+
+
 def parts_of(data):
     """Return K_t, K_r, K of all attitude springs, the load, and all ties as (K_c, p, anchor)."""
     gains, elements = data["controller"], data["elements"].values()
     ties = [
-        (matrix(one["K_c"]), np.array(one["point"]), np.array(one["anchor"]))
+        (stiffness(one), np.array(one["point"]), np.array(one["anchor"]))
         for one in elements
-        if one["kind"] == "visco-elastic"
+        if one["kind"] in {"visco-elastic", "embedded"}
     ]
     uprights = [matrix(one["K"]) for one in elements if one["kind"] == "attitude"]
     upright = sum(uprights, np.zeros((3, 3)))

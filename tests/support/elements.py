@@ -13,6 +13,7 @@ from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.barrier import Barrier
 from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element
+from rbstab.elements.embedded import EmbeddedTie
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.inputs.loads import Input
 from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
@@ -107,6 +108,12 @@ def _energy_of_the_tie(tie: ViscoElasticTie) -> float:
     return float(e @ tie.K_c @ e / 2)
 
 
+def _energy_of_the_embedded_tie(tie: EmbeddedTie) -> float:
+    """Return ½ e'K_c e with e = p - anchor and D = 0."""
+    e = tie.point - tie.anchor
+    return float(e @ tie.K_c @ e / 2)
+
+
 def _energy_of_the_spring(spring: Spring) -> float:
     """Return ½ k(|p - anchor| - ℓ₀)²."""
     extension = float(np.linalg.norm(spring.point - spring.anchor)) - spring.rest_length
@@ -139,6 +146,7 @@ FORMS: dict[type[Element], tuple[Form, ...]] = {
     ),
     Spring: (Form(fields=_named, unstretched=_energy_of_the_spring, loses=True, step=0.2),),
     ViscoElasticTie: (Form(fields=_named, unstretched=_energy_of_the_tie),),
+    EmbeddedTie: (Form(fields=_named, unstretched=_energy_of_the_embedded_tie),),
     AttitudeSpring: (Form(fields=_named),),
     Barrier: (Form(fields=_named, step=0.1),),
     **dict.fromkeys(INPUTS, INPUT_FORMS),

@@ -114,8 +114,10 @@ def _print_json(result: "Result", proof: "Proof | None") -> None:
 
 def _final_state(result: "Result") -> dict[str, list[float]]:
     from rbstab.elements.registry import OWN_STATES
+    from rbstab.systems.quantities import is_element_state
 
-    names = ("orientation", "angular_velocity", "position", "velocity", *OWN_STATES)
+    body = ("orientation", "angular_velocity", "position", "velocity")
+    names = (*body, *OWN_STATES, *filter(is_element_state, result.variables))
     return {name: result[name][-1].tolist() for name in names if name in result}
 
 

@@ -16,6 +16,7 @@ from rbstab.elements.inputs.loads import Input
 from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
 from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.sliding_ties import SlidingTie
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
 from rbstab.mechanics.body import Body, triangle_violation
@@ -28,7 +29,7 @@ from rbstab.systems.coordinates import (
     ManifoldCoordinates,
     ReducedCoordinates,
 )
-from rbstab.systems.modes import with_first_modes
+from rbstab.systems.filippov import at_start
 from rbstab.systems.schedule import Schedule, schedule_of
 from rbstab.systems.system import System
 
@@ -48,7 +49,7 @@ def problem_of(config: Config) -> Problem:
     with np.errstate(all="ignore"):
         system = system_of(config)
         start = start_of(config, system)
-        system = with_first_modes(system, start)
+        system = at_start(system, start)
     return Problem(
         system=system,
         start=start,
@@ -167,10 +168,12 @@ def _elements(config: Config, convert: dict[str, Callable[[Any], Any]]) -> list[
     """Return the elements of the config, in the order of their names."""
     found: list[Element] = []
     for name, section in config.elements.items():
-        kind = element_of(section)
+        kind: Any = element_of(section)
         fields = {"name": name, **_gains(kind, section, convert)}
         if issubclass(kind, Input):
             fields["signal"] = _signal(section.signal, config.integration.duration, convert)
+        if issubclass(kind, SlidingTie):
+            fields |= _surface_settings(section)
         found.append(kind(**fields))
     return found
 
@@ -209,12 +212,15 @@ def _schedule(config: Config) -> Schedule | None:
 
 def _sliding_settings(controller: Any) -> dict[str, Any]:
     """Return the fields of a sliding connector that are not gains."""
-    surface, law = controller.surface, controller.law
+    return {**_surface_settings(controller), "mode": np.zeros(3), "layer": np.zeros(3)}
+
+
+def _surface_settings(section: Any) -> dict[str, Any]:
+    """Return the surface and the layer of a sliding connector or tie."""
+    surface, law = section.surface, section.law
     return {
         "rate_weight": 0.0 if surface == "position" else 1.0,
         "slope": surface.slope if isinstance(surface, Slope) else 1.0,
-        "mode": np.zeros(3),
-        "layer": np.zeros(3),
         "layer_width": law.boundary_layer if isinstance(law, BoundaryLayer) else 1.0,
     }
 
@@ -263,6 +269,14 @@ def start_of(config: Config, system: System, numbers: Numbers = doubles) -> Arra
     else:
         Z = np.concatenate([Theta, Omega, vector("position"), vector("velocity")])
         motion = motion_from_centre(system.body, system.anchor, Z)
-    states = (state for element in system.elements for state in element.states)
-    own = [vector(state.name) for state in states]
+    values = (value for element in system.elements for value in _initial_states(config, element))
+    own = [numbers(np.array(value)) for value in values]
     return system.start(motion, np.concatenate([np.zeros(0), *own]))
+
+
+def _initial_states(config: Config, element: Element) -> list[Any]:
+    """Return the initial values of the own states of an element, in their order."""
+    section = config.elements.get(element.name)
+    if section is None:
+        return [getattr(config.initial, state.name) for state in element.states]
+    return [getattr(section, state.initial_key) for state in element.states]

@@ -9,12 +9,20 @@ from functools import reduce
 from operator import or_
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, WrapValidator, create_model
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    WrapValidator,
+    create_model,
+    field_validator,
+)
 
-from rbstab.config.controllers import gain_fields
+from rbstab.config.controllers import BoundaryLayer, Slope, gain_fields
 from rbstab.config.inputs.signals import SMOOTH_SIGNALS, Signal
-from rbstab.config.quantities import value_error
-from rbstab.config.section import FrozenMapping, Section, required
+from rbstab.config.quantities import components, value_error
+from rbstab.config.section import FrozenMapping, Section, required, word_or_section
+from rbstab.elements.declarations import OwnState
 from rbstab.elements.inputs.loads import Input
 from rbstab.elements.registry import KINDS, SELECTORS, element_of
 
@@ -33,24 +41,73 @@ _MEANINGS = {
 """The meaning of each selector."""
 
 
+class SlidingKeys(Section):
+    """The keys of a sliding tie besides its gains."""
+
+    kind: Literal["sliding"] = required("the kind of element")
+    surface: Annotated[
+        Literal["position"] | Slope, Field(description="position (s = E) or {slope: κ}")
+    ]
+    law: Annotated[
+        Literal["exact"] | BoundaryLayer,
+        Field(description="exact or {boundary_layer: width}"),
+    ] = "exact"
+
+    @field_validator("surface", mode="wrap")
+    @classmethod
+    def _check_surface(cls, value: Any, _handler: Any) -> Any:
+        return word_or_section(value, ("position",), (Slope, "κ"))
+
+    @field_validator("law", mode="wrap")
+    @classmethod
+    def _check_law(cls, value: Any, _handler: Any) -> Any:
+        if isinstance(value, dict) and "implicit" in value:
+            raise value_error(
+                "has implicit steps, which only a sliding controller has",
+                "expected exact or {boundary_layer: width}",
+            )
+        return word_or_section(value, ("exact",), (BoundaryLayer, "width"))
+
+    @property
+    def form(self) -> str:
+        """The form of the tie, a key of `SLIDING_TIES`."""
+        if isinstance(self.law, BoundaryLayer):
+            return "layer"
+        return "position" if self.surface == "position" else "slope"
+
+
+_BASES: dict[str, type[Section]] = {"sliding": SlidingKeys}
+"""The models of the kinds that have keys besides gains."""
+
+
 def _model(kind: str, method: str | None) -> type[Section]:
     """Return the model of a kind of element, and of the value of its selector if it has one."""
     element = KINDS[kind][method]
-    fields: dict[str, Any] = {"kind": (Literal[kind], required("the kind of element"))}
+    fields: dict[str, Any] = {}
+    base = _BASES.get(kind, Section)
+    if base is Section:
+        fields = {"kind": (Literal[kind], required("the kind of element"))}
     if method is not None:
         selector = SELECTORS[kind]
         fields[selector] = (Literal[method], required(_MEANINGS[selector]))
+    fields |= gain_fields(element)
+    fields |= {state.initial_key: _initial_field(state) for state in element.states}
     documentation = (element.__doc__ or "").strip().splitlines()[0]
     if issubclass(element, Input):
         fields["signal"] = (Signal, ...)
     words = f"{method or ''}-{kind}".title().replace("-", "").replace("_", "")
     return create_model(
         f"{words}Element",
-        __base__=Section,
+        __base__=base,
         __doc__=documentation,
         **fields,
-        **gain_fields(element),
     )
+
+
+def _initial_field(state: OwnState) -> tuple[Any, Any]:
+    """Return the type and the field of the initial value of an own state."""
+    description = f"{state.symbol} at the start, {state.unit}"
+    return components(state.size), Field(default=(0.0,) * state.size, description=description)
 
 
 ELEMENT_MODELS: dict[tuple[str, str | None], type[Section]] = {
@@ -114,6 +171,38 @@ def inputs(elements: Mapping[str, Any], *, with_legs: bool = False) -> list[str]
         for name, section in elements.items()
         if section.kind == "input" and not (with_legs and section.signal.kind in SMOOTH_SIGNALS)
     ]
+
+
+MAX_SLIDING = 3
+"""The most ties that slide on s = F + κE: their forces are solved together."""
+
+
+def sliding_ties(elements: Mapping[str, Any]) -> list[str]:
+    """Return the names of the ties that slide on s = F + κE with the exact law."""
+    return [
+        name
+        for name, section in elements.items()
+        if section.kind == "sliding" and section.form == "slope"
+    ]
+
+
+def check_sliding_points(elements: Mapping[str, Any]) -> None:
+    """Raise a validation error if the forces of ties that slide cannot be determined."""
+    sliding = {name: elements[name].point for name in sliding_ties(elements)}
+    if len(sliding) > MAX_SLIDING:
+        raise value_error(
+            f"has {len(sliding)} sliding ties on slopes with the exact law: {', '.join(sliding)}",
+            f"expected at most {MAX_SLIDING}; others may have a boundary layer",
+        )
+    first: dict[Any, str] = {}
+    for name, point in sliding.items():
+        if point in first:
+            raise value_error(
+                f"has the sliding ties {first[point]} and {name} at one point, so their forces "
+                "are not determined",
+                "expected one tie with the sum of K_s, or other points",
+            )
+        first[point] = name
 
 
 def _check_name(name: Any) -> Any:

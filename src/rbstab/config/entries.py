@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from rbstab.config.schema import Config
 from rbstab.config.section import FrozenMapping, Section
 from rbstab.config.source import Path, key_of
+from rbstab.elements.declarations import is_initial
 from rbstab.elements.registry import GAINS, element_of
 from rbstab.mechanics.numbers import Number
 
@@ -41,10 +42,22 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
             if isinstance(getattr(signal, key), float)
         ]
     body = [("body", name) for name in type(config.body).model_fields]
-    initial = [("initial", name) for name in type(config.initial).model_fields]
+    initial: list[Path] = [("initial", name) for name in type(config.initial).model_fields]
+    for name, section in config.elements.items():
+        initial += [("elements", name, own.initial_key) for own in element_of(section).states]
     return tuple(
         entry for path in (*gains, *body, *initial) for entry in entries_under(config, path)
     )
+
+
+def is_of_initial_state(path: Path) -> bool:
+    """Return whether a path is that of a number of the initial state, or of such numbers.
+
+    The elements' own states start with the values in the sections of the elements.
+    """
+    if path[0] == "elements":
+        return len(path) > 2 and is_initial(str(path[2]))
+    return path[0] == "initial"
 
 
 def entries_under(config: Config, path: Path) -> tuple[Entry, ...]:

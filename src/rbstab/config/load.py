@@ -14,6 +14,7 @@ from rbstab.config.messages import describe, problems_of
 from rbstab.config.overrides import override
 from rbstab.config.schema import NO_VARIANT, SCHEMA_VERSIONS, VARIANTS, Config, model_of, variant_of
 from rbstab.config.source import MAX_DEPTH, Source, read_source
+from rbstab.elements.declarations import is_initial
 from rbstab.elements.registry import OWN_STATES
 
 FALLBACK_VARIANT = "visco-elastic"
@@ -131,11 +132,30 @@ def resolved(config: Config) -> dict[str, Any]:
 def acting_sections(config: Config) -> dict[str, Any]:
     """Return what acts on the body as plain data: body, gravity, controller, and elements if any.
 
-    Two configs with the same sections have the same rest states.
+    Two configs with the same sections have the same rest states. The initial values of the own
+    states of elements are left out.
     """
     data = resolved(config)
-    names = ("body", "gravity", "controller", *(("elements",) if config.elements else ()))
-    return {name: data[name] for name in names}
+    sections = {name: data[name] for name in ("body", "gravity", "controller")}
+    if config.elements:
+        sections["elements"] = _split_elements(data)[0]
+    return sections
+
+
+def initial_sections(config: Config) -> list[Any]:
+    """Return the initial state as plain data: the section, and that of the elements if any."""
+    data = resolved(config)
+    own = _split_elements(data)[1]
+    return [data["initial"], *([own] if any(own.values()) else [])]
+
+
+def _split_elements(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the elements of a resolved config without and with only the keys of initial values."""
+    elements = data.get("elements", {}).items()
+    return (
+        {name: {k: v for k, v in one.items() if not is_initial(k)} for name, one in elements},
+        {name: {k: v for k, v in one.items() if is_initial(k)} for name, one in elements},
+    )
 
 
 def resolved_yaml(config: Config) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -54,13 +54,22 @@ def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigPro
         element = source.data["elements"][path[1]]
         in_signal = path[2] == "signal" and len(path) > 3
         section: Any = signal_model(element["signal"]) if in_signal else element_model(element)
-        problem, expected = _with_hint(str(path[-1]), sorted(section.model_fields))
+        keys = sorted(section.model_fields) if in_signal else _keys_of_element(section, path[2:-1])
+        problem, expected = _with_hint(str(path[-1]), keys)
     elif unknown:
         problem, expected = _unknown_key(path, model)
     else:
         problem, expected = _TEXTS.get(details["type"], _other_error)(details)
     where = source.location(path, of_key=of_key)
     return ConfigProblem(where, key_of(path), problem, expected)
+
+
+def _keys_of_element(section: Any, path: Path) -> list[str]:
+    """Return the known keys at a path inside an element of a config, sorted."""
+    if not path:
+        return sorted(section.model_fields)
+    models = get_args(section.model_fields[path[0]].annotation)
+    return sorted(key for model in models for key in getattr(model, "model_fields", {}))
 
 
 def _without_tag(location: Path) -> Path:

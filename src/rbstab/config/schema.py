@@ -13,7 +13,14 @@ from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field
 from pydantic_core import PydanticCustomError
 
 from rbstab.config.controllers import CONTROLLERS, NoController, model_name
-from rbstab.config.elements import Elements, inputs, stops, switching
+from rbstab.config.elements import (
+    Elements,
+    check_sliding_points,
+    inputs,
+    sliding_ties,
+    stops,
+    switching,
+)
 from rbstab.config.inputs.signals import MAX_KNOTS
 from rbstab.config.quantities import (
     Count,
@@ -225,6 +232,14 @@ class Experiment(Section):
             raise value_error(
                 f"has inputs beside a sliding connector: {', '.join(inputs(elements))}",
                 "expected another variant of the controller, or no inputs",
+            )
+        check_sliding_points(elements)
+        others = [*inputs(elements), *stops(elements)]
+        if sliding_ties(elements) and others:
+            raise value_error(
+                f"has {', '.join(others)} beside sliding ties on a slope with the exact law: "
+                f"{', '.join(sliding_ties(elements))}",
+                "expected a boundary layer, or no inputs and stops",
             )
         return elements
 

@@ -10,7 +10,7 @@ from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import Any
 
-from rbstab.config.entries import Entry, entries_of, entries_under
+from rbstab.config.entries import Entry, entries_of, entries_under, is_of_initial_state
 from rbstab.config.errors import ConfigError, ConfigProblem, Location, shortened
 from rbstab.config.load import resolved, validated
 from rbstab.config.overrides import parse_key
@@ -46,8 +46,9 @@ class Tolerance:
 
     @property
     def section(self) -> str:
-        """The section of the config, such as `initial`."""
-        return str(self.entry.paths[0][0])
+        """The section of the config; `initial` for the own states of elements too."""
+        path = self.entry.paths[0]
+        return "initial" if is_of_initial_state(path) else str(path[0])
 
     @property
     def bounds(self) -> tuple[str, str]:

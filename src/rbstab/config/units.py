@@ -23,12 +23,21 @@ _UNITS = (
     | {f"initial.{name}": state.unit for name, state in OWN_STATES.items()}
 )
 
-_ELEMENT_UNITS = {
-    (kind, method, gain.name): gain.unit
-    for kind, methods in KINDS.items()
-    for method, element in methods.items()
-    for gain in element.gains
-}
+_ELEMENT_UNITS = (
+    {
+        (kind, method, gain.name): gain.unit
+        for kind, methods in KINDS.items()
+        for method, element in methods.items()
+        for gain in element.gains
+    }
+    | {
+        (kind, method, state.initial_key): state.unit
+        for kind, methods in KINDS.items()
+        for method, element in methods.items()
+        for state in element.states
+    }
+    | {("sliding", None, "surface.slope"): "1/s"}
+)
 """By kind, selector and key: the stiffness of a spring and that of a guard have different units."""
 
 KindAndMethod = tuple[str, str | None]

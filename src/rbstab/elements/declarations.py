@@ -47,7 +47,9 @@ class OwnState(NamedTuple):
     """A vector of own states of an element.
 
     Attributes:
-        name: The name in configs (`initial`) and files, such as `connector_state`.
+        name: The name in configs (`initial`) and files, such as `connector_state`. That of an
+            element of the config is `state`; in files the name of the element stands before it
+            (`second_tie.state`), and in its config `initial_` (`initial_state`).
         symbol: The symbol in equations, such as `D`.
         unit: The SI unit.
         description: The meaning, with frame and equation.
@@ -65,3 +67,21 @@ class OwnState(NamedTuple):
     def dimension(self) -> str:
         """The dimension of its array in files."""
         return "axis" if self.size == 3 else f"{self.name}_component"
+
+    @property
+    def initial_key(self) -> str:
+        """The key of its initial value in the config of an element."""
+        return f"{INITIAL_PREFIX}{self.name}"
+
+    def of_element(self, element: str) -> "OwnState":
+        """Return the state with the name that it has in a system, for a named element."""
+        return self._replace(name=f"{element}.{self.name}")
+
+
+INITIAL_PREFIX = "initial_"
+"""What the keys of initial values in the config of an element begin with; keys of gains do not."""
+
+
+def is_initial(key: str) -> bool:
+    """Return whether a key of the config of an element is that of an initial value."""
+    return key.startswith(INITIAL_PREFIX)

@@ -47,6 +47,12 @@ class Element:
     supplies: ClassVar[bool] = False
     """Whether it may supply power: whether its class states `supplied`."""
 
+    slides: ClassVar[bool] = False
+    """Whether its axes slide on surfaces s = F + κE (`FilippovTie`). Then it has no own states, and
+    its methods `wrench`, `dissipated` and `guards` get as `own` the equivalent forces that hold its
+    axes there, shape (3,), N, inertial (`systems.surface_forces`). The system computes them, since
+    they follow from the loads of all elements."""
+
     def __init_subclass__(cls) -> None:
         """Derive `state_size` from the declared states, and `supplies` from the statements."""
         super().__init_subclass__()
@@ -57,6 +63,17 @@ class Element:
     def timed(self) -> bool:
         """Whether one of its statements depends on `Motion.time`."""
         return False
+
+    @property
+    def own_states(self) -> tuple[OwnState, ...]:
+        """The own states with their names in a system, such as `connector_state`.
+
+        An element of a config has a name of its own, which stands before: `second_tie.state`. So
+        the own states of several elements of one class have different names.
+        """
+        if "name" not in vars(self):
+            return self.states
+        return tuple(state.of_element(self.name) for state in self.states)
 
     def wrench(self, motion: Motion, own: Array) -> Wrench:
         """Return the force, couple and contact force on the body."""

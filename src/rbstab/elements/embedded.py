@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
-from rbstab.elements.declarations import Gain, OwnState
+from rbstab.elements.at_point import AtPoint
+from rbstab.elements.declarations import ANCHOR, POINT, Gain, OwnState
 from rbstab.elements.element import Element, force_at_contact
 from rbstab.mechanics.algebra import inverse, quadratic_form
 from rbstab.mechanics.motion import Motion, Wrench
@@ -56,8 +57,22 @@ class EmbeddedConnector(Element):
     def dissipated(self, motion: Motion, own: Array) -> Number:
         """F'L_c F + Ḋ'L_d Ḋ, W (eq. 46)."""
         at_contact = quadratic_form(self.L_c, motion.F)
-        return at_contact + quadratic_form(self.L_d, self.rates(motion, own))
+        return at_contact + quadratic_form(self.L_d, self._state_rate(motion.E, own))
 
     def rates(self, motion: Motion, own: Array) -> Array:
+        """Ḋ, m/s (eq. 22)."""
+        return self._state_rate(motion.E, own)
+
+    def _state_rate(self, E: Array, D: Array) -> Array:
         """Ḋ = L_d⁻¹(K_c(E - D) - K_d D), m/s (eq. 22)."""
-        return self._damping_inverse @ (self.K_c @ (motion.E - own) - self.K_d @ own)
+        return self._damping_inverse @ (self.K_c @ (E - D) - self.K_d @ D)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class EmbeddedTie(AtPoint, EmbeddedConnector):
+    """The same connector at a point of its own, with a state D of its own."""
+
+    gains: ClassVar[tuple[Gain, ...]] = (POINT, ANCHOR, *EmbeddedConnector.gains)
+    states: ClassVar[tuple[OwnState, ...]] = (
+        OwnState("state", "D", "m", "own state of the embedded tie, inertial (eq. 22)"),
+    )

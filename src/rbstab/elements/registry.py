@@ -10,12 +10,13 @@ from typing import Any
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.barrier import Barrier
 from rbstab.elements.element import Element
-from rbstab.elements.embedded import EmbeddedConnector
+from rbstab.elements.embedded import EmbeddedConnector, EmbeddedTie
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.inputs.loads import BodyCoupleInput, BodyForceInput, CoupleInput, ForceInput
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.sliding_ties import CrossingTie, FilippovTie, LayeredTie, SlidingTie
 from rbstab.elements.soft_guards import RepellingGuard, StiffGuard
 from rbstab.elements.spring import Spring
 from rbstab.elements.stop import Stop
@@ -38,6 +39,8 @@ ELEMENTS: tuple[type[Element], ...] = (Gravity, *STABILIZERS, *CONNECTORS.values
 KINDS: dict[str, dict[str | None, type[Element]]] = {
     "spring": {None: Spring},
     "visco-elastic": {None: ViscoElasticTie},
+    "embedded": {None: EmbeddedTie},
+    "sliding": {None: SlidingTie},
     "attitude": {None: AttitudeSpring},
     "ligament": {None: Ligament},
     "guard": {
@@ -59,6 +62,13 @@ has one class, or several of which a key of its config chooses one (`SELECTORS`)
 SELECTORS = {"guard": "method", "input": "quantity"}
 """The key that chooses the class, for each kind with several."""
 
+SLIDING_TIES: dict[str, type[SlidingTie]] = {
+    "position": CrossingTie,
+    "slope": FilippovTie,
+    "layer": LayeredTie,
+}
+"""The classes of the kind `sliding`, by the surface or `layer`."""
+
 NAMED_ELEMENTS = tuple(element for methods in KINDS.values() for element in methods.values())
 """The classes of all kinds."""
 
@@ -68,7 +78,10 @@ def element_of(section: Any) -> type[Element]:
 
     Args:
         section: Its `kind` is a key of `KINDS`; it has a selector if the kind has several classes.
+            A sliding tie has its `form` instead, a key of `SLIDING_TIES`.
     """
+    if section.kind == "sliding":
+        return SLIDING_TIES[section.form]
     return KINDS[section.kind][selected(section)]
 
 
@@ -81,4 +94,4 @@ GAINS = {gain.name: gain for element in ELEMENTS for gain in element.gains}
 """All gains by name, in the order of the elements."""
 
 OWN_STATES = {state.name: state for element in ELEMENTS for state in element.states}
-"""All own states by name."""
+"""The own states of the connectors, by name. Those of named elements: `Element.own_states`."""

@@ -29,7 +29,7 @@ from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
-from rbstab.systems.quantities import BY_NAME, RUN_DIMENSIONS
+from rbstab.systems.quantities import Quantity, quantities_with, run_dimensions
 from rbstab.systems.system import System
 
 RECORDING_MARGIN = 0.1
@@ -116,7 +116,6 @@ def zero_of(
         return lyapunov_zero(smooth, motion, own, nearest, is_late)
 
 
-
 def recording_time(problem: Problem) -> float:
     """Measure the time to record one sample of a problem, s."""
     with np.errstate(all="ignore"):
@@ -147,6 +146,7 @@ def record_of(
         trajectory, arrays = recorded(problem, trajectory, zero.rest, deadline)
         checks = certificate_of(problem, trajectory, arrays, zero)
     parts = np.array(problem.system.parts, dtype=object)
+    quantities = quantities_with(problem.system.declared_states)
     coordinates = {
         name: Variable((name,), np.arange(1, len(arrays[source]) + 1), "1", f"number of the {name}")
         for name, source in _EVENTS.items()
@@ -154,15 +154,19 @@ def record_of(
     } | {
         **{
             name: Variable((name,), np.arange(1, length + 1), "1", "component of a vector")
-            for name, length in RUN_DIMENSIONS.items()
-            if any(name in BY_NAME[array].dimensions for array in arrays)
+            for name, length in run_dimensions(problem.system.declared_states).items()
+            if any(name in quantities[array].dimensions for array in arrays)
         },
         "part": Variable(("part",), parts, "1", "part of the system"),
     }
     named = np.array(named_elements(problem.system), dtype=object)
     if len(named):
         coordinates["element"] = Variable(("element",), named, "1", "element of the config")
-    described = {name: _variable(name, arrays[name]) for name in BY_NAME if name in arrays}
+    described = {
+        name: _variable(quantity, arrays[name])
+        for name, quantity in quantities.items()
+        if name in arrays
+    }
     warnings = [] if zero.rest.is_at_rest else ["no rest state was found in the range of eq. 5"]
     return Record(trajectory, coordinates | described, checks, zero, warnings)
 
@@ -333,7 +337,6 @@ def _of_states(
     return arrays
 
 
-def _variable(name: str, data: Array) -> Variable:
-    quantity = BY_NAME[name]
+def _variable(quantity: Quantity, data: Array) -> Variable:
     long_name = f"{quantity.symbol}: {quantity.meaning}"
     return Variable(quantity.dimensions, data, quantity.unit, long_name)

@@ -36,6 +36,28 @@ def inverse(matrix: Array) -> Array:
     return rows / (a @ rows[0])
 
 
+def solved(matrix: Array, right: Array) -> Array:
+    """Return the x with M x = b, for a symmetric positive definite matrix of any size.
+
+    Such a matrix needs no pivots, so there is no branch on a value.
+
+    Args:
+        matrix: M, shape (n, n).
+        right: b, shape (n,).
+    """
+    rows = [[*row, entry] for row, entry in zip(matrix.tolist(), right.tolist(), strict=True)]
+    size = len(rows)
+    for k in range(size):
+        for i in range(k + 1, size):
+            factor = rows[i][k] / rows[k][k]
+            rows[i] = [a - factor * b for a, b in zip(rows[i], rows[k], strict=True)]
+    x: list[Number] = [0.0] * size
+    for k in reversed(range(size)):
+        known = sum((rows[k][j] * x[j] for j in range(k + 1, size)), start=0.0)
+        x[k] = (rows[k][size] - known) / rows[k][k]
+    return np.array(x)
+
+
 def quadratic_form(matrix: Array, x: Array) -> Number:
     """Return x' M x."""
     return x @ matrix @ x

@@ -1,6 +1,6 @@
 """Points of the body: where they are, how fast they move, and what a force at one of them does."""
 
-from rbstab.mechanics.algebra import ZERO, cross_matrix
+from rbstab.mechanics.algebra import ZERO, cross, cross_matrix
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array
 
@@ -18,6 +18,19 @@ def position(motion: Motion, point: Array) -> Array:
 def velocity(motion: Motion, point: Array) -> Array:
     """Return V - A p̌ Ω, shape (3,), m/s, inertial: the derivative of X + A p."""
     return motion.V - motion.A @ (cross_matrix(point) @ motion.Omega)
+
+
+def acceleration(motion: Motion, point: Array, Omega_rate: Array, V_rate: Array) -> Array:
+    """Return V̇ + A(Ω̇ × p + Ω × (Ω × p)), shape (3,), m/s², inertial.
+
+    Args:
+        motion: The motion of the body.
+        point: p, shape (3,), m, body coordinates, from the centre of gravity.
+        Omega_rate: Ω̇, shape (3,), rad/s², body.
+        V_rate: V̇, shape (3,), m/s², inertial.
+    """
+    Omega = motion.Omega
+    return V_rate + motion.A @ (cross(Omega_rate, point) + cross(Omega, cross(Omega, point)))
 
 
 def force_at(motion: Motion, point: Array, force: Array) -> Wrench:

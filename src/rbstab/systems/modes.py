@@ -60,7 +60,7 @@ def with_modes_at(system: System, y: Array) -> System:
     """Return a system in the modes that belong to a state; itself if none of its elements switches.
 
     A mode is 1 where the real part of its event function is positive. A mode of a stop is 1 if the
-    body rests there.
+    body rests there. No axis of a tie is held.
 
     Args:
         system: The system, in any modes.
@@ -68,6 +68,9 @@ def with_modes_at(system: System, y: Array) -> System:
     """
     if not has_modes(system):
         return system
+    if any(element.slides for element in system.elements):
+        # A tie that holds an axis has other event functions.
+        system = with_modes(system, (0.0,) * len(modes_of(system)))
     system = with_modes(system, tuple(float(_real(g) > 0) for g in guards_at(system, y)))
     return _with_stop_at(system, y)
 

@@ -1,7 +1,9 @@
 """The quantities of a run: their names in files, symbols, units and equations."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
+from rbstab.elements.declarations import OwnState
 from rbstab.elements.registry import OWN_STATES
 
 
@@ -36,6 +38,15 @@ _TIME = ("time",)
 _VECTOR = ("time", "axis")
 _BY_PART = ("time", "part")
 
+
+def state_quantity(state: OwnState) -> Quantity:
+    """Return the quantity of an own state of an element."""
+    dimensions = ("time", state.dimension)
+    return Quantity(
+        state.name, state.symbol, state.unit, dimensions, state.description, optional=True
+    )
+
+
 QUANTITIES = (
     Quantity("time", "t", "s", _TIME, "time from the start"),
     Quantity("orientation", "Θ", "rad", _VECTOR, "Euler angles, A = A1(θ1) A2(θ2) A3(θ3) (eq. 2)"),
@@ -44,17 +55,7 @@ QUANTITIES = (
     Quantity(
         "velocity", "V", "m/s", _VECTOR, "velocity of the centre of gravity, inertial (eq. 1)"
     ),
-    *(
-        Quantity(
-            state.name,
-            state.symbol,
-            state.unit,
-            ("time", state.dimension),
-            state.description,
-            optional=True,
-        )
-        for state in OWN_STATES.values()
-    ),
+    *map(state_quantity, OWN_STATES.values()),
     Quantity(
         "contact_displacement",
         "E",
@@ -280,10 +281,32 @@ QUANTITIES = (
     ),
 )
 
-RUN_DIMENSIONS = {"axis": 3} | {
-    state.dimension: state.size for state in OWN_STATES.values() if state.dimension != "axis"
-}
+
+def run_dimensions(states: Iterable[OwnState]) -> dict[str, int]:
+    """Return the lengths of the dimensions with a fixed length, of a run with some own states."""
+    return {"axis": 3} | {state.dimension: state.size for state in states}
+
+
+RUN_DIMENSIONS = run_dimensions(OWN_STATES.values())
 """The lengths of the dimensions with a fixed length."""
 
 BY_NAME = {quantity.name: quantity for quantity in QUANTITIES}
-"""The quantities by name."""
+"""The quantities by name, without the own states of named elements."""
+
+
+def quantities_with(states: Iterable[OwnState]) -> dict[str, Quantity]:
+    """Return all quantities by name, in the order of files, of a run with some own states."""
+    found: dict[str, Quantity] = {}
+    for name, quantity in BY_NAME.items():
+        if name == "contact_displacement":
+            found |= {state.name: state_quantity(state) for state in states}
+        found[name] = quantity
+    return found
+
+
+def is_element_state(name: str) -> bool:
+    """Return whether a name in a file is that of an own state of a named element.
+
+    No other name at the top of a file has a dot.
+    """
+    return "." in name and "/" not in name

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.elements.declarations import OwnState
 from rbstab.elements.element import Element
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.body import Body
@@ -12,8 +13,7 @@ from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.coordinates import Coordinates
 from rbstab.systems.holding import hold
-
-NO_WRENCH = Wrench(ZERO, ZERO, ZERO)
+from rbstab.systems.surface_forces import total_wrench, with_equivalent_forces
 
 AUDIT_SIZE = 2
 """The number of audit states of a passive system: ∫v' dt, J, and ε, J (eq. 26). They follow all
@@ -94,10 +94,15 @@ class System:
         return ("kinetic", *(element.name for element in self.elements))
 
     @property
+    def declared_states(self) -> tuple[OwnState, ...]:
+        """The own states of all elements, in the order of the state vector."""
+        return tuple(state for element in self.elements for state in element.own_states)
+
+    @property
     def own_states(self) -> dict[str, slice]:
         """The slices of the elements' own states in the state vector, by name."""
         slices, begin = {}, self.coordinates.size
-        for state in (state for element in self.elements for state in element.states):
+        for state in self.declared_states:
             slices[state.name] = slice(begin, begin + state.size)
             begin += state.size
         return slices
@@ -114,7 +119,7 @@ class System:
     def rates(self, y: Array, time: Number = 0.0) -> Array:
         """Return ẏ, shape (size,)."""
         motion, pairs = self.acting(y, time)
-        body_rates, _ = self.coordinates.dynamics(self.body, motion, _total_wrench(motion, pairs))
+        body_rates, _ = self.coordinates.dynamics(self.body, motion, total_wrench(motion, pairs))
         return np.concatenate([body_rates, *_own_rates(motion, pairs)])
 
     def audited_rates(self, y: Array, time: Number = 0.0) -> Array:
@@ -125,7 +130,7 @@ class System:
         (audited_size,); the rates do not depend on the audit states.
         """
         motion, pairs = self.acting(y, time)
-        wrench = _total_wrench(motion, pairs)
+        wrench = total_wrench(motion, pairs)
         body_rates, Lambda_ = self.coordinates.dynamics(self.body, motion, wrench)
         lyapunov_rate = -sum(element.dissipated(motion, own) for element, own in pairs)
         audit = [lyapunov_rate, motion.F @ Lambda_]
@@ -137,7 +142,7 @@ class System:
     def observe(self, y: Array, time: Number = 0.0) -> Observation:
         """Return motion, forces, energies, dissipations and supplied powers at a state."""
         motion, pairs = self.acting(y, time)
-        wrench = _total_wrench(motion, pairs)
+        wrench = total_wrench(motion, pairs)
         _, Lambda_ = self.coordinates.dynamics(self.body, motion, wrench)
         kinetic = self.body.kinetic_energy(motion.Omega, motion.V)
         return Observation(
@@ -156,30 +161,29 @@ class System:
         return sum(element.stored(motion, own) for element, own in self._with_states(y))
 
     def acting(self, y: Array, time: Number = 0.0) -> tuple[Motion, list[tuple[Element, Array]]]:
-        """Return the motion, and each element with its own states; with the hold if it `holds`."""
-        motion, pairs = self.motion(y, time), self._with_states(y)
+        """Return the motion, and each element with its own states.
+
+        One that `holds` has its hold instead, and one that `slides` its equivalent forces.
+        """
+        motion, pairs = self.loads(y, time)
         for number, (element, _) in enumerate(pairs):
             if element.holds:
-                loads = _total_wrench(motion, pairs[:number] + pairs[number + 1 :])
+                loads = total_wrench(motion, pairs[:number] + pairs[number + 1 :])
                 pairs[number] = element, hold(self.body, self.coordinates, motion, loads)
-        return motion, pairs
+        return motion, with_equivalent_forces(self.body, self.coordinates, motion, pairs)
+
+    def loads(self, y: Array, time: Number = 0.0) -> tuple[Motion, list[tuple[Element, Array]]]:
+        """Return the motion, and each element with its own states; without equivalent forces."""
+        return self.motion(y, time), self._with_states(y)
 
     def _with_states(self, y: Array) -> list[tuple[Element, Array]]:
-        """Return each element with its own states."""
+        """Return each element with its own states, or with zero equivalent forces."""
         pairs, begin = [], self.coordinates.size
         for element in self.elements:
-            pairs.append((element, y[begin : begin + element.state_size]))
+            own = y[begin : begin + element.state_size]
+            pairs.append((element, ZERO if element.slides else own))
             begin += element.state_size
         return pairs
-
-
-def _total_wrench(motion: Motion, pairs: list[tuple[Element, Array]]) -> Wrench:
-    force, couple, contact_force = NO_WRENCH
-    for element, own in pairs:
-        wrench = element.wrench(motion, own)
-        force, couple = force + wrench.force, couple + wrench.couple
-        contact_force = contact_force + wrench.contact_force
-    return Wrench(force, couple, contact_force)
 
 
 def _own_rates(motion: Motion, pairs: list[tuple[Element, Array]]) -> list[Array]:

@@ -51,7 +51,10 @@ NAME = (
     "is not a name of an element "
     "(expected a lower-case letter, then up to 39 lower-case letters, digits or _)"
 )
-KIND = "(expected kind: one of spring, visco-elastic, attitude, ligament, guard, input)"
+KIND = (
+    "(expected kind: one of spring, visco-elastic, embedded, sliding, attitude, ligament, guard, "
+    "input)"
+)
 POSITIVE = "(expected a number greater than 0)"
 
 ALL_OF_THEM = [

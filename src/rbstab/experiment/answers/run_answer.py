@@ -149,19 +149,22 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
         return Answer(Sureness.NOT_DECIDED, f"the run ended early: {status} at t = {end:.4g} s")
     if not lines:
         return Answer(Sureness.NOT_DECIDED, "the result has no certificate")
+    return Answer(Sureness.SEEN, _seen_of_completed(result, end))
+
+
+def _seen_of_completed(result: Result, end: float) -> str:
+    """Return what was seen of a computed motion that reached its end, s."""
     if result.attributes.get("verdict") == Verdict.DRIVEN:
-        return Answer(Sureness.SEEN, f"inputs drive the computed motion to t = {end:.4g} s")
+        return f"inputs drive the computed motion to t = {end:.4g} s"
     settled = settling_time_of(result)
     if not math.isnan(settled):
-        sentence = f"the computed motion is at rest from t = {settled:.4g} s on ({SETTLED})"
-        return Answer(Sureness.SEEN, sentence)
+        return f"the computed motion is at rest from t = {settled:.4g} s on ({SETTLED})"
     v = lyapunov_function_of(result)
     begin, last = float(v[0]), float(v[-1])
-    sentence = (
+    return (
         f"the Lyapunov function v fell from {begin:.4g} J to {last:.4g} J along the computed run; "
         f"it is not at rest by t = {end:.4g} s"
     )
-    return Answer(Sureness.SEEN, sentence)
 
 
 def _why_not_proved(found: Convergence | None, region: CertificateLine | None) -> str:

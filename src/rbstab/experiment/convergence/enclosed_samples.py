@@ -8,7 +8,7 @@ import numpy as np
 from rbstab.analysis.certificate import Check, Verdict
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
-from rbstab.systems.quantities import BY_NAME
+from rbstab.systems.quantities import quantities_with
 from rbstab.systems.system import System
 
 GROUP = "enclosure"
@@ -49,11 +49,12 @@ def quantities_of(system: System) -> dict[str, slice]:
     return body | system.own_states
 
 
-def enclosure_variables(samples: EnclosedSamples) -> dict[str, Variable]:
-    """Return the enclosure as arrays of the group `enclosure`."""
+def enclosure_variables(samples: EnclosedSamples, system: System) -> dict[str, Variable]:
+    """Return the enclosure of a motion of a system as arrays of the group `enclosure`."""
+    quantities = quantities_with(system.declared_states)
     variables = {f"{GROUP}/time": Variable(("time",), samples.times, "s", "time from the start")}
     for name in samples.low:
-        quantity = BY_NAME[name]
+        quantity = quantities[name]
         dimension = quantity.dimensions[1]
         size = samples.low[name].shape[1]
         number = Variable((dimension,), np.arange(1, size + 1), "1", "component of a vector")

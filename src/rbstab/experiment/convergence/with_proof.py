@@ -61,7 +61,7 @@ def with_proof(
         enclose: How far to enclose the exact motion; this needs the proof.
     """
     convergence, samples = _convergence(config, problem, proof, enclose)
-    enclosure = {} if samples is None else enclosure_variables(samples)
+    enclosure = {} if samples is None else enclosure_variables(samples, problem.system)
     replaced = {check.name for check in proved_checks(problem, None)} | {COMPUTED_MOTION}
     checks = [
         Check(line.check, Verdict(line.verdict), line.value, line.bound, line.when, line.quantity)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from rbstab.config.entries import is_of_initial_state
 from rbstab.config.errors import ConfigError, Location
 from rbstab.config.load import resolved, validated
 from rbstab.config.schema import Config
@@ -57,7 +58,8 @@ def covered(record: BodiesRecord, config: Config, varied: Mapping[Any, Array], c
         low, high = bounds[path]
         values = np.asarray(varied.get(path, np.full(count, value)), dtype=float)
         inside &= (values >= _least_double(low)) & (values <= -_least_double(-high))
-    known = {path for path in varied if path[0] in record.sections}
+    acting = (path for path in varied if not is_of_initial_state(path))
+    known = {path for path in acting if path[0] in record.sections}
     return inside if known <= numbers.keys() else np.zeros(count, dtype=bool)
 
 

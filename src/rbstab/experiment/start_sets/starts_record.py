@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, Po
 
 from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import system_of
-from rbstab.config.load import resolved
+from rbstab.config.load import initial_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.convergence.convergence import EVERY_START, PROVED
@@ -139,7 +139,7 @@ def starts_id(config: Config, tolerances: Sequence[Tolerance], max_parts: int) -
         VERSION,
         max_parts,
         proof_id(config),
-        resolved(config)["initial"],
+        *initial_sections(config),
         [one.model_dump() for one in bounds_of(tolerances)],
         fingerprint(partial(system_of, config)),
     ]

@@ -168,9 +168,8 @@ def _quantities(base: "Baseline") -> tuple[OutcomeQuantity, ...]:
         quantities += _axes("peak_time", "s")
     for name in BODY_STATES:
         quantities += _axes(f"final.{name}", BY_NAME[name].unit)
-    for element in base.problem.system.elements:
-        for state in element.states:
-            quantities += _axes(f"final.{state.name}", state.unit, state.size)
+    for state in base.problem.system.declared_states:
+        quantities += _axes(f"final.{state.name}", state.unit, state.size)
     return tuple(quantities)
 
 

@@ -316,10 +316,13 @@ class HeyokaModeRun:
         """Switch modes at a time that has been reached; the state may jump."""
         state = self.integrator.state.copy()
         after = self.current.cross(modes, t, state)
-        if after is state:
-            self._set_parameters()
-        else:
+        if after is not state and self.current.impacts is not None:
             self._go_on_from(after)
+            return
+        if after is not state:
+            self.integrator.state[:] = after
+            self.integrator.reset_cooldowns()
+        self._set_parameters()
 
     def _go_on_from(self, state: Array) -> None:
         """Go on from a state that an impact has changed.

@@ -4,7 +4,7 @@ The margin of a mode is its event function if the mode is 1, and minus that if i
 positive as long as the mode is the right one; where it falls to zero, the mode switches.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import StopRun, audited_rates_of
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.filippov import RedundantTiesError, after_events, at_start, slides
 from rbstab.systems.impact import laid_on_stop, stop_of
 from rbstab.systems.modes import (
     Modes,
@@ -22,7 +23,6 @@ from rbstab.systems.modes import (
     has_modes,
     mode_owners,
     modes_of,
-    with_first_modes,
     with_modes,
 )
 from rbstab.systems.system import System
@@ -109,16 +109,18 @@ class Phases:
 
     Attributes:
         first: The phase in which the motion begins.
+        slides: Whether axes of ties slide on surfaces.
     """
 
     def __init__(self, problem: Problem) -> None:
         first = float(problem.times[0])
         self._schedule = problem.schedule
-        self._system = with_first_modes(problem.system_at_start(), problem.start, first)
+        self._system = at_start(problem.system_at_start(), problem.start, first)
+        self.slides = slides(problem.system)
+        # They are the same in all modes, but for those of a stop and of a tie that slides.
+        differ = self.slides or stop_of(problem.system) is not None
         size = problem.system.audited_size
-        # They are the same in all modes, but for those of a stop.
-        has_stop = stop_of(problem.system) is not None
-        self._guards = None if has_stop else StraightLine(guards_at, self._system, size)
+        self._guards = None if differ else StraightLine(guards_at, self._system, size)
         self._known: dict[Modes, Phase] = {}
         self.first = self.of(modes_of(self._system))
 
@@ -130,7 +132,7 @@ class Phases:
             self._known[modes] = Phase(with_modes(self._system, modes), self._guards)
         return self._known[modes]
 
-    def after(self, phase: Phase, switched: Any) -> Phase:
+    def after(self, phase: Phase, switched: list[int]) -> Phase:
         """Return the phase after a switch.
 
         Args:
@@ -147,6 +149,23 @@ class Phases:
         self._system = self._schedule.system_at(self._system, t)
         self._known.clear()
         return self.of(modes_of(phase.system))
+
+    def slid(self, phase: Phase, switched: list[int], y: Array) -> tuple[Phase, Array]:
+        """Return the phase and the state after Filippov's choice for the axes of sliding ties.
+
+        Args:
+            phase: The phase in which all other modes have switched already.
+            switched: The indices of the modes whose event functions have reached zero.
+            y: The audited state. Axes are put on their surfaces.
+
+        Raises:
+            StopRun: The forces of the ties are not determined.
+        """
+        try:
+            system, y = after_events(phase.system, y, switched)
+        except RedundantTiesError as error:
+            raise StopRun(RunStatus.SOLVER_FAILURE, str(error)) from error
+        return self.of(modes_of(system)), y
 
     def owner(self, mode: int) -> str:
         """Return the name of the element that owns a mode."""
@@ -179,17 +198,21 @@ class CurrentPhase:
     def cross(self, modes: list[int], t: float, y: Array) -> Array:
         """Switch some modes whose margins have reached zero, and return the state after it.
 
+        It is `y` itself, unless there is an impact, or axes of sliding ties are put on surfaces.
+
         Args:
             modes: The modes.
             t: The time, s.
             y: The audited state.
 
         Raises:
-            StopRun: As `switch`.
+            StopRun: As `switch`, or the forces of sliding ties are not determined.
         """
         if self.impacts is not None:
             return self.impacts.after(modes, t, y)
         self.switch(modes, t)
+        if self._phases.slides:
+            self.phase, y = self._phases.slid(self.phase, modes, y)
         return y
 
     def begin_leg(self, t: float) -> None:

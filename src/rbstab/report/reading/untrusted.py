@@ -9,6 +9,7 @@ import numpy as np
 
 from rbstab.experiment.stored_certificate import CertificateLine
 from rbstab.report.model.words import untrusted
+from rbstab.report.reading.element_states import state_in_file
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result
@@ -18,7 +19,7 @@ from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, unfinished_error
 from rbstab.sweep.members.outcome import known_columns
 from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
-from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS
+from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS, is_element_state
 
 SWEEP: Literal["sweep"] = "sweep"
 """Returned in place of the content of a sweep; a report reads its columns later."""
@@ -92,7 +93,12 @@ def _check_arrays(file: Path, result: Result) -> None:
     """Check that a result has the arrays of a run, with the right types and shapes."""
     lengths = dict(RUN_DIMENSIONS)
     layout_version = result.attributes.get("layout_version", 1)
-    for quantity in QUANTITIES:
+    own = [
+        state_in_file(name, variable)
+        for name, variable in result.variables.items()
+        if is_element_state(name)
+    ]
+    for quantity in (*QUANTITIES, *own):
         variable = result.variables.get(quantity.name)
         newer = isinstance(layout_version, int) and quantity.since > layout_version
         if variable is None and (quantity.optional or newer):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rbstab.config.entries import is_of_initial_state
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
 from rbstab.mechanics.numbers import Array
@@ -116,7 +117,7 @@ class Members:
     def share_proofs(self) -> bool:
         """Whether members differ only in their initial state, so that one proof covers all."""
         return self.plan is not None and all(
-            column.path[0] == "initial"
+            is_of_initial_state(column.path)
             for variant in self.plan.variants
             for column in self.plan.varied_keys_of(variant)
         )

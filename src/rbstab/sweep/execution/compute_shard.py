@@ -6,10 +6,11 @@ import numpy as np
 
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.mechanics.numbers import Array
+from rbstab.store.table import Layout
 from rbstab.sweep.execution.events import EngineFailed, ShardDone
 from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.members.engine import MemberEngine, Shard
-from rbstab.sweep.members.outcome import COLUMNS
+from rbstab.sweep.members.outcome import outcome_columns
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import checked_traces
 from rbstab.sweep.plan.plan import Plan
@@ -77,17 +78,17 @@ def compute_members(
 def _computed(plan: Plan, engine: MemberEngine, start: int, stop: int) -> Shard:
     shard = engine.compute(start, stop)
     traces = checked_traces(shard.traces, plan, start, stop)
-    return Shard(checked_columns(shard, stop - start), traces)
+    return Shard(checked_columns(shard, stop - start, outcome_columns(plan)), traces)
 
 
-def checked_columns(shard: Shard, members: int) -> dict[str, Array]:
+def checked_columns(shard: Shard, members: int, columns: Layout) -> dict[str, Array]:
     """Check the columns of a shard, and return them in their types.
 
     Raises:
         ValueError: A column is missing, or does not have one entry for each member.
     """
     found = {}
-    for name, column in COLUMNS.items():
+    for name, column in columns.items():
         data = np.asarray(shard.outcome.get(name))
         if data.shape != (members, *column.shape):
             raise ValueError(f"{name} has the shape {data.shape} for {members} members")

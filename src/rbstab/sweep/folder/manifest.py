@@ -2,15 +2,16 @@
 
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
+from rbstab.elements.declarations import OwnState
 from rbstab.integrate.engines import ENGINES
 from rbstab.store.disk.existence import path_exists
 from rbstab.store.document import checked, read_document
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.sweep.members.outcome import known_columns
+from rbstab.sweep.members.outcome import final_columns, known_columns
 from rbstab.sweep.plan.plan import MAX_MEMBERS, MAX_TITLE_LENGTH, Plan
 from rbstab.sweep.plan.trace_selection import NO_TRACES, TraceSelection
 
@@ -54,6 +55,27 @@ FIRST_COLUMNS = (
 _Id = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
 _Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)]
 _Text = Annotated[str, StringConstraints(max_length=100)]
+_LongText = Annotated[str, StringConstraints(max_length=1000)]
+_StateName = Annotated[
+    str,
+    StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,39}\.[A-Za-z_][A-Za-z0-9_]*$", max_length=90),
+]
+_Column = Annotated[
+    str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z0-9_]+)?$", max_length=100)
+]
+"""The final value of an own state of a named element has a dot in its name."""
+
+
+class StoredState(BaseModel):
+    """An own state of a named element (`OwnState`)."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    name: _StateName
+    symbol: _Text
+    unit: _Text
+    description: _LongText
+    size: int = Field(ge=1, le=1000)
 
 
 class Manifest(BaseModel):
@@ -68,6 +90,7 @@ class Manifest(BaseModel):
         versions: The versions of rbstab and its libraries when the sweep was started.
         keep: The members with traces.
         columns: The columns of the shards, set by the version of rbstab that started the sweep.
+        own_states: The own states of named elements. Their final values are columns.
         schema_version: The version of the folder's format.
     """
 
@@ -80,7 +103,8 @@ class Manifest(BaseModel):
     engine: _Name
     versions: Annotated[dict[_Name, _Text], Field(max_length=_MAX_VERSIONS)]
     keep: TraceSelection = NO_TRACES
-    columns: Annotated[tuple[_Name, ...], Field(max_length=_MAX_COLUMNS)] = FIRST_COLUMNS
+    columns: Annotated[tuple[_Column, ...], Field(max_length=_MAX_COLUMNS)] = FIRST_COLUMNS
+    own_states: Annotated[tuple[StoredState, ...], Field(max_length=_MAX_COLUMNS)] = ()
     schema_version: int = MANIFEST_VERSION
 
     @model_validator(mode="after")
@@ -103,6 +127,15 @@ class Manifest(BaseModel):
     def shards(self) -> int:
         """The number of shards."""
         return -(-self.members // self.shard_size)
+
+    @property
+    def states(self) -> tuple[OwnState, ...]:
+        """The own states of named elements."""
+        return tuple(OwnState(**state.model_dump()) for state in self.own_states)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the manifest as plain data, without a list of own states that is empty."""
+        return self.model_dump(mode="json", exclude=None if self.own_states else {"own_states"})
 
     def fits(self, plan: "Plan | Manifest") -> bool:
         """Whether a plan of the same identity has these members, this engine and these traces."""
@@ -130,7 +163,8 @@ def read_manifest(folder: Path) -> Manifest:
     if version != MANIFEST_VERSION:
         raise NotAResultError(f"{path} is damaged: schema_version is wrong")
     manifest = checked(path, data, Manifest)
-    unknown = [name for name in manifest.columns if name not in known_columns()]
+    known = known_columns() | final_columns(manifest.states)
+    unknown = [name for name in manifest.columns if name not in known]
     if unknown:
         raise StoreError(
             f"{folder} has columns of a newer rbstab ({', '.join(unknown)}); update rbstab"

@@ -14,7 +14,7 @@ from rbstab.store.disk.regular_file import read_regular
 from rbstab.store.document import write_document
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
 from rbstab.sweep.folder.disk_space import trace_size
-from rbstab.sweep.folder.manifest import MANIFEST, MAX_SHARDS, Manifest
+from rbstab.sweep.folder.manifest import MANIFEST, MAX_SHARDS, Manifest, StoredState
 from rbstab.sweep.folder.parts import Part, running_parts
 from rbstab.sweep.folder.sweep_folder import (
     PLAN_FILE,
@@ -23,7 +23,7 @@ from rbstab.sweep.folder.sweep_folder import (
     SweepFolder,
     read_folder,
 )
-from rbstab.sweep.members.outcome import columns_of
+from rbstab.sweep.members.outcome import columns_of, element_states
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan, plan_id
 from rbstab.sweep.plan.trace_selection import NO_TRACES
@@ -226,6 +226,7 @@ def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
         versions={name: known[name] for name in known if name not in ("created", "commit")},
         keep=plan.keep,
         columns=tuple(columns_of(plan)),
+        own_states=tuple(StoredState(**own._asdict()) for own in element_states(plan)),
     )
 
 
@@ -311,7 +312,7 @@ def _prepare_folder(path: Path, plan: Plan, manifest: Manifest, *, fixed_size: b
     if is_new:
         # The manifest is written last: without it the folder counts as empty.
         with suppress(ResultExistsError):
-            write_document(path / MANIFEST, manifest.model_dump(mode="json"), replace=False)
+            write_document(path / MANIFEST, manifest.as_data(), replace=False)
         conflict = _conflict(path, manifest, fixed_size=fixed_size)
         if conflict is not None:
             raise ResultExistsError(f"{path} {conflict}, by another process at the same time")

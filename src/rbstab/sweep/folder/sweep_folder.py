@@ -19,7 +19,7 @@ from rbstab.store.table import RUN, Column, Table, TableHeader
 from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.manifest import Manifest, read_manifest
 from rbstab.sweep.members.engine import FAILED_CODES
-from rbstab.sweep.members.outcome import COLUMNS, STATUSES, known_columns
+from rbstab.sweep.members.outcome import COLUMNS, STATUSES, final_columns, known_columns
 from rbstab.sweep.members.traces import motions_of
 
 PLAN_FILE = "plan.yaml"
@@ -77,7 +77,7 @@ class SweepFolder:
     @property
     def columns(self) -> dict[str, Column]:
         """The columns of the shards."""
-        known = known_columns()
+        known = known_columns() | final_columns(self.manifest.states)
         return {name: known[name] for name in self.manifest.columns}
 
     @property
@@ -157,7 +157,8 @@ class SweepFolder:
         plan_id = self.manifest.plan_id
         attributes: dict[str, str | int | float] = {"plan_id": plan_id}
         if traces is not None:
-            motions = motions_of(traces, self.manifest.keep, start, stop, plan_id)
+            numbers = start + np.flatnonzero(self.manifest.keep.selected(start, stop))
+            motions = motions_of(traces, numbers, plan_id, self.manifest.states)
             checksum = write_motions(self.traces_file(number), motions)
             attributes |= {"traces_digest": checksum.digest, "traces_bytes": checksum.size}
         head = TableHeader(self.columns, start, stop - start, attributes)

@@ -7,6 +7,7 @@ import numpy as np
 
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
+from rbstab.store.table import Layout
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan.plan import Plan
 
@@ -26,7 +27,7 @@ class Shard(NamedTuple):
     """The results of consecutive members.
 
     Args:
-        outcome: The data of each of `outcome.COLUMNS` by its name; the first axis is along members.
+        outcome: The data of each of `outcome_columns` by its name; the first axis is along members.
         traces: The sample times (`time`), and the quantities of the traces by name. Their first
             axis is along the members that the plan selects for a trace. None if it selects none.
     """
@@ -64,10 +65,15 @@ EngineFactory = Callable[[Plan], MemberEngine]
 """Makes an engine for one thread."""
 
 
-def columns_of_failed(members: int) -> dict[str, Array]:
-    """Return the columns of members whose integration failed without results."""
+def columns_of_failed(members: int, columns: Layout = COLUMNS) -> dict[str, Array]:
+    """Return the columns of members whose integration failed without results.
+
+    Args:
+        members: The number of members.
+        columns: The columns, from `outcome_columns`.
+    """
     found = {}
-    for name, column in COLUMNS.items():
+    for name, column in columns.items():
         shape = (members, *column.shape)
         kind = np.dtype(column.dtype).kind
         found[name] = np.full(shape, np.nan if kind == "f" else 0, dtype=column.dtype)

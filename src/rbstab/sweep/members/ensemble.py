@@ -18,6 +18,7 @@ from rbstab.analysis.approached_state import lyapunov_zero
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
+from rbstab.config.entries import is_of_initial_state
 from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.integrate.heyoka.engine import integrate
 from rbstab.integrate.heyoka.ensemble import (
@@ -40,7 +41,7 @@ from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.engine import MemberEngine, Shard, columns_of_failed
 from rbstab.sweep.members.ensemble_peaks import EnsemblePeaks
 from rbstab.sweep.members.identity import run_ids
-from rbstab.sweep.members.outcome import STATUSES, MemberTrajectories, outcome_of
+from rbstab.sweep.members.outcome import STATUSES, MemberTrajectories, outcome_columns, outcome_of
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import copy_traces, layout_of
 from rbstab.sweep.plan.plan import Plan
@@ -67,6 +68,7 @@ class EnsembleEngine:
         self.plan = plan
         self.single_runs = single_runs
         self.layout = layout_of(plan)
+        self.columns = outcome_columns(plan)
         self.variant_engines = {
             variant: _VariantEngine(plan, variant)
             for variant in plan.variants
@@ -77,7 +79,7 @@ class EnsembleEngine:
         """Integrate the members from number `start` up to `stop`."""
         values = self.plan.values(start, stop)
         members = stop - start
-        columns = columns_of_failed(members)
+        columns = columns_of_failed(members, self.columns)
         columns["run_id"] = run_ids(self.plan, start, stop)
         selected = self.plan.keep.selected(start, stop)
         trace_rows = np.cumsum(selected) - 1
@@ -148,10 +150,11 @@ class _VariantEngine:
 
     def _shared_rest_state(self) -> SharedState | None:
         """Return the rest state nearest to the unloaded position, if all members share it."""
-        varied = {key.path[0] for key in self.binding.varied_keys}
+        varied = [key.path for key in self.binding.varied_keys]
         base = self.binding.base
-        loaded = any(base.gravity) or "gravity" in varied or bool(base.elements)
-        if varied <= {"initial"}:
+        varies_load = any(path[0] == "gravity" for path in varied)
+        loaded = any(base.gravity) or varies_load or bool(base.elements)
+        if all(map(is_of_initial_state, varied)):
             nearest = nearest_rest_state(self.problem.system)
             q = configurations(self.problem.system).configuration(nearest.motion, nearest.own)
             return SharedState(q, nearest.energy) if nearest.found else None

@@ -7,12 +7,14 @@ import numpy as np
 
 from rbstab.analysis.peak_search import Peaks, Samples, find_peaks
 from rbstab.analysis.settling import last_above, settling_times
+from rbstab.elements.declarations import OwnState
 from rbstab.elements.registry import OWN_STATES
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Column
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import MOTION_COLUMNS
+from rbstab.systems.quantities import is_element_state
 
 SETTLED_DISTANCE = 1e-3
 """The contact point has settled when |E| stays below this distance, m."""
@@ -32,6 +34,20 @@ def _vector(unit: str, long_name: str) -> Column:
     return Column(("axis",), "f8", unit, long_name)
 
 
+def final_columns(states: Iterable[OwnState]) -> dict[str, Column]:
+    """Return the columns of the final values of own states."""
+    return {
+        f"final_{state.name}": Column(
+            (state.dimension,),
+            "f8",
+            state.unit,
+            f"{state.symbol} at the end; NaN: it has none",
+            lengths=() if state.dimension == "axis" else (state.size,),
+        )
+        for state in states
+    }
+
+
 COLUMNS: dict[str, Column] = {
     "run_id": _number("S32", "1", "identity of the member as a single run"),
     "status": _number("i1", "1", "how the member ended, by its code", tuple(map(str, STATUSES))),
@@ -40,16 +56,7 @@ COLUMNS: dict[str, Column] = {
     "final_angular_velocity": _vector("rad/s", "Ω at the end, body"),
     "final_position": _vector("m", "X at the end, inertial"),
     "final_velocity": _vector("m/s", "V at the end, inertial"),
-    **{
-        f"final_{state.name}": Column(
-            (state.dimension,),
-            "f8",
-            state.unit,
-            f"{state.symbol} at the end; NaN: it has none",
-            lengths=() if state.dimension == "axis" else (state.size,),
-        )
-        for state in OWN_STATES.values()
-    },
+    **final_columns(OWN_STATES.values()),
     "lyapunov_start": _number("f8", "J", "v(0)"),
     "lyapunov_end": _number("f8", "J", "v at the end"),
     "energy_at_rest": _number("f8", "J", "stored energy of the rest state at which v is zero"),
@@ -71,18 +78,29 @@ COLUMNS: dict[str, Column] = {
     ),
     "steps": _number("i4", "1", "accepted steps"),
 }
-"""The columns of a shard. The folder of a sweep lists its columns, so a new column does not make
-older sweeps invalid."""
+"""The columns of each shard. The folder of a sweep lists its columns, so a new column does not make
+older sweeps invalid. The final values of the own states of named elements come after them."""
 
 
 def known_columns() -> dict[str, Column]:
-    """Return all columns that shards may have."""
+    """Return all columns that shards may have, without those of own states of named elements."""
     return COLUMNS | MOTION_COLUMNS
+
+
+def element_states(plan: Plan) -> tuple[OwnState, ...]:
+    """Return the own states of the named elements of a plan; all its variants have them."""
+    problem = next(iter(plan.initial_value_problems.values()))
+    return tuple(own for own in problem.system.declared_states if is_element_state(own.name))
+
+
+def outcome_columns(plan: Plan) -> dict[str, Column]:
+    """Return the columns that an engine computes for the members of a plan."""
+    return COLUMNS | final_columns(element_states(plan))
 
 
 def columns_of(plan: Plan) -> dict[str, Column]:
     """Return the columns of the shards of a plan."""
-    return COLUMNS if plan.prove is None else known_columns()
+    return outcome_columns(plan) if plan.prove is None else outcome_columns(plan) | MOTION_COLUMNS
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,9 +157,9 @@ def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[
         "final_velocity": members.velocity[:, -1],
     }
     for state in OWN_STATES.values():
-        values = members.own_states.get(state.name)
-        missing = np.full((count, state.size), np.nan)
-        last[f"final_{state.name}"] = missing if values is None else values[:, -1]
+        last[f"final_{state.name}"] = np.full((count, state.size), np.nan)
+    for name, values in members.own_states.items():
+        last[f"final_{name}"] = values[:, -1]
     peak, angles = peaks.value[E_ROWS].T, np.abs(peaks.value[THETA_ROWS]).T
     x, y, z = np.moveaxis(members.contact_displacement, 2, 0)
     distance = np.sqrt(x * x + y * y + z * z)

@@ -6,6 +6,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.outcome import COLUMNS
+from rbstab.systems.quantities import is_element_state
 
 ENGINE = "scipy"
 
@@ -53,7 +54,8 @@ def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict
     Returns:
         `unlike` and `differences` of a `ScipyComparison`.
     """
-    columns = [name for name in COLUMNS if name in ours and name not in _NOT_COMPARED]
+    compared = (*COLUMNS, *filter(is_element_state, ours))
+    columns = [name for name in compared if name in ours and name not in _NOT_COMPARED]
     alike = ours["status"] == theirs["status"]
     for name in columns:
         same = np.isnan(ours[name]) == np.isnan(theirs[name])

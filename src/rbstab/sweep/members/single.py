@@ -20,6 +20,7 @@ from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import (
     STATUSES,
     MemberTrajectories,
+    outcome_columns,
     outcome_of,
     peak_samples,
 )
@@ -46,13 +47,14 @@ class SingleRuns:
         self._plan = plan
         self._engine = name or plan.engine
         self._layout = layout_of(plan)
+        self._columns = outcome_columns(plan)
         self._recording_time = _OncePerSystem(recording_time)
         self._rest_state = _OncePerSystem(rest_state_of)
         engine(self._engine)
 
     def compute(self, start: int, stop: int) -> Shard:
         """Integrate the members from number `start` up to `stop`."""
-        columns = columns_of_failed(stop - start)
+        columns = columns_of_failed(stop - start, self._columns)
         columns["run_id"] = run_ids(self._plan, start, stop)
         selected = self._plan.keep.selected(start, stop)
         trace_rows = np.cumsum(selected) - 1

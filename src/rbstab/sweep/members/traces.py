@@ -1,18 +1,19 @@
 """Traces: the stored trajectories of members."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.elements.declarations import OwnState
 from rbstab.elements.registry import OWN_STATES
 from rbstab.mechanics.numbers import Array
 from rbstab.store.motions import Motions
 from rbstab.store.result import Variable
 from rbstab.store.table import RUN
+from rbstab.sweep.members.outcome import element_states
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.plan.trace_selection import TraceSelection
-from rbstab.systems.quantities import BY_NAME, RUN_DIMENSIONS
+from rbstab.systems.quantities import RUN_DIMENSIONS, quantities_with, run_dimensions
 
 TIME = "time"
 
@@ -39,15 +40,18 @@ class TraceLayout(NamedTuple):
     Args:
         times: The sample times, shape (n,), s.
         names: The names of the quantities.
+        states: The own states of named elements.
     """
 
     times: Array
     names: tuple[str, ...]
+    states: tuple[OwnState, ...] = ()
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Return the shape of a quantity of one member."""
-        lengths = RUN_DIMENSIONS | {TIME: len(self.times)}
-        return tuple(lengths[dimension] for dimension in BY_NAME[name].dimensions)
+        lengths = RUN_DIMENSIONS | run_dimensions(self.states) | {TIME: len(self.times)}
+        quantity = quantities_with(self.states)[name]
+        return tuple(lengths[dimension] for dimension in quantity.dimensions)
 
     @property
     def size(self) -> int:
@@ -65,8 +69,9 @@ def layout_of(plan: Plan) -> TraceLayout:
     """Return the layout of the traces of a plan, also for a plan without traces."""
     problems = list(plan.initial_value_problems.values())
     own_states = {name for problem in problems for name in problem.system.own_states}
+    states = element_states(plan)
     names = (n for n in TRACE_QUANTITIES if n not in OWN_STATES or n in own_states)
-    return TraceLayout(problems[0].times, tuple(names))
+    return TraceLayout(problems[0].times, (*names, *(state.name for state in states)), states)
 
 
 def copy_traces(
@@ -141,23 +146,30 @@ def checked_traces(
 
 
 def motions_of(
-    traces: Mapping[str, Array], keep: TraceSelection, start: int, stop: int, plan_id: str
+    traces: Mapping[str, Array], numbers: Array, plan_id: str, states: Sequence[OwnState]
 ) -> Motions:
-    """Return the traces of a shard in the form in which they are stored."""
+    """Return the traces of a shard in the form in which they are stored.
+
+    Args:
+        traces: The traces by the names of their quantities.
+        numbers: The numbers of their members.
+        plan_id: The identity of the plan.
+        states: The own states of named elements.
+    """
+    quantities, lengths = quantities_with(states), RUN_DIMENSIONS | run_dimensions(states)
 
     def stored(name: str, data: Array) -> Variable:
-        quantity = BY_NAME[name]
+        quantity = quantities[name]
         along = () if name == TIME else (RUN,)
         long_name = f"{quantity.symbol}: {quantity.meaning}"
         return Variable((*along, *quantity.dimensions), data, quantity.unit, long_name)
 
-    numbers = start + np.flatnonzero(keep.selected(start, stop))
     coordinates = {
         RUN: Variable((RUN,), numbers, "1", "number of the run"),
         **{
             name: Variable((name,), np.arange(1, length + 1), "1", "component of a vector")
-            for name, length in RUN_DIMENSIONS.items()
-            if any(name in BY_NAME[array].dimensions for array in traces)
+            for name, length in lengths.items()
+            if any(name in quantities[array].dimensions for array in traces)
         },
     }
     described = {name: stored(name, data) for name, data in traces.items()}

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.config.entries import is_of_initial_state
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.proof import Proof, has_no_rest_state
 from rbstab.experiment.proof_cache import cached_proof, proof_for
@@ -189,7 +190,7 @@ def keep_proofs(plan: Plan, results: Path) -> None:
 def shares_proof(plan: Plan, variant: str) -> bool:
     """Return whether one proof of rest states says something about all members of a variant."""
     return not _is_undecided(plan, variant) and all(
-        varied.path[0] == "initial" for varied in plan.varied_keys_of(variant)
+        is_of_initial_state(varied.path) for varied in plan.varied_keys_of(variant)
     )
 
 

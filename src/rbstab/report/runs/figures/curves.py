@@ -8,8 +8,9 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Line, Panel
 from rbstab.report.model.palette import COLOURS
+from rbstab.report.reading.element_states import state_in_file
 from rbstab.report.reading.sources import Run
-from rbstab.systems.quantities import BY_NAME
+from rbstab.systems.quantities import BY_NAME, Quantity, is_element_state
 
 TIME = Axis("time t", "s")
 
@@ -21,22 +22,41 @@ DISPLAY_NAMES = {"lyapunov": "Lyapunov function", "lyapunov_rate": "derivative"}
 """Words for quantities whose stored name is not clear enough."""
 
 
-def axis_of(name: str, component: int | None = None, *, magnitude: bool = False) -> Axis:
+def axis_of(
+    name: str,
+    component: int | None = None,
+    *,
+    magnitude: bool = False,
+    quantity: Quantity | None = None,
+) -> Axis:
     """Return the axis of a stored quantity: its word, symbol and unit.
 
     Args:
         name: The name of the quantity in files.
         component: The number of the component, from 0; None: all components, or a scalar.
         magnitude: Whether absolute values are drawn, on a logarithmic axis.
+        quantity: The quantity; needed for an own state of a named element.
     """
-    quantity = BY_NAME[name]
+    quantity = quantity or BY_NAME[name]
     symbol = quantity.symbol
     if component is not None:
         symbol = f"{'θ' if symbol == 'Θ' else symbol}{SUBSCRIPTS[component]}"
-    words = [DISPLAY_NAMES.get(name, name.replace("_", " "))]
+    words = [DISPLAY_NAMES.get(name, name.replace("_", " ").replace(".", ", "))]
     if symbol != "-":
         words.append(f"|{symbol}|" if magnitude and not symbol.startswith("|") else symbol)
     return Axis(" ".join(words), quantity.unit, log=magnitude)
+
+
+def quantity_in(run: Run, name: str) -> Quantity:
+    """Return the quantity of an array of a run."""
+    if is_element_state(name):
+        return state_in_file(name, run.result.variables[name])
+    return BY_NAME[name]
+
+
+def element_states(run: Run) -> tuple[str, ...]:
+    """Return the names of the own states of named elements of a run."""
+    return tuple(filter(is_element_state, run.result.variables))
 
 
 def components(run: Run, name: str) -> Panel:
@@ -46,7 +66,7 @@ def components(run: Run, name: str) -> Panel:
         Line(t, values[:, number], COMPONENT.format(number + 1), colour=number, dash=number)
         for number in range(values.shape[1])
     ]
-    return Panel(TIME, axis_of(name), tuple(marks))
+    return Panel(TIME, axis_of(name, quantity=quantity_in(run, name)), tuple(marks))
 
 
 def scalar(run: Run, name: str, *, magnitude: bool = False) -> Panel:
@@ -75,7 +95,8 @@ def overlay(runs: Sequence[Run], name: str, component: int | None = None) -> Pan
         curve_of(run, run.result[name] if component is None else run.result[name][:, component])
         for run in runs_with(runs, name)
     ]
-    return Panel(TIME, axis_of(name, component), tuple(marks))
+    quantity = quantity_in(runs_with(runs, name)[0], name)
+    return Panel(TIME, axis_of(name, component, quantity=quantity), tuple(marks))
 
 
 def column_count(panels: Sequence[Panel]) -> int:

@@ -8,8 +8,14 @@ from collections.abc import Sequence
 from rbstab.elements.registry import OWN_STATES
 from rbstab.report.model.figure import Figure
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import column_count, components, overlay, runs_with, scalar
-from rbstab.systems.quantities import BY_NAME, RUN_DIMENSIONS
+from rbstab.report.runs.figures.curves import (
+    column_count,
+    components,
+    element_states,
+    overlay,
+    runs_with,
+    scalar,
+)
 
 ROTATION = ("orientation", "angular_velocity")
 TRANSLATION = ("position", "velocity")
@@ -49,7 +55,7 @@ def state_figures(run: Run) -> list[Figure]:
             ),
         )
     rotation, translation = PAPER_FIGURES.get(variant, ("", ""))
-    displaced = (*TRANSLATION, "contact_displacement", *OWN_STATES)
+    displaced = (*TRANSLATION, "contact_displacement", *OWN_STATES, *element_states(run))
     return _figures(
         run,
         ("rotation", "Rotation and Lyapunov function", ROTATION, LYAPUNOV, _source(rotation)),
@@ -59,25 +65,29 @@ def state_figures(run: Run) -> list[Figure]:
 
 def overlaid_states(runs: Sequence[Run]) -> list[Figure]:
     """Return a figure for each vector: a row for each component, a colour for each run."""
+    own = dict.fromkeys(name for run in runs for name in element_states(run))
+    figures = OVERLAID | {
+        name.replace(".", "-"): (f"Own state of {name.partition('.')[0]}", (name,)) for name in own
+    }
     return [
         Figure(
             name=f"runs-{name}",
             title=title,
             panels=tuple(
                 overlay(runs, vector, component)
-                for component in range(_size(vectors[0]))
+                for component in range(_size(runs, vectors[0]))
                 for vector in vectors
             ),
             columns=len(vectors),
             shares_time=True,
         )
-        for name, (title, vectors) in OVERLAID.items()
+        for name, (title, vectors) in figures.items()
         if runs_with(runs, *vectors)
     ]
 
 
-def _size(vector: str) -> int:
-    return RUN_DIMENSIONS[BY_NAME[vector].dimensions[1]]
+def _size(runs: Sequence[Run], vector: str) -> int:
+    return min(run.result[vector].shape[1] for run in runs_with(runs, vector))
 
 
 def _figures(

@@ -1,0 +1,163 @@
+"""Sliding-mode ties: the sliding connector (eq. 39) at points of its own, with modes 0 and 1."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from rbstab.elements.at_point import AtPoint
+from rbstab.elements.declarations import ANCHOR, POINT, Gain
+from rbstab.elements.element import Element, force_at_contact
+from rbstab.elements.sliding import SlidingConnector
+from rbstab.mechanics.motion import Motion, Wrench
+from rbstab.mechanics.numbers import Array, Number
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SlidingByModes(Element):
+    """A sliding connector whose sign σ and layer β are functions of modes 0 and 1.
+
+    Args:
+        K_s: Force of each axis, shape (3,), N, inertial.
+        rate_weight: ρ in s = ρF + κE: 0 for s = E, 1 for s = F + κE.
+        slope: κ: 1 for s = E; otherwise in 1/s.
+        layer_width: δ, in the unit of s; it has no effect without a boundary layer.
+    """
+
+    gains: ClassVar[tuple[Gain, ...]] = SlidingConnector.gains
+
+    K_s: Array
+    rate_weight: Number
+    slope: Number
+    layer_width: Number
+
+    @property
+    def connector(self) -> SlidingConnector:
+        """The connector of eq. 39 with σ and β of the modes."""
+        side, layer = self.side_and_layer()
+        return SlidingConnector(
+            self.K_s, self.rate_weight, self.slope, side, layer, self.layer_width
+        )
+
+    def side_and_layer(self) -> tuple[Array, Array]:
+        """Return σ and β, each of shape (3,)."""
+        raise NotImplementedError
+
+    def force(self, motion: Motion, own: Array) -> Array:
+        """Return Λ = -K_s (σ + β s/δ), shape (3,), N, inertial (eq. 39)."""
+        return self.connector.wrench(motion, own).contact_force
+
+    def wrench(self, motion: Motion, own: Array) -> Wrench:
+        """Λ, N, inertial."""
+        return force_at_contact(self.force(motion, own))
+
+    def stored(self, motion: Motion, own: Array) -> Number:
+        """Σ K_s |E| for s = E, J; 0 for s = F + κE, where the force has no potential."""
+        return self.connector.stored(motion, own)
+
+    def dissipated(self, motion: Motion, own: Array) -> Number:
+        """The power that the force takes from the body, W: 0 for s = E, -F'Λ for s = F + κE.
+
+        On s = F + κE it is negative where the force pulls the point towards E = 0.
+        """
+        return -self.rate_weight * (self.force(motion, own) @ motion.F)
+
+    def surface(self, motion: Motion) -> Array:
+        """s = ρF + κE, shape (3,), m or m/s."""
+        return self.connector.surface(motion.E, motion.F)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SlidingTie(AtPoint, SlidingByModes):
+    """A sliding connector at a point of its own; its surface and law choose one of the classes."""
+
+    gains: ClassVar[tuple[Gain, ...]] = (POINT, ANCHOR, *SlidingConnector.gains)
+    mode_count: ClassVar[int] = 3
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CrossingTie(SlidingTie):
+    """Λ = -K_s sgn(E) on s = E, which each axis crosses.
+
+    The force is in the second derivative of E, so Ė is continuous where it jumps: a motion that
+    arrives goes through. The bounces become ever shorter and more frequent, and never end
+    (docs/sliding.md).
+
+    Its modes are 1 for each axis with E > 0, shape (3,).
+    """
+
+    mode: Array = field(default_factory=lambda: np.zeros(3))
+
+    def side_and_layer(self) -> tuple[Array, Array]:
+        """σ = 2m - 1, and no layer."""
+        return 2.0 * self.mode - 1.0, np.zeros(3)
+
+    def guards(self, motion: Motion, own: Array) -> Array:
+        """E of each axis, m."""
+        return self.surface(self.at_point(motion))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LayeredTie(SlidingTie):
+    """Λ = -K_s sat(s/δ): inside the layer |s| <= δ, s/δ replaces the sign. No force jumps.
+
+    Its modes are 1 for each axis with s > δ, then 1 for each with s < -δ, shape (6,).
+    """
+
+    mode_count: ClassVar[int] = 6
+
+    mode: Array = field(default_factory=lambda: np.zeros(6))
+
+    def side_and_layer(self) -> tuple[Array, Array]:
+        """σ = m₊ - m₋ and β = 1 - m₊ - m₋."""
+        above, below = self.mode[:3], self.mode[3:]
+        return above - below, 1.0 - above - below
+
+    def guards(self, motion: Motion, own: Array) -> Array:
+        """s - δ and -s - δ of each axis, m or m/s."""
+        s = self.surface(self.at_point(motion))
+        return np.concatenate([s - self.layer_width, -s - self.layer_width])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FilippovTie(SlidingTie):
+    """Λ = -K_s sgn(s) on s = F + κE, where each axis slides while the force is strong enough.
+
+    The force is in the rate of s. So an axis that has arrived at s = 0 is held there by the
+    equivalent force λ that keeps ṡ = 0, while |λ| < K_s (Filippov's rule).
+
+    Its modes are the sides m, 1 for each axis with s > 0, then the holds h, 1 for each axis that is
+    held, shape (6,). Both are 1 for a held axis. In the methods `own` is λ (`Element.slides`).
+    """
+
+    mode_count: ClassVar[int] = 6
+    slides: ClassVar[bool] = True
+
+    mode: Array = field(default_factory=lambda: np.zeros(6))
+
+    @property
+    def held(self) -> Array:
+        """h, shape (3,)."""
+        return self.mode[3:]
+
+    def side_and_layer(self) -> tuple[Array, Array]:
+        """σ = (2m - 1)(1 - h), and no layer."""
+        return (2.0 * self.mode[:3] - 1.0) * (1.0 - self.held), np.zeros(3)
+
+    def force(self, motion: Motion, own: Array) -> Array:
+        """Return Λ = -K_s σ, and λ on the held axes, shape (3,), N, inertial."""
+        return super().force(motion, own) + self.held * own
+
+    def guards(self, motion: Motion, own: Array) -> Array:
+        """s, and -1; on a held axis 1 - λ/K_s and 1 + λ/K_s, which fall to 0 where it is released.
+
+        They depend on the mode, and what follows them is Filippov's choice (`systems.filippov`).
+        """
+        load, free = own / self.K_s, 1.0 - self.held
+        side = free * self.surface(self.at_point(motion)) + self.held * (1.0 - load)
+        return np.concatenate([side, self.held * (1.0 + load) - free])
+
+    def surface_rate(self, motion: Motion, acceleration: Array) -> Array:
+        """Return ṡ = F' + κF, shape (3,), m/s², from the acceleration of the point, inertial."""
+        F = self.at_point(motion).F
+        return self.connector.surface(F, acceleration)

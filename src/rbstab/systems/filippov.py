@@ -1,0 +1,168 @@
+"""Filippov's choice of the modes of sliding ties at a state on their surfaces s = F + κE.
+
+Of the axes on their surfaces, each has a force |Λ_i| <= K_s. It moves to positive s only under
+-K_s, to negative s only under K_s, and otherwise ṡ_i = 0. With ṡ = WΛ + b these are the conditions
+for the least value of ½ Λ'WΛ + b'Λ in the box |Λ_i| <= K_s. W is positive semidefinite, so there is
+a least value, and ṡ is the same wherever it is attained.
+"""
+
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.modes import modes_of, with_first_modes, with_modes
+from rbstab.systems.surface_forces import Surfaces, impulses, surfaces
+from rbstab.systems.system import System
+
+START_TOLERANCE = 1e-12
+"""m/s: a start with |s| below this is on the surface."""
+
+RELEASE_OFFSET = 1e-13
+"""m/s: the distance from its surface at which an axis is released. It is below the error of the
+integration."""
+
+BOUND_TOLERANCE = 1e-9
+"""Relative tolerance of the bound K_s of an equivalent force."""
+
+SMALLEST_MOBILITY = 1e-12
+"""A mobility that is smaller than this part of the largest one counts as zero: the points of ties
+cannot all move freely against each other, since the body is rigid."""
+
+
+class RedundantTiesError(ValueError):
+    """The forces on the axes of ties are not determined, because the body is rigid."""
+
+
+def slides(system: System) -> bool:
+    """Return whether a system has sliding ties whose axes may be held on a surface."""
+    return any(element.slides for element in system.elements)
+
+
+def slide_modes(system: System) -> Array:
+    """Return the indices among the modes of a system: sides, then holds, of each axis of each tie.
+
+    Returns:
+        Shape (2, rows).
+    """
+    found: list[Array] = [np.zeros((2, 0), dtype=int)]
+    begin = 0
+    for element in system.elements:
+        if element.slides:
+            found.append(begin + np.arange(6).reshape(2, 3))
+        begin += element.mode_count
+    return np.concatenate(found, axis=1)
+
+
+def at_start(system: System, y: Array, time: float = 0.0) -> System:
+    """Return a system in the modes in which a motion begins, also on the surfaces of its ties.
+
+    If the forces of the ties are not determined there, no axis is held.
+
+    Args:
+        system: The system, in any modes.
+        y: The state at the start, of floats.
+        time: The time of the start, s.
+    """
+    system = with_first_modes(system, y, time)
+    if not slides(system):
+        return system
+    s = _surface_values(system, y)
+    with suppress(RedundantTiesError):
+        return chosen(system, y, np.flatnonzero(np.abs(s) <= START_TOLERANCE))[0]
+    return system
+
+
+def after_events(system: System, y: Array, modes: list[int]) -> tuple[System, Array]:
+    """Return a system after events, and the state, with Filippov's choice for its sliding ties.
+
+    An event of another element may change a force by a jump, and so release axes that are held.
+
+    Args:
+        system: The system, in which all other modes have switched already.
+        y: The state, or the audited state.
+        modes: The indices of the modes whose event functions have reached zero.
+
+    Raises:
+        RedundantTiesError: The forces that hold the axes are not determined.
+    """
+    places = slide_modes(system)
+    now = np.array(modes_of(system))
+    rows = np.flatnonzero(np.isin(places, modes).any(axis=0) | (now[places[1]] > 0))
+    return chosen(system, y, rows)
+
+
+def chosen(system: System, y: Array, rows: Array) -> tuple[System, Array]:
+    """Return a system with Filippov's choice for the axes on their surfaces, and the state.
+
+    The state is moved to s = 0 on the held axes, and to `RELEASE_OFFSET` on the side to which the
+    other axes leave, by impulses at the points of the ties.
+
+    Args:
+        system: The system; the modes of all other axes are right.
+        y: The state, or the audited state.
+        rows: The axes on their surfaces, among those of all ties.
+
+    Raises:
+        RedundantTiesError: The forces that hold the axes are not determined.
+    """
+    if not len(rows):
+        return system, y
+    places, modes = slide_modes(system), np.array(modes_of(system))
+    modes[places[:, rows]] = 1.0
+    system = with_modes(system, tuple(modes.tolist()))
+    motion, pairs = system.loads(y)
+    found = surfaces(system.body, system.coordinates, motion, pairs)
+    bounds = np.concatenate([e.K_s for e in _ties(system)])[rows]
+    W, b = found.mobility[np.ix_(rows, rows)], found.rates[rows]
+    force = least_in_box(W, b, bounds)
+    is_held = np.abs(force) < bounds * (1.0 - BOUND_TOLERANCE)
+    if is_held.any() and np.linalg.cond(W[np.ix_(is_held, is_held)]) > 1.0 / SMALLEST_MOBILITY:
+        raise RedundantTiesError("the forces of sliding ties are not determined")
+    side = np.where(is_held, 0.0, -np.sign(force))
+    modes[places[0, rows]] = side >= 0
+    modes[places[1, rows]] = is_held
+    after = with_modes(system, tuple(modes.tolist()))
+    return after, _moved(after, y, found, rows, side * RELEASE_OFFSET)
+
+
+def least_in_box(W: Array, b: Array, bounds: Array) -> Array:
+    """Return the x with the least ½ x'Wx + b'x in the box |x_i| <= bounds_i.
+
+    Args:
+        W: Positive semidefinite, shape (n, n).
+        b: Shape (n,).
+        bounds: Positive, shape (n,).
+    """
+    # Imported late: most systems have no sliding ties.
+    from scipy.optimize import lsq_linear
+
+    # In units of the bounds all forces have one size.
+    values, vectors = np.linalg.eigh(np.outer(bounds, bounds) * W)
+    roots = np.sqrt(np.maximum(values, SMALLEST_MOBILITY * values[-1]))
+    factor = roots[:, np.newaxis] * vectors.T
+    right = -(vectors.T @ (bounds * b)) / roots
+    found: Any = lsq_linear(factor, right, bounds=(-1.0, 1.0), method="bvls", tol=1e-15)
+    return np.asarray(bounds * found.x)
+
+
+def _moved(system: System, y: Array, found: Surfaces, rows: Array, targets: Array) -> Array:
+    """Return the state with s moved to targets on some rows, by impulses."""
+    s = _surface_values(system, y)[rows]
+    sizes = np.zeros(len(found.rates))
+    W = found.mobility[np.ix_(rows, rows)]
+    sizes[rows] = np.linalg.lstsq(W, targets - s, rcond=SMALLEST_MOBILITY)[0]
+    motion = system.motion(y)
+    jump = impulses(system.body, system.coordinates, motion, _ties(system), sizes)
+    return np.concatenate([y[: len(jump)] + jump, y[len(jump) :]])
+
+
+def _surface_values(system: System, y: Array) -> Array:
+    """Return s of all axes of all ties, shape (rows,), m/s."""
+    motion = system.motion(y)
+    return np.concatenate([tie.surface(tie.at_point(motion)) for tie in _ties(system)])
+
+
+def _ties(system: System) -> list[Any]:
+    return [element for element in system.elements if element.slides]

@@ -1,0 +1,151 @@
+"""Sliding ties in all modes: force, energy and power against differences and closed forms."""
+
+import numpy as np
+import pytest
+from support.differences import derivative, jacobian, relative_error
+from support.pose import attitude, turned
+from support.systems import random_body, random_Z
+
+from rbstab.elements.sliding_ties import CrossingTie, FilippovTie, LayeredTie
+from rbstab.mechanics.motion import motion_from_centre
+
+POSITION = {"rate_weight": 0.0, "slope": 1.0}
+SLOPE = {"rate_weight": 1.0, "slope": 7.0}
+CASES = {
+    "crossing": (CrossingTie, POSITION),
+    "layered position": (LayeredTie, POSITION),
+    "layered slope": (LayeredTie, SLOPE),
+    "sliding": (FilippovTie, SLOPE),
+}
+
+
+def random_modes(rng, kind):
+    """Return modes in which an axis is on each side, in a layer, or held."""
+    if kind is CrossingTie:
+        return rng.choice([0.0, 1.0], size=3)
+    pairs = [(1.0, 0.0), (0.0, 1.0), (0.0, 0.0)] if kind is LayeredTie else None
+    pairs = pairs or [(1.0, 0.0), (0.0, 0.0), (1.0, 1.0)]
+    return np.array([pairs[k] for k in rng.permutation(3)]).T.ravel()
+
+
+def random_tie(rng, kind, surface):
+    return kind(
+        name="one",
+        point=rng.normal(size=3),
+        anchor=rng.normal(size=3),
+        K_s=rng.uniform(50, 200, size=3),
+        layer_width=float(rng.uniform(0.5, 2)),
+        mode=random_modes(rng, kind),
+        **surface,
+    )
+
+
+@pytest.fixture(params=CASES)
+def made(request, rng):
+    """A tie, the body's state Z with its motion, and equivalent forces."""
+    kind, surface = CASES[request.param]
+    element = random_tie(rng, kind, surface)
+    body, Z = random_body(rng), random_Z(rng)
+    own = rng.normal(size=3) if element.slides else np.zeros(0)
+    return element, Z, motion_from_centre(body, rng.normal(size=3), Z), own
+
+
+def displacement(element, X, A):
+    return X + A @ element.point - element.anchor
+
+
+def test_force_is_that_of_the_law_axis_by_axis(made):
+    element, Z, motion, own = made
+    X, V, A = Z[6:9], Z[9:12], attitude(Z[:3])
+    E = displacement(element, X, A)
+    F = V + A @ np.cross(Z[3:6], element.point)
+    s = element.rate_weight * F + element.slope * E
+    expected = np.empty(3)
+    for axis in range(3):
+        first, second = (
+            (element.mode[axis], 0.0)
+            if len(element.mode) == 3
+            else (element.mode[axis], element.mode[axis + 3])
+        )
+        if isinstance(element, LayeredTie):
+            inside = s[axis] / element.layer_width
+            sign = 1.0 if first else -1.0 if second else inside
+            expected[axis] = -element.K_s[axis] * sign
+        elif second:
+            expected[axis] = own[axis]
+        else:
+            expected[axis] = -element.K_s[axis] * (1.0 if first else -1.0)
+    wrench = element.wrench(motion, own)
+    assert relative_error(wrench.force, expected) < 1e-12
+    assert relative_error(wrench.couple, np.cross(element.point, A.T @ expected)) < 1e-12
+
+
+def test_power_balances(made):
+    """d/dt of what is stored, by differences, plus what is dissipated, is the power taken in."""
+    element, Z, motion, own = made
+    Theta, Omega, X, V = Z[:3], Z[3:6], Z[6:9], Z[9:12]
+    A = attitude(Theta)
+
+    def energy(t):
+        place = displacement(element, X + t * V, turned(A, Omega, t))
+        outside = element.mode[:3] - (element.mode[3:] if isinstance(element, LayeredTie) else 0)
+        if element.rate_weight:
+            return 0.0
+        if isinstance(element, CrossingTie):
+            return float(element.K_s @ ((2 * element.mode - 1) * place))
+        width = element.layer_width
+        inside = (place**2 + width**2) / (2 * width)
+        return float(element.K_s @ np.where(outside == 0, inside, outside * place))
+
+    assert element.stored(motion, own) == pytest.approx(energy(0.0), rel=1e-12, abs=1e-9)
+    wrench = element.wrench(motion, own)
+    taken = -(wrench.force @ V + wrench.couple @ Omega)
+    stored_rate = derivative(energy, 1e-3)
+    lost = element.dissipated(motion, own)
+    assert stored_rate + lost == pytest.approx(taken, rel=1e-8, abs=1e-6)
+    if not element.rate_weight:
+        assert lost == 0
+
+
+def test_force_on_position_is_minus_the_slope_of_the_energy(rng):
+    for kind in (CrossingTie, LayeredTie):
+        element = random_tie(rng, kind, POSITION)
+        Z = random_Z(rng)
+        Z[3:6] = Z[9:12] = 0
+        body, anchor = random_body(rng), rng.normal(size=3)
+
+        def energy(X, Z=Z, element=element, body=body, anchor=anchor):
+            moved = np.concatenate([Z[:6], X, Z[9:]])
+            return element.stored(motion_from_centre(body, anchor, moved), np.zeros(0))
+
+        force = element.wrench(motion_from_centre(body, anchor, Z), np.zeros(0)).force
+        assert relative_error(force, -jacobian(energy, Z[6:9], 1e-3)) < 1e-9
+
+
+def test_energy_and_force_are_continuous_at_the_border_of_a_layer(rng):
+    element = random_tie(rng, LayeredTie, POSITION)
+    body, Z = random_body(rng), np.zeros(12)
+    border = np.full(3, element.layer_width)
+    Z[6:9] = border + element.anchor - element.point
+    motion = motion_from_centre(body, np.zeros(3), Z)
+    found = []
+    for modes in (np.zeros(6), np.array([1.0, 1, 1, 0, 0, 0])):
+        at = LayeredTie(**(vars(element) | {"mode": modes}))
+        found.append((at.stored(motion, np.zeros(0)), *at.wrench(motion, np.zeros(0)).force))
+        np.testing.assert_allclose(at.guards(motion, np.zeros(0))[:3], 0, atol=1e-12)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
+
+
+def test_event_functions_of_a_sliding_tie(rng):
+    """s and -1 on a free axis; 1 - λ/K_s and 1 + λ/K_s on a held one."""
+    element = random_tie(rng, FilippovTie, SLOPE)
+    Z = random_Z(rng)
+    motion = motion_from_centre(random_body(rng), np.zeros(3), Z)
+    A = attitude(Z[:3])
+    E = displacement(element, Z[6:9], A)
+    s = Z[9:12] + A @ np.cross(Z[3:6], element.point) + 7.0 * E
+    load = rng.uniform(-1, 1, size=3)
+    held = element.mode[3:] > 0
+    g = element.guards(motion, load * element.K_s)
+    np.testing.assert_allclose(g[:3], np.where(held, 1 - load, s), rtol=1e-12)
+    np.testing.assert_allclose(g[3:], np.where(held, 1 + load, -1.0), rtol=1e-12)

@@ -21,7 +21,8 @@ COMMANDS = {
     "run": "Integrate configs and store their results.",
     "sweep": "Run all members of a plan and store their outcomes.",
     "gather": "Gather the shards of a sweep into one file.",
-    "check": "Check configs and list their errors.",
+    "check": "Check configs and list their errors, or test elements of your own.",
+    "init": "Write a template: an element of your own.",
     "show": "Show the content of a result.",
     "report": "Make a report of runs and sweeps.",
     "stability": "Find the rest states of configs, and prove where motions converge.",
@@ -136,9 +137,21 @@ def _exit_code() -> int:
     except (click.Abort, KeyboardInterrupt):
         click.echo("Interrupted.", err=True)
         code = exit_codes.INTERRUPTED
+    except Exception as error:
+        failure = _failure_of_user_code(error)
+        if failure is None:
+            raise
+        click.echo(f"error: {failure}", err=True)
+        code = exit_codes.USAGE
     if code == exit_codes.INTERRUPTED:
         code = interrupted_code()
     return code if isinstance(code, int) else exit_codes.OK
+
+
+def _failure_of_user_code(error: Exception) -> str | None:
+    """Return an error in the code of an element of a user as text; None if it is not in one."""
+    loaded = sys.modules.get("rbstab.elements.user_code.loaded")
+    return None if loaded is None else loaded.failure_in_user_code(error)
 
 
 def _reason(error: OSError) -> str:

@@ -20,6 +20,7 @@ BESIDE_STATUS = {
     "--fail-fast": ("--fail-fast",),
     "--compare": ("--compare", "5"),
     "--force": ("--force",),
+    "--allow-python": ("--allow-python",),
 }
 
 

@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
+from rbstab.config.elements import gain_value
 from rbstab.config.schema import NO_VARIANT, Baumgarte, Config
+from rbstab.config.user_code.permission import permitted_class
+from rbstab.config.user_code.section import PythonElement
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of
@@ -70,7 +73,7 @@ def system_of(config: Config, numbers: Numbers = doubles) -> System:
     """Return the system of a config: body, gravity, controller and elements.
 
     Args:
-        config: The config.
+        config: The config. If it has elements of users, their files are run.
         numbers: The kind of number of its parameters. All that follows from them, such as the
             weight, is computed with it. The settings of a sliding connector stay doubles.
     """
@@ -155,8 +158,10 @@ def _elements(config: Config, convert: dict[str, Callable[[Any], Any]]) -> list[
     """Return the elements of the config, in the order of their names."""
     found: list[Element] = []
     for name, section in config.elements.items():
-        kind = element_of(section)
-        found.append(kind(name=name, **_gains(kind, section, convert)))  # type: ignore[call-arg]
+        is_python = isinstance(section, PythonElement)
+        kind: Any = permitted_class(name, section) if is_python else element_of(section)
+        gains = {gain.name: convert[gain.shape](gain_value(section, gain)) for gain in kind.gains}
+        found.append(kind(name=name, **gains))
     return found
 
 

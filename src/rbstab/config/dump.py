@@ -18,7 +18,26 @@ def _represent_text(dumper: _Dumper, text: str) -> yaml.ScalarNode:
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if plain else '"')
 
 
+class _Lines(str):
+    """A text that is written as a block of lines."""
+
+    __slots__ = ()
+
+
+def _represent_lines(dumper: _Dumper, text: _Lines) -> yaml.ScalarNode:
+    # PyYAML quotes a text that would not be the same in a block.
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style="|")
+
+
+def _represent_mapping(dumper: _Dumper, data: dict[str, Any]) -> yaml.MappingNode:
+    if data.get("kind") == "python" and isinstance(data.get("source"), str):
+        data = {**data, "source": _Lines(data["source"])}
+    return dumper.represent_dict(data)
+
+
 _Dumper.add_representer(str, _represent_text)
+_Dumper.add_representer(_Lines, _represent_lines)
+_Dumper.add_representer(dict, _represent_mapping)
 
 
 def as_yaml(data: dict[str, Any]) -> str:

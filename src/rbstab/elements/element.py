@@ -35,6 +35,10 @@ class Element:
     `mode`, shape (mode_count,), of numbers 0 or 1. Its formulas use them as numbers, and so need no
     branch. Its stored energy must be continuous at each switch."""
 
+    from_user: ClassVar[bool] = False
+    """Whether its class is from a file of a user. No proof evaluates the statements of such a class:
+    nothing guarantees that they are the same formulas for all numbers."""
+
     def __init_subclass__(cls) -> None:
         """Derive `state_size` from the declared states."""
         super().__init_subclass__()

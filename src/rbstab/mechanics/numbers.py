@@ -110,6 +110,23 @@ def tanh(x: Array) -> Array:
     return _applied(np.tanh, tanh_of, x)
 
 
+def power(x: Array, exponent: int) -> Array:
+    """Return a number, or each entry of an array, to the power of a positive whole number.
+
+    It is a product. Engines of Taylor series compute x**3 by a recursion that divides by x, so
+    they fail at x = 0.
+
+    Raises:
+        ValueError: The exponent is not a whole number above 0.
+    """
+    if exponent != int(exponent) or exponent < 1:
+        raise ValueError(f"power(x, {exponent}): expected a whole number above 0")
+    half = power(x, exponent // 2) if exponent > 1 else None
+    if half is None:
+        return x
+    return half * half * x if exponent % 2 else half * half
+
+
 def _applied(by_numpy: Callable[[Any], Any], of_number: Callable[[Number], Number], x: Any) -> Any:
     if isinstance(x, np.ndarray):
         if x.dtype != object:

@@ -44,6 +44,9 @@ class Undecided(StrEnum):
     SWITCHES = "switches"
     """An element switches, so the motion is smooth only between its switches."""
 
+    USER_CODE = "user code"
+    """An element is code of a user."""
+
 
 class Enclose(IntEnum):
     """How far the exact motion is to be enclosed. A larger number includes all smaller ones."""

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 COMMAND = "rbstab run --prove"
 
-NOT_SMOOTH = (Undecided.SLIDING, Undecided.SWITCHES)
+NOT_ENCLOSED = (Undecided.SLIDING, Undecided.SWITCHES, Undecided.USER_CODE)
 """The reasons for which not even the motion is enclosed."""
 
 PATIENCE = 50
@@ -28,7 +28,7 @@ LEAST_FALL = 1e-6
 
 def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     """Return a convergence that no enclosure can decide, with the reason; None if one may."""
-    reason = _not_smooth(problem)
+    reason = not_enclosed(problem)
     if reason is not None:
         return reason
     if proof is None:
@@ -49,8 +49,14 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     return None
 
 
-def _not_smooth(problem: Problem) -> Convergence | None:
-    """Return a convergence that is not decided because the equations are not smooth, or None."""
+def not_enclosed(problem: Problem) -> Convergence | None:
+    """Return a convergence that is not decided because no motion can be enclosed, or None.
+
+    Either the equations are not smooth, or an element is code of a user.
+    """
+    if any(element.from_user for element in problem.system.elements):
+        why = "an element is code of a user, and no proof evaluates it"
+        return Convergence(None, why=why, reason=Undecided.USER_CODE)
     if any(isinstance(element, SlidingConnector) for element in problem.system.elements):
         why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
         return Convergence(None, why=why, reason=Undecided.SLIDING)

@@ -36,8 +36,8 @@ Evaluate = Callable[[Sequence[Any]], list[Any]]
 """Computes the results from the inputs that vary."""
 
 Prepare = Callable[[Sequence[Any], Any], Evaluate]
-"""Computes all that depends on the other inputs only; its arguments are these, and a module with the
-functions of one number: `math` or `cmath`."""
+"""Computes all that depends on the other inputs only; its arguments are these, and a module with
+the functions of one number: `math` or `cmath`."""
 
 
 def compiled(trace: Trace, results: Sequence[int]) -> Prepare:

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
-from rbstab.config.units import unit_of
+from rbstab.config.units import Kind, unit_of
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, counted, number, untrusted
 from rbstab.report.runs.facts import RunFacts
@@ -119,13 +119,21 @@ def _differs(key: str, configs: Sequence[Flat]) -> bool:
 
 def _unit(key: str, configs: Mapping[str, Flat]) -> str:
     """Return the unit of a key; that of an element depends on its kind."""
-    element = key.rpartition(".")[0]
-    found = [
-        (config[f"{element}.kind"], config.get(f"{element}.method"))
+    element = ".".join(key.split(".")[:2])
+    found = {
+        Kind(*(_text_or_none(config.get(f"{element}.{part}")) for part in _KIND_KEYS))
         for config in configs.values()
         if f"{element}.kind" in config
-    ]
-    return unit_of(key, {(str(kind), method) for kind, method in found})
+    }
+    return unit_of(key, found)
+
+
+_KIND_KEYS = ("kind", "method", "source", "class")
+"""The keys of an element that decide its units, in the order of `Kind`."""
+
+
+def _text_or_none(value: object) -> Any:
+    return None if value is None else str(value)
 
 
 def _with_unit(key: str, configs: Mapping[str, Flat]) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.proof import Proof, has_no_rest_state
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.switching_record import smooth_rest_system
@@ -94,7 +95,7 @@ class ProvedConvergence:
         self._robust = {
             variant: RobustProofs(plan, variant, results)
             for variant in plan.variants
-            if variant not in shared and not _switches(plan, variant)
+            if variant not in shared and not _has_no_proof(plan, variant)
         }
         self.bounds = {
             variant: bound
@@ -188,12 +189,16 @@ def keep_proofs(plan: Plan, results: Path) -> None:
 
 def shares_proof(plan: Plan, variant: str) -> bool:
     """Return whether one proof of rest states says something about all members of a variant."""
-    return not _switches(plan, variant) and all(
+    return not _has_no_proof(plan, variant) and all(
         varied.path[0] == "initial" for varied in plan.varied_keys_of(variant)
     )
 
 
-def _switches(plan: Plan, variant: str) -> bool:
+def _has_no_proof(plan: Plan, variant: str) -> bool:
+    """Return whether members of a variant slide, switch, or have elements that are code."""
+    if has_code(plan.base_of(variant)):
+        # It may be a stored plan, whose code must not run.
+        return True
     system = plan.initial_value_problems[variant].system
     slides = any(isinstance(element, SlidingConnector) for element in system.elements)
     return slides or has_modes(system)

@@ -27,7 +27,6 @@ from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.proofs.columns import MOTION_COLUMNS, MOTION_PROOFS
 from rbstab.sweep.proofs.convergence import shares_proof
 from rbstab.sweep.proofs.starts import ProvedStarts
-from rbstab.systems.modes import has_modes
 
 _PROVERS: "WeakKeyDictionary[Plan, MotionProver]" = WeakKeyDictionary()
 """The prover of each plan. It has the proofs of the rest states, which take up to some seconds."""
@@ -168,9 +167,10 @@ class MotionProver:
     def _convergence(self, variant: str, member: int) -> Convergence:
         config = self.plan.config_of(member)
         problem = problem_of(config)
-        if problem.switching is not None or has_modes(problem.system):
-            # It needs no proof of rest states: the motion is not smooth.
-            return convergence_at_start(config, problem, None)
+        refused = not_enclosed(problem)
+        if refused is not None:
+            # It needs no proof of rest states.
+            return refused
         shared = self._shared_by(variant)
         proof = shared.proof if shared is not None else prove(config, problem)
         limits = Limits(self.selection.steps, FAST)

@@ -49,8 +49,9 @@ def command(
             f"{path}: valid: {variant}, coordinates {integration.coordinates}, "
             f"engine {integration.engine}, run id {run_id(config)}"
         )
-    # A file is run although an earlier one is wrong: all problems are told.
-    if not all([_holds(path) for path in elements]):
+    # Each file is tested, also after one that is wrong.
+    wrong = [path for path in elements if not _holds(path)]
+    if wrong:
         raise click.exceptions.Exit(exit_codes.USAGE)
 
 

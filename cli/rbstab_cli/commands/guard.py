@@ -22,7 +22,12 @@ if TYPE_CHECKING:
 @REPLACE_FILE
 @AS_JSON
 def command(
-    config: Path, output: Path | None, changes: tuple[str, ...], force: bool, as_json: bool
+    config: Path,
+    output: Path | None,
+    changes: tuple[str, ...],
+    allow_python: bool,
+    force: bool,
+    as_json: bool,
 ) -> None:
     """Find a barrier of θ2 with which every start is proved to converge.
 

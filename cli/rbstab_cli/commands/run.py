@@ -86,9 +86,7 @@ def command(
             if members
             else {
                 (str(path), path.stem): config
-                for path, config in load_all(
-                    configs, changes, allow_python=allow_python
-                ).items()
+                for path, config in load_all(configs, changes, allow_python=allow_python).items()
             }
         )
         _import_engines({config.integration.engine for config in loaded.values()})

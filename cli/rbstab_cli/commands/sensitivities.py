@@ -23,7 +23,12 @@ IN_TABLES = ("settling_time", *(f"peak_contact_displacement[{axis}]" for axis in
 @output_file("Also write the JSON to FILE.")
 @REPLACE_FILE
 def command(
-    config: Path, changes: tuple[str, ...], as_json: bool, output: Path | None, force: bool
+    config: Path,
+    changes: tuple[str, ...],
+    allow_python: bool,
+    as_json: bool,
+    output: Path | None,
+    force: bool,
 ) -> None:
     """Compute how a run depends on its gains, its body and its initial state.
 

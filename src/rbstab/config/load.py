@@ -71,9 +71,7 @@ def config_to_read(
     return validated(_changed_source(config, changes))
 
 
-def _changed_source(
-    config: str | FilePath | Mapping[str, Any], changes: Iterable[str]
-) -> Source:
+def _changed_source(config: str | FilePath | Mapping[str, Any], changes: Iterable[str]) -> Source:
     folder = FilePath() if isinstance(config, Mapping) else FilePath(config).parent
     source = source_of(config)
     override(source, [changes] if isinstance(changes, str) else changes)

@@ -36,8 +36,8 @@ class Element:
     branch. Its stored energy must be continuous at each switch."""
 
     from_user: ClassVar[bool] = False
-    """Whether its class is from a file of a user. No proof evaluates the statements of such a class:
-    nothing guarantees that they are the same formulas for all numbers."""
+    """Whether its class is from a file of a user. No proof evaluates the statements of such a
+    class: nothing guarantees that they are the same formulas for all numbers."""
 
     def __init_subclass__(cls) -> None:
         """Derive `state_size` from the declared states."""

@@ -200,7 +200,9 @@ def _stored_plan(folder: SweepFolder, *, allow_python: bool) -> Plan:
         plan = plan_to_read(path)
         if any(map(has_code, plan.bases.values())):
             if not allow_python:
-                raise CodeNotAllowedError(f"{path} has elements that are code of a user ({REFUSED})")
+                raise CodeNotAllowedError(
+                    f"{path} has elements that are code of a user ({REFUSED})"
+                )
             plan = load_plan(path, allow_python=True)
     except ConfigError as error:
         raise NotAResultError(f"{path} is damaged: {error.problems[0]}") from error

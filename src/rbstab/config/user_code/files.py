@@ -45,7 +45,7 @@ def _embed(source: Source, path: Path, element: dict[str, Any], file: FilePath) 
 
 
 def read_python(file: FilePath) -> str:
-    """Return the text of a Python file, with "\\n" as the end of each line.
+    """Return the text of a Python file, with a line feed as the end of each line.
 
     Raises:
         OSError: It cannot be read.

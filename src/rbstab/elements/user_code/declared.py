@@ -177,7 +177,8 @@ def _assigned(
     found: ast.expr | None = None
     for statement in node.body:
         if isinstance(statement, ast.AnnAssign):
-            targets, value = [statement.target], statement.value
+            targets: list[ast.expr] = [statement.target]
+            value = statement.value
         elif isinstance(statement, ast.Assign):
             targets, value = statement.targets, statement.value
         else:

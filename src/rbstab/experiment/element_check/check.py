@@ -1,6 +1,7 @@
 """The check of a file with elements of a user: each class, statement by statement."""
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -72,8 +73,8 @@ def check_file(path: Path) -> tuple[Checked, ...]:
         classes = list(element_classes(code))
     except (OSError, ValueError, UserCodeError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        expected = f" ({error.expected})" if getattr(error, "expected", "") else ""
-        raise ElementFileError(f"{reason}{expected}") from error
+        expected = getattr(error, "expected", "")
+        raise ElementFileError(f"{reason} ({expected})" if expected else reason) from error
     if not classes:
         raise ElementFileError("has no class derived from rbstab.elements.Element with a wrench")
     return tuple(check_class(kind, code) for kind in classes)
@@ -125,7 +126,7 @@ def _checks(kind: type[Element], samples: list[Sample], code: UserCode) -> dict[
     if has_heyoka():
         checks["heyoka's expressions pass"] = lambda: heyoka_problems(samples, code)
     if kind.mode_count:
-        pairs = [(s, with_state(s, t.y)) for s, t in zip(samples, samples[1:], strict=False)]
+        pairs = [(s, with_state(s, t.y)) for s, t in pairwise(samples)]
         checks["`guards` depends on positions only"] = each(guard_problems)
         checks["`stored` is continuous at each switch"] = lambda: (
             f"{found}; {one.words}" for one, other in pairs for found in jump_problems(one, other)

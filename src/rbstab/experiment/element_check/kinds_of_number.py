@@ -1,12 +1,13 @@
 """The statements of an element for every kind of number that the program puts into them."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
-from rbstab.analysis.exact import PRECISION, balls, exact_system
+from rbstab.analysis.exact import balls, exact_system, in_balls
 from rbstab.elements.user_code.loaded import UserCode, failure
 from rbstab.experiment.element_check.states import Sample
 from rbstab.integrate.straight_line.equations import StraightLine
@@ -46,9 +47,8 @@ def complex_problems(samples: Sequence[Sample], code: UserCode) -> Iterator[str]
         expected = values(sample.system, sample.y)
         try:
             found = values(sample.system, sample.y.astype(complex))
-            slope = derivative_along(
-                lambda y, system=sample.system: values(system, y), sample.y, _direction(sample)
-            )
+            at = partial(values, sample.system)
+            slope = derivative_along(at, sample.y, _direction(sample))
         except Exception as error:
             yield f"complex numbers fail ({BRANCH}): {failure(code, error)}; {sample.words}"
             return
@@ -67,19 +67,23 @@ def complex_problems(samples: Sequence[Sample], code: UserCode) -> Iterator[str]
 
 def ball_problems(samples: Sequence[Sample], code: UserCode) -> Iterator[str]:
     """Yield where the balls of python-flint fail, or give another value."""
-    from flint import ctx  # imported late: most commands need no balls
-
     for sample in samples:
-        try:
-            with ctx.workprec(PRECISION):
-                exact = values(exact_system(sample.system), balls(sample.y))
-                found = np.array([_middle(entry) for entry in exact])
-        except Exception as error:
-            yield f"balls of python-flint fail ({HINT}): {failure(code, error)}; {sample.words}"
+        found = in_balls(partial(_in_balls, sample))
+        if isinstance(found, Exception):
+            yield f"balls of python-flint fail ({HINT}): {failure(code, found)}; {sample.words}"
             return
         if not _same(found, values(sample.system, sample.y)):
             yield f"balls of python-flint give other values than floats ({BRANCH}); {sample.words}"
             return
+
+
+def _in_balls(sample: Sample) -> Array | Exception:
+    """Return the values at a state, computed in balls; or their error, which may be any."""
+    try:
+        exact = values(exact_system(sample.system), balls(sample.y))
+        return np.array([_middle(entry) for entry in exact])
+    except Exception as error:
+        return error
 
 
 def heyoka_problems(samples: Sequence[Sample], code: UserCode) -> Iterator[str]:

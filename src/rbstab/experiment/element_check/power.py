@@ -21,7 +21,10 @@ TOLERANCE = 1e-12
 
 NO_STATE = np.zeros(0)
 
-_TURN, _MOVE = "a turn of 1 rad/s about the body axis", "a velocity of 1 m/s along the inertial axis"
+_TURN, _MOVE = (
+    "a turn of 1 rad/s about the body axis",
+    "a velocity of 1 m/s along the inertial axis",
+)
 
 DIRECTIONS = (
     *((f"{_TURN} {axis}", OMEGA, k) for k, axis in enumerate("xyz")),
@@ -66,12 +69,12 @@ def problems_at_rest(sample: Sample) -> Iterator[str]:
         moving = resting.copy()
         moving[place][index] = 1.0
         found[words] = _powers(sample, moving, wrench, slopes)
-    worst = max(found, key=lambda words: abs(found[words].error))
+    words, worst = max(found.items(), key=lambda item: abs(item[1].error))
     if any(not powers.balances for powers in found.values()):
         yield (
-            f"the wrench on a body at rest is not the slope of `stored`: with {worst}, `stored` "
-            f"changes by {found[worst].stored:.6g} W, and `wrench` gives {found[worst].given:.6g} W "
-            "to the body (their sum must be 0)"
+            f"the wrench on a body at rest is not the slope of `stored`: with {words}, `stored` "
+            f"changes by {worst.stored:.6g} W, and `wrench` gives {worst.given:.6g} W to the body "
+            "(their sum must be 0)"
         )
 
 
@@ -82,7 +85,7 @@ def problems_in_motion(sample: Sample) -> Iterator[str]:
     found = _powers(sample, sample.y, wrench, slopes, dissipated)
     if not found.balances:
         yield (
-            f"`dissipated` is not the power that `wrench` takes from the motion: `stored` changes "
+            "`dissipated` is not the power that `wrench` takes from the motion: `stored` changes "
             f"by {found.stored:.6g} W, `dissipated` is {found.dissipated:.6g} W, and `wrench` gives "
             f"{found.given:.6g} W to the body (their sum must be 0, and is {found.error:.6g} W)"
         )

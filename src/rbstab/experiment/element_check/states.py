@@ -45,8 +45,10 @@ class Sample(NamedTuple):
         """The state and the parameters of the element, for a message."""
         names = {"Θ": THETA, "Ω": OMEGA, "X": X_OF_Z, "V": V_OF_Z}
         parts = [f"{name} = {_rounded(self.y[place])}" for name, place in names.items()]
-        for gain in self.element.gains:
-            parts.append(f"{gain.name} = {_rounded(getattr(self.element, gain.name))}")
+        parts += [
+            f"{gain.name} = {_rounded(getattr(self.element, gain.name))}"
+            for gain in self.element.gains
+        ]
         return f"state {self.number}: {', '.join(parts)}"
 
 
@@ -90,9 +92,9 @@ def _random_gain(rng: np.random.Generator, gain: Gain) -> Any:
         return _positive_definite(rng) if gain.positive else root + root.T
     size = 3 if gain.shape == "diagonal" else None
     positive = gain.positive or gain.default is not None
-    values = rng.uniform(0.5, 2.0, size) if positive else rng.normal(size=size)
     if gain.below is not None:
-        values = gain.below * rng.uniform(0.2, 0.8)
+        return gain.below * float(rng.uniform(0.2, 0.8))
+    values = rng.uniform(0.5, 2.0, size) if positive else rng.normal(size=size)
     return values if size else float(values)
 
 

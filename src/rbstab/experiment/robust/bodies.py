@@ -16,8 +16,8 @@ from rbstab.config.build import system_of
 from rbstab.config.entries import replaced
 from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import has_code, without_code
 from rbstab.config.tolerances import Tolerance, decimal_text
+from rbstab.config.user_code.permission import has_code, without_code
 from rbstab.experiment.proof_record import NO_STABILIZERS
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
 from rbstab.mechanics.numbers import Array

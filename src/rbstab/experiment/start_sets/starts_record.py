@@ -14,8 +14,8 @@ from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import system_of
 from rbstab.config.load import resolved
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import without_code
 from rbstab.config.tolerances import Tolerance
+from rbstab.config.user_code.permission import without_code
 from rbstab.experiment.convergence.convergence import EVERY_START, PROVED
 from rbstab.experiment.proof import proof_id
 from rbstab.experiment.robust.record import StoredTolerance

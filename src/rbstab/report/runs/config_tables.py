@@ -30,7 +30,7 @@ def config_section(facts: Sequence[RunFacts]) -> Section | None:
     configs = {entry.run.label: _flat(entry.run.data) for entry in facts if entry.run.data}
     if not configs:
         return None
-    keys = list(dict.fromkeys(key for config in configs.values() for key in config))
+    keys = list(dict.fromkeys(k for config in configs.values() for k in config if _is_shown(k)))
     differing = [key for key in keys if _differs(key, list(configs.values()))]
     equal = [key for key in keys if key not in differing]
     blocks: list[Block] = []
@@ -110,6 +110,12 @@ def _flat(data: Mapping[str, Any], prefix: str = "") -> Flat:
         name = f"{prefix}{key}"
         values |= _flat(value, f"{name}.") if isinstance(value, dict) else {name: value}
     return values
+
+
+def _is_shown(key: str) -> bool:
+    """Whether a key has a row: the text of a user's file has its SHA-256 instead."""
+    parts = key.split(".")
+    return not (len(parts) == 3 and parts[0] == "elements" and parts[2] == "source")
 
 
 def _differs(key: str, configs: Sequence[Flat]) -> bool:

@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 
-from rbstab.config.source import key_of
 from rbstab.config.elements import kind_of
+from rbstab.config.source import key_of
 from rbstab.config.units import unit_of
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable

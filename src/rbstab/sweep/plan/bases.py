@@ -77,9 +77,7 @@ def read_bases(
     return {} if by_variant else bases
 
 
-def _source_of_base(
-    problems: ProblemCollector, folder: FilePath
-) -> tuple[Source, FilePath] | None:
+def _source_of_base(problems: ProblemCollector, folder: FilePath) -> tuple[Source, FilePath] | None:
     """Return the source of the base, and the folder of its file, or that of the plan."""
     base = problems.source.data.get("base")
     if "base" not in problems.source.data:

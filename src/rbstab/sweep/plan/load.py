@@ -74,9 +74,7 @@ def plan_to_read(plan: str | FilePath | Mapping[str, Any]) -> Plan:
     return _loaded(plan, (), Code.NOT_RUN)
 
 
-def _loaded(
-    plan: str | FilePath | Mapping[str, Any], changes: Iterable[str], code: Code
-) -> Plan:
+def _loaded(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str], code: Code) -> Plan:
     folder = FilePath() if isinstance(plan, Mapping) else FilePath(plan).parent
     problems = ProblemCollector(source_of(plan, "plan"))
     data = problems.source.data

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
-from rbstab.elements.sliding import SlidingConnector
 from rbstab.config.user_code.permission import has_code
+from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.proof import Proof, has_no_rest_state
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.switching_record import smooth_rest_system

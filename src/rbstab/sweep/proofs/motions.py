@@ -12,10 +12,9 @@ from rbstab.analysis.motion_proof.expansion import FAST
 from rbstab.analysis.motion_proof.sets.set_motion import Followed
 from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
-from rbstab.experiment.convergence.decisions import refusal
+from rbstab.experiment.convergence.decisions import not_enclosed, refusal
 from rbstab.experiment.convergence.exact_motion import (
     Limits,
-    convergence_at_start,
     prove_convergence,
 )
 from rbstab.experiment.convergence.many_motions import ManyMotions

@@ -51,7 +51,7 @@ NAME = (
     "is not a name of an element "
     "(expected a lower-case letter, then up to 39 lower-case letters, digits or _)"
 )
-KIND = "(expected kind: one of spring, visco-elastic, attitude, ligament, guard)"
+KIND = "(expected kind: one of spring, visco-elastic, attitude, ligament, guard, python)"
 POSITIVE = "(expected a number greater than 0)"
 
 ALL_OF_THEM = [

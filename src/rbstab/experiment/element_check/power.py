@@ -86,8 +86,9 @@ def problems_in_motion(sample: Sample) -> Iterator[str]:
     if not found.balances:
         yield (
             "`dissipated` is not the power that `wrench` takes from the motion: `stored` changes "
-            f"by {found.stored:.6g} W, `dissipated` is {found.dissipated:.6g} W, and `wrench` gives "
-            f"{found.given:.6g} W to the body (their sum must be 0, and is {found.error:.6g} W)"
+            f"by {found.stored:.6g} W, `dissipated` is {found.dissipated:.6g} W, and `wrench` "
+            f"gives {found.given:.6g} W to the body (their sum must be 0, and is "
+            f"{found.error:.6g} W)"
         )
     if not dissipated >= -TOLERANCE * found.size:
         yield f"`dissipated` is negative: {dissipated:.6g} W; such an element is not passive"

@@ -20,6 +20,5 @@ class CubicSpring(Element):
         """The energy ¼ Σ k x⁴, J: the force is minus its slope."""
         return 0.25 * (self.k @ power(motion.X, 4))
 
-    # An element that damps has a third statement, the power that it takes out of the motion, W:
-    # def dissipated(self, motion, own):
-    #     return ...
+    # An element that damps has a third statement, dissipated(self, motion, own): the power, W, that
+    # its wrench takes out of the motion.

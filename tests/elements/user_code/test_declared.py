@@ -70,7 +70,7 @@ def test_nothing_runs(tmp_path):
 )
 def test_arguments_are_constants(argument, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(DeclarationError, match="line 2: .*not plain texts, numbers"):
+    with pytest.raises(DeclarationError, match=r"line 2: .*not plain texts, numbers"):
         of(f'(Gain({argument}, "N", "meaning"),)')
     assert list(tmp_path.iterdir()) == []
 

@@ -1,4 +1,4 @@
-"""Protects running the file of a user: once, as a frozen dataclass, with errors that name a line."""
+"""Protects running the file of a user: once, as a frozen dataclass; its errors name a line."""
 
 import copy
 import pickle

@@ -116,7 +116,7 @@ WRONG = {
         "with a velocity of 1 m/s along the inertial axis z",
     ),
     "frame of a couple": (
-        RIGHT["couple"].replace("self.k * cross(down, motion.A.T @ down)", "motion.A @ (self.k * cross(down, motion.A.T @ down))"),
+        RIGHT["couple"].replace("self.k * cross(", "motion.A @ cross(self.k * "),
         "with a turn of 1 rad/s about the body axis",
     ),
     "half of the power": (
@@ -124,7 +124,7 @@ WRONG = {
         "`dissipated` is not the power that `wrench` takes",
     ),
     "no dissipation": (
-        element_text(DAMPER.split("def dissipated")[0]),
+        element_text(DAMPER.split("def dissipated", maxsplit=1)[0]),
         "`dissipated` is not the power that `wrench` takes",
     ),
     "active": (
@@ -144,9 +144,7 @@ WRONG = {
         "use sin, cos, tan, atan, sqrt, exp, log, sinh, cosh, tanh and power of rbstab.elements",
     ),
     "power of heyoka": (
-        force("-self.k * motion.X**3", STORED.replace("0.5", "0.25").replace("@ m", "@ m", 1)).replace(
-            "(motion.X @ motion.X)", "(motion.X @ motion.X**3)"
-        ),
+        force("-self.k * motion.X**3", STORED.replace("motion.X)", "motion.X**3) / 2")),
         "heyoka cannot start where X = 0",
     ),
     "not analytic": (
@@ -162,7 +160,7 @@ WRONG = {
         "the slope by a complex step is not that of differences",
     ),
     "only for doubles": (
-        force("-self.k * np.array([x if isinstance(x, (float, complex)) else 2 * x for x in motion.X])"),
+        force("-self.k * np.array([x if hasattr(x, 'dtype') else 2 * x for x in motion.X])"),
         "give other values than floats",
     ),
     "infinite": (force("-self.k * motion.X / 0.0"), "`wrench` is not finite"),
@@ -234,7 +232,7 @@ def test_every_class_of_a_file_is_checked(tmp_path):
 def test_files_that_have_no_element(tmp_path, text, expected):
     path = tmp_path / "mine.py"
     path.write_text(text)
-    with pytest.raises(ElementFileError, match="(?s)") as found:
+    with pytest.raises(ElementFileError) as found:
         check_file(path)
     assert expected in str(found.value)
 

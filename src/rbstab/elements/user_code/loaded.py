@@ -7,11 +7,13 @@ may come here. There is no sandbox: the file can do all that the user can do.
 import linecache
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field, fields, is_dataclass
+from functools import lru_cache, partial
 from threading import RLock
 from types import ModuleType, TracebackType
 from typing import Any
+
+import numpy as np
 
 from rbstab.elements.element import Element
 from rbstab.elements.user_code.declared import DeclarationError, declared, sha256
@@ -102,8 +104,10 @@ def element_class(code: UserCode, class_name: str) -> type[Element]:
         kind: Any = type(class_name, (found,), body)
     else:
         body["__annotations__"] = dict.fromkeys(names, Any)
+        if stated.mode_count:
+            body["mode"] = field(default_factory=partial(np.zeros, stated.mode_count))
         kind = dataclass(frozen=True, eq=False, kw_only=True)(type(class_name, (found,), body))
-    if sorted(field.name for field in fields(kind)) != sorted(names):
+    if sorted(one.name for one in fields(kind)) != sorted(names):
         raise UserCodeError(f"{class_name} has other fields than {', '.join(names)}")
     checked: type[Element] = kind
     return checked

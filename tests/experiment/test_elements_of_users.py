@@ -111,18 +111,17 @@ def test_a_cubic_spring_in_closed_form(folder, engine):
     """m x'' = -k x³ from rest at x = a: x = a cn(a √(k/m) t) with the parameter 1/2."""
     if engine == "heyoka":
         pytest.importorskip("heyoka")
-    start = {"position": [0.7, -0.5, 0.3]}
+    position, stiffness = [0.7, -0.5, 0.3], [30.0, 20.0, 10.0]
+    start = {"position": position}
     config = load({"mine": CUBIC}, engine, start, duration=5.0)
     result = rbstab.simulate(config)
     assert result.status == "completed"
-    for axis, (a, k) in enumerate(zip(start["position"], CUBIC["parameters"]["k"], strict=True)):
+    for axis, (a, k) in enumerate(zip(position, stiffness, strict=True)):
         frequency = abs(a) * np.sqrt(k / config.body.mass)
         expected = a * ellipj(frequency * result["time"], 0.5)[1]
         np.testing.assert_allclose(result["position"][:, axis], expected, atol=1e-9)
     assert np.abs(result["energy_residual"]).max() < 1e-10 * result["lyapunov"][0]
-    stored = sum(
-        k * a**4 / 4 for a, k in zip(start["position"], CUBIC["parameters"]["k"], strict=True)
-    )
+    stored = sum(k * a**4 / 4 for a, k in zip(position, stiffness, strict=True))
     assert result["energy"][0].sum() == pytest.approx(stored, rel=1e-14)
 
 

@@ -2,6 +2,7 @@
 
 import pickle
 from itertools import product
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -66,6 +67,10 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "parts" / "mine.py").write_text(SPRING)
     (tmp_path / "case.yaml").write_text(TEXT)
     return tmp_path
+
+
+def element_of(config) -> Any:
+    return system_of(config).elements[-1]
 
 
 def problems(config, changes=(), allow_python=True):
@@ -223,14 +228,14 @@ def test_parameters_of_every_shape(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text(SHAPED)
     config = load_config(data({"mine": mine(**VALUES)}), allow_python=True)
-    element = system_of(config).elements[-1]
+    element = element_of(config)
     assert (element.a, element.e, element.f) == (1.0, 0.5, 0.5)
     assert element.copy.shape == (3, 3)
     keys = [entry.key for entry in entries_of(config) if entry.key.startswith("elements")]
     assert keys[:4] == [f"elements.mine.parameters.{key}" for key in ("a", "b[0]", "b[1]", "b[2]")]
     full = VALUES | {"copy": [[4, 1, 0], [1, 5, 0], [0, 0, 6]]}
     config = load_config(data({"mine": mine(**full)}), allow_python=True)
-    assert system_of(config).elements[-1].copy[0, 1] == 1.0
+    assert element_of(config).copy[0, 1] == 1.0
     wrong = VALUES | {"copy": [[4, 9, 0], [9, 5, 0], [0, 0, 6]], "b": [1, 0, 1], "f": 1}
     lines = problems(data({"mine": mine(**wrong)}))
     assert [line.split(": ")[1] for line in lines] == [
@@ -289,5 +294,5 @@ def test_the_template_beside_a_config(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_template(tmp_path)
     config = load_config(data({"mine": CUBIC}), allow_python=True)
-    assert system_of(config).elements[-1].k.tolist() == [30.0, 20.0, 10.0]
+    assert element_of(config).k.tolist() == [30.0, 20.0, 10.0]
     assert HEAD not in resolved_yaml(config)

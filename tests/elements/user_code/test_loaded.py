@@ -4,6 +4,7 @@ import copy
 import pickle
 import sys
 from dataclasses import FrozenInstanceError, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ from rbstab.mechanics.motion import Motion
 MOTION = Motion(ZERO, ZERO, np.array([1.0, 2.0, -1.0]), ZERO, IDENTITY, IDENTITY, ZERO, ZERO)
 
 
-def loaded(text, name="Mine"):
+def loaded(text, name="Mine") -> Any:
     return element_class(UserCode(text, "mine.py"), name)
 
 
@@ -75,7 +76,7 @@ def test_annotations_as_texts():
 def test_classes_of_a_file_with_a_base():
     text = SPRING + "\n\nclass Twice(Mine):\n    def stored(self, motion, own):\n        return 2\n"
     text += "\n\nclass NoWrench(Element):\n    pass\n"
-    kinds = list(element_classes(UserCode(text, "mine.py")))
+    kinds: list[Any] = list(element_classes(UserCode(text, "mine.py")))
     assert [kind.__name__ for kind in kinds] == ["Mine", "Twice"]
     assert kinds[1](name="mine", k=1.0).stored(MOTION, np.zeros(0)) == 2
 
@@ -89,7 +90,8 @@ def test_copies(copied):
 def test_an_element_gets_to_another_process():
     """There, no module of this name has run: it is run from the text that comes along."""
     code = UserCode(SPRING + "# for another process\n", "mine.py")
-    sent = pickle.dumps(element_class(code, "Mine")(name="mine", k=np.array(2.0)))
+    kind: Any = element_class(code, "Mine")
+    sent = pickle.dumps(kind(name="mine", k=np.array(2.0)))
     del sys.modules[module_of(code).__name__]
     module_of.cache_clear()
     element_class.cache_clear()
@@ -139,8 +141,9 @@ def test_the_line_of_an_error():
         element_text("def wrench(self, motion, own):\n    return motion.Y\n"), "mine.py"
     )
     line = 1 + next(i for i, text in enumerate(code.source.splitlines()) if "motion.Y" in text)
+    kind: Any = element_class(code, "Mine")
     with pytest.raises(AttributeError) as found:
-        element_class(code, "Mine")(name="mine", k=1.0).wrench(MOTION, ())
+        kind(name="mine", k=1.0).wrench(MOTION, ())
     text = "AttributeError: 'Motion' object has no attribute 'Y'"
     assert failure(code, found.value) == f"line {line}: {text}"
     assert failure_in_user_code(found.value) == f"mine.py: line {line}: {text}"

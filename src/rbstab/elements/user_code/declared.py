@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any, NamedTuple, get_args
 
-from rbstab.elements.declarations import ANCHOR, POINT, Gain, Shape
+from rbstab.elements.declarations import ANCHOR, POINT, Gain, OwnState, Shape
 
 MAX_SOURCE = 100_000
 """The largest number of characters of a file."""
@@ -39,10 +39,12 @@ class Declared(NamedTuple):
     Attributes:
         gains: Its gains, which are the parameters in a config.
         mode_count: The number of its switches.
+        states: Its own states: none, yet.
     """
 
     gains: tuple[Gain, ...]
     mode_count: int
+    states: tuple[OwnState, ...] = ()
 
 
 class DeclarationError(ValueError):

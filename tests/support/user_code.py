@@ -10,7 +10,8 @@ HEAD = """\
 import numpy as np
 
 from rbstab.elements import ANCHOR, POINT, Element, Gain, couple_on_body, cross, exp
-from rbstab.elements import force_at, force_at_centre, line, position, power, tanh, velocity
+from rbstab.elements import force_at, force_at_centre, force_at_contact, line, position
+from rbstab.elements import power, tanh, velocity
 
 """
 

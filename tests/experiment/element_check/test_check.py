@@ -90,6 +90,16 @@ RIGHT = {
         def stored(self, motion, own):
             return self.k * exp(motion.X).sum()
         """),
+    "contact": element_text("""
+        def wrench(self, motion, own):
+            return force_at_contact(-self.k * motion.E - self.k * motion.F)
+
+        def stored(self, motion, own):
+            return 0.5 * self.k * (motion.E @ motion.E)
+
+        def dissipated(self, motion, own):
+            return self.k * (motion.F @ motion.F)
+        """),
     "couple": element_text("""
         def wrench(self, motion, own):
             down = np.array([0.0, 0.0, 1.0])
@@ -165,7 +175,7 @@ WRONG = {
     ),
     "infinite": (force("-self.k * motion.X / 0.0"), "`wrench` is not finite"),
     "no wrench": (force("motion.X").replace("return force", "force"), "wrench returns nothing"),
-    "an error": (force("-self.c * motion.X"), "line 11: AttributeError: 'Mine' object has no"),
+    "an error": (force("-self.c * motion.X"), "line 12: AttributeError: 'Mine' object has no"),
     "guards by mode": (
         LIGAMENT.replace("length - self.k])", "length - self.k * (1 + self.mode[0])])"),
         "`guards` depends on `mode`",

@@ -18,7 +18,14 @@ SweepTask = Callable[["ProgressPrinter", Event], "Sweep"]
 """Runs or gathers a sweep. It calls the printer with each event, and stops once `Event` is set."""
 
 
-def run_task(task: SweepTask, *, fail_fast: bool, as_json: bool, quiet: bool) -> None:
+def run_task(
+    task: SweepTask,
+    *,
+    fail_fast: bool,
+    as_json: bool,
+    quiet: bool,
+    after: Callable[[], None] | None = None,
+) -> None:
     """Run or gather a sweep, print the results, and end the command with its exit code.
 
     Args:
@@ -26,6 +33,7 @@ def run_task(task: SweepTask, *, fail_fast: bool, as_json: bool, quiet: bool) ->
         fail_fast: Whether the task stops at the first member that failed.
         as_json: Whether to print JSON.
         quiet: Whether to leave out progress and hints.
+        after: What is still to be done when the results of a finished sweep are printed.
     """
     from rbstab.sweep.execution.work_queue import ExecutorError
     from rbstab_cli.interrupts import graceful_interrupts
@@ -39,6 +47,8 @@ def run_task(task: SweepTask, *, fail_fast: bool, as_json: bool, quiet: bool) ->
                 sweep = task(on_event, stop)
             report_sweep(sweep, as_json=as_json)
             _print_end(sweep, fail_fast=fail_fast, interrupted=interrupted.is_set(), quiet=quiet)
+        if after is not None and sweep.finished and not interrupted.is_set():
+            after()
     except KeyboardInterrupt:
         _exit_at_once()
     except ExecutorError as error:

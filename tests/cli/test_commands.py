@@ -57,7 +57,7 @@ def imported_by_run(*arguments: str) -> set[str]:
     code = (
         "import sys\n"
         "from rbstab_cli.main import main\n"
-        f"sys.argv = ['rbstab', 'run', *{arguments}]\n"
+        f"sys.argv = ['rbstab', 'run', '--no-prove', *{arguments}]\n"
         "try:\n"
         "    main()\n"
         "except SystemExit as stop:\n"
@@ -95,7 +95,7 @@ def test_the_modules_that_a_run_imports_are_excluded_from_garbage_collection(fol
     code = (
         "import gc, sys\n"
         "from rbstab_cli.main import main\n"
-        "sys.argv = ['rbstab', 'run', 'good.yaml', '-q']\n"
+        "sys.argv = ['rbstab', 'run', '--no-prove', 'good.yaml', '-q']\n"
         "before = gc.get_freeze_count()\n"
         "try:\n"
         "    main()\n"
@@ -145,7 +145,7 @@ def test_check_says_all_that_is_wrong(folder: Path, rbstab: Invoke) -> None:
 def test_show_says_how_a_run_ended(folder: Path, rbstab: Invoke) -> None:
     reference = "reference: {source: a book, final: {orientation: [0.1, 0.2, 0.3]}}\n"
     Path("good.yaml").write_text(GOOD + reference)
-    rbstab("run", "good.yaml")
+    rbstab("run", "--no-prove", "good.yaml")
     shown = rbstab("show", "results/good.h5")
     assert shown.exit_code == 0
     assert "A short run" in shown.stdout
@@ -156,7 +156,7 @@ def test_show_says_how_a_run_ended(folder: Path, rbstab: Invoke) -> None:
 
 
 def test_show_as_json(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "good.yaml")
+    rbstab("run", "--no-prove", "good.yaml")
     facts = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
     assert facts["status"] == "completed"
     assert facts["arrays"]["orientation"]["shape"] == [11, 3]
@@ -165,7 +165,7 @@ def test_show_as_json(folder: Path, rbstab: Invoke) -> None:
 
 def test_numbers_that_are_not_finite_are_null_in_json(folder: Path, rbstab: Invoke) -> None:
     Path("good.yaml").write_text(GOOD.replace("[1, 2, -1]", "[1e200, 0, 1e200]"))
-    assert rbstab("run", "good.yaml").exit_code == 3
+    assert rbstab("run", "--no-prove", "good.yaml").exit_code == 3
     facts = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
     assert facts["status"] == "diverged"
     assert facts["lyapunov_start"] is None
@@ -187,7 +187,7 @@ def test_show_refuses_what_is_no_result(
 def test_titles_cannot_steer_the_terminal(folder: Path, rbstab: Invoke) -> None:
     title = '"\\e[31mred\\e[0m [bold]markup[/bold]"'
     Path("good.yaml").write_text(GOOD.replace("A short run", title))
-    rbstab("run", "good.yaml")
+    rbstab("run", "--no-prove", "good.yaml")
     shown = rbstab("show", "results/good.h5").stdout
     assert "\x1b" not in shown
     assert "[bold]markup[/bold]" in shown
@@ -226,7 +226,16 @@ def test_a_sweep_needs_no_streams(folder: Path, closed: str) -> None:
     (folder / "plan.yaml").write_text(
         "base: good.yaml\nvary: {body.mass: {linspace: [40, 42, 4]}}\n"
     )
-    command = [sys.executable, "-m", "rbstab_cli", "sweep", "plan.yaml", "--shard-size", "2"]
+    command = [
+        sys.executable,
+        "-m",
+        "rbstab_cli",
+        "sweep",
+        "--no-prove",
+        "plan.yaml",
+        "--shard-size",
+        "2",
+    ]
     shell = ["/bin/sh", "-c", f'exec "$@" {closed}', "sh", *command, "--threads", "2"]
     assert subprocess.run(shell, capture_output=True, check=False).returncode == 0
     assert (folder / "results/plan/sweep.h5").exists()

@@ -27,8 +27,8 @@ def plan(folder):
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 @pytest.mark.usefixtures("plan")
 def test_it_is_the_member_of_the_sweep(rbstab, engine):
-    rbstab("sweep", "spins.yaml", "--engine", engine, "-q")
-    done = rbstab("run", "results/spins/plan.yaml", "--member", "3", "--json")
+    rbstab("sweep", "--no-prove", "spins.yaml", "--engine", engine, "-q")
+    done = rbstab("run", "--no-prove", "results/spins/plan.yaml", "--member", "3", "--json")
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)[0]["file"] == "results/spins-member3.h5"
     result, table = api.open_result("results/spins-member3.h5"), api.open_sweep("results/spins")
@@ -45,8 +45,8 @@ def test_it_is_the_member_of_the_sweep(rbstab, engine):
 
 @pytest.mark.usefixtures("plan")
 def test_the_plan_that_a_sweep_was_made_from_does_as_well(rbstab):
-    rbstab("sweep", "spins.yaml", "--engine", "scipy", "-q")
-    done = rbstab("run", "spins.yaml", "--member", "9", "--member", "0", "-q")
+    rbstab("sweep", "--no-prove", "spins.yaml", "--engine", "scipy", "-q")
+    done = rbstab("run", "--no-prove", "spins.yaml", "--member", "9", "--member", "0", "-q")
     assert done.exit_code == 0, done.output
     table = api.open_sweep("results/spins")
     for number in (0, 9):
@@ -56,8 +56,10 @@ def test_the_plan_that_a_sweep_was_made_from_does_as_well(rbstab):
 
 @pytest.mark.usefixtures("plan")
 def test_without_a_sweep_the_engine_is_that_which_a_sweep_would_have(rbstab):
-    rbstab("run", "spins.yaml", "--member", "1", "-q")
-    rbstab("run", "spins.yaml", "--member", "1", "-q", "--engine", "scipy", "-o", "other")
+    rbstab("run", "--no-prove", "spins.yaml", "--member", "1", "-q")
+    rbstab(
+        "run", "--no-prove", "spins.yaml", "--member", "1", "-q", "--engine", "scipy", "-o", "other"
+    )
     expected = load_plan("spins.yaml", ["integration.engine=heyoka"]).config_of(1)
     run = api.open_result("results/spins-member1.h5")
     assert run.run_id == run_id(expected)
@@ -66,7 +68,9 @@ def test_without_a_sweep_the_engine_is_that_which_a_sweep_would_have(rbstab):
 
 @pytest.mark.usefixtures("plan")
 def test_changes_are_those_of_the_base(rbstab):
-    done = rbstab("run", "spins.yaml", "--member", "3", "--set", "controller.K_r=[10, 20, 30]")
+    done = rbstab(
+        "run", "--no-prove", "spins.yaml", "--member", "3", "--set", "controller.K_r=[10, 20, 30]"
+    )
     assert done.exit_code == 0
     config = api.open_result("results/spins-member3.h5").config
     assert "K_r: [20.0, 40.0, 60.0]" in config
@@ -74,10 +78,10 @@ def test_changes_are_those_of_the_base(rbstab):
 
 @pytest.mark.usefixtures("plan")
 def test_it_is_not_repeated_and_not_overwritten(rbstab):
-    rbstab("run", "spins.yaml", "--member", "3")
+    rbstab("run", "--no-prove", "spins.yaml", "--member", "3")
     before = Path("results/spins-member3.h5").read_bytes()
-    assert "already done" in rbstab("run", "spins.yaml", "--member", "3").stderr
-    other = rbstab("run", "spins.yaml", "--member", "3", "--set", "body.mass=50")
+    assert "already done" in rbstab("run", "--no-prove", "spins.yaml", "--member", "3").stderr
+    other = rbstab("run", "--no-prove", "spins.yaml", "--member", "3", "--set", "body.mass=50")
     assert other.exit_code == 4
     assert Path("results/spins-member3.h5").read_bytes() == before
 
@@ -107,7 +111,7 @@ def test_it_is_not_repeated_and_not_overwritten(rbstab):
 )
 def test_what_is_wrong(rbstab, arguments, message):
     Path("wrong.yaml").write_text("base: good.yaml\nvary: {body.mass: {values: [-1]}}\n")
-    done = rbstab("run", *arguments)
+    done = rbstab("run", "--no-prove", *arguments)
     assert done.exit_code == 2
     assert message in done.stderr
     assert "Traceback" not in done.output
@@ -127,6 +131,6 @@ def test_other_commands_know_a_plan_too(rbstab, command):
 def test_two_members_of_one_name_are_refused(rbstab, folder):
     (folder / "sub").mkdir()
     (folder / "sub/spins.yaml").write_text(PLAN.replace("good", "../good"))
-    done = rbstab("run", "spins.yaml", "sub/spins.yaml", "--member", "1")
+    done = rbstab("run", "--no-prove", "spins.yaml", "sub/spins.yaml", "--member", "1")
     assert done.exit_code == 2
     assert "spins.yaml, member 1 would both write results/spins-member1.h5" in done.stderr

@@ -19,6 +19,7 @@ BESIDE_STATUS = {
     "--retry-failed": ("--retry-failed",),
     "--fail-fast": ("--fail-fast",),
     "--compare": ("--compare", "5"),
+    "--prove": ("--prove",),
     "--force": ("--force",),
     "--allow-python": ("--allow-python",),
 }

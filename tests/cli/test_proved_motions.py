@@ -35,15 +35,21 @@ def proved(folder: Path, once: tuple[Path, Result]) -> Result:
     return done
 
 
-def test_the_sentence_stands_below_the_table(proved: Result, rbstab: Invoke) -> None:
+def test_the_answers_stand_below_the_table(proved: Result, rbstab: Invoke) -> None:
     done = proved
-    *_, sentence = done.stdout.strip().splitlines()
-    begin = "results/good.h5: converges to rest state 1: proved; it is inside the certified region "
-    assert sentence.startswith(begin + "from t = 0.35")
-    assert "J < 1020.4" in sentence
-    assert " steps, " in sentence
+    *_, file, this_start, every_start = done.stdout.strip().splitlines()
+    assert file == "results/good.h5"
+    begin = (
+        "  This start:  proved: the exact motion converges to the only rest state: it is inside "
+    )
+    assert this_start.startswith(begin + "the certified region from t = 0.35")
+    assert every_start.startswith("  Every start: proved: every motion that stays in the range")
     shown = rbstab("show", "results/good.h5")
+    _, *answers = shown.stdout.splitlines()[:3]
+    assert answers == [this_start, every_start]
     assert "converges to rest state 1: proved" in shown.stdout
+    assert "J < 1020.4" in shown.stdout
+    assert " steps, " in shown.stdout
     assert "computed motion" in shown.stdout
     assert "convergence_" not in shown.stdout
 
@@ -67,7 +73,8 @@ def test_json_has_it_as_one_object(proved: Result, rbstab: Invoke) -> None:
 def test_a_longer_enclosure_is_added(proved: Result, rbstab: Invoke) -> None:
     first = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
     longer = rbstab("run", "good.yaml", "--prove", "--to-end", "--json", *OUTSIDE)
-    assert json.loads(longer.stdout)[0]["computed"] is True
+    # The run is not integrated again.
+    assert json.loads(longer.stdout)[0]["computed"] is False
     second = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
     shapes = [data["arrays"]["enclosure/time"]["shape"] for data in (first, second)]
     assert shapes[0][0] < shapes[1][0] == 11
@@ -76,11 +83,11 @@ def test_a_longer_enclosure_is_added(proved: Result, rbstab: Invoke) -> None:
 
 
 def test_without_a_proof_the_reason_is_given(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "good.yaml", "--json")
+    done = rbstab("run", "good.yaml", "--no-prove", "--json")
     found = json.loads(done.stdout)[0]["convergence"]
     assert found["proved"] is None
     assert "rbstab run --prove" in found["why"]
-    assert "not decided" in rbstab("run", "good.yaml").stdout
+    assert "Every start: not decided" in rbstab("run", "good.yaml", "--no-prove").stdout
 
 
 def test_the_end_needs_the_proof(folder: Path, rbstab: Invoke) -> None:
@@ -112,4 +119,6 @@ def test_equal_sentences_are_printed_once(folder: Path, rbstab: Invoke) -> None:
     text = Path("good.yaml").read_text()
     Path("other.yaml").write_text(text)
     done = rbstab("run", "good.yaml", "other.yaml", "--prove")
-    assert "results/good.h5 and 1 more: converges to rest state 1: proved" in done.stdout
+    lines = done.stdout.splitlines()
+    assert lines.count("results/good.h5 and 1 more") == 1
+    assert sum("This start:  proved" in line for line in lines) == 1

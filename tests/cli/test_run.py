@@ -17,7 +17,7 @@ from rbstab.store.run_file import write_result
 
 
 def test_a_run_leaves_a_file_and_a_table(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "good.yaml")
+    done = rbstab("run", "--no-prove", "good.yaml")
     assert done.exit_code == 0
     assert api.open_result("results/good.h5").status == "completed"
     header, line = done.stdout.splitlines()[:2]
@@ -27,13 +27,13 @@ def test_a_run_leaves_a_file_and_a_table(folder: Path, rbstab: Invoke) -> None:
 
 
 def test_quiet_says_nothing_but_the_table(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "good.yaml", "-q")
+    done = rbstab("run", "--no-prove", "good.yaml", "-q")
     assert done.stderr == ""
     assert "results/good.h5" in done.stdout
 
 
 def test_json_holds_the_facts(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "good.yaml", "--json", "-o", "elsewhere")
+    done = rbstab("run", "--no-prove", "good.yaml", "--json", "-o", "elsewhere")
     (facts,) = json.loads(done.stdout)
     result = api.open_result("elsewhere/good.h5")
     assert facts["file"] == "elsewhere/good.h5"
@@ -46,9 +46,9 @@ def test_json_holds_the_facts(folder: Path, rbstab: Invoke) -> None:
 
 
 def test_a_finished_run_is_not_repeated(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "good.yaml")
+    rbstab("run", "--no-prove", "good.yaml")
     before = Path("results/good.h5").read_bytes()
-    again = rbstab("run", "good.yaml", "--json")
+    again = rbstab("run", "--no-prove", "good.yaml", "--json")
     assert again.exit_code == 0
     assert "already done" in again.stderr
     assert json.loads(again.stdout)[0]["computed"] is False
@@ -56,27 +56,32 @@ def test_a_finished_run_is_not_repeated(folder: Path, rbstab: Invoke) -> None:
 
 
 def test_force_repeats_it(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "good.yaml")
+    rbstab("run", "--no-prove", "good.yaml")
     before = Path("results/good.h5").stat().st_ino
-    assert json.loads(rbstab("run", "good.yaml", "--json", "--force").stdout)[0]["computed"] is True
+    assert (
+        json.loads(rbstab("run", "--no-prove", "good.yaml", "--json", "--force").stdout)[0][
+            "computed"
+        ]
+        is True
+    )
     assert Path("results/good.h5").stat().st_ino != before
     assert [path.name for path in Path("results").iterdir()] == ["good.h5"]
 
 
 def test_a_different_result_is_never_overwritten(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "good.yaml")
+    rbstab("run", "--no-prove", "good.yaml")
     before = Path("results/good.h5").read_bytes()
-    refused = rbstab("run", "good.yaml", "--set", "body.mass=40")
+    refused = rbstab("run", "--no-prove", "good.yaml", "--set", "body.mass=40")
     assert refused.exit_code == 4
     assert "holds a different result" in refused.stderr
     assert Path("results/good.h5").read_bytes() == before
 
 
 def test_force_moves_a_different_result_aside(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "good.yaml")
+    rbstab("run", "--no-prove", "good.yaml")
     old = api.open_result("results/good.h5")
     before = Path("results/good.h5").read_bytes()
-    forced = rbstab("run", "good.yaml", "--set", "body.mass=40", "--force")
+    forced = rbstab("run", "--no-prove", "good.yaml", "--set", "body.mass=40", "--force")
     aside = Path(f"results/good.{old.run_id[:8]}.h5")
     assert forced.exit_code == 0
     assert str(aside) in forced.stderr
@@ -87,14 +92,14 @@ def test_force_moves_a_different_result_aside(folder: Path, rbstab: Invoke) -> N
 def test_a_damaged_file_is_refused_and_forced_aside(folder: Path, rbstab: Invoke) -> None:
     Path("results").mkdir()
     Path("results/good.h5").write_bytes(b"not a result")
-    assert rbstab("run", "good.yaml").exit_code == 4
+    assert rbstab("run", "--no-prove", "good.yaml").exit_code == 4
     assert Path("results/good.h5").read_bytes() == b"not a result"
-    assert rbstab("run", "good.yaml", "--force").exit_code == 0
+    assert rbstab("run", "--no-prove", "good.yaml", "--force").exit_code == 0
     assert Path("results/good.damaged.h5").read_bytes() == b"not a result"
 
 
 def test_a_run_that_hit_its_time_limit_is_tried_again(folder: Path, rbstab: Invoke) -> None:
-    late = ("run", "good.yaml", "--json", "--set", "integration.time_limit=1e-9")
+    late = ("run", "--no-prove", "good.yaml", "--json", "--set", "integration.time_limit=1e-9")
     first, second = rbstab(*late), rbstab(*late)
     assert first.exit_code == second.exit_code == 3
     assert json.loads(second.stdout)[0]["status"] == "time limit"
@@ -108,7 +113,7 @@ def test_a_longer_motion_of_the_same_config_is_kept(
     from rbstab.experiment import run_to_file as module
     from rbstab.experiment.simulate import simulate_problem
 
-    late = ("run", "good.yaml", "--json", "--set", "integration.time_limit=1e-9")
+    late = ("run", "--no-prove", "good.yaml", "--json", "--set", "integration.time_limit=1e-9")
     rbstab(*late)
     first = api.open_result("results/good.h5")
     time_reached = first.variables["time"]._replace(data=first["time"] + 0.05)
@@ -130,7 +135,7 @@ def test_a_longer_motion_of_the_same_config_is_kept(
 def test_a_failed_run_is_stored_and_its_neighbours_go_on(folder: Path, rbstab: Invoke) -> None:
     leaves = GOOD.replace("[1, 2, -1]", "[0, 32, 0]").replace("[400, 400, 320]", "[4, 4, 3]")
     Path("a_leaves.yaml").write_text(leaves)
-    done = rbstab("run", "a_leaves.yaml", "good.yaml")
+    done = rbstab("run", "--no-prove", "a_leaves.yaml", "good.yaml")
     assert done.exit_code == 3
     assert "a_leaves.yaml: range left: cos θ2 fell to 0.001 at t = 0.0" in done.stderr
     assert api.open_result("results/a_leaves.h5").status == "range left"
@@ -142,14 +147,14 @@ def test_a_result_that_cannot_be_written_does_not_stop_the_others(
 ) -> None:
     Path("other.yaml").write_text(GOOD)
     Path("results/good.h5").mkdir(parents=True)
-    done = rbstab("run", "good.yaml", "other.yaml")
+    done = rbstab("run", "--no-prove", "good.yaml", "other.yaml")
     assert done.exit_code == 4
     assert "results/good.h5" in done.stderr
     assert api.open_result("results/other.h5").status == "completed"
 
 
 def test_a_folder_that_cannot_be_made_is_said(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "good.yaml", "-o", "good.yaml/results")
+    done = rbstab("run", "--no-prove", "good.yaml", "-o", "good.yaml/results")
     assert done.exit_code == 4
     assert "cannot be written" in done.stderr
     assert done.stdout == ""
@@ -157,7 +162,7 @@ def test_a_folder_that_cannot_be_made_is_said(folder: Path, rbstab: Invoke) -> N
 
 def test_nothing_is_run_when_one_config_is_wrong(folder: Path, rbstab: Invoke) -> None:
     Path("wrong.yaml").write_text(GOOD.replace("mass: 41", "mass: -41").replace("K_r", "Kr"))
-    done = rbstab("run", "good.yaml", "wrong.yaml", "missing.yaml")
+    done = rbstab("run", "--no-prove", "good.yaml", "wrong.yaml", "missing.yaml")
     assert done.exit_code == 2
     assert not Path("results").exists()
     lines = done.stderr.splitlines()
@@ -168,7 +173,7 @@ def test_nothing_is_run_when_one_config_is_wrong(folder: Path, rbstab: Invoke) -
 
 def test_an_error_of_the_command_line_is_said_once(folder: Path, rbstab: Invoke) -> None:
     Path("other.yaml").write_text(GOOD)
-    done = rbstab("run", "good.yaml", "other.yaml", "--set", "body.mass=-1")
+    done = rbstab("run", "--no-prove", "good.yaml", "other.yaml", "--set", "body.mass=-1")
     assert done.exit_code == 2
     assert done.stderr.count("body.mass: is -1") == 1
 
@@ -176,7 +181,7 @@ def test_an_error_of_the_command_line_is_said_once(folder: Path, rbstab: Invoke)
 def test_two_configs_of_one_name_are_refused(folder: Path, rbstab: Invoke) -> None:
     Path("sub").mkdir()
     Path("sub/good.yaml").write_text(GOOD)
-    done = rbstab("run", "good.yaml", "sub/good.yaml")
+    done = rbstab("run", "--no-prove", "good.yaml", "sub/good.yaml")
     assert done.exit_code == 2
     assert "would both write" in done.stderr
     assert not Path("results").exists()
@@ -184,7 +189,7 @@ def test_two_configs_of_one_name_are_refused(folder: Path, rbstab: Invoke) -> No
 
 def test_engine_replaces_that_of_the_config(folder: Path, rbstab: Invoke) -> None:
     pytest.importorskip("heyoka")
-    rbstab("run", "good.yaml", "--engine", "heyoka")
+    rbstab("run", "--no-prove", "good.yaml", "--engine", "heyoka")
     assert api.open_result("results/good.h5").attributes["engine"] == "heyoka"
 
 
@@ -193,7 +198,7 @@ def test_a_missing_engine_is_said(
 ) -> None:
     monkeypatch.setitem(sys.modules, "heyoka", None)
     monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka.engine", raising=False)
-    done = rbstab("run", "good.yaml", "--engine", "heyoka")
+    done = rbstab("run", "--no-prove", "good.yaml", "--engine", "heyoka")
     assert done.exit_code == 2
     assert "the engine 'heyoka' cannot be used here" in done.stderr
 
@@ -201,7 +206,7 @@ def test_a_missing_engine_is_said(
 def test_warnings_are_said_once_for_all_configs(folder: Path, rbstab: Invoke) -> None:
     for name in ("a.yaml", "b.yaml"):
         Path(name).write_text(GOOD.replace("[10.0, 9.0, 2.0]", "[10.0, 8.0, 0.4]"))
-    done = rbstab("run", "a.yaml", "b.yaml")
+    done = rbstab("run", "--no-prove", "a.yaml", "b.yaml")
     warnings = [line for line in done.stderr.splitlines() if line.startswith("warning")]
     assert len(warnings) == 1
     assert warnings[0].startswith("warning: a.yaml and 1 more: body.inertia: no real body")
@@ -217,7 +222,7 @@ def test_an_interrupt_just_after_a_run_is_stored_counts_it(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(run_to_file, "run_to_file", stored_and_interrupted)
-    done = rbstab("run", "good.yaml")
+    done = rbstab("run", "--no-prove", "good.yaml")
     assert done.exit_code == 130
     assert "Interrupted: 1 of 1 runs are stored." in done.stderr
 
@@ -226,7 +231,7 @@ def test_an_interrupt_just_after_a_run_is_stored_counts_it(
 def test_an_interrupt_keeps_what_is_done(folder: Path) -> None:
     endless = GOOD.replace("duration: 0.1, samples: 11", "duration: 1e6, samples: 2")
     Path("endless.yaml").write_text(endless)
-    process = start("run", "good.yaml", "endless.yaml")
+    process = start("run", "--no-prove", "good.yaml", "endless.yaml")
     deadline = time.monotonic() + 60
     while not Path("results/good.h5").exists():
         assert time.monotonic() < deadline

@@ -62,7 +62,7 @@ def test_configs_and_plans(
 def test_the_base_of_a_plan(kind: str, special: dict[str, Path], rbstab: Invoke) -> None:
     Path("plan.yaml").write_text(f"base: {special[kind]}\nvary: {{body.mass: {{values: [40]}}}}\n")
     with time_limit(60):
-        done = rbstab("sweep", "plan.yaml")
+        done = rbstab("sweep", "--no-prove", "plan.yaml")
     assert done.exit_code == 2
     assert "which is not a file" in done.stderr
 
@@ -85,8 +85,8 @@ def test_results(
     [
         ("gather",),
         ("sweep", "--status"),
-        ("run", "good.yaml", "-o"),
-        ("sweep", "plan.yaml", "-o"),
+        ("run", "--no-prove", "good.yaml", "-o"),
+        ("sweep", "--no-prove", "plan.yaml", "-o"),
     ],
     ids=" ".join,
 )
@@ -124,7 +124,7 @@ def test_outputs_are_never_replaced(  # noqa: PLR0917 (cases and fixtures)
     Path("link.yaml").symlink_to("/dev/null")
     target = special.get(kind, Path("link.yaml"))
     if arguments[0] == "report":
-        assert rbstab("run", "good.yaml", "-q").exit_code == 0
+        assert rbstab("run", "--no-prove", "good.yaml", "-q").exit_code == 0
     else:
         # The error comes before the work.
         monkeypatch.setattr(f"rbstab_cli.commands.{arguments[0]}.load_all", _not_called)
@@ -150,7 +150,7 @@ def test_a_pipe_with_the_name_of_a_result(
     Path("results").mkdir()
     os.mkfifo("results/good.h5")
     with time_limit(60):
-        done = rbstab("run", "good.yaml", *force)
+        done = rbstab("run", "--no-prove", "good.yaml", *force)
     assert done.exit_code == 4
     assert "results/good.h5" in done.stderr
     assert "pipe" in done.stderr
@@ -163,7 +163,7 @@ FILES_OF_A_SWEEP = ["shards/00000000.npy", "sweep.h5", "manifest.json", "plan.ya
 @pytest.mark.parametrize("name", FILES_OF_A_SWEEP)
 def test_pipes_in_the_folder_of_a_sweep(name: str, folder: Path, rbstab: Invoke) -> None:
     Path("plan.yaml").write_text("base: good.yaml\nvary: {body.mass: {values: [40, 41]}}\n")
-    sweep = ("sweep", "plan.yaml", "--engine", "scipy", "-q")
+    sweep = ("sweep", "--no-prove", "plan.yaml", "--engine", "scipy", "-q")
     assert rbstab(*sweep).exit_code == 0
     Path("results/plan", name).unlink()
     os.mkfifo(Path("results/plan", name))

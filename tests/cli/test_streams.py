@@ -65,7 +65,7 @@ def run_with(monkeypatch: pytest.MonkeyPatch, handlers: None) -> Run:
 def unicode_run(folder: Path, rbstab: Invoke) -> Path:
     """A working folder with a config and a result whose title is not ASCII."""
     (folder / "unicode.yaml").write_text(UNICODE, encoding="utf-8")
-    assert rbstab("run", "unicode.yaml", "-q").exit_code == 0
+    assert rbstab("run", "--no-prove", "unicode.yaml", "-q").exit_code == 0
     return folder
 
 
@@ -79,7 +79,7 @@ COMMANDS = [
     ("show", "results/unicode.h5", "--config"),
     ("report", "results/unicode.h5", "--format", "text"),
     ("report", "results/unicode.h5", "--json"),
-    ("run", "unicode.yaml", "--force"),
+    ("run", "--no-prove", "unicode.yaml", "--force"),
     ("stability", "unicode.yaml", "--search-only", "--no-run"),
     ("schema",),
 ]
@@ -113,7 +113,7 @@ def test_json_and_yaml_keep_every_character(
     first, again = (run_with("utf-8", "check", name) for name in ("unicode.yaml", "again.yaml"))
     assert again.code == 0
     assert again.stdout.split(b"run id")[1] == first.stdout.split(b"run id")[1]
-    shown = run_with("utf-8", "run", "again.yaml", "--json")
+    shown = run_with("utf-8", "run", "--no-prove", "again.yaml", "--json")
     assert json.loads(shown.stdout)[0]["title"] == TITLE
 
 
@@ -142,7 +142,7 @@ def test_names_that_are_not_utf_8(folder: Path, run_with: Run) -> None:
     name = os.fsdecode(b"\xff.yaml")
     (folder / name).write_text(GOOD)
     assert run_with("utf-8", "check", name).code == 0
-    assert run_with("utf-8", "run", name).code == 0
+    assert run_with("utf-8", "run", "--no-prove", name).code == 0
     options = ("--search-only", "--no-run", "-o", "out.txt")
     assert run_with("utf-8", "stability", name, *options).code == 0
     assert "\\udcff.yaml" in Path("out.txt").read_text(encoding="utf-8")
@@ -158,7 +158,9 @@ def test_a_reader_that_has_ended_ends_the_command_quietly(
     arguments: tuple[str, ...], folder: Path
 ) -> None:
     if arguments[0] == "report":
-        subprocess.run(rbstab("run", "good.yaml", "-q"), stdout=subprocess.DEVNULL, check=True)
+        subprocess.run(
+            rbstab("run", "--no-prove", "good.yaml", "-q"), stdout=subprocess.DEVNULL, check=True
+        )
         arguments = (*arguments, "results/good.h5")
     reader, writer = os.pipe()
     os.close(reader)
@@ -219,7 +221,13 @@ def test_output_that_is_still_in_a_buffer() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="its shell cannot close streams like this")
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
 def test_a_command_needs_no_streams(closed: str, folder: Path) -> None:
-    shell = ["/bin/sh", "-c", f'exec "$@" {closed}', "sh", *rbstab("run", "good.yaml")]
+    shell = [
+        "/bin/sh",
+        "-c",
+        f'exec "$@" {closed}',
+        "sh",
+        *rbstab("run", "--no-prove", "good.yaml"),
+    ]
     done = subprocess.run(shell, capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert "Traceback" not in done.stderr

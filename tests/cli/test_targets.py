@@ -31,7 +31,7 @@ def no_work(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_longest_names_are_written(stem: str, folder: Path, rbstab: Invoke) -> None:
     Path(f"{stem}.yml").write_text(GOOD)
     for more in ((), ("--force",)):
-        done = rbstab("run", f"{stem}.yml", *more)
+        done = rbstab("run", "--no-prove", f"{stem}.yml", *more)
         assert done.exit_code == 0, done.stderr
         assert [path.name for path in Path("results").iterdir()] == [f"{stem}.h5"]
     assert rbstab("show", f"results/{stem}.h5").exit_code == 0
@@ -67,7 +67,7 @@ def test_a_name_that_is_too_long(arguments: tuple[str, ...], folder: Path, rbsta
 def test_a_member_whose_result_would_have_too_long_a_name(folder: Path, rbstab: Invoke) -> None:
     plan = Path("x" * 248 + ".yaml")
     plan.write_text("base: good.yaml\nvary: {body.mass: {values: [40]}}\n")
-    done = rbstab("run", str(plan), "--member", "0")
+    done = rbstab("run", "--no-prove", str(plan), "--member", "0")
     assert done.exit_code == 4
     assert "File name too long" in done.stderr
 
@@ -77,11 +77,11 @@ def test_the_name_of_a_result_that_is_moved_aside(
 ) -> None:
     config = Path("x" * 248 + ".yaml")
     config.write_text(GOOD)
-    assert rbstab("run", str(config), "-q").exit_code == 0
+    assert rbstab("run", "--no-prove", str(config), "-q").exit_code == 0
     result = Path("results", f"{config.stem}.h5")
     before = result.read_bytes()
     request.getfixturevalue("no_work")
-    done = rbstab("run", str(config), "--set", "body.mass=50", "--force")
+    done = rbstab("run", "--no-prove", str(config), "--set", "body.mass=50", "--force")
     assert done.exit_code == 4
     assert "File name too long" in done.stderr
     assert result.read_bytes() == before
@@ -98,7 +98,7 @@ def read_only(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("run", "good.yaml"),
+        ("run", "--no-prove", "good.yaml"),
         ("stability", "good.yaml", "--search-only", "-o", "new.txt"),
         ("sensitivities", "good.yaml", "-o", "new.json"),
         ("tune", "good.yaml", "--objective", "energy", "--over", "controller.K_t"),
@@ -132,9 +132,9 @@ def test_a_link_to_a_missing_file(folder: Path, rbstab: Invoke) -> None:
 def test_a_finished_run_needs_no_writable_folder(
     folder: Path, rbstab: Invoke, request: pytest.FixtureRequest
 ) -> None:
-    assert rbstab("run", "good.yaml", "-q").exit_code == 0
+    assert rbstab("run", "--no-prove", "good.yaml", "-q").exit_code == 0
     request.getfixturevalue("read_only")
     request.getfixturevalue("no_work")
-    done = rbstab("run", "good.yaml")
+    done = rbstab("run", "--no-prove", "good.yaml")
     assert done.exit_code == 0
     assert "already done" in done.stderr

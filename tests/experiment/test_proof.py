@@ -214,16 +214,24 @@ def test_a_proof_of_something_else_is_not_believed(tmp_path):
     assert cached_proof(tmp_path, config) is None
 
 
-def test_a_finished_run_is_repeated_when_it_does_not_know_the_proof(tmp_path):
+def test_a_proof_is_added_to_a_finished_run(tmp_path):
     config = config_of("free", initial=SLOW_START, duration=0.05, samples=6)
     path = tmp_path / "a.h5"
     run_to_file(config, path)
     proof = prove(config)
     assert finished_run(config, problem_of(config), path) is not None
     assert finished_run(config, problem_of(config), path, proof=proof) is None
+    before = rbstab.open_result(path)
     proved = run_to_file(config, path, proof=proof)
-    assert proved.computed
+    assert not proved.computed
     assert proved.moved_aside is None
+    # The motion is that of before; so is the time at which it was computed.
+    after = rbstab.open_result(path)
+    assert after.attributes["created"] == before.attributes["created"]
+    assert after["orientation"].tobytes() == before["orientation"].tobytes()
+    at_once = rbstab.simulate(config, proof=proof)
+    assert [*after.attributes] == [*at_once.attributes]
+    assert [*after.variables] == [*at_once.variables]
     assert words_of(rbstab.open_result(path)) == ("consistent", "proved")
     assert not run_to_file(config, path, proof=proof).computed
     assert not run_to_file(config, path).computed

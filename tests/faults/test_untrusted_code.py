@@ -80,6 +80,7 @@ READING = [
     ("report", "results/traitor.h5", "results/plan", "-o", "report.html"),
     ("report", "results/traitor.h5", "-o", "report.md"),
     ("report", "results/traitor.h5", "-o", "report.pdf"),
+    ("plot", "results/traitor.h5", "results/plan"),
     ("sweep", "--status", "results/plan"),
     ("cache",),
     ("schema",),
@@ -200,5 +201,15 @@ def test_every_command_that_builds_equations_has_the_option() -> None:
     modules = (check_command, gather, guard, run, sensitivities, stability, sweep, tune)
     for module in modules:
         assert "--allow-python" in [name for p in module.command.params for name in p.opts]
-    reading = {"show", "report", "verify", "cache", "upgrade", "schema", "completion", "init"}
+    reading = {
+        "show",
+        "plot",
+        "report",
+        "verify",
+        "cache",
+        "upgrade",
+        "schema",
+        "completion",
+        "init",
+    }
     assert reading | {module.__name__.rpartition(".")[2] for module in modules} == set(COMMANDS)

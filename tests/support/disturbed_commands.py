@@ -49,18 +49,29 @@ def _report(suffix: str) -> Case:
     """Return a report that replaces another report of the same name."""
     name = f"report.{suffix}"
     older = ("report", "results/older.h5", "-o", name, "-q")
-    before = (("run", "older.yaml", "-q"), older)
+    before = (("run", "--no-prove", "older.yaml", "-q"), older)
     return Case(("report", "results/other.h5", "-o", name, "-q"), before)
 
 
-SWEEP = ("sweep", "plan.yaml", "--engine", "scipy", "--shard-size", "4", "--threads", "3", "-q")
+SWEEP = (
+    "sweep",
+    "--no-prove",
+    "plan.yaml",
+    "--engine",
+    "scipy",
+    "--shard-size",
+    "4",
+    "--threads",
+    "3",
+    "-q",
+)
 
 CASES = {
-    "run": Case(("run", "case.yaml", "-q")),
+    "run": Case(("run", "--no-prove", "case.yaml", "-q")),
     "run --prove": Case(("run", "case.yaml", "--prove", "-q")),
     "run --force": Case(
-        ("run", "case.yaml", "--force", "-q"),
-        (("run", "case.yaml", "--set", "body.mass=50", "-q"),),
+        ("run", "--no-prove", "case.yaml", "--force", "-q"),
+        (("run", "--no-prove", "case.yaml", "--set", "body.mass=50", "-q"),),
     ),
     "sweep": Case(SWEEP),
     "gather": Case(("gather", "results/fake", "-q"), fake_members=20_000),
@@ -87,7 +98,7 @@ class Undisturbed:
         self.template = folder / "template"
         self.template.mkdir()
         _write_inputs(self.template)
-        for words in (("run", "other.yaml", "-q"), *case.before):
+        for words in (("run", "--no-prove", "other.yaml", "-q"), *case.before):
             ended = server.run(self.template, *words)
             assert ended.code == 0, ended
         if case.fake_members:

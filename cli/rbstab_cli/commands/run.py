@@ -1,9 +1,10 @@
 """`rbstab run`."""
 
+import math
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -17,6 +18,7 @@ from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, QUIET, 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
     from rbstab.experiment.convergence.convergence import Enclose
+    from rbstab.experiment.proof import Proof
     from rbstab.experiment.run_to_file import FiledRun
 
 
@@ -38,10 +40,11 @@ if TYPE_CHECKING:
     help="Rerun finished runs; move a different result of the same name aside.",
 )
 @click.option(
-    "--prove",
-    is_flag=True,
-    help="Prove the rest states and their regions, or read this proof from DIR/proofs. Then "
-    "enclose the exact motion until convergence is proved, for at most 2000 steps.",
+    "--prove/--no-prove",
+    default=None,
+    help="After the runs, the rest states and their regions are proved, or read from DIR/proofs; "
+    "then each exact motion is enclosed until convergence is proved, for at most 150 steps (some "
+    "five seconds). --prove: at most 2000 steps. --no-prove: only a proof in DIR/proofs is used.",
 )
 @click.option(
     "--to-end",
@@ -58,7 +61,7 @@ def command(
     changes: tuple[str, ...],
     engine: str | None,
     force: bool,
-    prove: bool,
+    prove: bool | None,
     to_end: bool,
     allow_python: bool,
     as_json: bool,
@@ -70,6 +73,10 @@ def command(
     finished run is not run again; its stored result is used. A different result of the same name is
     never overwritten. A run that does not complete is stored with its status, and the next one
     starts.
+
+    The results are stored as soon as they are computed. Then the program proves what it can about
+    each motion within some seconds, stores that too, and ends with the answers: whether the motion
+    from this start comes to rest, and whether every motion does.
 
     With --member N each CONFIG is the plan of a sweep. Its member N is integrated as a single run
     and stored as DIR/PLAN-memberN.h5. The plan may be the copy in the sweep's folder:
@@ -92,17 +99,21 @@ def command(
         _import_engines({config.integration.engine for config in loaded.values()})
     targets = _targets(loaded, output)
     batch = _Batch(output, force=force, prove=prove, to_end=to_end, quiet=quiet)
+    printed = as_json
     try:
         for (label, stem), config in loaded.items():
             batch.run(label, config, targets[label, stem])
+        if not printed:
+            printed = True
+            _print_table(batch.finished)
+        batch.prove_all()
     except KeyboardInterrupt:
-        done = len(batch.finished) + batch.has_stored_unfinished()
-        click.echo(f"Interrupted: {done} of {len(loaded)} runs are stored.", err=True)
-        click.echo("Run the same command again to resume.", err=True)
-        batch.exit_code = exit_codes.INTERRUPTED
-    _report(batch.finished, as_json=as_json)
+        batch.say_interrupted(len(loaded))
+    if not printed:
+        _print_table(batch.finished)
+    _print_answers(batch.finished, as_json=as_json)
     if batch.finished and not quiet and batch.exit_code != exit_codes.INTERRUPTED:
-        click.echo(f"Next: rbstab show {batch.finished[-1].path}", err=True)
+        click.echo(f"Next: rbstab show {batch.finished[-1].run.path}", err=True)
     raise click.exceptions.Exit(batch.exit_code)
 
 
@@ -136,24 +147,35 @@ def _targets(names: Iterable[tuple[str, str]], output: Path) -> dict[tuple[str, 
     return targets
 
 
+class _Finished(NamedTuple):
+    """A finished run with its label, its config, and the proof of its rest states, if any."""
+
+    label: str
+    config: "Config"
+    run: "FiledRun"
+    proof: "Proof | None"
+
+
 class _Batch:
-    """The runs of one command, executed one after the other."""
+    """The runs of one command, executed one after the other; then their proofs."""
 
     def __init__(
-        self, output: Path, *, force: bool, prove: bool, to_end: bool, quiet: bool
+        self, output: Path, *, force: bool, prove: bool | None, to_end: bool, quiet: bool
     ) -> None:
         self.output = output
         self.force = force
         self.prove = prove
         self.to_end = to_end
         self.quiet = quiet
-        self.finished: list[FiledRun] = []
+        self.finished: list[_Finished] = []
         self.begun: tuple[Config, Path] | None = None
+        self.all_stored = False
         self.exit_code = exit_codes.OK
 
     def run(self, label: str, config: "Config", target: Path) -> None:
+        """Integrate a config and store its result, with what a proof in the folder says."""
         from rbstab.config.build import problem_of
-        from rbstab.experiment.proof_cache import cached_proof, proof_for
+        from rbstab.experiment.proof_cache import cached_proof
         from rbstab.experiment.run_to_file import run_to_file
         from rbstab.integrate.engines import EngineMissingError
         from rbstab.integrate.status import RunStatus
@@ -163,22 +185,12 @@ class _Batch:
         self.begun = config, target
         problem = problem_of(config)
         try:
-            proof = (
-                proof_for(self.output, config, problem)
-                if self.prove
-                else cached_proof(self.output, config)
-            )
+            proof = cached_proof(self.output, config)
             with progress_bar(
                 Path(label).name, config.integration.duration, wanted=not self.quiet
             ) as progress:
                 run = run_to_file(
-                    config,
-                    target,
-                    problem,
-                    force=self.force,
-                    proof=proof,
-                    enclose=self._enclose(),
-                    progress=progress,
+                    config, target, problem, force=self.force, proof=proof, progress=progress
                 )
         except EngineMissingError as error:
             raise click.UsageError(str(error)) from error
@@ -186,13 +198,56 @@ class _Batch:
             click.echo(f"{label}: {error}", err=True)
             self.exit_code = exit_codes.STORAGE
             return
-        self.finished.append(run)
+        self.finished.append(_Finished(label, config, run, proof))
         self.begun = None
         self._print(label, run)
         if run.result.status != RunStatus.COMPLETED and self.exit_code == exit_codes.OK:
             self.exit_code = exit_codes.NOT_COMPLETED
 
-    def has_stored_unfinished(self) -> bool:
+    def prove_all(self) -> None:
+        """Prove what is missing about the finished runs, and store it with them."""
+        self.all_stored = True
+        if self.prove is False:
+            return
+        from rbstab_cli.output.progress import working
+
+        for number, finished in enumerate(self.finished):
+            with working(f"{Path(finished.label).name}: proof", wanted=not self.quiet):
+                self.finished[number] = self._proved(finished)
+
+    def _proved(self, finished: _Finished) -> _Finished:
+        """Return a run with its proof; a proof that cannot be stored leaves the run as it is.
+
+        So does, unless `--prove` is given, a result of an old version that takes no proof.
+        """
+        from rbstab.config.build import problem_of
+        from rbstab.experiment.convergence.with_proof import takes_proof
+        from rbstab.experiment.proof_cache import proof_for
+        from rbstab.experiment.run_to_file import prove_run
+        from rbstab.store.errors import StoreError
+
+        label, config, run, _ = finished
+        if self.prove is None and not takes_proof(run.result):
+            return finished
+        problem = problem_of(config)
+        try:
+            proof = proof_for(self.output, config, problem)
+            proved = prove_run(run, config, problem, proof, self._enclose())
+        except StoreError as error:
+            click.echo(f"{label}: {error}", err=True)
+            self.exit_code = exit_codes.STORAGE
+            return finished
+        return _Finished(label, config, proved, proof)
+
+    def say_interrupted(self, count: int) -> None:
+        """Say how many of the runs are stored after an interrupt."""
+        done = count if self.all_stored else len(self.finished) + self._has_stored_unfinished()
+        proofs = "; not all of their proofs are" if self.all_stored else ""
+        click.echo(f"Interrupted: {done} of {count} runs are stored{proofs}.", err=True)
+        click.echo("Run the same command again to resume.", err=True)
+        self.exit_code = exit_codes.INTERRUPTED
+
+    def _has_stored_unfinished(self) -> bool:
         """Return whether the run that was interrupted is stored: the interrupt came afterwards."""
         from rbstab.config.load import run_id
         from rbstab.store.errors import StoreError
@@ -209,8 +264,8 @@ class _Batch:
     def _enclose(self) -> "Enclose":
         from rbstab.experiment.convergence.convergence import Enclose
 
-        if not self.prove:
-            return Enclose.NOTHING
+        if self.prove is None:
+            return Enclose.BRIEFLY
         return Enclose.TO_END if self.to_end else Enclose.UNTIL_PROVED
 
     def _print(self, label: str, run: "FiledRun") -> None:
@@ -249,59 +304,56 @@ class _Batch:
                 )
 
 
-def _report(runs: list["FiledRun"], *, as_json: bool) -> None:
-    if as_json:
-        from rbstab_cli.output.json_output import print_json
-
-        print_json([_run_data(run) for run in runs])
-    elif runs:
-        _print_table(runs)
-
-
-def _run_data(run: "FiledRun") -> dict[str, Any]:
+def _run_data(finished: _Finished) -> dict[str, Any]:
     from rbstab_cli.output.facts import run_data
 
-    return {"file": str(run.path), "computed": run.computed, **run_data(run.result)}
+    run = finished.run
+    data = run_data(run.result, finished.proof)
+    return {"file": str(run.path), "computed": run.computed, **data}
 
 
-def _print_table(runs: list["FiledRun"]) -> None:
-    from rbstab.experiment.summary import summary_of
+def _print_table(runs: list[_Finished]) -> None:
+    """Print the numbers of runs: a row for each."""
+    from rbstab.experiment.summary import settling_time_of, summary_of
     from rbstab.integrate.status import RunStatus
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
-    numbers = ("v(0) [J]", "v(end) [J]", "|r|/v(0)", "max|E| [m]", "max|θ2| [rad]", "time [s]")
-    words = ("status", "verdict", "converges")
-    table = new_table("file", *words, *numbers, words=words, numbers=numbers)
-    for run in runs:
+    if not runs:
+        return
+    numbers = (
+        *("v(0) [J]", "v(end) [J]", "|r|/v(0)", "at rest from [s]"),
+        *("max|E| [m]", "max|θ2| [rad]", "time [s]"),
+    )
+    table = new_table("file", "status", *numbers, words=("status",), numbers=numbers)
+    for finished in runs:
+        run = finished.run
         s, result = summary_of(run.result), run.result
         completed = result.status == RunStatus.COMPLETED
+        settled = settling_time_of(result)
         add_row(
             table,
             str(run.path),
             result.status if completed else f"{result.status} at {s.end_time:.4g} s",
-            str(result.attributes.get("verdict", "-")),
-            str(result.attributes.get("convergence", "-")),
             number(s.lyapunov_start),
             number(s.lyapunov_end),
             number(s.relative_residual, 2),
+            "-" if math.isnan(settled) else number(settled),
             number(s.peak_distance),
             number(s.largest_pitch),
             number(float(result.attributes["wall_time"]), 3),
             style=None if completed else "yellow",
         )
     print_table(table)
-    _print_convergence(runs)
 
 
-def _print_convergence(runs: list["FiledRun"]) -> None:
-    """Print what is proved of the exact motions; a sentence that many runs share once."""
-    from rbstab.experiment.convergence.convergence import stored_convergence
+def _print_answers(runs: list[_Finished], *, as_json: bool) -> None:
+    """Print the answers of runs: their words, and for a few runs their sentences."""
+    if as_json:
+        from rbstab_cli.output.json_output import print_json
 
-    sentences: dict[str, list[str]] = {}
-    for run in runs:
-        found = stored_convergence(run.result.attributes)
-        if found is not None and (found.proved is not None or found.enclosed):
-            sentences.setdefault(found.sentence, []).append(str(run.path))
-    for sentence, paths in sentences.items():
-        more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
-        click.echo(f"{paths[0]}{more}: {sentence}.")
+        print_json([_run_data(finished) for finished in runs])
+        return
+    from rbstab.experiment.answers.run_answer import answer_of
+    from rbstab_cli.output.answers import print_answers
+
+    print_answers([(f.run.path, answer_of(f.run.result, f.proof)) for f in runs])

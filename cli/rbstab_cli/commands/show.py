@@ -8,6 +8,7 @@ import click
 from rbstab_cli import exit_codes
 
 if TYPE_CHECKING:
+    from rbstab.experiment.proof import Proof
     from rbstab.experiment.summary import ReferenceValue
     from rbstab.store.result import Result
 
@@ -29,8 +30,10 @@ if TYPE_CHECKING:
 def command(result: Path, as_json: bool, as_config: bool) -> None:
     """Show the content of a result.
 
-    Prints the status of the run, its Lyapunov function and audit, its final state, the values that
-    its reference prints beside the computed ones, the arrays in the file, and its provenance.
+    Prints first what is known about stability: of this start, and of every start. Then follow the
+    status of the run, its Lyapunov function and audit, its final state, the checks of its
+    certificate, the values that its reference prints beside the computed ones, the arrays in the
+    file, and its provenance.
     """
     from rbstab.store.disk.isolated_reading import IsolatedReader
     from rbstab.store.errors import StoreError
@@ -45,22 +48,35 @@ def command(result: Path, as_json: bool, as_config: bool) -> None:
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
     try:
-        _print(opened, as_json=as_json, as_config=as_config)
+        _print(opened, _proof_beside(result, opened), as_json=as_json, as_config=as_config)
     except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
         reason = f"{type(error).__name__}: {error}"
         click.echo(f"error: {result} cannot be shown: its content is wrong ({reason})", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
 
 
-def _print(opened: "Result", *, as_json: bool, as_config: bool) -> None:
+def _proof_beside(path: Path, opened: "Result") -> "Proof | None":
+    """Return the proof of a result that is stored in its folder, if there is one."""
+    from rbstab.experiment.proof_cache import cached_proof
+    from rbstab.experiment.stored_config import stored_config
+    from rbstab.store.errors import StoreError
+
+    config = stored_config(opened).config
+    try:
+        return None if config is None else cached_proof(path.parent, config)
+    except StoreError:
+        return None
+
+
+def _print(opened: "Result", proof: "Proof | None", *, as_json: bool, as_config: bool) -> None:
     if as_config:
         from rbstab_cli.streams import exact
 
         click.echo(exact(opened.config), nl=False)
     elif as_json:
-        _print_json(opened)
+        _print_json(opened, proof)
     else:
-        _print_tables(opened)
+        _print_tables(opened, proof)
 
 
 def _comparisons(result: "Result") -> tuple[str, list["ReferenceValue"]]:
@@ -77,7 +93,7 @@ def _comparisons(result: "Result") -> tuple[str, list["ReferenceValue"]]:
     return reference.source + note, reference_values_of(result, reference)
 
 
-def _print_json(result: "Result") -> None:
+def _print_json(result: "Result", proof: "Proof | None") -> None:
     from rbstab_cli.output.certificate import certificate_checks
     from rbstab_cli.output.facts import run_data
     from rbstab_cli.output.json_output import print_json
@@ -93,7 +109,7 @@ def _print_json(result: "Result") -> None:
         "final": _final_state(result),
         "reference": reference,
     }
-    print_json({**run_data(result), **more, "arrays": arrays, "config": result.config})
+    print_json({**run_data(result, proof), **more, "arrays": arrays, "config": result.config})
 
 
 def _final_state(result: "Result") -> dict[str, list[float]]:
@@ -103,20 +119,26 @@ def _final_state(result: "Result") -> dict[str, list[float]]:
     return {name: result[name][-1].tolist() for name in names if name in result}
 
 
-def _print_tables(result: "Result") -> None:
+def _print_tables(result: "Result", proof: "Proof | None") -> None:
+    from rbstab.config.errors import printable
+    from rbstab.experiment.answers.run_answer import answer_beside
+    from rbstab.experiment.answers.words import word_of
     from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
+    from rbstab.experiment.stored_config import stored_config
     from rbstab.experiment.summary import summary_of
+    from rbstab_cli.output.answers import print_answer
     from rbstab_cli.output.certificate import print_certificate
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
     s, attributes = summary_of(result), result.attributes
+    click.echo(printable(str(attributes["title"])))
+    print_answer(answer_beside(result, stored_config(result).config, proof))
     table = new_table("quantity", "value")
-    add_row(table, "title", str(attributes["title"]))
     detail = f": {attributes['status_detail']}" if attributes.get("status_detail") else ""
     add_row(table, "status", result.status + detail)
-    add_row(table, "verdict", str(attributes.get("verdict", "-")))
+    add_row(table, "checks of the run", word_of(str(attributes.get("verdict", "-"))))
     convergence = stored_convergence(attributes)
-    if convergence is not None:
+    if convergence is not None and convergence.proved is not None:
         add_row(table, "exact motion", convergence.sentence)
     add_row(
         table, "v(0), v(end)", f"{number(s.lyapunov_start, 7)} J, {number(s.lyapunov_end, 7)} J"

@@ -140,11 +140,11 @@ def _convergence(
     config: "Config", problem: "Problem", proof: "Proof", run: "Result | None"
 ) -> "Convergence":
     """Return what is proved of the exact motion: that of the run, or else it is followed now."""
-    from rbstab.experiment.convergence.convergence import stored_convergence
+    from rbstab.experiment.convergence.convergence import Enclose, stored_convergence
     from rbstab.experiment.convergence.exact_motion import prove_convergence
 
     found = None if run is None else stored_convergence(run.attributes)
-    if found is not None and found.enclosed:
+    if found is not None and found.enclosed.covers(Enclose.UNTIL_PROVED):
         return found
     return prove_convergence(config, problem, proof).convergence
 

@@ -95,6 +95,12 @@ def _part_by_old_name(
     type=click.IntRange(1),
     help="Members that scipy computes again, for comparison; default: 4 to 16.",
 )
+@click.option(
+    "--prove/--no-prove",
+    default=True,
+    help="When the results are stored, prove the rest states that the members share, and say how "
+    "many members start where convergence is proved. Default: --prove.",
+)
 @click.option("--force", is_flag=True, help="Move a different sweep of the same name aside.")
 @ALLOW_PYTHON
 @AS_JSON
@@ -116,6 +122,7 @@ def command(
     retry_failed: bool,
     fail_fast: bool,
     compare: int | None,
+    prove: bool,
     force: bool,
     allow_python: bool,
     as_json: bool,
@@ -181,7 +188,13 @@ def command(
 
                     report_estimate(loaded, folder, options, as_json=as_json)
                 else:
-                    _sweep(loaded, folder, options, dask, as_json=as_json, quiet=quiet)
+                    unasked = prove and not as_json and loaded.prove is None
+                    _sweep(
+                        *(loaded, folder, options, dask),
+                        as_json=as_json,
+                        quiet=quiet,
+                        prove=unasked,
+                    )
     except StoreError as error:
         click.echo(f"{plan or status_of}: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
@@ -255,8 +268,10 @@ def _sweep(
     *,
     as_json: bool,
     quiet: bool,
+    prove: bool,
 ) -> None:
     from rbstab.sweep.sweep import sweep_to_folder
+    from rbstab_cli.output.sweep_answers import prove_members
     from rbstab_cli.sweep_run import run_task
 
     with ExitStack() as stack:
@@ -271,6 +286,7 @@ def _sweep(
             fail_fast=options.fail_fast,
             as_json=as_json,
             quiet=quiet,
+            after=(lambda: prove_members(plan, folder.parent, quiet=quiet)) if prove else None,
         )
 
 

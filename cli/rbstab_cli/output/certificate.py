@@ -1,5 +1,6 @@
 """The certificate of a run, as data and as a table."""
 
+import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -17,15 +18,17 @@ def certificate_checks(result: "Result") -> list[dict[str, Any]]:
 
 def print_certificate(result: "Result") -> None:
     """Print the checks as a table."""
+    from rbstab.experiment.answers.check_words import comparison, word_of_check
+    from rbstab.experiment.stored_certificate import certificate_lines
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
-    checks = certificate_checks(result)
-    if not checks:
+    lines = certificate_lines(result)
+    if not lines:
         return
-    table = new_table("check", "verdict", "what was found", "value", "bound", "at [s]")
-    for check in checks:
-        when = number(check["when"]) if check["when"] == check["when"] else "-"
-        values = (number(check["value"]), number(check["bound"]), when)
-        style = "red" if check["verdict"] == VIOLATED else None
-        add_row(table, check["check"], check["verdict"], check["quantity"], *values, style=style)
+    table = new_table("check", "how sure", "what is compared", "found", "at [s]")
+    for line in lines:
+        when = number(line.when) if not math.isnan(line.when) else "-"
+        style = "red" if line.verdict == VIOLATED else None
+        row = line.check, word_of_check(line), line.quantity, comparison(line), when
+        add_row(table, *row, style=style)
     print_table(table)

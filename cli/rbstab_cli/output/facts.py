@@ -3,11 +3,18 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rbstab.experiment.proof import Proof
     from rbstab.store.result import Result
 
 
-def run_data(result: "Result") -> dict[str, Any]:
-    """Return the attributes and the summary of a result, with its convergence as one object."""
+def run_data(result: "Result", proof: "Proof | None" = None) -> dict[str, Any]:
+    """Return the attributes and the summary of a result, with its answers and its convergence.
+
+    Args:
+        result: The result.
+        proof: The proof of its rest states, if there is one.
+    """
+    from rbstab.experiment.answers.run_answer import answer_of
     from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
     from rbstab.experiment.summary import summary_of
 
@@ -19,4 +26,8 @@ def run_data(result: "Result") -> dict[str, Any]:
     data["warnings"] = str(data.get("warnings", "")).splitlines()
     found = stored_convergence(result.attributes)
     data[ATTRIBUTE] = None if found is None else found.as_data()
+    data["answers"] = {
+        question: {"word": str(answer.sureness), "sentence": answer.sentence}
+        for question, answer in answer_of(result, proof)._asdict().items()
+    }
     return {**data, **summary_of(result)._asdict()}

@@ -66,3 +66,28 @@ def progress_bar(name: str, duration: float, *, wanted: bool) -> "Iterator[Progr
     with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
         task = progress.add_task(name, total=duration)
         yield lambda t: progress.update(task, completed=t)
+
+
+@contextmanager
+def working(name: str, *, wanted: bool) -> "Iterator[None]":
+    """Show on stderr that something whose end is not known is at work.
+
+    Args:
+        name: What it is.
+        wanted: Whether to show it if stderr is a terminal.
+    """
+    if not (wanted and sys.stderr.isatty()):
+        yield
+        return
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    from rbstab_cli.output.console import OutputConsole
+
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}", markup=False),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
+        progress.add_task(name, total=None)
+        yield

@@ -13,7 +13,6 @@ import numpy as np
 from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.exact import ball, decimal_balls, decimals, in_balls, upper
 from rbstab.analysis.fingerprint import fingerprint
-from rbstab.analysis.rest_state import RestState
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
@@ -172,15 +171,20 @@ def start_level(problem: Problem, proof: Proof) -> float | None:
     return float(_start_energies(problem).sum()) - proof.states[0].energy
 
 
-def number_of(proof: Proof, rest: RestState) -> int | None:
+def number_of(proof: Proof, Theta: Array) -> int | None:
     """Return the number of a rest state among those of a proof, from 1 for the lowest.
 
-    None if it is not one of them, or if they are not proved to be all.
+    Args:
+        proof: The proof.
+        Theta: Θ of the rest state, shape (3,), rad, as computed.
+
+    Returns:
+        The number; None if it is not one of them, or if they are not proved to be all.
     """
     if not proof.proved:
         return None
     for number, state in enumerate(proof.states, start=1):
-        if np.abs(rest.motion.Theta - state.orientation).max() < SAME_STATE:
+        if np.abs(Theta - state.orientation).max() < SAME_STATE:
             return number
     return None
 

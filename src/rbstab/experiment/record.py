@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,9 +30,6 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
 from rbstab.systems.quantities import BY_NAME, RUN_DIMENSIONS
 from rbstab.systems.system import System
-
-if TYPE_CHECKING:
-    from rbstab.experiment.proof import Proof
 
 RECORDING_MARGIN = 0.1
 """s: the time after the deadline at which samples that are not recorded yet are dropped. Without it
@@ -107,41 +104,6 @@ def zero_of(
     with np.errstate(all="ignore"):
         smooth, motion = smooth_rest_system(problem), system.motion(last)
         return lyapunov_zero(smooth, motion, own, nearest, is_late)
-
-
-def zero_description(zero: LyapunovZero, proof: "Proof | None") -> str:
-    """Return a text that names the state at which v is zero, and says whether a lower one exists.
-
-    Args:
-        zero: The state.
-        proof: The proof of the config, if there is one.
-    """
-    if not zero.rest.is_at_rest:
-        return "no rest state was found in the range of eq. 5"
-    if not zero.approached:
-        return (
-            "the rest state nearest to the unloaded position; none was found that the motion "
-            "approaches"
-        )
-    name = "the rest state that the motion approaches"
-    if not zero.rest.found:
-        name += ", outside the range of eq. 5"
-    if proof is None:
-        return f"{name}; {_lower_one(zero)}"
-    # Imported late: most runs have no proof.
-    from rbstab.experiment.proof import number_of
-
-    number = number_of(proof, zero.rest)
-    if number is not None:
-        if len(proof.states) == 1:
-            return f"{name}; proved to be the only one in the range of eq. 5"
-        count = len(proof.states)
-        return f"{name}; number {number} of the {count} in the range of eq. 5, the lowest first"
-    return f"{name}; {_lower_one(zero)}"
-
-
-def _lower_one(zero: LyapunovZero) -> str:
-    return f"{'no' if zero.is_lowest else 'a'} lower one is known"
 
 
 def recording_time(problem: Problem) -> float:

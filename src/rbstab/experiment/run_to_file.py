@@ -7,6 +7,7 @@ from rbstab.config.build import problem_of
 from rbstab.config.load import run_id
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Enclose, stored_convergence
+from rbstab.experiment.convergence.with_proof import takes_proof, with_proof
 from rbstab.experiment.run_certificate import GROUP, proved_checks
 from rbstab.experiment.simulate import simulate_problem
 from rbstab.experiment.store_run import (
@@ -66,8 +67,8 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
         path: The result file.
         problem: The problem of the config, if it is built already.
         force: Repeat a finished identical run; move a different or a better result aside.
-        proof: As in `simulate`; a finished run is repeated if its certificate lacks its checks.
-        enclose: As in `simulate`; a finished run with a shorter enclosure is repeated.
+        proof: As in `simulate`; it is added to a finished run whose certificate lacks its checks.
+        enclose: As in `simulate`; the motion of a finished run is enclosed further if needed.
         progress: As in `simulate`.
 
     Raises:
@@ -80,12 +81,17 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
     identical = old is not None and old.run_id == run_id(config)
 
     def is_final(found: Result) -> bool:
-        return _is_final(found, problem, proof) and _enclosed(found) >= enclose
+        return _is_final(found, problem, proof) and _enclosed(found).covers(enclose)
 
     if old is not None and identical and not force and is_final(old):
         # Its writer may have been killed as soon as the result was complete.
         remove_abandoned(path)
         return FiledRun(path, old, computed=False, moved_aside=None)
+    needs_only_proof = old is not None and not depends_on_machine(old) and takes_proof(old)
+    if old is not None and identical and not force and needs_only_proof:
+        result = with_proof(old, config, problem, proof, enclose)
+        stored = store_run(path, result, is_final)
+        return FiledRun(path, stored.result, computed=False, moved_aside=None)
     different = path_exists(path) and not identical
     if different and not force:
         refuse_different(path, old)
@@ -95,6 +101,34 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
     # Another process may have written this file in the meantime.
     stored = store_run(path, result, is_final, force=force)
     return FiledRun(path, stored.result, stored.written, stored.moved_aside, not stored.written)
+
+
+def prove_run(
+    run: FiledRun, config: Config, problem: Problem, proof: "Proof", enclose: Enclose
+) -> FiledRun:
+    """Return a run with what its proof says, and store that with it.
+
+    Args:
+        run: The run. An older one that takes no proof is integrated again.
+        config: Its config.
+        problem: The problem of the config.
+        proof: The proof of its rest states.
+        enclose: How far the exact motion is to be enclosed.
+
+    Raises:
+        StoreError: The result cannot be written.
+    """
+
+    def is_final(found: Result) -> bool:
+        return _has_proof(found, problem, proof) and _enclosed(found).covers(enclose)
+
+    if is_final(run.result):
+        return run
+    if not takes_proof(run.result):
+        return run_to_file(config, run.path, problem, proof=proof, enclose=enclose)
+    result = with_proof(run.result, config, problem, proof, enclose)
+    stored = store_run(run.path, result, is_final)
+    return run._replace(result=stored.result)
 
 
 def finished_run(

@@ -10,31 +10,18 @@ from rbstab.config.build import config_warnings, problem_of
 from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
-from rbstab.experiment.convergence.convergence import (
-    Convergence,
-    Enclose,
-    convergence_attributes,
-)
-from rbstab.experiment.convergence.decisions import refusal
-from rbstab.experiment.convergence.enclosed_samples import (
-    EnclosedSamples,
-    computed_motion_check,
-    enclosure_variables,
-)
+from rbstab.experiment.convergence.convergence import Enclose
+from rbstab.experiment.convergence.with_proof import with_proof
+from rbstab.experiment.convergence.zero_description import zero_description
 from rbstab.experiment.provenance import provenance
 from rbstab.experiment.record import (
     motion_warnings,
     record_of,
     recording_time,
     rest_state_of,
-    zero_description,
 )
 from rbstab.experiment.resolution import inverse_warnings, resolution_warnings
-from rbstab.experiment.run_certificate import (
-    certificate_variables,
-    computed_audit_bound,
-    proved_checks,
-)
+from rbstab.experiment.run_certificate import certificate_variables
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Progress
@@ -94,12 +81,6 @@ def simulate_problem(
     wall_time = time.perf_counter() - begin
     record = record_of(problem, trajectory, rest, deadline)
     trajectory = record.trajectory
-    convergence, samples = _motion_proof(config, problem, proof, enclose)
-    checks, enclosure = record.checks, {}
-    if samples is not None:
-        bound = computed_audit_bound(problem)
-        checks = [*checks, computed_motion_check(samples, record.variables, bound)]
-        enclosure = enclosure_variables(samples)
     attributes: dict[str, str | int | float] = {
         "title": config.title,
         "variant": config.controller.variant,
@@ -114,9 +95,8 @@ def simulate_problem(
                 *resolution_warnings(config.integration, trajectory, record.variables),
             ]
         ),
-        "lyapunov_zero": zero_description(record.zero, proof),
-        "verdict": str(overall(checks)),
-        **convergence_attributes(convergence),
+        "lyapunov_zero": zero_description(record.zero),
+        "verdict": str(overall(record.checks)),
         "run_id": run_id(config),
         "layout_version": LAYOUT_VERSION,
         "engine": config.integration.engine,
@@ -125,22 +105,6 @@ def simulate_problem(
         "wall_time": wall_time,
         **provenance(config.integration.engine),
     }
-    lines = certificate_variables([*checks, *proved_checks(problem, proof)])
-    return Result(record.variables | lines | enclosure, attributes, resolved_yaml(config))
-
-
-def _motion_proof(
-    config: Config, problem: Problem, proof: "Proof | None", enclose: Enclose
-) -> tuple[Convergence, EnclosedSamples | None]:
-    """Return what is proved of the exact motion; it is followed only if asked."""
-    if proof is None:
-        refused = refusal(problem, None)
-        assert refused is not None
-        return refused, None
-    # Imported late: most runs have no proof.
-    from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
-
-    if enclose:
-        convergence, samples = prove_convergence(config, problem, proof, enclose)
-        return convergence, samples
-    return convergence_at_start(config, problem, proof), None
+    lines = certificate_variables(record.checks)
+    result = Result(record.variables | lines, attributes, resolved_yaml(config))
+    return with_proof(result, config, problem, proof, enclose)

@@ -7,6 +7,7 @@ import numpy as np
 
 from rbstab.analysis.lyapunov import relative_residual
 from rbstab.analysis.peaks import signed_peak
+from rbstab.analysis.settling import settling_times
 from rbstab.experiment.convergence.enclosed_samples import GROUP
 from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
@@ -76,6 +77,17 @@ def lyapunov_function_of(result: Result) -> Array:
         return v
     connector, work = result["energy"][:, parts.index("connector")], result["contact_work"]
     return v + work if np.array_equal(connector, -work) else v
+
+
+def settling_time_of(result: Result) -> float:
+    """Return the time from which v stays below v(0)/1000, s; NaN if the run has not settled."""
+    with np.errstate(all="ignore"):
+        v, last = lyapunov_function_of(result), result["orientation"][-1]
+        # Runs of before layout version 2 do not name the rest state at which their v is zero.
+        is_known = "rest_orientation" in result
+        rest = result["rest_orientation"] if is_known else last
+        found = settling_times(result["time"], v[np.newaxis], (last - rest)[np.newaxis])
+    return float(found[0])
 
 
 Triple = tuple[float, float, float]

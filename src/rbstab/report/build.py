@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from rbstab.report.model.document import Block, Report, Section
 from rbstab.report.model.words import counted, untrusted
 from rbstab.report.reading.sources import Run, Sources
+from rbstab.report.runs.answers import answer_blocks
 from rbstab.report.runs.certificate_tables import certificate_section
 from rbstab.report.runs.config_tables import config_section
 from rbstab.report.runs.facts import RunFacts, facts_of
@@ -13,7 +14,7 @@ from rbstab.report.runs.motion import animation_of
 from rbstab.report.runs.provenance_tables import provenance_section, warnings_section
 from rbstab.report.runs.reference_tables import reference_section
 from rbstab.report.runs.sections import run_sections
-from rbstab.report.runs.tables import overview, summary_table
+from rbstab.report.runs.tables import summary_table
 from rbstab.report.sweeps.sections import sweep_sections
 
 MAX_COMMAND_LENGTH = 20_000
@@ -45,16 +46,20 @@ def report_of(sources: Sources, command: str, title: str | None = None) -> Repor
 
 
 def _sections(sources: Sources, facts: Sequence[RunFacts]) -> Iterable[Section]:
+    """Yield the sections: the answers, then the evidence, then the reference."""
     if facts:
-        yield Section("summary", "Summary", (overview(facts), summary_table(facts)))
-        yield from _present(config_section(facts), reference_section(facts))
-        yield from _present(_animations(sources.runs))
-        yield from run_sections(sources.runs)
-        yield certificate_section(facts)
+        yield Section("summary", "Summary", answer_blocks(facts))
+        first, *others = run_sections(sources.runs)
+        yield first
+        yield Section("runs", "Runs", (summary_table(facts),))
+        yield from _present(_animations(sources.runs), reference_section(facts))
+        yield from others
     for sweep in sources.sweeps:
         yield from sweep_sections(sweep)
     if facts:
         yield from _present(warnings_section(facts))
+        yield certificate_section(facts)
+        yield from _present(config_section(facts))
         yield provenance_section(facts)
 
 

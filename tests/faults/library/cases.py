@@ -52,12 +52,12 @@ class Case(NamedTuple):
 
 
 _EARLIER = ("run b.yaml --prove",)
-_OTHER = "run a.yaml --set body.mass=42"
-_SWEEP = "sweep plan.yaml --shard-size 2"
+_OTHER = "run --no-prove a.yaml --set body.mass=42"
+_SWEEP = "sweep --no-prove plan.yaml --shard-size 2"
 _HERE = f"{_SWEEP} --engine scipy --threads 1"
 _SHARDS = f"{_HERE} --part 1/1"
 _REPORT = "report results/b.h5 results/a.h5 results/plan -q -o results"
-_SOURCES = (*_EARLIER, "run a.yaml", _HERE)
+_SOURCES = (*_EARLIER, "run --no-prove a.yaml", _HERE)
 _GAIN = "--objective energy --over controller.L_r --bounds 0.9:1.1"
 
 
@@ -68,13 +68,13 @@ def _report(name: str) -> Case:
 
 
 CASES = {
-    "run": Case("run a.yaml -q", _EARLIER),
-    "run again": Case("run a.yaml -q", (*_EARLIER, "run a.yaml")),
-    "run replacing": Case("run a.yaml -q --force", (*_EARLIER, "run a.yaml")),
+    "run": Case("run --no-prove a.yaml -q", _EARLIER),
+    "run again": Case("run --no-prove a.yaml -q", (*_EARLIER, "run --no-prove a.yaml")),
+    "run replacing": Case("run --no-prove a.yaml -q --force", (*_EARLIER, "run --no-prove a.yaml")),
     "run setting aside": Case(
-        "run a.yaml -q --force", (*_EARLIER, "run a.yaml --set body.mass=42")
+        "run --no-prove a.yaml -q --force", (*_EARLIER, "run --no-prove a.yaml --set body.mass=42")
     ),
-    "run several": Case("run a.yaml b.yaml -q", lines=2),
+    "run several": Case("run --no-prove a.yaml b.yaml -q", lines=2),
     "run proving": Case("run a.yaml --prove -q", _EARLIER),
     "sweep": Case(f"{_HERE} -q", _EARLIER),
     "sweep resumed": Case(f"{_HERE} -q", (*_EARLIER, f"{_HERE} --part 1/2")),
@@ -95,7 +95,7 @@ CASES = {
     "report json": Case("report results/a.h5 results/plan --json", _SOURCES, lines=3, prints=True),
     "stability": Case(
         "stability a.yaml -o results/stability.txt --force --along controller.K_r=0.1:1:3",
-        ("run b.yaml",),
+        ("run --no-prove b.yaml",),
         lines=2,
         optional="proofs/",
     ),
@@ -103,6 +103,6 @@ CASES = {
         "sensitivities a.yaml -o results/sensitivities.json --force", _EARLIER, prints=True
     ),
     "tune": Case(f"tune a.yaml -o results/tuned.yaml --force {_GAIN}", _EARLIER),
-    "show": Case("show results/a.h5 --json", ("run a.yaml",), prints=True),
+    "show": Case("show results/a.h5 --json", ("run --no-prove a.yaml",), prints=True),
 }
 """The commands under test, by name."""

@@ -21,8 +21,9 @@ from rbstab.config.load import load_config
 from rbstab.experiment.proof import Proof, ProvedRegion, ProvedState, proof_id
 from rbstab.experiment.proof_cache import proof_file
 from rbstab.experiment.summary import ReferenceValue, half_unit
-from rbstab.report.model.document import Section, Table
+from rbstab.report.model.document import Cards, Section, Table
 from rbstab.report.reading.sources import read_sources
+from rbstab.report.runs.answers import MAX_CARDS, answer_blocks, answer_sentence
 from rbstab.report.runs.certificate_tables import MAX_FULL_CERTIFICATES, certificate_section
 from rbstab.report.runs.config_tables import MAX_KEYS, MAX_RUN_COLUMNS, config_section
 from rbstab.report.runs.facts import facts_of
@@ -32,7 +33,7 @@ from rbstab.report.runs.provenance_tables import (
     warnings_section,
 )
 from rbstab.report.runs.reference_tables import _row, reference_section
-from rbstab.report.runs.tables import overview, summary_table
+from rbstab.report.runs.tables import summary_table
 from rbstab.store.document import write_document
 from rbstab.store.result import Result
 from rbstab.store.run_file import write_result
@@ -71,7 +72,7 @@ def test_the_numbers_of_a_run(path):
     assert value["peak |θ2|"] == pytest.approx(LARGEST_PITCH)
     # v falls below a thousandth of its start when exp(-DECAY t) does. Linear interpolation between
     # two samples is late by less than h² DECAY / 8.
-    assert value["settled at"] == pytest.approx(math.log(1000) / DECAY, abs=0.005**2 * DECAY / 8)
+    assert value["at rest from"] == pytest.approx(math.log(1000) / DECAY, abs=0.005**2 * DECAY / 8)
     for axis, peak in enumerate(PEAKS):
         assert unit[f"peak E{axis + 1}"] == "cm"
         assert value[f"peak E{axis + 1}"] == pytest.approx(100 * peak, rel=1e-6)
@@ -90,7 +91,7 @@ def test_a_run_that_stopped(tmp_path):
     cell = column(table, "status")["a"]
     assert cell.text == "range left at 2 s"
     assert cell.tone == "bad"
-    assert "1 range left" in overview(facts(path))
+    assert "Ended early: 1 range left." in answer_sentence(facts(path))
 
 
 def test_it_is_said_where_work_stands_in_place_of_an_energy(tmp_path):
@@ -116,18 +117,44 @@ def test_a_run_that_does_not_settle_and_is_not_finite(tmp_path):
     variables = {**made.variables, "lyapunov": made.variables["lyapunov"]._replace(data=v)}
     write_result(tmp_path / "a.h5", Result(variables, made.attributes, made.config))
     table = summary_table(facts(tmp_path / "a.h5"))
-    assert column(table, "settled at")["a"].text == "-"
+    assert column(table, "at rest from")["a"].text == "-"
     assert column(table, "v(end)")["a"].text == "-"
     json.dumps(column(table, "v(0)")["a"].value, allow_nan=False)
 
 
 @pytest.mark.parametrize(
-    ("verdict", "tone"), [("certified", "good"), ("consistent", ""), ("violated", "bad")]
+    ("verdict", "word", "tone"),
+    [("certified", "proved", "good"), ("consistent", "seen", ""), ("violated", "false", "bad")],
 )
-def test_verdicts_and_their_tones(verdict, tone, tmp_path):
+def test_verdicts_and_their_tones(verdict, word, tone, tmp_path):
     path = made_file(tmp_path / "a.h5", verdict=verdict)
-    cell = column(summary_table(facts(path)), "verdict")["a"]
-    assert (cell.text, cell.tone, cell.target) == (verdict, tone, "certificates")
+    cell = column(summary_table(facts(path)), "checks")["a"]
+    assert (cell.text, cell.tone, cell.target) == (word, tone, "certificates")
+
+
+def test_each_run_has_a_card_unless_there_are_many(tmp_path):
+    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_CARDS)]
+    sentence, first, cards = answer_blocks(facts(*paths))
+    assert sentence == (
+        f"{MAX_CARDS} runs. Comes to rest from its start: {MAX_CARDS} seen. "
+        f"From every start in the range: {MAX_CARDS} not decided."
+    )
+    assert isinstance(first, str)
+    assert first.startswith("At rest first: 0, from ")
+    assert isinstance(cards, Cards)
+    assert [card.title for card in cards.cards] == [str(k) for k in range(MAX_CARDS)]
+    assert [one.word for one in cards.cards[0].statements] == ["seen", "not decided"]
+    words = ("proved: ", "seen: ", "false: ", "not decided: ")
+    assert all(word in cards.note.lower() for word in words)
+    more = answer_blocks(facts(*paths, made_file(tmp_path / "more.h5")))
+    assert not any(isinstance(block, Cards) for block in more)
+
+
+def test_a_card_shows_the_level_of_the_region(path, tmp_path):
+    store_proof(tmp_path, made_config(), 1, level=1234.5)
+    *_, cards = answer_blocks(facts(path))
+    assert isinstance(cards, Cards)
+    assert dict(cards.cards[0].facts)["c*"] == "1234 J"
 
 
 @pytest.mark.parametrize(
@@ -249,11 +276,11 @@ def test_the_lines_of_a_certificate(tmp_path):
     path = made_file(tmp_path / "a.h5", verdicts={"decrease": "violated"}, verdict="violated")
     section = certificate_section(facts(path))
     matrix = table_of(section, "certificate-matrix")
-    assert column(matrix, "decrease")["a"] == ("violated", None, "bad", "")
-    assert column(matrix, "audit")["a"].text == "consistent"
+    assert column(matrix, "decrease")["a"] == ("false", None, "bad", "")
+    assert column(matrix, "audit")["a"].text == "seen"
     lines = table_of(section, "certificate-lines")
     assert [row[1].text for row in lines.rows][-1] == "certified region"
-    assert [row[2].text for row in lines.rows].count("violated") == 1
+    assert [row[2].text for row in lines.rows].count("false") == 1
 
 
 def test_of_many_certificates_only_what_is_violated_is_written_out(tmp_path):

@@ -57,7 +57,8 @@ def test_a_plan_that_cannot_be_read(made, monkeypatch):
     check_sections(sections)
     assert UNREADABLE in sections[0].blocks
     assert "sweep-1-fractions" in tables(sections)
-    assert len(sections) == 2
+    assert len(sections) == 3
+    assert sections[-1].folded
 
 
 def test_the_proved_level_is_that_of_the_kept_proof(made):

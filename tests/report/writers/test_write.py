@@ -117,8 +117,9 @@ def test_the_parts_of_a_report(tmp_path):
     paths = [made_file(tmp_path / f"{k}.h5", title=f"Run {k}") for k in range(2)]
     report = report_of(read_sources(paths), "rbstab report")
     names = names_of(report)
-    assert names[:2] == ["summary", "differences"]
-    assert names[-2:] == ["certificates", "provenance"]
+    assert names[:3] == ["summary", "runs-compared", "runs"]
+    assert names[-3:] == ["certificates", "differences", "provenance"]
+    assert [s.name for s in report.sections if s.folded] == names[-3:]
     assert "motion" in names
     assert len(set(names)) == len(names)
     assert report.title == "2 runs"
@@ -158,4 +159,4 @@ def test_a_file_name_can_be_anything(tmp_path):
     names = ["<b>x</b>.h5", "[red]x.h5", "a|b`c`.h5", "\u202ex.h5", "x" * 200 + ".h5", "-o.h5"]
     paths = [made_file(Path(tmp_path, name)) for name in names]
     report = report_of(read_sources(paths), "")
-    assert len(report.sections[0].blocks) == 2
+    assert len(report.sections[0].blocks) == 3

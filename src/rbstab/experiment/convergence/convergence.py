@@ -49,7 +49,7 @@ class Undecided(StrEnum):
 
 
 class Enclose(IntEnum):
-    """How far the exact motion is to be enclosed. A larger number includes all smaller ones."""
+    """How far the exact motion is to be enclosed. The numbers are those in files."""
 
     NOTHING = 0
     """Only its start is compared with the certified regions."""
@@ -59,6 +59,14 @@ class Enclose(IntEnum):
 
     TO_END = 2
     """Until its convergence is proved, and to the end of the run."""
+
+    BRIEFLY = 3
+    """Until its convergence is proved, but for a few seconds at most."""
+
+    def covers(self, other: "Enclose") -> bool:
+        """Return whether a motion that was enclosed this far need not be enclosed again."""
+        order = (Enclose.NOTHING, Enclose.BRIEFLY, Enclose.UNTIL_PROVED, Enclose.TO_END)
+        return order.index(self) >= order.index(other)
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,7 +46,10 @@ from rbstab.systems.system import System
 
 MAX_STEPS = 2000
 """Steps after which the enclosure of a motion ends: a limit that is the same on every machine. A
-hundred steps take some two seconds."""
+hundred steps take two to four seconds."""
+
+BRIEF_STEPS = 150
+"""Steps after which the enclosure ends if it was to be brief: some five seconds."""
 
 
 class Limits(NamedTuple):
@@ -122,19 +125,30 @@ def prove_convergence(
         limits: The largest number of steps, and how accurate they are; default those of a run.
     """
     begin = time.perf_counter()
-    limits = limits or Limits(MAX_STEPS)
+    brief = enclose is Enclose.BRIEFLY
+    limits = limits or Limits(BRIEF_STEPS if brief else MAX_STEPS)
     refused, to_end = refusal(problem, proof), enclose is Enclose.TO_END
     # No enclosure takes a square root: its discs must not touch the branch cut.
     has_root = any(isinstance(element, Spring) for element in problem.system.elements)
     if refused is not None and (not to_end or has_root or refused.reason in NOT_ENCLOSED):
-        return MotionProof(replace(refused, enclosed=enclose), None)
+        return MotionProof(replace(refused, enclosed=_reached(enclose, refused)), None)
     with proof_precision():
         start = _exact_start(config, problem)
         last = float(problem.times[-1]) if to_end else 0.0
         found, samples, steps = _followed(start, problem.times, last, proof, refused, limits)
     seconds = time.perf_counter() - begin
-    convergence = replace(found, steps=steps, seconds=seconds, enclosed=enclose)
+    if brief and found.reason is Undecided.STEP_LIMIT:
+        found = replace(found, why=f"{found.why}; {COMMAND} takes up to {MAX_STEPS} steps")
+    enclosed = _reached(enclose, found)
+    convergence = replace(found, steps=steps, seconds=seconds, enclosed=enclosed)
     return MotionProof(convergence, _enclosed_samples(start.system, samples))
+
+
+def _reached(enclose: Enclose, found: Convergence) -> Enclose:
+    """Return how far a motion was enclosed; a brief enclosure has often found all there is."""
+    if enclose is Enclose.BRIEFLY and found.reason is not Undecided.STEP_LIMIT:
+        return Enclose.UNTIL_PROVED
+    return enclose
 
 
 def _followed(  # noqa: PLR0913, PLR0917 (one motion, its limits and its proof)

@@ -118,8 +118,55 @@ class Animation:
     ties: tuple[Tie, ...] = ()
 
 
-Block = str | Table | Figure | Animation
-"""A paragraph, a table, a figure or an animation."""
+class Statement(NamedTuple):
+    """An answer on a card.
+
+    Attributes:
+        question: What is asked, in a few words.
+        word: How sure the answer is: proved, seen, false or not decided.
+        sentence: The answer.
+        tone: As of a `Cell`.
+    """
+
+    question: str
+    word: str
+    sentence: str
+    tone: str = ""
+
+
+class Card(NamedTuple):
+    """What a reader wants to know first of a run or a sweep.
+
+    Attributes:
+        title: The label of the run or the sweep.
+        statements: The answers, the most important one first.
+        facts: A few numbers, each with its name.
+        target: The anchor of the section with the details; "" for none.
+    """
+
+    title: str
+    statements: tuple[Statement, ...]
+    facts: tuple[tuple[str, str], ...] = ()
+    target: str = ""
+
+
+@dataclass(frozen=True)
+class Cards:
+    """Cards side by side.
+
+    Args:
+        name: Short, in lower case and hyphens, unique in a report.
+        cards: The cards.
+        note: Shown below them; "" for none.
+    """
+
+    name: str
+    cards: tuple[Card, ...]
+    note: str = ""
+
+
+Block = str | Table | Figure | Animation | Cards
+"""A paragraph, a table, a figure, an animation, or cards."""
 
 
 @dataclass(frozen=True)
@@ -130,11 +177,13 @@ class Section:
         name: Short, in lower case and hyphens, unique in a report: its anchor.
         title: Its heading.
         blocks: Its content, in order.
+        folded: Whether a page shows only the heading until the reader opens the section.
     """
 
     name: str
     title: str
     blocks: tuple[Block, ...]
+    folded: bool = False
 
 
 class Unread(NamedTuple):

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.analysis.settling import settling_times
 from rbstab.config.schema import Config
-from rbstab.experiment.summary import Summary, lyapunov_function_of, summary_of
+from rbstab.experiment.summary import Summary, lyapunov_function_of, settling_time_of, summary_of
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.read_results import ReadRun, ReadSweep, read_all
@@ -60,14 +59,7 @@ class Run:
     @cached_property
     def settling_time(self) -> float:
         """The time from which v stays below v(0)/1000, s; NaN if the run has not settled."""
-        with np.errstate(all="ignore"):
-            v, last = lyapunov_function_of(self.result), self.result["orientation"][-1]
-            # Runs of before layout version 2 do not name the rest state at which their v is zero.
-            is_known = "rest_orientation" in self.result
-            rest = self.result["rest_orientation"] if is_known else last
-            return float(
-                settling_times(self.result["time"], v[np.newaxis], (last - rest)[np.newaxis])[0]
-            )
+        return settling_time_of(self.result)
 
 
 @dataclass(frozen=True)

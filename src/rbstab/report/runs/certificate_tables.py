@@ -3,22 +3,23 @@
 from collections.abc import Sequence
 
 from rbstab.analysis.certificate import Verdict
+from rbstab.experiment.answers.check_words import comparison, word_of_check
+from rbstab.experiment.answers.words import word_of
 from rbstab.experiment.stored_certificate import CertificateLine
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, counted
 from rbstab.report.runs.facts import RunFacts
-from rbstab.report.runs.tables import convergence_cell, number_cell, verdict_cell
+from rbstab.report.runs.tables import TONES, convergence_cell, number_cell, verdict_cell
 
 MAX_FULL_CERTIFICATES = 8
-"""If there are more runs, only violated checks are listed."""
+"""If there are more runs, only failed checks are listed."""
 
 LINE_HEADS = (
     Head("run"),
     Head("check"),
-    Head("verdict"),
-    Head("quantity"),
-    Head("value", numbers=True),
-    Head("bound", numbers=True),
+    Head("how sure"),
+    Head("what is compared"),
+    Head("found"),
     Head("time", "s", numbers=True),
 )
 
@@ -34,15 +35,15 @@ def certificate_section(facts: Sequence[RunFacts]) -> Section:
         if in_full or line.verdict == Verdict.VIOLATED
     ]
     if lines:
-        title = "Checks of the certificates" if in_full else "Violated checks"
+        title = "Checks of the certificates" if in_full else "Checks that failed"
         rows = tuple(_line(entry.run.label, line) for entry, line in lines)
         blocks.append(Table("certificate-lines", title, LINE_HEADS, rows))
     elif not in_full:
-        blocks.append("No certificate has a violated check.")
+        blocks.append("No check failed.")
     without = sum(not entry.lines for entry in facts)
     if without:
         blocks.append(f"Without a certificate: {counted(without, 'result')} of an older rbstab.")
-    return Section("certificates", "Certificates", tuple(blocks))
+    return Section("certificates", "Certificates", tuple(blocks), folded=True)
 
 
 def _convergence_list(facts: Sequence[RunFacts]) -> list[Block]:
@@ -60,30 +61,34 @@ def _convergence_list(facts: Sequence[RunFacts]) -> list[Block]:
 
 def _matrix(facts: Sequence[RunFacts]) -> Table:
     checks = list(dict.fromkeys(line.check for entry in facts for line in entry.lines))
-    heads = (Head("run"), *(Head(check) for check in checks), Head("verdict of the run"))
+    heads = (Head("run"), *(Head(check) for check in checks), Head("computed run"))
     rows = []
     for entry in facts:
-        verdicts = {line.check: line.verdict for line in entry.lines}
-        cells = [verdict_cell(verdicts.get(check, NO_VALUE)) for check in checks]
+        lines = {line.check: line for line in entry.lines}
+        cells = [check_cell(lines[check]) if check in lines else Cell(NO_VALUE) for check in checks]
         overall = verdict_cell(entry.attribute("verdict"))
         rows.append((Cell(entry.run.label), *cells, overall))
     note = (
-        "The verdict of a run speaks of what was computed. consistent: held along this run, but is "
-        "not proved. violated: did not hold along this run, or is disproved. certified: proved. "
-        "unknown: not decided, because there is no stored "
-        "proof, or because the numbers are too inaccurate. Numbers over v(0) are divided by a ten "
+        "The last column puts the checks of the computed run together; global stability and the "
+        "certified region have no part in it, because they speak of the exact motion. A start "
+        "outside of the certified region decides nothing. Numbers over v(0) are divided by a ten "
         "thousandth of the largest energy if that is larger."
     )
-    return Table("certificate-matrix", "Verdicts of each run", heads, tuple(rows), note)
+    return Table("certificate-matrix", "Checks of each run", heads, tuple(rows), note)
+
+
+def check_cell(line: CertificateLine) -> Cell:
+    """Return a cell with the word for a check."""
+    word = word_of_check(line)
+    return Cell(word, tone=TONES.get(line.verdict, "") if word == word_of(line.verdict) else "")
 
 
 def _line(label: str, line: CertificateLine) -> tuple[Cell, ...]:
     return (
         Cell(label),
         Cell(line.check),
-        verdict_cell(line.verdict),
+        check_cell(line),
         Cell(line.quantity),
-        number_cell(line.value),
-        number_cell(line.bound),
+        Cell(comparison(line)),
         number_cell(line.when),
     )

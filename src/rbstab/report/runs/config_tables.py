@@ -48,7 +48,7 @@ def config_section(facts: Sequence[RunFacts]) -> Section | None:
         blocks.append(
             f"Not shown: {counted(len(facts) - len(configs), 'run')} with an unreadable config."
         )
-    return Section("differences", title, tuple(blocks))
+    return Section("differences", title, tuple(blocks), folded=True)
 
 
 def _differences(configs: Mapping[str, Flat], keys: Sequence[str]) -> list[Block]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from rbstab.analysis.certificate import Verdict
 from rbstab.config.build import problem_of
 from rbstab.config.user_code.permission import has_code
+from rbstab.experiment.answers.run_answer import RunAnswer, answer_beside
 from rbstab.experiment.convergence.convergence import Convergence, stored_convergence
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.proof_cache import cached_proof, proof_file
@@ -30,6 +31,7 @@ class RunFacts:
         proof: The stored proof for its body, gravity and controller; None without one.
         inside: Whether the run starts in its certified region; None if unknown.
         convergence: What is proved of the exact motion; None for an older result.
+        answer: What is known about stability, and how surely.
         comparisons: Printed values of the config's `reference`, each with the computed one.
     """
 
@@ -38,6 +40,7 @@ class RunFacts:
     proof: Proof | None
     inside: bool | None
     convergence: Convergence | None
+    answer: RunAnswer
     comparisons: tuple[ReferenceValue, ...]
 
     def attribute(self, name: str) -> str:
@@ -64,6 +67,7 @@ def _facts(run: Run, proof: Proof | None) -> RunFacts:
         proof=proof,
         inside=_inside(run, lines, proof),
         convergence=stored_convergence(result.attributes),
+        answer=answer_beside(result, config, proof),
         comparisons=tuple(comparisons),
     )
 

@@ -44,7 +44,7 @@ def provenance_section(facts: Sequence[RunFacts]) -> Section:
     if shared is not None:
         blocks.append(shared)
     blocks += [_by_run(facts), *_commands(facts)]
-    return Section("provenance", "Provenance", tuple(blocks))
+    return Section("provenance", "Provenance", tuple(blocks), folded=True)
 
 
 def _origin(facts: RunFacts) -> dict[str, str]:

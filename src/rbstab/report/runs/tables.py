@@ -1,15 +1,16 @@
 """The summary table of runs: status, verdict and the main numbers of each run."""
 
-from collections import Counter
 from collections.abc import Sequence
 
 from rbstab.analysis.certificate import Verdict
 from rbstab.analysis.settling import SETTLED_FRACTION
+from rbstab.experiment.answers.run_answer import Answer
+from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.convergence.convergence import FALSE, NOT_DECIDED, PROVED
 from rbstab.experiment.proof import Proof
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Cell, Head, Table
-from rbstab.report.model.words import NO_VALUE, counted, listed, number
+from rbstab.report.model.words import NO_VALUE, number
 from rbstab.report.runs.facts import RunFacts
 
 CENTIMETRES = 100.0
@@ -17,30 +18,32 @@ CENTIMETRES = 100.0
 
 HEADS = (
     Head("run"),
-    Head("variant"),
+    Head("this start"),
+    Head("every start"),
     Head("status"),
-    Head("verdict"),
-    Head("converges"),
-    Head("v(0)", "J", numbers=True),
-    Head("v(end)", "J", numbers=True),
-    Head("|r|/v(0)", numbers=True),
+    Head("at rest from", "s", numbers=True),
     Head("peak E1", "cm", numbers=True),
     Head("peak E2", "cm", numbers=True),
     Head("peak E3", "cm", numbers=True),
     Head("peak |θ2|", "rad", numbers=True),
-    Head("settled at", "s", numbers=True),
+    Head("v(0)", "J", numbers=True),
+    Head("v(end)", "J", numbers=True),
     Head("rest states", numbers=True),
     Head("in certified region"),
+    Head("variant"),
+    Head("|r|/v(0)", numbers=True),
+    Head("checks"),
 )
 
 NOTE = (
+    "This start and every start: how sure it is that the motion comes to rest. A computed run is "
+    f"at rest from the time after which v stays below {SETTLED_FRACTION:g} v(0). "
+    "Peak E1, E2 and E3 are the displacements of the contact point farthest from zero, by axis. "
     "v is the Lyapunov function, and r = v(t) - v(0) - ∫v' dt is the energy residual. |r| is "
-    "divided by v(0), or by a ten thousandth of the largest energy if that is larger. Peak E1, E2 "
-    "and E3 are the displacements of the contact point farthest from zero, by axis. A run has "
-    f"settled when v stays below {SETTLED_FRACTION:g} v(0). Rest states are those in the "
-    "range of the Euler angles. The verdict speaks of the computed motion, and converges of the "
-    "exact one: proved, false, or not decided. Convergence is proved in the certified region. "
-    "The last two columns need a proof stored beside the result; run rbstab stability to make one."
+    "divided by v(0), or by a ten thousandth of the largest energy if that is larger. Rest states "
+    "are those in the range of the Euler angles; they and the certified region, in which "
+    "convergence is proved, need a proof beside the result (rbstab run makes it). Checks: what the "
+    "checks of the computed run found together."
 )
 
 WORK_NOTE = (
@@ -56,6 +59,9 @@ TONES: dict[str, str] = {
 }
 """Tones of verdicts; `consistent` (held, but not proved) has none."""
 
+ANSWER_TONES = {Sureness.PROVED: "good", Sureness.FALSE: "bad"}
+"""Tones of answers; what is seen or not decided is no alarm."""
+
 
 def summary_table(facts: Sequence[RunFacts]) -> Table:
     """Return the table with one row for each run."""
@@ -63,21 +69,9 @@ def summary_table(facts: Sequence[RunFacts]) -> Table:
     return Table("runs", "Runs", HEADS, tuple(_row(entry) for entry in facts), note)
 
 
-def overview(facts: Sequence[RunFacts]) -> str:
-    """Return a sentence that counts runs by convergence, by status and by verdict."""
-    status = Counter(entry.run.result.status for entry in facts)
-    verdict = Counter(entry.attribute("verdict") or "without certificate" for entry in facts)
-    converges = Counter(_convergence(entry) for entry in facts)
-    runs = counted(len(facts), "run")
-    return (
-        f"{runs}: {_counts(status)}. Convergence of the exact motion: {_counts(converges)}. "
-        f"Verdicts on the computed motion: {_counts(verdict)}."
-    )
-
-
 def verdict_cell(verdict: str, target: str = "") -> Cell:
-    """Return a cell with a verdict and its tone."""
-    return Cell(verdict or NO_VALUE, tone=TONES.get(verdict, ""), target=target)
+    """Return a cell with the word for a verdict and its tone."""
+    return Cell(word_of(verdict) or NO_VALUE, tone=TONES.get(verdict, ""), target=target)
 
 
 def convergence_cell(facts: RunFacts) -> Cell:
@@ -104,19 +98,30 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
     completed = status == RunStatus.COMPLETED
     return (
         Cell(facts.run.label),
-        Cell(facts.attribute("variant") or NO_VALUE),
+        *(_answer_cell(answer) for answer in facts.answer),
         Cell(status if completed else f"{status} at {number(s.end_time)} s", tone=_tone(completed)),
-        verdict_cell(facts.attribute("verdict"), "certificates"),
-        convergence_cell(facts),
-        number_cell(s.lyapunov_start),
-        number_cell(s.lyapunov_end),
-        number_cell(s.relative_residual, 2),
+        number_cell(facts.run.settling_time),
         *(number_cell(CENTIMETRES * peak) for peak in s.peak_contact_displacement),
         number_cell(s.largest_pitch),
-        number_cell(facts.run.settling_time),
+        *(_lyapunov_cell(v, facts) for v in (s.lyapunov_start, s.lyapunov_end)),
         _rest_states(facts.proof),
         _inside(facts.inside),
+        Cell(facts.attribute("variant") or NO_VALUE),
+        number_cell(s.relative_residual, 2),
+        verdict_cell(facts.attribute("verdict"), "certificates"),
     )
+
+
+def _lyapunov_cell(value: float, facts: RunFacts) -> Cell:
+    """Return a cell with v, or with v - ε, which it names, where that stands in place of v."""
+    if not facts.run.stores_v_minus_work:
+        return number_cell(value)
+    return Cell(f"{number(value)} (v - ε)", value)
+
+
+def _answer_cell(answer: Answer) -> Cell:
+    tone = ANSWER_TONES.get(answer.sureness, "")
+    return Cell(str(answer.sureness), tone=tone, target="certificates")
 
 
 def _tone(completed: bool) -> str:
@@ -128,7 +133,7 @@ def _rest_states(proof: Proof | None) -> Cell:
         return Cell(NO_VALUE)
     count = len(proof.states)
     tone = {True: "good", False: "warning", None: ""}[proof.globally_stable]
-    return Cell(str(count) if proof.proved else f"at least {count}", float(count), tone)
+    return Cell(str(count) if proof.proved else f"{count} found", float(count), tone)
 
 
 def _inside(inside: bool | None) -> Cell:
@@ -137,7 +142,3 @@ def _inside(inside: bool | None) -> Cell:
         False: Cell("no"),
         None: Cell(NO_VALUE),
     }[inside]
-
-
-def _counts(words: Counter[str]) -> str:
-    return listed(f"{count} {word}" for word, count in words.most_common())

@@ -3,8 +3,9 @@
 from rbstab.report.model.document import Block, Section
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.sources import SweepFile
+from rbstab.report.sweeps.answers import answer_blocks
 from rbstab.report.sweeps.basins import basin_blocks
-from rbstab.report.sweeps.comparison import comparison_blocks
+from rbstab.report.sweeps.conditions.comparison import comparison_blocks
 from rbstab.report.sweeps.distributions import distribution_blocks
 from rbstab.report.sweeps.fractions import fraction_blocks
 from rbstab.report.sweeps.maps.maps import map_blocks
@@ -20,7 +21,7 @@ UNREADABLE = (
 
 
 def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
-    """Return the sections on a sweep: facts and outcomes, maps, distributions, comparison, members.
+    """Return the sections on a sweep: the answers and outcomes first, the plan last.
 
     Args:
         sweep: The sweep; its file is read now.
@@ -31,30 +32,35 @@ def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
     members = read_members(sweep.path)
     name = sweep.name
     parts: list[tuple[str, str, list[Block]]] = [
-        ("", untrusted(members.table.attributes.get("title", "")), _facts(sweep, members)),
+        ("", untrusted(members.table.attributes.get("title", "")), _answers(sweep, members)),
         ("maps", "maps", map_blocks(name, members)),
         ("distributions", "distributions", distribution_blocks(name, members)),
         ("comparison", "comparison", comparison_blocks(name, members)),
         ("members", "notable members", notable_blocks(name, members, sweep.path)),
+        ("plan", "plan and provenance", _facts(sweep, members)),
     ]
     return tuple(
-        Section(f"{name}-{part}".removesuffix("-"), f"{sweep.label}: {title}", tuple(blocks))
+        Section(
+            f"{name}-{part}".removesuffix("-"),
+            f"{sweep.label}: {title}",
+            tuple(blocks),
+            folded=part == "plan",
+        )
         for part, title, blocks in parts
         if blocks
     )
 
 
-def _facts(sweep: SweepFile, members: Members) -> list[Block]:
-    blocks = [
-        *proof_blocks(sweep.name, members),
-        overview_table(sweep.name, members, sweep.path),
-    ]
-    if members.plan is None:
-        blocks.append(UNREADABLE)
-    else:
-        blocks.append(varied_table(sweep.name, members.plan))
+def _answers(sweep: SweepFile, members: Members) -> list[Block]:
     return [
-        *blocks,
+        *answer_blocks(sweep.name, sweep.label, members),
+        *([UNREADABLE] if members.plan is None else []),
+        *proof_blocks(sweep.name, members),
         *fraction_blocks(sweep.name, members),
         *basin_blocks(sweep.name, members),
     ]
+
+
+def _facts(sweep: SweepFile, members: Members) -> list[Block]:
+    varied = [] if members.plan is None else [varied_table(sweep.name, members.plan)]
+    return [overview_table(sweep.name, members, sweep.path), *varied]

@@ -14,7 +14,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from rbstab.report.model.document import Animation, Report, Table
+from rbstab.report.model.document import Animation, Cards, Report, Table
 from rbstab.report.model.figure import Figure
 from rbstab.report.writers.plotly_figures.renderer import JSON, plotly_data
 from rbstab.report.writers.plotly_figures.text import packed_array
@@ -37,6 +37,7 @@ def page(report: Report) -> str:
     environment.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.tests["figure"] = lambda block: isinstance(block, Figure)
+    environment.tests["cards"] = lambda block: isinstance(block, Cards)
     environment.tests["animation"] = lambda block: isinstance(block, Animation)
     blocks = [block for section in report.sections for block in section.blocks]
     script = "".join(_template(f"{name}.js") for name in SCRIPTS)

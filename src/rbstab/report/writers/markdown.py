@@ -10,7 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from rbstab.config.errors import printable
-from rbstab.report.model.document import Animation, Report, Table
+from rbstab.report.model.document import Animation, Cards, Report, Table
 from rbstab.report.model.figure import Figure
 from rbstab.report.writers.signature import SIGNATURES, pictures_folder
 from rbstab.store.disk.atomic import write_atomically
@@ -65,6 +65,7 @@ def markdown(report: Report, pictures: Mapping[str, str]) -> str:
     environment.filters["md"] = escaped
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.tests["figure"] = lambda block: isinstance(block, Figure)
+    environment.tests["cards"] = lambda block: isinstance(block, Cards)
     environment.tests["animation"] = lambda block: isinstance(block, Animation)
     template = environment.get_template("report.md.j2")
     return template.render(report=report, pictures=pictures) + "\n"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from rbstab.report.model.document import Animation, Block, Report, Section, Table
+from rbstab.report.model.document import Animation, Block, Cards, Report, Section, Table
 from rbstab.report.model.figure import Figure
 from rbstab.report.writers.matplotlib_figures.renderer import WIDTH, png
 from rbstab.report.writers.pdf_pages import GREY, SMALL, Picture, ReportPdf
@@ -77,9 +77,24 @@ def _write(pdf: ReportPdf, block: Block, numbers: "count[int]") -> None:
             write_table(pdf, block)
         case Figure():
             pdf.add_picture(_picture_of(block, next(numbers)))
+        case Cards():
+            _write_cards(pdf, block)
         case Animation():
             pdf.ensure_orientation()
             pdf.paragraph(f"The HTML report animates the motion of {block.title}.", style="I")
+
+
+def _write_cards(pdf: ReportPdf, cards: Cards) -> None:
+    pdf.ensure_orientation()
+    for card in cards.cards:
+        pdf.paragraph(card.title, style="B")
+        for statement in card.statements:
+            pdf.paragraph(f"{statement.question} {statement.word}. {statement.sentence}.")
+        if card.facts:
+            facts = "; ".join(f"{name}: {value}" for name, value in card.facts)
+            pdf.paragraph(f"{facts}.", size=SMALL, colour=GREY)
+    if cards.note:
+        pdf.paragraph(cards.note, size=SMALL, colour=GREY)
 
 
 def _picture_of(figure: Figure, number: int) -> Picture:

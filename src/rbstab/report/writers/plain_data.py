@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from rbstab.report.model.document import Animation, Block, Cell, Report, Table
+from rbstab.report.model.document import Animation, Block, Cards, Cell, Report, Table
 from rbstab.report.model.figure import Figure
 
 
@@ -35,6 +35,16 @@ def _block(block: Block) -> dict[str, Any]:
         return {"kind": "figure", **common, "source": block.source}
     if isinstance(block, Animation):
         return {"kind": "motion", "name": block.name, "title": block.title}
+    if isinstance(block, Cards):
+        cards = [
+            {
+                "title": card.title,
+                "statements": [statement._asdict() for statement in card.statements],
+                "facts": dict(card.facts),
+            }
+            for card in block.cards
+        ]
+        return {"kind": "cards", "name": block.name, "cards": cards, "note": block.note}
     return {"kind": "text", "text": block}
 
 

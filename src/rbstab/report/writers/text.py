@@ -10,7 +10,7 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 from rbstab.config.errors import printable
-from rbstab.report.model.document import Animation, Block, Report, Table
+from rbstab.report.model.document import Animation, Block, Cards, Report, Table
 from rbstab.report.model.figure import Figure
 
 STYLES = {"good": "green", "bad": "red", "warning": "yellow", "": ""}
@@ -60,12 +60,27 @@ def _print_block(block: Block, console: Console) -> None:
             console.print(_rich_table(piece, console.width), crop=False)
         if block.note:
             console.print(_text(block.note, "dim"))
+    elif isinstance(block, Cards):
+        _print_cards(block, console)
     elif isinstance(block, Figure):
         console.print(Padding(_text(f"Figure: {block.title}"), (0, 0, 0, 2)))
     elif isinstance(block, Animation):
         console.print(Padding(_text(f"Motion: {block.title}"), (0, 0, 0, 2)))
     else:
         console.print(_text(block))
+
+
+def _print_cards(cards: Cards, console: Console) -> None:
+    for card in cards.cards:
+        console.print()
+        console.print(_text(card.title, "bold"))
+        for one in card.statements:
+            line = _text(f"{one.question} ").append(printable(one.word), STYLES[one.tone])
+            console.print(Padding(line.append(printable(f". {one.sentence}.")), (0, 0, 0, 2)))
+        for name, value in card.facts:
+            console.print(Padding(_text(f"{name}: {value}"), (0, 0, 0, 2)))
+    if cards.note:
+        console.print(_text(cards.note, "dim"))
 
 
 def split_table(table: Table, width: int) -> Iterator[Table]:

@@ -61,5 +61,7 @@ def _reason_not_writable(path: Path) -> str | None:
         # Only a folder that exists tells whether a name is too long.
         with suppress(FileNotFoundError):
             (folder / name).lstat()
-            return f"{name} is a link to a missing file or folder"
+            # The other names belong into folders that are missing too.
+            if name == missing[-1]:
+                return f"{name} is a link to a missing file or folder"
     return None if os.access(folder, os.W_OK | os.X_OK) else f"{folder} is not writable"

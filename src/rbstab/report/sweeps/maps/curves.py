@@ -7,8 +7,8 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Axis, Figure, Line, Mark, Panel, Points
+from rbstab.report.sweeps.conditions.paired_conditions import Slice
 from rbstab.report.sweeps.members import OUTCOMES, Members
-from rbstab.report.sweeps.paired_conditions import Slice
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantities import mapped, varies
 

@@ -7,6 +7,7 @@ import numpy as np
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Cells, Figure, Mark, Panel, Points
 from rbstab.report.sweeps.basins import basins_of
+from rbstab.report.sweeps.conditions.paired_conditions import Slice
 from rbstab.report.sweeps.maps.cell_values import (
     MapGrid,
     basin_cells,
@@ -17,7 +18,6 @@ from rbstab.report.sweeps.maps.cell_values import (
     quantity_cells,
 )
 from rbstab.report.sweeps.members import OUTCOMES, Members
-from rbstab.report.sweeps.paired_conditions import Slice
 from rbstab.report.sweeps.parameters import BinnedAxis, Parameter
 from rbstab.report.sweeps.proofs import proof_codes
 from rbstab.report.sweeps.quantities import MemberQuantity, mapped, start_over_level, varies

@@ -3,12 +3,12 @@
 import numpy as np
 
 from rbstab.report.model.document import Block
+from rbstab.report.sweeps.conditions.paired_conditions import Slice, paired_conditions_of
 from rbstab.report.sweeps.influence import Influence
 from rbstab.report.sweeps.maps.cell_values import MIN_MEMBERS
 from rbstab.report.sweeps.maps.curves import curves
 from rbstab.report.sweeps.maps.figures import map_figures, scatter_figure
 from rbstab.report.sweeps.members import OUTCOMES, Members
-from rbstab.report.sweeps.paired_conditions import Slice, paired_conditions_of
 from rbstab.report.sweeps.parameters import Parameter, binned
 
 MAX_SLICES = 6

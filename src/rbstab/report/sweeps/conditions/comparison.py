@@ -4,7 +4,9 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
-from rbstab.report.model.figure import Axis, Figure, Intervals, Panel
+from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Intervals, Panel
+from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
+from rbstab.report.sweeps.conditions.ranking import matrix_table, ranking_sentences
 from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.fractions import (
     CONFIDENCE,
@@ -15,18 +17,24 @@ from rbstab.report.sweeps.fractions import (
     limit_heads,
 )
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
-from rbstab.report.sweeps.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.quantities import (
     MemberQuantity,
     peak_displacement,
     regularity,
     settling_time,
-    start_energy,
 )
 from rbstab.report.sweeps.table_entries import number, whole
 
 SPREAD = (0.05, 0.5, 0.95)
 """Orders of the quantiles in the comparison."""
+
+SMALLER_IS_BETTER = ("settling-time", "peak-displacement")
+"""The names of the quantities by which a condition is better than another."""
+
+V_NOTE = (
+    "v(0) is not compared: each condition has its own Lyapunov function, so that a smaller value "
+    "means nothing."
+)
 
 
 def comparison_blocks(name: str, members: Members) -> list[Block]:
@@ -37,18 +45,33 @@ def comparison_blocks(name: str, members: Members) -> list[Block]:
     settled = _settled(members, groups)
     plan = members.plan
     sampled = plan is not None and plan.design is not None
-    blocks: list[Block] = [_outcomes(name, members, groups, settled, sampled=sampled)]
-    quantities = _quantities(members)
+    blocks: list[Block] = [V_NOTE, _outcomes(name, members, groups, settled, sampled=sampled)]
+    quantities = compared_quantities(members)
     blocks.append(_figure(name, groups, settled, quantities, sampled=sampled))
     if quantities:
         blocks.append(_quantiles(name, groups, quantities))
     if quantities and groups.pairs is not None:
         blocks.append(_pairs(name, groups, quantities))
+        if len(groups.labels) > 2:
+            better = [quantity for quantity in quantities if quantity.name in SMALLER_IS_BETTER]
+            blocks += [matrix_table(name, groups, quantity) for quantity in better]
     return blocks
 
 
-def _quantities(members: Members) -> list[MemberQuantity]:
-    quantities = (q(members) for q in (settling_time, peak_displacement, regularity, start_energy))
+def ranking(members: Members, quantities: list[MemberQuantity]) -> list[str]:
+    """Return a sentence on each quantity that says which condition is better, and how surely."""
+    groups = paired_conditions_of(members)
+    if groups is None:
+        return []
+    plan = members.plan
+    sampled = plan is not None and plan.design is not None
+    better = [quantity for quantity in quantities if quantity.name in SMALLER_IS_BETTER]
+    return ranking_sentences(groups, better, sampled=sampled)
+
+
+def compared_quantities(members: Members) -> list[MemberQuantity]:
+    """Return the quantities that conditions are compared by, if they have finite values."""
+    quantities = (q(members) for q in (settling_time, peak_displacement, regularity))
     return [quantity for quantity in quantities if np.isfinite(quantity.values).any()]
 
 
@@ -109,7 +132,7 @@ def _figure(
     x = Axis("", categories=groups.labels)
     if not sampled:
         settled = [share._replace(low=share.value, high=share.value) for share in settled]
-    panels = [Panel(x, Axis("share settled"), (intervals(settled),))]
+    panels = [Panel(x, Axis("share settled", ends=SHARE_ENDS), (intervals(settled),))]
     panels += [Panel(x, quantity.axis, (_spread(groups, quantity),)) for quantity in quantities]
     caption = "The bars of medians reach from the 5% to the 95% quantile."
     if sampled:

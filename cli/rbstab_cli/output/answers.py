@@ -1,0 +1,54 @@
+"""The answers of runs, printed: what is known about stability, and how surely."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from rbstab.experiment.answers.run_answer import RunAnswer
+
+COLOURS = {"proved": "green", "false": "red", "not decided": "yellow"}
+"""Colours of the words on a terminal; "seen" has none."""
+
+MAX_SENTENCES = 10
+"""The answers of more runs are printed as words only."""
+
+
+def print_answer(answer: "RunAnswer") -> None:
+    """Print the answers of a run, a line for each question."""
+    for question, found in (
+        ("This start", answer.this_start),
+        ("Every start", answer.every_start),
+    ):
+        word = click.style(f"{found.sureness}:", fg=COLOURS.get(str(found.sureness)))
+        click.echo(f"  {question + ':':<13}{word} {found.sentence}.")
+
+
+def print_answers(answers: "list[tuple[Path, RunAnswer]]") -> None:
+    """Print the answers of several runs: a table of their words, then their sentences.
+
+    Answers that several runs share are printed once.
+    """
+    if len(answers) > 1:
+        _print_words(answers)
+    shared: dict[RunAnswer, list[Path]] = {}
+    for path, answer in answers:
+        shared.setdefault(answer, []).append(path)
+    if len(shared) > MAX_SENTENCES:
+        click.echo("rbstab show FILE says why.")
+        return
+    for answer, paths in shared.items():
+        more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
+        click.echo(f"{paths[0]}{more}")
+        print_answer(answer)
+
+
+def _print_words(answers: "list[tuple[Path, RunAnswer]]") -> None:
+    from rbstab_cli.output.tables import add_row, new_table, print_table
+
+    words = ("this start comes to rest", "every start does")
+    table = new_table("file", *words, words=words)
+    for path, answer in answers:
+        add_row(table, str(path), *(str(found.sureness) for found in answer))
+    print_table(table)

@@ -1,0 +1,55 @@
+"""A check of a certificate in words: how sure it is, and what was compared with what."""
+
+import math
+
+from rbstab.analysis.certificate import Verdict
+from rbstab.experiment.answers.words import Sureness, word_of
+from rbstab.experiment.stored_certificate import CertificateLine
+
+RELATIONS = {
+    "audit": ("≤", ">"),
+    "decrease": ("≤", ">"),
+    "damping": (">", "≤"),
+    "positive": ("≥", "<"),
+    "derivative": ("≤", ">"),
+    "computed motion": ("≤", ">"),
+    "global stability": ("=", "≠"),
+    "certified region": ("<", "≥"),
+}
+"""By check: the relation of value and bound where the check holds, and where it does not."""
+
+NO_PROOF = "no proof is stored"
+"""What is said of a check that only a proof decides, if there is none."""
+
+
+def word_of_check(line: CertificateLine) -> str:
+    """Return how sure the statement of a check is.
+
+    A start outside of the certified region is no counterexample: nothing follows from it.
+    """
+    if line.check == "certified region" and line.verdict == Verdict.VIOLATED:
+        return str(Sureness.NOT_DECIDED)
+    return word_of(line.verdict)
+
+
+def comparison(line: CertificateLine) -> str:
+    """Return the value of a check beside its bound, such as "1.4e-14 ≤ 1e-08"."""
+    if math.isnan(line.value):
+        return NO_PROOF if line.check in {"global stability", "certified region"} else "no number"
+    value = f"{line.value:.4g}"
+    if math.isnan(line.bound) or line.check not in RELATIONS:
+        return value
+    holds, fails = RELATIONS[line.check]
+    return f"{value} {holds if _holds(line, holds) else fails} {line.bound:.4g}"
+
+
+def _holds(line: CertificateLine, relation: str) -> bool:
+    """Whether a relation holds between the stored numbers."""
+    value, bound = line.value, line.bound
+    return {
+        "≤": value <= bound,
+        "≥": value >= bound,
+        "<": value < bound,
+        ">": value > bound,
+        "=": value == bound,
+    }[relation]

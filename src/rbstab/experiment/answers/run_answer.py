@@ -1,0 +1,221 @@
+"""The answer of a run: does this start come to rest, and does every start?"""
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from rbstab.analysis.certificate import Verdict
+from rbstab.analysis.settling import SETTLED_FRACTION
+from rbstab.config.build import problem_of
+from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import has_code
+from rbstab.experiment.answers.words import Sureness
+from rbstab.experiment.convergence.convergence import (
+    EVERY_START,
+    Convergence,
+    Enclose,
+    stored_convergence,
+)
+from rbstab.experiment.run_certificate import proved_checks
+from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
+from rbstab.experiment.summary import lyapunov_function_of, settling_time_of
+from rbstab.integrate.status import RunStatus
+from rbstab.store.result import Result
+
+if TYPE_CHECKING:
+    from rbstab.experiment.proof_record import Proof, ProvedState
+
+GLOBAL_STABILITY, CERTIFIED_REGION = "global stability", "certified region"
+"""Names of the checks that a proof decides."""
+
+SETTLED = f"v stays below v(0)/{1 / SETTLED_FRACTION:g}"
+"""What "at rest" means for a computed run."""
+
+ASK_FOR_PROOF = "rbstab run --prove"
+"""The command that makes a proof and has no limit of time."""
+
+
+class Answer(NamedTuple):
+    """An answer: how sure it is, and a sentence without a full stop."""
+
+    sureness: Sureness
+    sentence: str
+
+    def __str__(self) -> str:
+        return f"{self.sureness}: {self.sentence}"
+
+
+class RunAnswer(NamedTuple):
+    """The answers of a run.
+
+    Attributes:
+        this_start: Whether the motion from this start comes to rest.
+        every_start: Whether all motions of this body with this controller do.
+    """
+
+    this_start: Answer
+    every_start: Answer
+
+
+def answer_of(result: Result, proof: "Proof | None" = None) -> RunAnswer:
+    """Return the answers of a run.
+
+    Args:
+        result: The result; what is proved of it stands in its certificate and its attributes.
+        proof: The proof of its rest states; if it is given, counterexamples have their numbers.
+    """
+    lines = {line.check: line for line in certificate_lines(result)}
+    return _answer(result, stored_convergence(result.attributes), lines, proof)
+
+
+def _answer(
+    result: Result,
+    found: Convergence | None,
+    lines: dict[str, CertificateLine],
+    proof: "Proof | None",
+) -> RunAnswer:
+    return RunAnswer(
+        _this_start(result, found, lines),
+        _every_start(found, lines.get(GLOBAL_STABILITY), proof),
+    )
+
+
+def answer_beside(result: Result, config: Config | None, proof: "Proof | None") -> RunAnswer:
+    """Return the answers of a stored run, with a proof that may have been stored after it.
+
+    Args:
+        result: The result.
+        config: Its config; None if this version cannot read it.
+        proof: The proof that is stored in the same folder, if there is one.
+    """
+    lines = {line.check: line for line in certificate_lines(result)}
+    stable = lines.get(GLOBAL_STABILITY)
+    if proof is None or config is None or stable is None or not math.isnan(stable.value):
+        return answer_of(result, proof)
+    if has_code(config):
+        # Nothing is proved of the code of a user, and a stored result must not run it.
+        return answer_of(result, proof)
+    # Imported late: it needs the proofs.
+    from rbstab.experiment.convergence.exact_motion import convergence_at_start
+
+    problem = problem_of(config)
+    for check in proved_checks(problem, proof):
+        name, verdict, value, bound, time, quantity = check
+        lines[name] = CertificateLine(name, str(verdict), value, bound, time, quantity)
+    found = stored_convergence(result.attributes)
+    if found is None or found.proved is None:
+        found = convergence_at_start(config, problem, proof)
+    return _answer(result, found, lines, proof)
+
+
+def _this_start(
+    result: Result, found: Convergence | None, lines: dict[str, CertificateLine]
+) -> Answer:
+    if found is not None and found.proved is not None:
+        if not found.proved:
+            return Answer(Sureness.FALSE, f"the exact motion never comes to rest: {found.why}")
+        return Answer(Sureness.PROVED, _proved(found, _rest_states(lines)))
+    if result.attributes.get("verdict") == Verdict.CERTIFIED:
+        # So it is in results of before the attribute `convergence`.
+        return Answer(Sureness.PROVED, "the exact motion comes to rest")
+    seen = _seen(result, lines)
+    reason = _why_not_proved(found, lines.get(CERTIFIED_REGION))
+    return Answer(seen.sureness, f"{seen.sentence}. Not proved: {reason}")
+
+
+def _proved(found: Convergence, count: int | None) -> str:
+    which = "the only rest state" if count == 1 else f"rest state {found.rest_state} of {count}"
+    if count is None:
+        which = f"rest state {found.rest_state}"
+    if found.bound == math.inf:
+        return f"the exact motion converges to {which}, as from {EVERY_START.split(' conv')[0]}"
+    if found.energy is None or found.bound is None or not found.time:
+        where = "it starts inside the certified region"
+    else:
+        where = f"it is inside the certified region from t = {found.time:.4g} s on"
+    return f"the exact motion converges to {which}: {where}"
+
+
+def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
+    """Return what was seen of the computed motion."""
+    status, end = result.status, float(result["time"][-1])
+    failed = [line for line in lines.values() if line.verdict == Verdict.VIOLATED]
+    failed = [line for line in failed if line.check not in {GLOBAL_STABILITY, CERTIFIED_REGION}]
+    if failed:
+        line = failed[0]
+        sentence = (
+            f"the check {line.check} of the computed run failed: {line.quantity} is "
+            f"{line.value:.3g} (bound {line.bound:.3g})"
+        )
+        return Answer(Sureness.NOT_DECIDED, sentence)
+    if status == RunStatus.RANGE_LEFT:
+        return Answer(Sureness.SEEN, f"the computed motion left the range of θ2 at t = {end:.4g} s")
+    if status != RunStatus.COMPLETED:
+        return Answer(Sureness.NOT_DECIDED, f"the run ended early: {status} at t = {end:.4g} s")
+    if not lines:
+        return Answer(Sureness.NOT_DECIDED, "the result has no certificate")
+    settled = settling_time_of(result)
+    if not math.isnan(settled):
+        sentence = f"the computed motion is at rest from t = {settled:.4g} s on ({SETTLED})"
+        return Answer(Sureness.SEEN, sentence)
+    v = lyapunov_function_of(result)
+    begin, last = float(v[0]), float(v[-1])
+    sentence = (
+        f"the Lyapunov function v fell from {begin:.4g} J to {last:.4g} J along the computed run; "
+        f"it is not at rest by t = {end:.4g} s"
+    )
+    return Answer(Sureness.SEEN, sentence)
+
+
+def _why_not_proved(found: Convergence | None, region: CertificateLine | None) -> str:
+    if found is None:
+        return f"there is no proof; {ASK_FOR_PROOF} makes it"
+    margin = ""
+    if region is not None and region.bound > 0 and region.value >= region.bound:
+        margin = (
+            f"v(0) = {region.value:.4g} J is not below c* = {region.bound:.4g} J, the level of "
+            f"the certified region; "
+        )
+        if found.enclosed is Enclose.NOTHING:
+            return f"{margin}{ASK_FOR_PROOF} follows the exact motion"
+    return f"{margin}{found.why}"
+
+
+def _every_start(
+    found: Convergence | None, line: CertificateLine | None, proof: "Proof | None"
+) -> Answer:
+    if line is None or (line.verdict == Verdict.UNKNOWN and math.isnan(line.value)):
+        why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} makes it"
+        if proof is not None:
+            why = proof.outcome
+        return Answer(Sureness.NOT_DECIDED, why)
+    if line.verdict == Verdict.CERTIFIED:
+        if found is not None and found.bound == math.inf:
+            return Answer(Sureness.PROVED, EVERY_START)
+        keeps = "that stays in the range, and away from θ2 = ±π/2,"
+        return Answer(Sureness.PROVED, f"every motion {keeps} converges to the only rest state")
+    if line.verdict == Verdict.VIOLATED:
+        return Answer(Sureness.FALSE, _counterexample(int(line.value), proof))
+    why = f"at least {line.value:g} rest states" if line.value else "no rest state"
+    reason = f" ({proof.outcome})" if proof is not None else ""
+    return Answer(Sureness.NOT_DECIDED, f"{why} found, and not proved to be all{reason}")
+
+
+def _counterexample(count: int, proof: "Proof | None") -> str:
+    if count == 0:
+        return "no motion that stays in the range comes to rest: it has no rest state"
+    if count == 1:
+        return "the only rest state is not stable"
+    others = [] if proof is None else [state for state in proof.states[1:] if state.proved]
+    where = f" at Θ = {_angles(others[0])} rad" if others else " elsewhere"
+    return f"the body can also rest{where}; it has {count} rest states in the range"
+
+
+def _angles(state: "ProvedState") -> str:
+    return "(" + ", ".join(f"{angle:.4g}" for angle in state.orientation) + ")"
+
+
+def _rest_states(lines: dict[str, CertificateLine]) -> int | None:
+    """Return the number of rest states in the range, if it is known."""
+    line = lines.get(GLOBAL_STABILITY)
+    known = line is not None and line.verdict in {Verdict.CERTIFIED, Verdict.VIOLATED}
+    return int(line.value) if line is not None and known and line.value > 0 else None

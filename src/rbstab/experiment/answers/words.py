@@ -1,0 +1,42 @@
+"""The words for how sure a statement is. All that people read about stability uses them."""
+
+from enum import StrEnum
+
+from rbstab.analysis.certificate import Verdict
+
+
+class Sureness(StrEnum):
+    """How sure a statement is."""
+
+    PROVED = "proved"
+    """A theorem whose hypotheses were checked in rigorous arithmetic, for the exact motion."""
+
+    SEEN = "seen"
+    """It held along the computed run, within its stated errors. It is not proved."""
+
+    FALSE = "false"
+    """It does not hold; a counterexample is named."""
+
+    NOT_DECIDED = "not decided"
+    """Neither; the reason is given, and what would decide."""
+
+
+MEANINGS = {
+    Sureness.PROVED: "a theorem, checked in rigorous arithmetic, for the exact motion",
+    Sureness.SEEN: "held along the computed run, within its errors; not proved",
+    Sureness.FALSE: "does not hold; a counterexample is named",
+    Sureness.NOT_DECIDED: "neither; the reason is given",
+}
+"""What each word means, to be printed where the words first stand."""
+
+_OF_VERDICTS = {
+    Verdict.CERTIFIED: Sureness.PROVED,
+    Verdict.CONSISTENT: Sureness.SEEN,
+    Verdict.VIOLATED: Sureness.FALSE,
+    Verdict.UNKNOWN: Sureness.NOT_DECIDED,
+}
+
+
+def word_of(verdict: str) -> str:
+    """Return the word for a stored verdict; an unknown verdict is returned as it is."""
+    return str(_OF_VERDICTS.get(Verdict(verdict), verdict)) if verdict in set(Verdict) else verdict

@@ -1,0 +1,105 @@
+"""The answers of runs: a sentence, and a card for each run."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+
+from rbstab.analysis.settling import SETTLED_FRACTION
+from rbstab.experiment.answers.run_answer import Answer
+from rbstab.experiment.answers.words import MEANINGS, Sureness
+from rbstab.integrate.status import RunStatus
+from rbstab.report.model.document import Block, Card, Cards, Statement
+from rbstab.report.model.words import NO_VALUE, counted, listed, number
+from rbstab.report.runs.facts import RunFacts
+from rbstab.report.runs.tables import ANSWER_TONES
+
+MAX_CARDS = 6
+"""If there are more runs, their answers stand in the table of runs only."""
+
+QUESTIONS = {
+    "this_start": "From this start: does it come to rest?",
+    "every_start": "From every start in the range?",
+}
+"""What a run is asked; the names are those of `RunAnswer`."""
+
+
+def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
+    """Return the sentence, the cards, and what the words mean."""
+    sentences = answer_sentence(facts), *_first_at_rest(facts)
+    note = "; ".join(f"{word}: {MEANINGS[word]}" for word in Sureness)
+    note = f"{note[:1].upper()}{note[1:]}."
+    if len(facts) > MAX_CARDS:
+        return (*sentences, note)
+    return (*sentences, Cards("answers", tuple(_card(entry) for entry in facts), note))
+
+
+def answer_sentence(facts: Sequence[RunFacts]) -> str:
+    """Return a sentence with the answers of all runs."""
+    ended = Counter(entry.run.result.status for entry in facts)
+    early = listed(f"{n} {status}" for status, n in ended.items() if status != RunStatus.COMPLETED)
+    ending = f" Ended early: {early}." if early else ""
+    this = Counter(str(entry.answer.this_start.sureness) for entry in facts)
+    every = Counter(str(entry.answer.every_start.sureness) for entry in facts)
+    if len(facts) == 1:
+        return (
+            f"Comes to rest from this start: {_only(this)}. "
+            f"From every start in the range: {_only(every)}.{ending}"
+        )
+    return (
+        f"{counted(len(facts), 'run')}. Comes to rest from its start: {_counts(this)}. "
+        f"From every start in the range: {_counts(every)}.{ending}"
+    )
+
+
+def _first_at_rest(facts: Sequence[RunFacts]) -> tuple[str, ...]:
+    """Return a sentence that names the run that comes to rest first, of several that do."""
+    times = [(entry.run.settling_time, entry.run.label) for entry in facts]
+    settled = sorted(entry for entry in times if not math.isnan(entry[0]))
+    if len(settled) < 2:
+        return ()
+    (first, label), (last, _) = settled[0], settled[-1]
+    return (
+        f"At rest first: {label}, from {number(first)} s on; the last of {len(settled)} from "
+        f"{number(last)} s on (v stays below v(0)/{1 / SETTLED_FRACTION:g}).",
+    )
+
+
+def _only(words: Counter[str]) -> str:
+    (word,) = words
+    return word
+
+
+def _counts(words: Counter[str]) -> str:
+    return ", ".join(f"{words[word]} {word}" for word in Sureness if words[word])
+
+
+def _card(facts: RunFacts) -> Card:
+    statements = tuple(
+        _statement(QUESTIONS[name], answer) for name, answer in facts.answer._asdict().items()
+    )
+    s, settled = facts.run.summary, number(facts.run.settling_time)
+    status = facts.run.result.status
+    numbers = {
+        "at rest from": settled if settled == NO_VALUE else f"{settled} s",
+        "v(0)": f"{number(s.lyapunov_start)} J",
+        "c*": _level(facts),
+        "peak |E|": f"{number(s.peak_distance)} m",
+        "peak |θ2|": f"{number(s.largest_pitch)} rad",
+        "ended": status if status != RunStatus.COMPLETED else "",
+        "warnings": str(len(facts.attribute("warnings").splitlines()) or ""),
+    }
+    shown = tuple((name, text) for name, text in numbers.items() if text)
+    return Card(facts.run.label, statements, shown, target="certificates")
+
+
+def _level(facts: RunFacts) -> str:
+    """Return the level of the certified region of the lowest rest state, or ""."""
+    region = None if facts.proof is None else facts.proof.region
+    return f"{number(region.lower_bound)} J" if region is not None and region.lower_bound else ""
+
+
+def _statement(question: str, answer: Answer) -> Statement:
+    sentence = answer.sentence[:1].upper() + answer.sentence[1:]
+    return Statement(
+        question, str(answer.sureness), sentence, ANSWER_TONES.get(answer.sureness, "")
+    )

@@ -1,0 +1,89 @@
+"""The answer of a sweep: do its members come to rest, and which condition is better?"""
+
+import numpy as np
+
+from rbstab.experiment.answers.words import MEANINGS, Sureness
+from rbstab.report.model.document import Block, Card, Cards, Statement
+from rbstab.report.model.words import counted, number
+from rbstab.report.sweeps.conditions.comparison import compared_quantities, ranking
+from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
+from rbstab.report.sweeps.quantities import peak_displacement, settling_time
+from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
+
+
+def answer_blocks(name: str, label: str, members: Members) -> list[Block]:
+    """Return a sentence on each comparison of conditions, and the card of a sweep.
+
+    Args:
+        name: The anchor of the sweep.
+        label: Its label.
+        members: Its members.
+    """
+    card = Card(label, (_rest(members), _range(members)), _facts(members), target=f"{name}-members")
+    note = "; ".join(f"{word}: {MEANINGS[word]}" for word in Sureness)
+    note = f"{note[:1].upper()}{note[1:]}."
+    return [*ranking(members, compared_quantities(members)), Cards(f"{name}-answer", (card,), note)]
+
+
+def _rest(members: Members) -> Statement:
+    """Return whether the members come to rest."""
+    question = "Do the members come to rest?"
+    total, convergence = len(members), members.convergence
+    proved, false = (int(np.count_nonzero(convergence == code)) for code in (PROVED, FALSE))
+    settled = members.outcomes == OUTCOMES.index(SETTLED)
+    seen = int(np.count_nonzero(settled & (convergence != PROVED)))
+    parts = []
+    if proved or (convergence != NO_PROOF).any():
+        parts.append(f"{proved} of {total} are proved to converge to a rest state")
+    else:
+        parts.append(f"not proved: no proof was made for any of the {counted(total, 'member')}")
+    if false:
+        parts.append(f"{false} are proved not to come to rest")
+    if seen:
+        others = "of the others " if proved else ""
+        parts.append(f"{seen} {others}were at rest by the end of their computed run")
+    left = total - proved - false - seen
+    if left:
+        parts.append(f"{left} were not, or their run ended early")
+    sentence = "; ".join(parts)
+    word, tone = _word(total, proved, false, seen)
+    return Statement(question, word, sentence[:1].upper() + sentence[1:], tone)
+
+
+def _word(total: int, proved: int, false: int, seen: int) -> tuple[str, str]:
+    if proved == total:
+        return str(Sureness.PROVED), "good"
+    if false:
+        return str(Sureness.FALSE), "bad"
+    if proved:
+        return f"{100 * proved / total:.3g} % {Sureness.PROVED}", ""
+    return (str(Sureness.SEEN), "") if seen else (str(Sureness.NOT_DECIDED), "")
+
+
+def _range(members: Members) -> Statement:
+    """Return whether the computed motions stay in the range of the Euler angles."""
+    left = int(members.outcome_counts[OUTCOMES.index("range left")])
+    sentence = "No computed motion left it" if not left else f"{left} of {len(members)} left it"
+    question = "Do they stay in the range of θ2?"
+    if left:
+        return Statement(question, str(Sureness.FALSE), f"{sentence}, as computed", "bad")
+    failed = sum(members.outcome_counts.tolist()[2:])
+    if failed:
+        sentence += f"; {counted(failed, 'run')} ended early"
+    return Statement(question, str(Sureness.SEEN), sentence)
+
+
+def _facts(members: Members) -> tuple[tuple[str, str], ...]:
+    counts = members.outcome_counts.tolist()
+    facts = {
+        "members": str(len(members)),
+        "at rest by the end": str(counts[OUTCOMES.index(SETTLED)]),
+        "not at rest by the end": str(counts[OUTCOMES.index(UNSETTLED)]),
+    }
+    facts |= {status: str(n) for status, n in zip(OUTCOMES[2:], counts[2:], strict=True) if n}
+    settled, peak = settling_time(members).values, peak_displacement(members).values
+    if np.isfinite(settled).any():
+        facts["at rest from (median)"] = f"{number(float(np.nanmedian(settled)))} s"
+    if np.isfinite(peak).any():
+        facts["largest |E| by axis"] = f"{number(float(np.nanmax(peak)))} m"
+    return tuple((name, value) for name, value in facts.items() if value != "0")

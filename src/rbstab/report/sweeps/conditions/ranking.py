@@ -1,0 +1,143 @@
+"""Which of several conditions is better in a quantity, and how surely: paired differences."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.document import Cell, Head, Table
+from rbstab.report.model.words import NO_VALUE, number
+from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
+from rbstab.report.sweeps.fractions import CONFIDENCE
+from rbstab.report.sweeps.quantities import MemberQuantity
+
+INTERVAL_NOTE = (
+    f"The interval of a median is that of order statistics, with {CONFIDENCE:.0%} confidence: it "
+    "assumes nothing but independent pairs."
+)
+
+
+class PairedDifference(NamedTuple):
+    """The differences of a quantity between members that differ only in their condition.
+
+    Attributes:
+        pairs: The number of pairs in which both members have a value.
+        negative: The share of pairs with a negative difference.
+        median: The median of the differences; NaN without pairs.
+        low: The lower end of its confidence interval; -inf if there are too few pairs.
+        high: The upper end; likewise.
+    """
+
+    pairs: int
+    negative: float
+    median: float
+    low: float
+    high: float
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether the interval of the median excludes zero."""
+        return self.low > 0 or self.high < 0
+
+
+def paired_difference(first: Array, second: Array) -> PairedDifference:
+    """Return the differences first - second.
+
+    With ranks k and n + 1 - k of n sorted differences, the median lies between them unless fewer
+    than k of the differences are on one side of it; that number is binomial with p = 1/2.
+
+    Args:
+        first: The quantity of the members of one condition, shape (n,).
+        second: That of their partners.
+    """
+    difference = np.sort((first - second)[np.isfinite(first - second)])
+    count = len(difference)
+    if not count:
+        return PairedDifference(0, np.nan, np.nan, -np.inf, np.inf)
+    # Imported late: SciPy's statistics take longer to load than the rest of a report.
+    from scipy.stats import binom
+
+    rank = int(binom.ppf(0.5 * (1.0 - CONFIDENCE), count, 0.5))
+    low, high = (-np.inf, np.inf) if rank < 1 else difference[[rank - 1, count - rank]].tolist()
+    negative = float((difference < 0).mean())
+    return PairedDifference(count, negative, float(np.median(difference)), low, high)
+
+
+def ranking_sentences(
+    groups: PairedConditions, quantities: list[MemberQuantity], *, sampled: bool
+) -> list[str]:
+    """Return a sentence on each quantity: the best condition, and whether it is surely better.
+
+    Args:
+        groups: The conditions.
+        quantities: The quantities, each of which is better if it is smaller.
+        sampled: Whether the members are a sample; otherwise nothing is said of other members.
+    """
+    if groups.pairs is None:
+        return []
+    return [
+        sentence
+        for quantity in quantities
+        if (sentence := _sentence(groups, quantity, sampled=sampled))
+    ]
+
+
+def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool) -> str:
+    values = quantity.values[groups.pairs]
+    # A condition without any value cannot be compared.
+    medians = [float(np.median(v)) if len(v) else np.inf for v in map(_finite, values.T)]
+    order = np.argsort(medians, kind="stable").tolist()
+    best, second = order[:2]
+    name, unit = quantity.axis.label, quantity.axis.unit
+    if not np.isfinite(medians[second]):
+        return ""
+    found = paired_difference(values[:, best], values[:, second])
+    if not found.pairs:
+        return ""
+    labels = groups.labels
+    if found.median == 0 or (sampled and not found.is_sure):
+        pair = f"{labels[best]} and {labels[second]}"
+        return (
+            f"{_capital(name)}: no difference between {pair} in the median of {found.pairs} pairs."
+        )
+    more = f" (the next of {len(labels)})" if len(labels) > 2 else ""
+    by = f"{number(-found.median)} {unit}".rstrip()
+    ends = f"{number(-found.high)} to {number(-found.low)} {unit}".rstrip()
+    interval = f", {CONFIDENCE:.0%} interval {ends}" if sampled else ""
+    return (
+        f"{_capital(name)}: smaller with {labels[best]} than with {labels[second]}{more} in "
+        f"{100 * found.negative:.3g} % of {found.pairs} pairs; by {by} in the median{interval}."
+    )
+
+
+def matrix_table(name: str, groups: PairedConditions, quantity: MemberQuantity) -> Table:
+    """Return the median difference of a quantity between each two conditions, row minus column."""
+    assert groups.pairs is not None
+    values, labels = quantity.values[groups.pairs], groups.labels
+    rows = []
+    for i, label in enumerate(labels):
+        cells = [
+            Cell(NO_VALUE) if i == j else _cell(paired_difference(values[:, i], values[:, j]))
+            for j in range(len(labels))
+        ]
+        rows.append((Cell(label), *cells))
+    heads = (Head("row minus column"), *(Head(label, numbers=True) for label in labels))
+    title = f"{quantity.axis.text}: all pairs of conditions"
+    note = (
+        "Medians of paired differences; a smaller number is better. A mark says that the interval "
+        f"of the median excludes zero. {INTERVAL_NOTE}"
+    )
+    return Table(f"{name}-all-pairs-{quantity.name}", title, heads, tuple(rows), note)
+
+
+def _cell(found: PairedDifference) -> Cell:
+    tone = ("good" if found.median < 0 else "bad") if found.is_sure else ""
+    return Cell(number(found.median), found.median if found.pairs else None, tone)
+
+
+def _finite(values: Array) -> Array:
+    return values[np.isfinite(values)]
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -1,0 +1,109 @@
+"""`rbstab run` proves what it can unasked, within a limit, and ends with the answers."""
+
+import json
+from pathlib import Path
+
+import pytest
+from cli.conftest import Invoke
+from click.testing import Result
+
+import rbstab
+from rbstab.store.errors import StoreError
+
+OUTSIDE = ("--set", "controller.variant=permanent", "--set", "initial.angular_velocity=[16,32,-16]")
+
+
+@pytest.fixture
+def done(folder: Path, rbstab: Invoke) -> Result:
+    """What the command printed for one config."""
+    return rbstab("run", "good.yaml", *OUTSIDE)
+
+
+def test_the_answers_come_last(done: Result) -> None:
+    assert done.exit_code == 0, done.output
+    head, *_, this_start, every_start = done.stdout.rstrip().splitlines()
+    assert head.split()[:2] == ["file", "status"]
+    assert this_start.startswith("  This start:  proved: ")
+    assert every_start.startswith("  Every start: proved: ")
+
+
+def test_what_is_proved_is_stored(done: Result, folder: Path) -> None:
+    stored = rbstab.open_result(folder / "results/good.h5")
+    assert stored.attributes["convergence"] == "proved"
+    assert len(list((folder / "results/proofs").iterdir())) == 1
+
+
+def test_nothing_is_proved_twice(
+    done: Result, folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr("rbstab.experiment.proof.prove", fail)
+    monkeypatch.setattr("rbstab.experiment.convergence.exact_motion.prove_convergence", fail)
+    again = rbstab("run", "good.yaml", *OUTSIDE)
+    assert again.exit_code == 0, again.output
+    assert again.stdout == done.stdout
+    assert "already done" in again.stderr
+
+
+def test_no_proof_on_request(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("run", "good.yaml", "--no-prove")
+    assert "  This start:  seen: " in done.stdout
+    assert "  Every start: not decided: " in done.stdout
+    assert not (folder / "results/proofs").exists()
+
+
+def test_the_answers_of_json(folder: Path, rbstab: Invoke) -> None:
+    (data,) = json.loads(rbstab("run", "good.yaml", "--json").stdout)
+    assert {question: answer["word"] for question, answer in data["answers"].items()} == {
+        "this_start": "proved",
+        "every_start": "proved",
+    }
+    shown = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    assert shown["answers"] == data["answers"]
+
+
+def test_a_run_without_its_proof_is_kept(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise StoreError("the proof cannot be written")
+
+    monkeypatch.setattr("rbstab.experiment.proof_cache.write_document", fail)
+    done = rbstab("run", "good.yaml")
+    assert done.exit_code == 4
+    assert "good.yaml: the proof cannot be written" in done.stderr
+    assert "  This start:  seen: " in done.stdout
+    assert Path("results/good.h5").is_file()
+
+
+def test_an_interrupted_proof_loses_no_run(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rbstab.experiment.proof.prove", interrupted)
+    done = rbstab("run", "good.yaml")
+    assert done.exit_code == 130
+    assert "Interrupted: 1 of 1 runs are stored; not all of their proofs are." in done.stderr
+    assert "  This start:  seen: " in done.stdout
+
+
+def test_several_runs_have_a_table_of_words(folder: Path, rbstab: Invoke) -> None:
+    Path("other.yaml").write_text(Path("good.yaml").read_text().replace("[1, 2, -1]", "[1, 2, 0]"))
+    done = rbstab("run", "good.yaml", "other.yaml")
+    rows = [line.split() for line in done.stdout.splitlines() if line.startswith(" results/")]
+    assert rows[-2:] == [
+        ["results/good.h5", "proved", "proved"],
+        ["results/other.h5", "proved", "proved"],
+    ]
+
+
+def test_a_folder_whose_parent_holds_a_file_of_the_same_name(folder: Path, rbstab: Invoke) -> None:
+    """The file is not in the way of one with this name in a folder that is still missing."""
+    assert rbstab("run", "good.yaml", "--no-prove", "-q").exit_code == 0
+    done = rbstab("run", "good.yaml", "--no-prove", "-q", "-o", "results/again")
+    assert done.exit_code == 0, done.output
+    assert Path("results/again/good.h5").is_file()

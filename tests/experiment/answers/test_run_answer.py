@@ -1,0 +1,180 @@
+"""The answers of runs say what was proved or seen, and no more than that."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import rbstab
+from rbstab.analysis.certificate import Verdict
+from rbstab.experiment.answers.check_words import comparison, word_of_check
+from rbstab.experiment.answers.run_answer import answer_beside, answer_of
+from rbstab.experiment.answers.words import MEANINGS, Sureness, word_of
+from rbstab.experiment.convergence.convergence import Enclose
+from rbstab.experiment.proof import prove
+from rbstab.experiment.stored_certificate import CertificateLine
+
+PERMANENT = {
+    "schema_version": 1,
+    "body": {"mass": 41, "inertia": [10.0, 9.0, 2.0], "contact_point": [0.15, 0.10, -0.42]},
+    "controller": {
+        "variant": "permanent",
+        "K_t": [4100, 4100, 3280],
+        "L_t": [200, 200, 140],
+        "K_r": [400, 400, 320],
+        "L_r": [60, 60, 42],
+    },
+    "initial": {"angular_velocity": [1, 2, -1]},
+    "integration": {"duration": 2.0, "samples": 101},
+}
+
+
+def config_of(**changes):
+    """The config of a held body; keys with a double underscore are keys of a section."""
+    data: dict = {
+        key: dict(value) if isinstance(value, dict) else value for key, value in PERMANENT.items()
+    }
+    for key, value in changes.items():
+        section, _, name = key.partition("__")
+        data[section][name] = value
+    return rbstab.load_config(data)
+
+
+SOFT = {"controller__K_r": [40.0, 40.0, 32.0]}
+"""With a tenth of the stiffness of the paper the body has several rest states."""
+
+
+def test_a_start_inside_of_the_certified_region():
+    config = config_of()
+    proof = prove(config)
+    this_start, every_start = answer_of(rbstab.simulate(config, proof=proof), proof)
+    assert str(this_start) == (
+        "proved: the exact motion converges to the only rest state: it starts inside the certified "
+        "region"
+    )
+    assert every_start.sureness is Sureness.PROVED
+    assert "that stays in the range" in every_start.sentence
+
+
+def test_a_start_outside_is_seen_until_its_motion_is_enclosed():
+    config = config_of(initial__angular_velocity=[16, 32, -16])
+    proof = prove(config)
+    seen, _ = answer_of(rbstab.simulate(config, proof=proof), proof)
+    assert seen.sureness is Sureness.SEEN
+    assert "is not below c* = 1020" in seen.sentence
+    result = rbstab.simulate(config, proof=proof, enclose=Enclose.BRIEFLY)
+    proved, _ = answer_of(result, proof)
+    assert proved.sureness is Sureness.PROVED
+    assert "certified region from t = 0." in proved.sentence
+
+
+def test_without_a_proof_nothing_is_proved():
+    this_start, every_start = answer_of(rbstab.simulate(config_of()))
+    assert this_start.sureness is Sureness.SEEN
+    assert this_start.sentence.startswith("the computed motion is at rest from t = ")
+    assert "Not proved: " in this_start.sentence
+    assert "rbstab run --prove" in every_start.sentence
+    assert every_start.sureness is Sureness.NOT_DECIDED
+
+
+def test_a_proof_that_came_after_the_run_is_used():
+    config = config_of()
+    result, proof = rbstab.simulate(config), prove(config)
+    found = answer_beside(result, config, proof)
+    assert [answer.sureness for answer in found] == [Sureness.PROVED, Sureness.PROVED]
+    assert found == answer_of(rbstab.simulate(config, proof=proof), proof)
+    assert answer_beside(result, None, proof) == answer_of(result, proof)
+
+
+def test_a_motion_that_is_not_at_rest_by_the_end_is_not_said_to_be():
+    this_start, _ = answer_of(rbstab.simulate(config_of(integration__duration=0.1)))
+    assert this_start.sureness is Sureness.SEEN
+    assert "it is not at rest by t = 0.1 s" in this_start.sentence
+
+
+def test_a_second_rest_state_is_a_counterexample():
+    config = config_of(**SOFT)
+    proof = prove(config)
+    assert len(proof.states) > 1
+    result = rbstab.simulate(config, proof=proof)
+    _, every_start = answer_of(result, proof)
+    assert every_start.sureness is Sureness.FALSE
+    first, *_ = proof.states[1].orientation
+    assert f"Θ = ({first:.4g}, " in every_start.sentence
+    # Without the proof its numbers are unknown, but not that it exists.
+    _, without = answer_of(result)
+    assert without.sureness is Sureness.FALSE
+    assert "Θ" not in without.sentence
+
+
+def test_a_run_that_ends_early_has_seen_nothing_of_its_end():
+    this_start, _ = answer_of(rbstab.simulate(config_of(integration__step_limit=3)))
+    assert this_start.sureness is Sureness.NOT_DECIDED
+    assert "step limit" in this_start.sentence
+
+
+def test_a_run_that_leaves_the_range():
+    config = config_of(
+        controller__variant="free", initial__angular_velocity=[0, 32, 0],
+        integration__range_bound=0.01,
+    )  # fmt: skip
+    this_start, _ = answer_of(rbstab.simulate(config))
+    assert this_start.sureness is Sureness.SEEN
+    assert "left the range of θ2 at t = " in this_start.sentence
+
+
+def test_a_failed_check_of_the_computed_run_comes_first():
+    result = rbstab.simulate(config_of())
+    verdicts = result["certificate/verdict"].copy()
+    verdicts[0] = str(Verdict.VIOLATED)
+    variable = result.variables["certificate/verdict"]._replace(data=verdicts)
+    broken = dataclasses.replace(
+        result, variables=result.variables | {"certificate/verdict": variable}
+    )
+    this_start, _ = answer_of(broken)
+    assert this_start.sureness is Sureness.NOT_DECIDED
+    assert "the check audit of the computed run failed" in this_start.sentence
+
+
+def test_a_short_enclosure_says_that_it_was_short(monkeypatch):
+    monkeypatch.setattr("rbstab.experiment.convergence.exact_motion.BRIEF_STEPS", 3)
+    config = config_of(initial__angular_velocity=[16, 32, -16])
+    proof = prove(config)
+    result = rbstab.simulate(config, proof=proof, enclose=Enclose.BRIEFLY)
+    found = answer_of(result, proof).this_start
+    assert found.sureness is Sureness.SEEN
+    assert "after 3 steps of the enclosure" in found.sentence
+    assert "rbstab run --prove takes up to 2000 steps" in found.sentence
+    assert Enclose(int(result.attributes["convergence_enclosed"])) is Enclose.BRIEFLY
+    assert not Enclose.BRIEFLY.covers(Enclose.UNTIL_PROVED)
+
+
+def line(check, verdict, value, bound):
+    return CertificateLine(check, verdict, value, bound, math.nan, "a number")
+
+
+@pytest.mark.parametrize(
+    ("given", "word", "text"),
+    [
+        (line("audit", "consistent", 1e-14, 1e-8), "seen", "1e-14 ≤ 1e-08"),
+        (line("audit", "violated", 1e-3, 1e-8), "false", "0.001 > 1e-08"),
+        (line("positive", "consistent", 0.0, -1e-12), "seen", "0 ≥ -1e-12"),
+        (line("damping", "violated", 0.0, 0.0), "false", "0 ≤ 0"),
+        (line("global stability", "certified", 1, 1), "proved", "1 = 1"),
+        (line("global stability", "violated", 3, 1), "false", "3 ≠ 1"),
+        (line("global stability", "unknown", np.nan, 1), "not decided", "no proof is stored"),
+        (line("certified region", "certified", 12.3, 50.0), "proved", "12.3 < 50"),
+        (line("certified region", "unknown", 12.36, 4.935), "not decided", "12.36 ≥ 4.935"),
+        (line("certified region", "unknown", np.nan, np.nan), "not decided", "no proof is stored"),
+    ],
+)
+def test_checks_in_words(given, word, text):
+    assert word_of_check(given) == word
+    assert comparison(given) == text
+
+
+def test_each_word_has_a_meaning_and_each_verdict_a_word():
+    assert set(MEANINGS) == set(Sureness)
+    assert all(word_of(str(verdict)) in set(Sureness) for verdict in Verdict)
+    assert word_of("-") == "-"

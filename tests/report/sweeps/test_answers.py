@@ -1,0 +1,117 @@
+"""The card of a sweep says how many members come to rest, and how surely; and which is better."""
+
+import numpy as np
+import pytest
+from support.made_sweeps import GRID, SPIN, code
+
+from rbstab.report.model.document import Cards
+from rbstab.report.sweeps.answers import answer_blocks
+from rbstab.report.sweeps.conditions.ranking import paired_difference
+from rbstab.sweep.proofs.columns import CONVERGENCE
+
+
+def card_of(members):
+    *sentences, cards = answer_blocks("sweep-1", "made", members)
+    assert isinstance(cards, Cards)
+    (card,) = cards.cards
+    return sentences, card
+
+
+def convergence(word):
+    return CONVERGENCE.index(word)
+
+
+def test_without_a_proof_the_end_of_the_runs_is_seen(members):
+    sentences, card = card_of(
+        members(GRID, lambda a: {"settling_time": np.where(a["run"] < 15, 1.0, np.nan)})
+    )
+    rest, in_range = card.statements
+    assert (rest.word, in_range.word) == ("seen", "seen")
+    assert rest.sentence == (
+        "Not proved: no proof was made for any of the 20 members; 15 were at rest by the end of "
+        "their computed run; 5 were not, or their run ended early"
+    )
+    assert dict(card.facts)["not at rest by the end"] == "5"
+    assert sentences == []
+
+
+def test_proved_is_said_only_of_all_members(members):
+    def proved(count):
+        def columns(a):
+            words = convergence("proved"), convergence("not decided")
+            return {"convergence": np.where(a["run"] < count, *words)}
+
+        return card_of(members(GRID, columns, prove="motion"))[1].statements[0]
+
+    whole, part = proved(20), proved(10)
+    assert (whole.word, whole.tone) == ("proved", "good")
+    assert (part.word, part.tone) == ("50 % proved", "")
+    assert part.sentence.startswith("10 of 20 are proved to converge to a rest state; 10 of the ")
+
+
+def test_one_counterexample_is_enough(members):
+    def columns(a):
+        return {"convergence": np.where(a["run"] == 3, convergence("false"), convergence("proved"))}
+
+    _, card = card_of(members(GRID, columns, prove="motion"))
+    assert (card.statements[0].word, card.statements[0].tone) == ("false", "bad")
+    assert "1 are proved not to come to rest" in card.statements[0].sentence
+
+
+def test_members_that_left_the_range(members):
+    _, card = card_of(
+        members(GRID, lambda a: {"status": np.where(a["run"] < 4, code("range left"), 0)})
+    )
+    stay = card.statements[1]
+    assert (stay.word, stay.sentence, stay.tone) == ("false", "4 of 20 left it, as computed", "bad")
+
+
+EACH = {
+    "controller.variant": {"each": {"values": ["visco-elastic", "free", "permanent"]}},
+    f"{SPIN}[0]": {"normal": [0, 6]},
+}
+
+
+def ranked(members, difference):
+    """The first sentence of a sweep in which `free` settles by some differences earlier."""
+
+    def columns(a):
+        variant, point = a["controller_variant"], a["run"] % 50
+        noise = np.random.default_rng(1).normal(size=50)[point]
+        settling = 2.0 + 0.1 * noise + np.where(variant == 1, -difference(point), 0.0)
+        return {"settling_time": settling + np.where(variant == 2, 1.0, 0.0)}
+
+    sentences, _ = card_of(members(EACH, columns, design="random", members=50, seed=4))
+    return sentences[0]
+
+
+def test_the_better_condition_with_its_interval(members):
+    sentence = ranked(members, lambda point: 0.5 + 0.001 * point)
+    assert sentence == (
+        "Settling time of v: smaller with free than with visco-elastic (the next of 3) in 100 % of "
+        "50 pairs; by 0.5245 s in the median, 95% interval 0.517 to 0.532 s."
+    )
+
+
+def test_a_difference_that_may_be_chance_is_not_called_one(members):
+    sentence = ranked(members, lambda point: np.where(point % 2 == 0, 0.1, -0.09))
+    assert "no difference between" in sentence
+
+
+def test_the_interval_of_the_median_holds_as_often_as_it_says():
+    """Of samples from a distribution with median 1, some 95 % of the intervals contain 1."""
+    rng = np.random.default_rng(7)
+    inside = []
+    for _ in range(2000):
+        sample = rng.exponential(1.0 / np.log(2.0), size=40)
+        found = paired_difference(sample, np.zeros(40))
+        inside.append(found.low <= 1.0 <= found.high)
+    # The binomial is discrete: the interval is at least as wide as asked. With 40 pairs the exact
+    # probability is 0.9615; 2000 trials spread by 0.0043.
+    assert 0.95 < np.mean(inside) < 0.975
+
+
+@pytest.mark.parametrize("count", [0, 3])
+def test_few_pairs_say_nothing_sure(count):
+    found = paired_difference(np.full(count, -1.0), np.zeros(count))
+    assert (found.pairs, found.is_sure) == (count, False)

@@ -39,8 +39,15 @@ COMMANDS = {
 """The subcommands and their one-line help, which `rbstab --help` prints without importing them."""
 
 
+TEXTS = ("completion", "init", "schema")
+"""The commands in the room `rbstab_cli.commands.texts`."""
+
+
 class LazyGroup(click.Group):
-    """A group whose command NAME is the object `command` in `rbstab_cli.commands.NAME`."""
+    """A group whose command NAME is the object `command` in `rbstab_cli.commands.NAME`.
+
+    Those of `TEXTS` are in an inner room.
+    """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names, in the order in which a new user needs them."""
@@ -50,7 +57,8 @@ class LazyGroup(click.Group):
         """Import and return a command; return None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"rbstab_cli.commands.{cmd_name}").command
+        room = "commands.texts" if cmd_name in TEXTS else "commands"
+        command: click.Command = import_module(f"rbstab_cli.{room}.{cmd_name}").command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -21,7 +21,8 @@ COMMANDS = {
     "run": "Integrate configs and store their results.",
     "sweep": "Run all members of a plan and store their outcomes.",
     "gather": "Gather the shards of a sweep into one file.",
-    "check": "Check configs and list their errors.",
+    "check": "Check configs and list their errors, or test elements of your own.",
+    "init": "Write a template: an element of your own.",
     "show": "Show the content of a result.",
     "report": "Make a report of runs and sweeps.",
     "plot": "Draw one figure of runs and sweeps, or write its data.",
@@ -38,8 +39,15 @@ COMMANDS = {
 """The subcommands and their one-line help, which `rbstab --help` prints without importing them."""
 
 
+TEXTS = ("completion", "init", "schema")
+"""The commands in the room `rbstab_cli.commands.texts`."""
+
+
 class LazyGroup(click.Group):
-    """A group whose command NAME is the object `command` in `rbstab_cli.commands.NAME`."""
+    """A group whose command NAME is the object `command` in `rbstab_cli.commands.NAME`.
+
+    Those of `TEXTS` are in an inner room.
+    """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names, in the order in which a new user needs them."""
@@ -49,7 +57,8 @@ class LazyGroup(click.Group):
         """Import and return a command; return None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"rbstab_cli.commands.{cmd_name}").command
+        room = "commands.texts" if cmd_name in TEXTS else "commands"
+        command: click.Command = import_module(f"rbstab_cli.{room}.{cmd_name}").command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -137,9 +146,21 @@ def _exit_code() -> int:
     except (click.Abort, KeyboardInterrupt):
         click.echo("Interrupted.", err=True)
         code = exit_codes.INTERRUPTED
+    except Exception as error:
+        failure = _failure_of_user_code(error)
+        if failure is None:
+            raise
+        click.echo(f"error: {failure}", err=True)
+        code = exit_codes.USAGE
     if code == exit_codes.INTERRUPTED:
         code = interrupted_code()
     return code if isinstance(code, int) else exit_codes.OK
+
+
+def _failure_of_user_code(error: Exception) -> str | None:
+    """Return an error in the code of an element of a user as text; None if it is not in one."""
+    loaded = sys.modules.get("rbstab.elements.user_code.loaded")
+    return None if loaded is None else loaded.failure_in_user_code(error)
 
 
 def _reason(error: OSError) -> str:

@@ -21,6 +21,7 @@ BESIDE_STATUS = {
     "--compare": ("--compare", "5"),
     "--prove": ("--prove",),
     "--force": ("--force",),
+    "--allow-python": ("--allow-python",),
 }
 
 

@@ -1,6 +1,7 @@
 """Protects `rbstab upgrade`: only `schema_version` changes, byte by byte; no file is damaged."""
 
 import os
+import shutil
 import stat
 from pathlib import Path
 
@@ -93,6 +94,8 @@ def test_nothing_else_changes(name: str, line_break: str, rbstab: Invoke) -> Non
 
 @pytest.mark.parametrize("path", CONFIGS, ids=[str(path.relative_to(ROOT)) for path in CONFIGS])
 def test_each_config_of_the_repository(path: Path, folder: Path, rbstab: Invoke) -> None:
+    for beside in path.parent.glob("*.py"):
+        shutil.copy(beside, folder)
     old = resolved_config(mine(path.read_text()))
     done = rbstab("upgrade", "mine.yaml")
     assert done.exit_code == 0
@@ -112,7 +115,7 @@ def test_each_config_of_the_repository(path: Path, folder: Path, rbstab: Invoke)
 
 def resolved_config(path: Path) -> dict[str, object]:
     """Return the resolved config of a file."""
-    return resolved(load_config(path))
+    return resolved(load_config(path, allow_python=True))
 
 
 def test_the_run_id_changes_as_the_help_says(folder: Path, rbstab: Invoke) -> None:

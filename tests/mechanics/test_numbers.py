@@ -1,11 +1,13 @@
-"""Sine, cosine and square root for each kind of number: by numpy, registered functions, methods."""
+"""The functions of one number for each kind: by numpy, by registered functions, by methods."""
 
 from dataclasses import dataclass
 
+import flint
 import numpy as np
 import pytest
 
-from rbstab.mechanics.numbers import cos, cos_of, sin, sin_of, sqrt, sqrt_of
+from rbstab.mechanics import numbers
+from rbstab.mechanics.numbers import FUNCTIONS, cos, cos_of, sin, sin_of, sqrt, sqrt_of
 
 
 @dataclass
@@ -89,3 +91,25 @@ def test_square_root_has_the_derivative_of_a_complex_step():
     for h in (1e-30, -1e-30):
         root = sqrt(np.complex128(4.0 + 1j * h))
         assert (root.real, root.imag) == (2.0, pytest.approx(h / 4, rel=1e-15))
+
+
+NAMED_BY_NUMPY = {name: {"atan": "arctan"}.get(name, name) for name in FUNCTIONS}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function_for_every_kind_of_number(name):
+    """Floats, complex numbers, arrays of both, balls and heyoka's expressions have one value."""
+    function, x = getattr(numbers, name), 0.4
+    expected = getattr(np, NAMED_BY_NUMPY[name])(x)
+    assert function(x) == function(np.float64(x)) == expected
+    np.testing.assert_array_equal(function(np.array([[x, 0.5]]))[0, 0], expected)
+    assert function(np.array([[flint.arb(x)]], dtype=object)).shape == (1, 1)
+    assert float(function(flint.arb(x)).mid()) == pytest.approx(expected, rel=1e-15)
+    slope = function(np.complex128(x + 1e-200j)).imag / 1e-200
+    difference = (function(x + 1e-6) - function(x - 1e-6)) / 2e-6
+    assert slope == pytest.approx(difference, rel=1e-8)
+    heyoka = pytest.importorskip("heyoka")
+    pytest.importorskip("rbstab.integrate.heyoka.symbols")
+    symbol = heyoka.make_vars("x")
+    compiled = heyoka.cfunc([function(symbol)], vars=[symbol])
+    assert compiled([x])[0] == pytest.approx(expected, rel=1e-15)

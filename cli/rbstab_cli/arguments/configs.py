@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 RUN_A_MEMBER = "`rbstab run PLAN --member N` runs one of its members"
 
 
-def load_all(paths: Iterable[Path], changes: Iterable[str]) -> dict[Path, "Config"]:
+def load_all(
+    paths: Iterable[Path], changes: Iterable[str], *, allow_python: bool | None = False
+) -> dict[Path, "Config"]:
     """Load configs, and print their errors or warnings.
 
     If any config has an error, print all errors of all configs and end the command with exit code
@@ -26,19 +28,25 @@ def load_all(paths: Iterable[Path], changes: Iterable[str]) -> dict[Path, "Confi
     Args:
         paths: The files of the configs.
         changes: Texts `key=value` that replace single values.
+        allow_python: Whether the files of users' elements may be run; None if the configs are only
+            read.
 
     Returns:
         The configs by their paths.
     """
     from rbstab.config.errors import ConfigError
-    from rbstab.config.load import load_config
+    from rbstab.config.load import config_to_read, load_config
 
     configs: dict[Path, Config] = {}
     # One list for all files prints an error of the command line once, not once for each file.
     problems: dict[str, None] = {}
     for path in paths:
         try:
-            configs[path] = load_config(path, changes)
+            configs[path] = (
+                config_to_read(path, changes)
+                if allow_python is None
+                else load_config(path, changes, allow_python=allow_python)
+            )
         except ConfigError as error:
             problems.update(dict.fromkeys(problem_lines(path, error)))
     exit_on_problems(problems)

@@ -25,7 +25,12 @@ MEMBERS = click.option(
 
 
 def load_members(
-    paths: Iterable[Path], members: Sequence[int], changes: Sequence[str], output: Path
+    paths: Iterable[Path],
+    members: Sequence[int],
+    changes: Sequence[str],
+    output: Path,
+    *,
+    allow_python: bool,
 ) -> dict[tuple[str, str], "Config"]:
     """Load the configs of members of plans.
 
@@ -36,11 +41,12 @@ def load_members(
         members: Numbers of their members.
         changes: Texts `key=value` that replace single values of the base.
         output: The folder of results. If it has the sweep of a plan, its engine is used.
+        allow_python: Whether the files of users' elements may be run.
 
     Returns:
         The configs by two names: the label for messages, and the stem of the result file.
     """
-    plans = _load_plans(paths, changes, output)
+    plans = _load_plans(paths, changes, output, allow_python=allow_python)
     exit_on_problems(
         f"{path}: has no member {number} (expected 0 to {plan.members - 1})"
         for path, plan in plans.items()
@@ -56,7 +62,9 @@ def load_members(
     return configs
 
 
-def _load_plans(paths: Iterable[Path], changes: Sequence[str], output: Path) -> dict[Path, "Plan"]:
+def _load_plans(
+    paths: Iterable[Path], changes: Sequence[str], output: Path, *, allow_python: bool
+) -> dict[Path, "Plan"]:
     from rbstab.config.errors import ConfigError, ConfigProblem, Location
     from rbstab.sweep.plan.load import is_plan, load_plan
 
@@ -65,7 +73,8 @@ def _load_plans(paths: Iterable[Path], changes: Sequence[str], output: Path) -> 
     for path in paths:
         try:
             if is_plan(path):
-                plans[path] = load_plan(path, (*_engine_change(path, output), *changes))
+                own = (*_engine_change(path, output), *changes)
+                plans[path] = load_plan(path, own, allow_python=allow_python)
             else:
                 what, expected = "is not the plan of a sweep", "expected a plan, or no --member"
                 problems[str(ConfigProblem(Location(str(path)), "", what, expected))] = None

@@ -17,6 +17,14 @@ CHANGES = click.option(
 )
 """The option --set of commands that read configs."""
 
+ALLOW_PYTHON = click.option(
+    "--allow-python",
+    is_flag=True,
+    help="Run the Python files of elements with kind: python. They can do all that you can do, so "
+    "read them first; without this option a config with one is refused.",
+)
+"""The option --allow-python of commands that build the equations of a config."""
+
 AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")
 """The option --json of commands that print their results as a table."""
 

@@ -4,26 +4,77 @@ from pathlib import Path
 
 import click
 
+from rbstab_cli import exit_codes
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import CHANGES
+from rbstab_cli.arguments.options import ALLOW_PYTHON, CHANGES
 
 
 @click.command("check")
-@click.argument(
-    "configs", nargs=-1, required=True, metavar="CONFIG...", type=click.Path(path_type=Path)
+@click.argument("configs", nargs=-1, metavar="[CONFIG]...", type=click.Path(path_type=Path))
+@click.option(
+    "--element",
+    "elements",
+    multiple=True,
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="Run the Python file FILE, and test each of its element classes at random states. "
+    "Repeatable.",
 )
 @CHANGES
-def command(configs: tuple[Path, ...], changes: tuple[str, ...]) -> None:
-    """Check configs and list their errors.
+@ALLOW_PYTHON
+def command(
+    configs: tuple[Path, ...],
+    elements: tuple[Path, ...],
+    changes: tuple[str, ...],
+    allow_python: bool,
+) -> None:
+    """Check configs and list their errors, or test elements of your own.
 
     If every CONFIG is valid, prints one line for each: variant, coordinates, engine and run id.
     Otherwise prints all errors as FILE:LINE:COLUMN: KEY: PROBLEM (EXPECTED); the exit code is 2.
+
+    With --element, says of each statement of each class whether it holds: its kinds of number, its
+    power balance, its dissipation (see docs/own_elements.md). If one does not, the exit code is 2.
     """
     from rbstab.config.load import run_id
 
-    for path, config in load_all(configs, changes).items():
+    if not configs and not elements:
+        raise click.UsageError("expected CONFIG or --element FILE")
+    if not configs and (changes or allow_python):
+        option = "--set" if changes else "--allow-python"
+        raise click.UsageError(f"{option} has no effect without CONFIG")
+    for path, config in load_all(configs, changes, allow_python=allow_python).items():
         variant, integration = config.controller.variant, config.integration
         click.echo(
             f"{path}: valid: {variant}, coordinates {integration.coordinates}, "
             f"engine {integration.engine}, run id {run_id(config)}"
         )
+    # Each file is tested, also after one that is wrong.
+    wrong = [path for path in elements if not _holds(path)]
+    if wrong:
+        raise click.exceptions.Exit(exit_codes.USAGE)
+
+
+def _holds(path: Path) -> bool:
+    """Print what was found in a file with elements, and return whether all of it holds."""
+    from rbstab.experiment.element_check.check import STATES, ElementFileError, check_file
+
+    try:
+        classes = check_file(path)
+    except ElementFileError as error:
+        click.echo(f"{path}: {error}", err=True)
+        return False
+    for checked in classes:
+        count = len(checked.problems)
+        verdict = f"{count} statement{'s do' if count > 1 else ' does'} not hold"
+        if not count:
+            verdict = f"all statements hold at {STATES} random states"
+        click.echo(f"{path}: {checked.name}: {verdict}")
+        for sign, texts in (
+            ("holds", checked.passed),
+            ("WRONG", checked.problems),
+            ("note ", checked.notes),
+        ):
+            for text in texts:
+                click.echo(f"  {sign}  {text}")
+    return not any(checked.problems for checked in classes)

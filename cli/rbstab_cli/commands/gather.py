@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rbstab_cli import exit_codes
-from rbstab_cli.arguments.options import AS_JSON, QUIET
+from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, QUIET
 
 if TYPE_CHECKING:
     from rbstab.sweep.sweep import Sweep
@@ -17,29 +17,32 @@ if TYPE_CHECKING:
 
 @click.command("gather")
 @click.argument("folder", metavar="DIR", type=click.Path(file_okay=False, path_type=Path))
+@ALLOW_PYTHON
 @AS_JSON
 @QUIET
-def command(folder: Path, as_json: bool, quiet: bool) -> None:
+def command(folder: Path, allow_python: bool, as_json: bool, quiet: bool) -> None:
     """Gather the shards of a sweep into one file.
 
     DIR is the folder of a sweep, for example of one computed in parts (see docs/cluster.md). The
     command computes members only for the comparison with scipy. If shards are missing, it lists
     them and ends with exit code 3.
     """
+    from rbstab.config.user_code.permission import CodeNotAllowedError
     from rbstab.integrate.engines import EngineMissingError
     from rbstab.store.errors import StoreError
     from rbstab_cli.sweep_run import run_task
 
     try:
-        run_task(_gather_task(folder, quiet=quiet), fail_fast=False, as_json=as_json, quiet=quiet)
+        task = _gather_task(folder, allow_python=allow_python, quiet=quiet)
+        run_task(task, fail_fast=False, as_json=as_json, quiet=quiet)
     except StoreError as error:
         click.echo(f"{folder}: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
-    except EngineMissingError as error:
+    except (CodeNotAllowedError, EngineMissingError) as error:
         raise click.UsageError(str(error)) from error
 
 
-def _gather_task(folder: Path, *, quiet: bool) -> "SweepTask":
+def _gather_task(folder: Path, *, allow_python: bool, quiet: bool) -> "SweepTask":
     from rbstab.sweep.execution.events import Gathering, SweepEvent
     from rbstab.sweep.sweep import gather_folder
 
@@ -51,7 +54,7 @@ def _gather_task(folder: Path, *, quiet: bool) -> "SweepTask":
             gathered_now = gathered_now or isinstance(event, Gathering)
             on_event(event)
 
-        sweep = gather_folder(folder, on_gather_event, stop)
+        sweep = gather_folder(folder, on_gather_event, stop, allow_python=allow_python)
         if sweep.finished and not gathered_now and not quiet:
             click.echo(f"{folder} is already gathered", err=True)
         return sweep

@@ -8,7 +8,7 @@ import click
 
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import AS_JSON, CHANGES, REPLACE_FILE, output_file
+from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
     from rbstab.experiment.tuning.guard import Guarded, RunOutcome
@@ -18,10 +18,16 @@ if TYPE_CHECKING:
 @click.argument("config", metavar="CONFIG", type=click.Path(path_type=Path))
 @output_file("File of the new config; CONFIG.yaml gives CONFIG_guarded.yaml in the working folder.")
 @CHANGES
+@ALLOW_PYTHON
 @REPLACE_FILE
 @AS_JSON
 def command(
-    config: Path, output: Path | None, changes: tuple[str, ...], force: bool, as_json: bool
+    config: Path,
+    output: Path | None,
+    changes: tuple[str, ...],
+    allow_python: bool,
+    force: bool,
+    as_json: bool,
 ) -> None:
     """Find a barrier of θ2 with which every start is proved to converge.
 
@@ -37,7 +43,7 @@ def command(
     if target.resolve() == config.resolve():
         raise click.UsageError(f"{target} is the given config. Choose another file with -o.")
     check_target(target, force=force)
-    ((path, loaded),) = load_all([config], changes).items()
+    ((path, loaded),) = load_all([config], changes, allow_python=allow_python).items()
     with motion_errors(path):
         from rbstab.experiment.tuning.guard import guard
 

@@ -13,7 +13,7 @@ from rbstab_cli import exit_codes
 from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.members import MEMBERS, load_members
-from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, results_folder
+from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, QUIET, results_folder
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     is_flag=True,
     help="With --prove: enclose the exact motion to the end of the run.",
 )
+@ALLOW_PYTHON
 @AS_JSON
 @QUIET
 def command(
@@ -62,6 +63,7 @@ def command(
     force: bool,
     prove: bool | None,
     to_end: bool,
+    allow_python: bool,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -87,11 +89,11 @@ def command(
         changes = (*changes, f"integration.engine={engine}")
     with keep_imports():
         loaded = (
-            load_members(configs, members, changes, output)
+            load_members(configs, members, changes, output, allow_python=allow_python)
             if members
             else {
                 (str(path), path.stem): config
-                for path, config in load_all(configs, changes).items()
+                for path, config in load_all(configs, changes, allow_python=allow_python).items()
             }
         )
         _import_engines({config.integration.engine for config in loaded.values()})

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import CHANGES, REPLACE_FILE, output_file
+from rbstab_cli.arguments.options import ALLOW_PYTHON, CHANGES, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
     from rbstab.experiment.tuning.sensitivities import Sensitivities
@@ -18,11 +18,17 @@ IN_TABLES = ("settling_time", *(f"peak_contact_displacement[{axis}]" for axis in
 @click.command("sensitivities")
 @click.argument("config", metavar="CONFIG", type=click.Path(path_type=Path))
 @CHANGES
+@ALLOW_PYTHON
 @click.option("--json", "as_json", is_flag=True, help="Print all results as JSON.")
 @output_file("Also write the JSON to FILE.")
 @REPLACE_FILE
 def command(
-    config: Path, changes: tuple[str, ...], as_json: bool, output: Path | None, force: bool
+    config: Path,
+    changes: tuple[str, ...],
+    allow_python: bool,
+    as_json: bool,
+    output: Path | None,
+    force: bool,
 ) -> None:
     """Compute how a run depends on its gains, its body and its initial state.
 
@@ -41,7 +47,7 @@ def command(
 
     if output is not None:
         check_target(output, force=force)
-    ((path, loaded),) = load_all([config], changes).items()
+    ((path, loaded),) = load_all([config], changes, allow_python=allow_python).items()
     with motion_errors(path):
         from rbstab.experiment.tuning.sensitivities import sensitivities
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import CHANGES, REPLACE_FILE, output_file
+from rbstab_cli.arguments.options import ALLOW_PYTHON, CHANGES, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     "--within. Repeatable: each KEY by itself.",
 )
 @CHANGES
+@ALLOW_PYTHON
 @click.option(
     "--results",
     default="results",
@@ -66,6 +67,7 @@ def command(
     withins: tuple[str, ...],
     largest: tuple[str, ...],
     changes: tuple[str, ...],
+    allow_python: bool,
     results: Path,
     no_run: bool,
     as_json: bool,
@@ -94,7 +96,7 @@ def command(
         raise click.UsageError("--search-only makes no proofs: leave out --within")
     if output is not None:
         check_target(output, force=force)
-    loaded = load_all(configs, changes)
+    loaded = load_all(configs, changes, allow_python=allow_python)
     tolerances = checked_tolerances(loaded, withins, largest)
     loci = [parse_along(text) for text in alongs]
     reports = []

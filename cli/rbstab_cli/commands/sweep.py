@@ -12,7 +12,7 @@ from click.core import ParameterSource
 from rbstab.processes.imports import keep_imports
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.engine import refuse_engine_change
-from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, results_folder
+from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, QUIET, results_folder
 from rbstab_cli.arguments.plans import is_in_sweep_folder, sweep_name
 
 if TYPE_CHECKING:
@@ -102,6 +102,7 @@ def _part_by_old_name(
     "many members start where convergence is proved. Default: --prove.",
 )
 @click.option("--force", is_flag=True, help="Move a different sweep of the same name aside.")
+@ALLOW_PYTHON
 @AS_JSON
 @QUIET
 @click.pass_context
@@ -123,6 +124,7 @@ def command(
     compare: int | None,
     prove: bool,
     force: bool,
+    allow_python: bool,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -164,7 +166,8 @@ def command(
                 refuse_engine_change(changes)
                 with keep_imports():
                     name = _engine(engine, folder, plan)
-                    loaded = _load(plan, (*changes, f"integration.engine={name}"))
+                    changes = (*changes, f"integration.engine={name}")
+                    loaded = _load(plan, changes, allow_python=allow_python)
                     if not dry_run:
                         import_module("rbstab.sweep.sweep")
                 from rbstab.sweep.options import SweepOptions
@@ -239,14 +242,14 @@ def _engine(wanted: str | None, folder: Path, plan: Path) -> str:
     return name
 
 
-def _load(path: Path, changes: tuple[str, ...]) -> "Plan":
+def _load(path: Path, changes: tuple[str, ...], *, allow_python: bool) -> "Plan":
     """Load a plan; if it has errors, print all of them and end the command with exit code 2."""
     from rbstab.config.build import config_warnings
     from rbstab.config.errors import ConfigError
     from rbstab.sweep.plan.load import load_plan
 
     try:
-        plan = load_plan(path, changes)
+        plan = load_plan(path, changes, allow_python=allow_python)
     except ConfigError as error:
         for problem in dict.fromkeys(map(str, error.problems)):
             click.echo(problem, err=True)

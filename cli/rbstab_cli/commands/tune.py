@@ -9,7 +9,7 @@ import click
 from rbstab.experiment.tuning.objective import OBJECTIVES
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import AS_JSON, CHANGES, REPLACE_FILE, output_file
+from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
     from rbstab.experiment.tuning.tune import Tuned
@@ -52,6 +52,7 @@ def _bounds(_context: click.Context, _parameter: click.Parameter, text: str) -> 
 )
 @output_file("File of the new config; CONFIG.yaml gives CONFIG_tuned.yaml in the working folder.")
 @CHANGES
+@ALLOW_PYTHON
 @REPLACE_FILE
 @AS_JSON
 def command(
@@ -61,6 +62,7 @@ def command(
     bounds: tuple[float, float],
     output: Path | None,
     changes: tuple[str, ...],
+    allow_python: bool,
     force: bool,
     as_json: bool,
 ) -> None:
@@ -78,7 +80,7 @@ def command(
     if target.resolve() == config.resolve():
         raise click.UsageError(f"{target} is the given config. Choose another file with -o.")
     check_target(target, force=force)
-    ((path, loaded),) = load_all([config], changes).items()
+    ((path, loaded),) = load_all([config], changes, allow_python=allow_python).items()
     with motion_errors(path):
         from rbstab.experiment.tuning.tune import tune
 

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
-from rbstab.config.elements import inputs
+from rbstab.config.elements import gain_value, inputs
 from rbstab.config.schema import NO_VARIANT, Baumgarte, Config
+from rbstab.config.user_code.permission import permitted_class
+from rbstab.config.user_code.section import PythonElement
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.inputs import legs
@@ -77,7 +79,7 @@ def system_of(config: Config, numbers: Numbers = doubles) -> System:
     """Return the system of a config: body, gravity, controller and elements.
 
     Args:
-        config: The config.
+        config: The config. If it has elements of users, their files are run.
         numbers: The kind of number of its parameters. All that follows from them, such as the
             weight, is computed with it. The settings of a sliding connector stay doubles.
     """
@@ -147,12 +149,10 @@ def _unit_vector(vector: Array) -> Array:
 
 
 def _gains(
-    element: type[Element], controller: Any, convert: dict[str, Callable[[Any], Any]]
+    element: type[Element], section: Any, convert: dict[str, Callable[[Any], Any]]
 ) -> dict[str, Any]:
     """Return the gains of an element by name, as arrays or numbers."""
-    return {
-        gain.name: convert[gain.shape](getattr(controller, gain.name)) for gain in element.gains
-    }
+    return {gain.name: convert[gain.shape](gain_value(section, gain)) for gain in element.gains}
 
 
 def _connector(controller: Any, convert: dict[str, Callable[[Any], Any]]) -> list[Element]:
@@ -168,7 +168,10 @@ def _elements(config: Config, convert: dict[str, Callable[[Any], Any]]) -> list[
     """Return the elements of the config, in the order of their names."""
     found: list[Element] = []
     for name, section in config.elements.items():
-        kind: Any = element_of(section)
+        if isinstance(section, PythonElement):
+            kind: Any = permitted_class(name, section)
+        else:
+            kind = element_of(section)
         fields = {"name": name, **_gains(kind, section, convert)}
         if issubclass(kind, Input):
             fields["signal"] = _signal(section.signal, config.integration.duration, convert)

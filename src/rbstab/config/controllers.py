@@ -24,6 +24,7 @@ from rbstab.config.section import Section, required, word_or_section
 from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element
 from rbstab.elements.registry import CONNECTORS, STABILIZERS
+from rbstab.elements.user_code.declared import Declared
 
 _GAIN_TYPES: dict[tuple[str, bool], Any] = {
     ("matrix", True): PositiveDefinite,
@@ -37,7 +38,7 @@ _GAIN_TYPES: dict[tuple[str, bool], Any] = {
 """The type of a gain, by its shape and whether it must be positive."""
 
 
-def gain_fields(*elements: type[Element]) -> dict[str, Any]:
+def gain_fields(*elements: type[Element] | Declared) -> dict[str, Any]:
     """Return the fields of the gains of elements, for a model."""
     return {gain.name: _gain_field(gain) for element in elements for gain in element.gains}
 

@@ -7,26 +7,36 @@ import re
 from collections.abc import Mapping
 from functools import reduce
 from operator import or_
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import (
     AfterValidator,
     BeforeValidator,
     Field,
+    ValidationInfo,
     WrapValidator,
     create_model,
     field_validator,
 )
 
 from rbstab.config.controllers import BoundaryLayer, Slope, gain_fields
-from rbstab.config.inputs.signals import SMOOTH_SIGNALS, Signal
+from rbstab.config.inputs.signals import SMOOTH_SIGNALS, Signal, signal_model
 from rbstab.config.quantities import components, value_error
 from rbstab.config.section import FrozenMapping, Section, required, word_or_section
-from rbstab.elements.declarations import OwnState
+from rbstab.config.source import Path
+from rbstab.config.units import Kind
+from rbstab.config.user_code.section import KIND as PYTHON
+from rbstab.config.user_code.section import PARAMETERS, PythonElement, gains_in
+from rbstab.elements.declarations import Gain, OwnState
+from rbstab.elements.element import Element
 from rbstab.elements.inputs.loads import Input
-from rbstab.elements.registry import KINDS, SELECTORS, element_of
+from rbstab.elements.registry import KINDS, SELECTORS, element_of, selected
+from rbstab.elements.user_code.declared import Declared
 
 MAX_ELEMENTS = 100
+
+SIGNAL = "signal"
+"""The key of the signal of an input."""
 
 RESERVED_NAMES = ("anchor", "body", "connector", "gravity", "kinetic")
 """Names that parts of every system have."""
@@ -94,7 +104,7 @@ def _model(kind: str, method: str | None) -> type[Section]:
     fields |= {state.initial_key: _initial_field(state) for state in element.states}
     documentation = (element.__doc__ or "").strip().splitlines()[0]
     if issubclass(element, Input):
-        fields["signal"] = (Signal, ...)
+        fields[SIGNAL] = (Signal, ...)
     words = f"{method or ''}-{kind}".title().replace("-", "").replace("_", "")
     return create_model(
         f"{words}Element",
@@ -112,8 +122,12 @@ def _initial_field(state: OwnState) -> tuple[Any, Any]:
 
 ELEMENT_MODELS: dict[tuple[str, str | None], type[Section]] = {
     (kind, method): _model(kind, method) for kind, methods in KINDS.items() for method in methods
-}
+} | {(PYTHON, None): PythonElement}
 """The model of each kind and value of its selector."""
+
+
+ALL_KINDS = (*KINDS, PYTHON)
+"""The kinds of elements of a config: those of the program, and those of users."""
 
 
 def _unknown_method(kind: str) -> type[Section]:
@@ -140,7 +154,7 @@ globals().update({model.__name__: model for model in ELEMENT_MODELS.values()})
 def element_model(value: Any) -> type[Section] | None:
     """Return the model of an element of a config; None if its kind is unknown."""
     kind = value.get("kind") if isinstance(value, dict) else None
-    if not isinstance(kind, str) or kind not in KINDS:
+    if not isinstance(kind, str) or kind not in ALL_KINDS:
         return None
     if kind not in _UNKNOWN_METHOD:
         return ELEMENT_MODELS[kind, None]
@@ -149,14 +163,64 @@ def element_model(value: Any) -> type[Section] | None:
     return ELEMENT_MODELS[kind, method] if known else _UNKNOWN_METHOD[kind]
 
 
+def keys_in(element: Any, path: Path) -> list[str]:
+    """Return the keys that a mapping in the data of an element may have.
+
+    Args:
+        element: The data of the element, of a known kind.
+        path: The path of the mapping in the element; empty for the element itself.
+    """
+    if element.get("kind") == PYTHON and path == (PARAMETERS,):
+        return sorted(gain.name for gain in gains_in(element))
+    model = element_model(element)
+    models = () if model is None else (model,)
+    if path == (SIGNAL,):
+        found = signal_model(element[SIGNAL])
+        models = () if found is None else (found,)
+    elif path:
+        owner = () if model is None else get_args(model.model_fields[str(path[0])].annotation)
+        models = tuple(one for one in owner if hasattr(one, "model_fields"))
+    fields = [item for one in models for item in one.model_fields.items()]
+    return sorted(field.alias or name for name, field in fields)
+
+
+def declarations_of(section: Any) -> type[Element] | Declared:
+    """Return what has the `gains` and the `mode_count` of an element of a config; runs no code."""
+    return section.declared if isinstance(section, PythonElement) else element_of(section)
+
+
+def gain_path(name: str, section: Any, gain: Gain) -> Path:
+    """Return the path of a gain of an element in a config."""
+    inner = (PARAMETERS,) if isinstance(section, PythonElement) else ()
+    return ("elements", name, *inner, gain.name)
+
+
+def gain_value(section: Any, gain: Gain) -> Any:
+    """Return the value of a gain of an element."""
+    if isinstance(section, PythonElement):
+        return section.parameters[gain.name]
+    return getattr(section, gain.name)
+
+
+def kind_of(section: Any) -> Kind:
+    """Return what decides the units of an element of a config."""
+    if isinstance(section, PythonElement):
+        return Kind(section.kind, None, section.source, section.class_name)
+    return Kind(section.kind, selected(section))
+
+
 def switching(elements: Mapping[str, Any]) -> list[str]:
     """Return the names of the elements of a config that switch (`Element.mode_count`)."""
-    return [name for name, section in elements.items() if element_of(section).mode_count]
+    return [name for name, section in elements.items() if declarations_of(section).mode_count]
 
 
 def stops(elements: Mapping[str, Any]) -> list[str]:
     """Return the names of the stops of a config."""
-    return [name for name, section in elements.items() if element_of(section).holds]
+    return [
+        name
+        for name, section in elements.items()
+        if section.kind != PYTHON and element_of(section).holds
+    ]
 
 
 def inputs(elements: Mapping[str, Any], *, with_legs: bool = False) -> list[str]:
@@ -216,18 +280,18 @@ def _check_name(name: Any) -> Any:
     return name
 
 
-def _check_element(value: Any, _handler: Any) -> Any:
+def _check_element(value: Any, _handler: Any, info: ValidationInfo) -> Any:
     if isinstance(value, tuple(ELEMENT_MODELS.values())):
         return value
     if not isinstance(value, dict):
         raise value_error("is not a mapping", "expected a mapping with the key kind")
-    expected = f"expected kind: one of {', '.join(KINDS)}"
+    expected = f"expected kind: one of {', '.join(ALL_KINDS)}"
     if "kind" not in value:
         raise value_error("has no kind", expected)
     model = element_model(value)
     if model is None:
         raise value_error("has an unknown kind", expected)
-    return model.model_validate(value)
+    return model.model_validate(value, context=info.context)
 
 
 def _in_order(elements: Any) -> Any:

@@ -3,11 +3,12 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from rbstab.config.elements import declarations_of, gain_path
 from rbstab.config.schema import Config
 from rbstab.config.section import FrozenMapping, Section
 from rbstab.config.source import Path, key_of
 from rbstab.elements.declarations import is_initial
-from rbstab.elements.registry import GAINS, element_of
+from rbstab.elements.registry import GAINS
 from rbstab.mechanics.numbers import Number
 
 
@@ -34,7 +35,7 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
     """
     gains: list[Path] = [("controller", name) for name in GAINS if hasattr(config.controller, name)]
     for name, section in config.elements.items():
-        gains += [("elements", name, gain.name) for gain in element_of(section).gains]
+        gains += [gain_path(name, section, gain) for gain in declarations_of(section).gains]
         signal = getattr(section, "signal", None)
         gains += [
             ("elements", name, "signal", key)
@@ -44,7 +45,7 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
     body = [("body", name) for name in type(config.body).model_fields]
     initial: list[Path] = [("initial", name) for name in type(config.initial).model_fields]
     for name, section in config.elements.items():
-        initial += [("elements", name, own.initial_key) for own in element_of(section).states]
+        initial += [("elements", name, own.initial_key) for own in declarations_of(section).states]
     return tuple(
         entry for path in (*gains, *body, *initial) for entry in entries_under(config, path)
     )

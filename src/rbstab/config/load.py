@@ -14,6 +14,9 @@ from rbstab.config.messages import describe, problems_of
 from rbstab.config.overrides import override
 from rbstab.config.schema import NO_VARIANT, SCHEMA_VERSIONS, VARIANTS, Config, model_of, variant_of
 from rbstab.config.source import MAX_DEPTH, Source, read_source
+from rbstab.config.user_code.files import embed_files
+from rbstab.config.user_code.permission import check_code, may_run_code
+from rbstab.config.user_code.section import ALLOW
 from rbstab.elements.declarations import is_initial
 from rbstab.elements.registry import OWN_STATES
 
@@ -34,20 +37,61 @@ SCIPY_ONLY = ("method", "atol")
 """Integration keys that only the engine scipy uses."""
 
 
-def load_config(config: str | FilePath | Mapping[str, Any], changes: Iterable[str] = ()) -> Config:
+def load_config(
+    config: str | FilePath | Mapping[str, Any],
+    changes: Iterable[str] = (),
+    *,
+    allow_python: bool = False,
+) -> Config:
     """Load and validate a config; it is immutable.
 
     Args:
-        config: The path of a YAML file, or plain data.
+        config: The path of a YAML file, or plain data. In plain data, the files of users' elements
+            are relative to the working directory.
         changes: Texts `key=value` that replace single values, as `--set` does.
+        allow_python: Whether the files of users' elements (`kind: python`) may be run. They can do
+            all that you can do. Without it, a config with such an element is refused.
 
     Raises:
         ConfigError: The config is invalid. The error has all problems, each as
             `file:line:column: key: what is wrong (what was expected)`.
     """
+    source = _changed_source(config, changes)
+    loaded = validated(source, allow_python=allow_python)
+    check_code(loaded, source, allow_python=allow_python)
+    return loaded
+
+
+def config_to_read(
+    config: str | FilePath | Mapping[str, Any], changes: Iterable[str] = ()
+) -> Config:
+    """Load and validate a config to read it; it cannot be run if it has elements of users.
+
+    Raises:
+        ConfigError: As `load_config`.
+    """
+    return validated(_changed_source(config, changes))
+
+
+def _changed_source(config: str | FilePath | Mapping[str, Any], changes: Iterable[str]) -> Source:
+    folder = FilePath() if isinstance(config, Mapping) else FilePath(config).parent
     source = source_of(config)
     override(source, [changes] if isinstance(changes, str) else changes)
-    return validated(source)
+    embed_files(source, folder)
+    return source
+
+
+def changed_config(config: Config, data: Mapping[str, Any]) -> Config:
+    """Validate changed data of a config; code of users may run if it may in the config.
+
+    Args:
+        config: The config.
+        data: Its plain data with changes, which must not be of the elements' code.
+
+    Raises:
+        ConfigError: As `load_config`.
+    """
+    return validated(source_of(data), allow_python=may_run_code(config))
 
 
 def source_of(
@@ -76,8 +120,12 @@ def source_of(
     return source
 
 
-def validated(source: Source) -> Config:
-    """Validate a source and return its config.
+def validated(source: Source, *, allow_python: bool = False) -> Config:
+    """Validate a source and return its config; no code of a user runs.
+
+    Args:
+        source: The source; the files of users' elements were read into it (`embed_files`).
+        allow_python: Whether these files may be run, when the system of the config is built.
 
     Raises:
         ConfigError: As `load_config`.
@@ -87,7 +135,7 @@ def validated(source: Source) -> Config:
     name = FALLBACK_VARIANT if variant_problem else variant_of(source.data)
     model = model_of(name)
     try:
-        config = model.model_validate(source.data)
+        config = model.model_validate(source.data, context={ALLOW: allow_python})
     except ValidationError as error:
         problems = problems_of(error, source, model)
     else:
@@ -110,7 +158,7 @@ def validated(source: Source) -> Config:
 
 def plain_data(config: Config) -> dict[str, Any]:
     """Return a config as plain data with all defaults. It loads as the same config."""
-    data: dict[str, Any] = config.model_dump(mode="json", exclude_none=True)
+    data: dict[str, Any] = config.model_dump(mode="json", exclude_none=True, by_alias=True)
     if data["schema_version"] == 1:
         # Version 1 has no such key.
         del data["elements"]

@@ -2,19 +2,20 @@
 
 from collections.abc import Callable, Iterator
 from difflib import get_close_matches
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from rbstab.config.elements import element_model
+from rbstab.config.elements import keys_in
 from rbstab.config.errors import ConfigProblem
-from rbstab.config.inputs.signals import signal_model
 from rbstab.config.quantities import SHAPE_TAGS
 from rbstab.config.schema import NO_VARIANT, VARIANTS, Experiment
 from rbstab.config.source import Path, Source, key_of
+from rbstab.config.user_code.section import PARAMETERS
 
 MATRIX_KEYS = {"body": 2, "controller": 2, "elements": 3}
-"""The sections with matrices, and how many parts the key of a matrix has in each of them."""
+"""The sections with matrices, and how many parts the key of a matrix has in each of them. The
+parameters of an element of a user are one level deeper."""
 
 _OF_KEY = "[key]"
 """What pydantic adds to the path of an error in the key of a mapping."""
@@ -51,11 +52,8 @@ def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigPro
     else:
         of_key = unknown
     if unknown and path[0] == "elements":
-        element = source.data["elements"][path[1]]
-        in_signal = path[2] == "signal" and len(path) > 3
-        section: Any = signal_model(element["signal"]) if in_signal else element_model(element)
-        keys = sorted(section.model_fields) if in_signal else _keys_of_element(section, path[2:-1])
-        problem, expected = _with_hint(str(path[-1]), keys)
+        known = keys_in(source.data["elements"][path[1]], path[2:-1])
+        problem, expected = _with_hint(str(path[-1]), known)
     elif unknown:
         problem, expected = _unknown_key(path, model)
     else:
@@ -64,20 +62,13 @@ def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigPro
     return ConfigProblem(where, key_of(path), problem, expected)
 
 
-def _keys_of_element(section: Any, path: Path) -> list[str]:
-    """Return the known keys at a path inside an element of a config, sorted."""
-    if not path:
-        return sorted(section.model_fields)
-    models = get_args(section.model_fields[path[0]].annotation)
-    return sorted(key for model in models for key in getattr(model, "model_fields", {}))
-
-
 def _without_tag(location: Path) -> Path:
     """Return the path of an error without the shape tag of pydantic.
 
     A shape tag only follows a section and a key. Anywhere else the same text is a key of the file.
     """
     parts = MATRIX_KEYS.get(str(location[0]), len(location)) if location else 0
+    parts += location[:1] == ("elements",) and location[2:3] == (PARAMETERS,)
     has_tag = parts < len(location) and location[parts] in SHAPE_TAGS
     return location[:parts] + location[parts + 1 :] if has_tag else location
 
@@ -98,7 +89,7 @@ def _with_hint(key: str, known: list[str]) -> ProblemText:
         close = [folded[match] for match in (key.lower().replace("_", ""),) if match in folded]
     if close:
         return "is unknown", f"did you mean {close[0]}?"
-    return "is unknown", f"expected one of {', '.join(known)}"
+    return "is unknown", f"expected one of {', '.join(known)}" if known else "expected no key"
 
 
 def _keys_at(model: type[BaseModel], path: Path) -> set[str]:

@@ -1,8 +1,10 @@
 """Units of the config keys."""
 
 from collections.abc import Collection
+from typing import NamedTuple
 
 from rbstab.config.inputs.signals import SIGNAL_UNITS
+from rbstab.config.user_code.section import PARAMETERS, gains_in
 from rbstab.elements.registry import GAINS, KINDS, OWN_STATES
 
 _UNITS = (
@@ -40,17 +42,30 @@ _ELEMENT_UNITS = (
 )
 """By kind, selector and key: the stiffness of a spring and that of a guard have different units."""
 
-KindAndMethod = tuple[str, str | None]
-"""The kind of an element, and the value of its selector (`registry.SELECTORS`) if it has one."""
+
+class Kind(NamedTuple):
+    """What decides the units of an element of a config.
+
+    Attributes:
+        kind: Its kind.
+        selected: The value of its selector (`registry.SELECTORS`), if the kind has several classes.
+        source: The text of the file of an element of a user.
+        class_name: The class in this text.
+    """
+
+    kind: str
+    selected: str | None = None
+    source: str | None = None
+    class_name: str | None = None
 
 
-def unit_of(key: str, kinds: Collection[KindAndMethod] = ()) -> str:
-    """Return the unit of a config key such as `body.inertia`.
+def unit_of(key: str, kinds: Collection[Kind | tuple[str, str | None]] = ()) -> str:
+    """Return the unit of a config key such as `body.inertia`; no code of a user runs.
 
     Args:
         key: The key.
-        kinds: The kinds of the element in a key such as `elements.strut.stiffness`, with their
-            selectors: one, or more if several configs have an element of that name.
+        kinds: The kinds of the element in a key such as `elements.strut.stiffness`: one, or more if
+            several configs have an element of that name.
 
     Returns:
         The unit. It is empty for keys without a unit, for a boundary layer, whose unit depends on
@@ -62,5 +77,13 @@ def unit_of(key: str, kinds: Collection[KindAndMethod] = ()) -> str:
     gain = rest.partition(".")[2]
     if gain.startswith("signal."):
         return SIGNAL_UNITS.get(gain.removeprefix("signal."), "")
-    units = {_ELEMENT_UNITS.get((*kind, gain), "") for kind in kinds}
+    units = {_element_unit(Kind(*kind), gain) for kind in kinds}
     return units.pop() if len(units) == 1 else ""
+
+
+def _element_unit(kind: Kind, key: str) -> str:
+    if kind.source is None or kind.class_name is None:
+        return _ELEMENT_UNITS.get((kind.kind, kind.selected, key), "")
+    element = {"source": kind.source, "class": kind.class_name}
+    named = {f"{PARAMETERS}.{gain.name}": gain.unit for gain in gains_in(element)}
+    return named.get(key, "")

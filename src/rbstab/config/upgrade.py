@@ -7,6 +7,7 @@ from rbstab.config.errors import ConfigError, ConfigProblem, Location
 from rbstab.config.load import resolved, source_of, validated
 from rbstab.config.schema import Config
 from rbstab.config.source import BYTE_ORDER_MARK, Source, parse_source, read_text
+from rbstab.config.user_code.files import embed_files
 
 KEY = "schema_version"
 
@@ -32,6 +33,7 @@ def upgraded_text(path: Path) -> str | None:
     whole = read_text(path)
     text = whole.removeprefix(BYTE_ORDER_MARK)
     source = source_of(parse_source(text, str(path)))
+    embed_files(source, path.parent)
     config = validated(source)
     if config.schema_version == 2:
         return None

@@ -53,6 +53,10 @@ class Element:
     axes there, shape (3,), N, inertial (`systems.surface_forces`). The system computes them, since
     they follow from the loads of all elements."""
 
+    from_user: ClassVar[bool] = False
+    """Whether its class is from a file of a user. No proof evaluates the statements of such a
+    class: nothing guarantees that they are the same formulas for all numbers."""
+
     def __init_subclass__(cls) -> None:
         """Derive `state_size` from the declared states, and `supplies` from the statements."""
         super().__init_subclass__()

@@ -7,7 +7,7 @@ import numpy as np
 from rbstab.analysis.linearisation import Linearisation, linearise
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
-from rbstab.config.load import load_config, resolved
+from rbstab.config.load import changed_config, resolved
 from rbstab.config.schema import Config
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.mechanics.numbers import Array
@@ -70,7 +70,7 @@ def scaled(config: Config, key: str, factor: float) -> Config:
     if not isinstance(owner, dict):
         raise KeyError(key)
     owner[last] = _multiplied(owner[last], factor, key)
-    return load_config(data)
+    return changed_config(config, data)
 
 
 def _multiplied(value: Any, factor: float, key: str) -> Any:

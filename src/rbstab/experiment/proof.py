@@ -16,6 +16,7 @@ from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import without_code
 from rbstab.experiment.proof_record import (
     NO_STABILIZERS,
     SUPPLIES,
@@ -85,11 +86,12 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     """Return the identity of a proof: a digest of body, gravity, controller and version.
 
     From version 3 on it depends on the equations too, by their `fingerprint`: if the equations are
-    changed, older proofs are not found. With a barrier it has a further version.
+    changed, older proofs are not found. With a barrier it has a further version. The code of users
+    is not run for it: their text is part of the elements.
     """
     parts: list[Any] = [version, acting_sections(config)]
     if version >= FINGERPRINT_VERSION:
-        parts.append(fingerprint(partial(system_of, config)))
+        parts.append(fingerprint(partial(system_of, without_code(config))))
     if any(element.kind == "guard" for element in config.elements.values()):
         parts.append(f"barrier {BARRIER_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))

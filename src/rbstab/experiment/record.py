@@ -310,7 +310,11 @@ def _observer(system: System) -> Callable[[System, Array, float], tuple[Any, ...
 
 def named_elements(system: System) -> tuple[str, ...]:
     """Return the names of the elements that the config names, in their order."""
-    return tuple(element.name for element in system.elements if isinstance(element, NAMED_ELEMENTS))
+    return tuple(
+        element.name
+        for element in system.elements
+        if isinstance(element, NAMED_ELEMENTS) or element.from_user
+    )
 
 
 def _outcome_at(system: System, state: Array, t: float) -> tuple[Any, ...]:

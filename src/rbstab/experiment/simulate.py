@@ -38,6 +38,7 @@ def simulate(
     progress: Progress | None = None,
     proof: "Proof | None" = None,
     enclose: Enclose = Enclose.NOTHING,
+    allow_python: bool = False,
 ) -> Result:
     """Integrate a config and return its result; no file is written.
 
@@ -46,6 +47,7 @@ def simulate(
         progress: Called after every step with the time reached, s.
         proof: The proof of the rest states; without one, convergence is not decided.
         enclose: How far to enclose the exact motion; this needs the proof.
+        allow_python: As for `load_config`, if the config is not loaded yet.
 
     Returns:
         The result. `Result.status` is the status at the end; `Result.to_xarray` returns a dataset.
@@ -55,7 +57,7 @@ def simulate(
         EngineMissingError: The engine's package is not installed.
     """
     if not isinstance(config, Section):
-        config = load_config(config)
+        config = load_config(config, allow_python=allow_python)
     return simulate_problem(
         config, problem_of(config), progress=progress, proof=proof, enclose=enclose
     )

@@ -8,6 +8,7 @@ from threading import Event
 from typing import NamedTuple
 
 from rbstab.config.errors import ConfigError
+from rbstab.config.user_code.permission import REFUSED, CodeNotAllowedError, has_code
 from rbstab.processes.processors import processor_count
 from rbstab.store.disk.existence import check_writable
 from rbstab.store.errors import NotAResultError
@@ -37,7 +38,7 @@ from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder, read_folder
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.scipy_comparison import ENGINE, ScipyComparison
 from rbstab.sweep.options import SweepOptions
-from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.load import load_plan, plan_to_read
 from rbstab.sweep.plan.plan import Plan, plan_id
 from rbstab.sweep.proofs.convergence import keep_proofs
 
@@ -132,7 +133,11 @@ def _comparison_runs(
 
 
 def gather_folder(
-    path: Path, on_event: EventCallback = lambda _: None, stop: Event | None = None
+    path: Path,
+    on_event: EventCallback = lambda _: None,
+    stop: Event | None = None,
+    *,
+    allow_python: bool = False,
 ) -> Sweep:
     """Gather the shards of a folder in one file, if all are stored.
 
@@ -140,12 +145,15 @@ def gather_folder(
         path: The folder of a sweep.
         on_event: Called in this thread with each event.
         stop: Any thread may set it to end early.
+        allow_python: Whether the code of users in the plan may be run, for the comparison with
+            SciPy. Without it, the sweep of such a plan is not gathered.
 
     Returns:
         The sweep. It is not finished if shards are missing, or if `stop` was set.
 
     Raises:
         NotAResultError: It is not the folder of a sweep, or its plan is damaged.
+        CodeNotAllowedError: Its plan has code of a user, which may not be run.
         FolderInUseError: Another process is writing to the folder.
         StoreError: A file cannot be written or read.
         EngineMissingError: The engine is not installed; the gathered file states its version.
@@ -154,7 +162,7 @@ def gather_folder(
     read_folder(path)
     with locked_folder(path) as locks_supported:
         folder = read_folder(path)
-        plan = _stored_plan(folder)
+        plan = _stored_plan(folder, allow_python=allow_python)
         inventory = shard_inventory(folder, read_traces=True)
         on_event(Started(folder, inventory, None, (), folder.manifest.members))
         if inventory.missing:
@@ -185,11 +193,17 @@ def _open_folder(
     return open_for_sweep(path, plan, options.shard_size, force=options.force)
 
 
-def _stored_plan(folder: SweepFolder) -> Plan:
+def _stored_plan(folder: SweepFolder, *, allow_python: bool) -> Plan:
     """Load the plan that is stored in a folder; it needs no other file."""
     path = folder.path / PLAN_FILE
     try:
-        plan = load_plan(path)
+        plan = plan_to_read(path)
+        if any(map(has_code, plan.bases.values())):
+            if not allow_python:
+                raise CodeNotAllowedError(
+                    f"{path} has elements that are code of a user ({REFUSED})"
+                )
+            plan = load_plan(path, allow_python=True)
     except ConfigError as error:
         raise NotAResultError(f"{path} is damaged: {error.problems[0]}") from error
     if plan_id(plan) != folder.manifest.plan_id:

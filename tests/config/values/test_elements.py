@@ -53,7 +53,7 @@ NAME = (
 )
 KIND = (
     "(expected kind: one of spring, visco-elastic, embedded, sliding, attitude, ligament, guard, "
-    "input)"
+    "input, python)"
 )
 POSITIVE = "(expected a number greater than 0)"
 

@@ -42,8 +42,8 @@ UNTRACEABLE = {
     "in place": in_place,
     "converted": converted,
     "abs": np.abs,
-    "exp": np.exp,
-    "power": lambda E: E**3,
+    "arcsinh": np.arcsinh,
+    "fractional power": lambda E: (E * E) ** 1.5,
     "sign": np.sign,
     "maximum": lambda E: np.maximum(E, 0.0),
     "where": lambda E: np.where(E > 0, E, 2 * E),
@@ -54,6 +54,8 @@ UNTRACEABLE = {
 }
 
 TRACEABLE = {
+    "exp": np.exp,
+    "power": lambda E: E**3,
     "norm": lambda E: np.linalg.norm(E) * E,
     "sqrt": lambda E: np.sqrt(1.0 + E @ E) * E,
     "sum": lambda E: np.full(3, 1.0) * E.sum(),

@@ -8,6 +8,7 @@ import pytest
 
 from rbstab.integrate.straight_line.code import compiled, source
 from rbstab.integrate.straight_line.number import NotTraceableError, Trace
+from rbstab.mechanics.numbers import FUNCTIONS
 
 
 def evaluated(function, *values, constants=()):
@@ -17,7 +18,7 @@ def evaluated(function, *values, constants=()):
     x = [trace.input(varies=True) for _ in values]
     results = [trace.index_of(result) for result in function(*fixed, *x)]
     prepare = compiled(trace, results)
-    found = prepare(list(constants), math.sin, math.cos, math.sqrt)(list(values))
+    found = prepare(list(constants), math)(list(values))
     return found, source(trace, results)
 
 
@@ -48,6 +49,20 @@ def test_sine_and_cosine():
     found, code = evaluated(lambda x: [x.sin(), x.cos(), (-x).sin()], 0.3)
     assert found == [math.sin(0.3), math.cos(0.3), math.sin(-0.3)]
     assert code.count("sin(") == 2
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_functions_of_one_number(name):
+    found, code = evaluated(lambda x: [getattr(x, name)()], 0.3)
+    assert found == [getattr(math, name)(0.3)]
+    assert code.count(f"{name}(") == 1
+
+
+@pytest.mark.parametrize("exponent", [0, 1, 2, 3, -2, 2.0, np.int64(3)])
+def test_whole_powers(exponent):
+    for x in (0.7, -1.3):
+        (found,), _ = evaluated(lambda x: [x**exponent], x)
+        assert found == x ** int(exponent)
 
 
 def test_arrays_pass_through_numpy(rng):
@@ -112,7 +127,7 @@ def test_long_chains_are_compiled():
         bool, float, int, complex, abs, hash, round, math.floor, list, len, math.sin,
         lambda x: x > 0, lambda x: x >= -x, lambda x: x > 1, lambda x: x <= 0.0,
         lambda x: x == -x, lambda x: x != 0, lambda x: x in [1.0], lambda x: {x: 1},
-        lambda x: x**2, lambda x: 2**x, lambda x: x // 2, lambda x: x % 2,
+        lambda x: x**0.5, lambda x: x**x, lambda x: 2**x, lambda x: x // 2, lambda x: x % 2,
         lambda x: x + 1j, lambda x: x * math.inf, lambda x: x - math.nan, lambda x: x + "1",
         lambda x: x + None, lambda x: x * Trace().input(varies=True), lambda x: [1, 2][x],
         lambda x: max(x, 0.0), lambda x: sorted([x, x]), range,

@@ -65,7 +65,7 @@ def test_variants_and_axes_of_a_plan_in_its_file(tmp_path):
 def test_every_key_that_varies_has_a_unit():
     """Every varied column of the ready plans has a unit and a valid name."""
     for path in (Path(__file__).parents[3] / "configs" / "sweeps").glob("*.yaml"):
-        plan = load_plan(path)
+        plan = load_plan(path, allow_python=True)
         for name, column in varied_layout(plan).items():
             assert column.unit, name
             assert name.isidentifier()

@@ -13,7 +13,7 @@ from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.plan.load import load_plan
 
 READY = sorted((Path(__file__).parents[3] / "configs" / "sweeps").glob("*.yaml"))
-PLANS = {path.stem: load_plan(path) for path in READY}
+PLANS = {path.stem: load_plan(path, allow_python=True) for path in READY}
 
 
 def run_ids_of_configs(plan, start, stop):

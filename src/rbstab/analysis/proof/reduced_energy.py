@@ -29,6 +29,10 @@ class NoEnergyReason(Enum):
     NO_POTENTIAL = "the connector's force on the surface s = F + κE has no potential"
     NOT_SMOOTH = "the energy K_s|E| of the sliding connector has no gradient at E = 0"
     SWITCHES = "an element switches, so its energy is not one formula for all attitudes"
+    USER_CODE = (
+        "an element is code of a user, and no proof knows that it computes the same formula for "
+        "all numbers"
+    )
     NOT_HELD = "nothing holds the position: the energy has no single minimum over X and D"
     NOT_QUADRATIC = "the energy is not a quadratic function of X and D with constant stiffness"
     NOT_FINITE = "the energy is too large for double precision"
@@ -134,6 +138,8 @@ def _reduced(
 
 def reject_switching(system: System) -> None:
     """Raise `NoReducedEnergy` if an element of a system switches, or its connector slides."""
+    if any(element.from_user for element in system.elements):
+        raise NoReducedEnergy(NoEnergyReason.USER_CODE)
     if has_modes(system):
         raise NoReducedEnergy(NoEnergyReason.SWITCHES)
     for element in system.elements:

@@ -7,6 +7,7 @@ from rbstab.analysis.certificate import Verdict
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import (
     EVERY_START,
@@ -89,6 +90,9 @@ def answer_beside(result: Result, config: Config | None, proof: "Proof | None") 
     lines = {line.check: line for line in certificate_lines(result)}
     stable = lines.get(GLOBAL_STABILITY)
     if proof is None or config is None or stable is None or not math.isnan(stable.value):
+        return answer_of(result, proof)
+    if has_code(config):
+        # Nothing is proved of the code of a user, and a stored result must not run it.
         return answer_of(result, proof)
     # Imported late: it needs the proofs.
     from rbstab.experiment.convergence.exact_motion import convergence_at_start

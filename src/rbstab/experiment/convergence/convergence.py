@@ -47,6 +47,9 @@ class Undecided(StrEnum):
     INPUT = "input"
     """An input supplies power, so v may rise."""
 
+    USER_CODE = "user code"
+    """An element is code of a user."""
+
 
 class Enclose(IntEnum):
     """How far the exact motion is to be enclosed. The numbers are those in files."""

@@ -16,7 +16,12 @@ if TYPE_CHECKING:
 
 COMMAND = "rbstab run --prove"
 
-NOT_SMOOTH = (Undecided.SLIDING, Undecided.SWITCHES, Undecided.INPUT)
+NOT_ENCLOSED = (
+    Undecided.SLIDING,
+    Undecided.SWITCHES,
+    Undecided.INPUT,
+    Undecided.USER_CODE,
+)
 """The reasons for which not even the motion is enclosed."""
 
 PATIENCE = 50
@@ -28,7 +33,7 @@ LEAST_FALL = 1e-6
 
 def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     """Return a convergence that no enclosure can decide, with the reason; None if one may."""
-    reason = _not_smooth(problem)
+    reason = not_enclosed(problem)
     if reason is not None:
         return reason
     if proof is None:
@@ -49,8 +54,15 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     return None
 
 
-def _not_smooth(problem: Problem) -> Convergence | None:
-    """Return a convergence that no theorem decides, because of what acts on the body, or None."""
+def not_enclosed(problem: Problem) -> Convergence | None:
+    """Return a convergence that is not decided because no motion can be enclosed, or None.
+
+    Either an input supplies power, or the equations are not smooth, or an element is code of a
+    user.
+    """
+    if any(element.from_user for element in problem.system.elements):
+        why = "an element is code of a user, and no proof evaluates it"
+        return Convergence(None, why=why, reason=Undecided.USER_CODE)
     if problem.system.supplies:
         why = "an input supplies power, so v may rise"
         return Convergence(None, why=why, reason=Undecided.INPUT)

@@ -31,7 +31,7 @@ from rbstab.experiment.convergence.convergence import Convergence, Enclose, Unde
 from rbstab.experiment.convergence.decisions import (
     COMMAND,
     LEAST_FALL,
-    NOT_SMOOTH,
+    NOT_ENCLOSED,
     PATIENCE,
     convergence_in,
     refusal,
@@ -130,7 +130,7 @@ def prove_convergence(
     refused, to_end = refusal(problem, proof), enclose is Enclose.TO_END
     # No enclosure takes a square root: its discs must not touch the branch cut.
     has_root = any(isinstance(element, Spring) for element in problem.system.elements)
-    if refused is not None and (not to_end or has_root or refused.reason in NOT_SMOOTH):
+    if refused is not None and (not to_end or has_root or refused.reason in NOT_ENCLOSED):
         return MotionProof(replace(refused, enclosed=_reached(enclose, refused)), None)
     with proof_precision():
         start = _exact_start(config, problem)

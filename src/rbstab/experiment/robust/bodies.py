@@ -17,6 +17,7 @@ from rbstab.config.entries import replaced
 from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance, decimal_text
+from rbstab.config.user_code.permission import has_code, without_code
 from rbstab.experiment.proof_record import NO_STABILIZERS, SUPPLIES
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
 from rbstab.mechanics.numbers import Array
@@ -37,7 +38,7 @@ def sections_of(config: Config) -> dict[str, Any]:
 def bodies_id(config: Config, tolerances: Iterable[StoredTolerance]) -> str:
     """Return the identity of a proof: a digest of the config, its tolerances, and the equations."""
     bounds = sorted((one.key, one.low, one.high) for one in tolerances)
-    equations = fingerprint(partial(system_of, config))
+    equations = fingerprint(partial(system_of, without_code(config)))
     parts = ["bodies", BODIES_VERSION, sections_of(config), bounds, equations]
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
@@ -59,6 +60,7 @@ def prove_within(config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecor
         tolerances: Tolerances of body, gravity and controller.
     """
     # Imported late: a stored proof is usually read, and none is made.
+    from rbstab.analysis.proof.reduced_energy import NoEnergyReason
     from rbstab.analysis.proof.robust.bodies import BodiesOutcome, prove_bodies
     from rbstab.analysis.proof.robust.numbers import Part
 
@@ -69,7 +71,7 @@ def prove_within(config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecor
         "sections": sections_of(config),
         "tolerances": bounds,
     }
-    why = _undamped(config, tolerances)
+    why = NoEnergyReason.USER_CODE.value if has_code(config) else _undamped(config, tolerances)
     if why is not None:
         return BodiesRecord(
             outcome=NOT_DECIDED,

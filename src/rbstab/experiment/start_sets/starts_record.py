@@ -15,6 +15,7 @@ from rbstab.config.build import system_of
 from rbstab.config.load import initial_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
+from rbstab.config.user_code.permission import without_code
 from rbstab.experiment.convergence.convergence import EVERY_START, PROVED
 from rbstab.experiment.proof import proof_id
 from rbstab.experiment.robust.record import StoredTolerance
@@ -141,7 +142,7 @@ def starts_id(config: Config, tolerances: Sequence[Tolerance], max_parts: int) -
         proof_id(config),
         *initial_sections(config),
         [one.model_dump() for one in bounds_of(tolerances)],
-        fingerprint(partial(system_of, config)),
+        fingerprint(partial(system_of, without_code(config))),
     ]
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]

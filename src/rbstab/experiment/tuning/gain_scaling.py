@@ -3,13 +3,14 @@
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
+from rbstab.config.elements import declarations_of, gain_path
 from rbstab.config.entries import Entry, entries_under, value_at
-from rbstab.config.load import load_config, resolved
+from rbstab.config.load import changed_config, resolved
 from rbstab.config.overrides import parse_key
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.elements.declarations import ANCHOR, POINT
-from rbstab.elements.registry import GAINS, element_of
+from rbstab.elements.registry import GAINS
 
 MAX_TITLE_LENGTH = 200
 
@@ -55,9 +56,9 @@ def _entries(config: Config, key: str) -> tuple[Entry, ...]:
     gains = [name for name in GAINS if hasattr(config.controller, name)]
     known: list[Path] = [("controller", name) for name in gains]
     for name, section in config.elements.items():
-        own = element_of(section).gains
+        own = declarations_of(section).gains
         scaled = [gain for gain in own if gain not in (POINT, ANCHOR) and gain.shape != "direction"]
-        known += [("elements", name, gain.name) for gain in scaled]
+        known += [gain_path(name, section, gain) for gain in scaled]
     found = next((gain for gain in known if path[: len(gain)] == gain), None)
     if found is None:
         expected = ", ".join(key_of(gain) for gain in known)
@@ -91,10 +92,10 @@ def scaled(config: Config, scalings: Sequence[GainScaling], factors: Sequence[fl
                 for part in above:
                     here = here[part]
                 here[last] = entry.value * factor
-    return load_config(data)
+    return changed_config(config, data)
 
 
 def with_title_suffix(config: Config, suffix: str) -> Config:
     """Return the config with a suffix added to its title."""
     title = config.title[: MAX_TITLE_LENGTH - len(suffix)] + suffix
-    return load_config({**resolved(config), "title": title})
+    return changed_config(config, {**resolved(config), "title": title})

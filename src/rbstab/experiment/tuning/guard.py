@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.settling import settling_times
-from rbstab.config.load import load_config, plain_data
+from rbstab.config.load import changed_config, plain_data
 from rbstab.config.schema import Config
 from rbstab.experiment.proof import Proof, prove
 from rbstab.experiment.simulate import simulate
@@ -139,7 +139,7 @@ def with_barrier(config: Config, stiffness: float) -> Config:
     barrier = {"kind": "guard", "method": "barrier", "stiffness": stiffness}
     name = barrier_name(config)
     elements = {n: e for n, e in data.get("elements", {}).items() if not _is_barrier(e)}
-    return load_config(data | {"elements": elements | {name: barrier}})
+    return changed_config(config, data | {"elements": elements | {name: barrier}})
 
 
 def barrier_name(config: Config) -> str:

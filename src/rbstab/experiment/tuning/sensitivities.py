@@ -81,7 +81,9 @@ class Sensitivities:
         return np.argsort(-weight, kind="stable").tolist()
 
 
-def sensitivities(config: Config | str | Path | Mapping[str, Any]) -> Sensitivities:
+def sensitivities(
+    config: Config | str | Path | Mapping[str, Any], *, allow_python: bool = False
+) -> Sensitivities:
     """Compute the sensitivities of a config's run with heyoka's variational equations.
 
     The derivatives are with respect to every gain entry, mass, inertia, contact point and initial
@@ -90,6 +92,7 @@ def sensitivities(config: Config | str | Path | Mapping[str, Any]) -> Sensitivit
 
     Args:
         config: A config, or any argument that `load_config` takes.
+        allow_python: As for `load_config`, if the config is not loaded yet.
 
     Raises:
         ConfigError: The config is wrong.
@@ -98,7 +101,7 @@ def sensitivities(config: Config | str | Path | Mapping[str, Any]) -> Sensitivit
         UnfinishedRunError: The run did not complete.
     """
     if not isinstance(config, Section):
-        config = load_config(config)
+        config = load_config(config, allow_python=allow_python)
     check_suited(config)
     # Imported late: the engine must be installed, which was checked above.
     from rbstab.analysis.sensitivity import baseline

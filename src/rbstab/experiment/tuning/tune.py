@@ -55,6 +55,8 @@ def tune(
     objective: str,
     over: Iterable[str],
     bounds: tuple[float, float] = (0.1, 10.0),
+    *,
+    allow_python: bool = False,
 ) -> Tuned:
     """Scale gains of a config to minimize an objective of its run.
 
@@ -70,6 +72,7 @@ def tune(
         objective: A key of `OBJECTIVES`.
         over: Keys of gains, such as `controller.L_c` or `controller.L_c[0]`.
         bounds: The smallest and the largest factor; 1 must be within the bounds.
+        allow_python: As for `load_config`, if the config is not loaded yet.
 
     Raises:
         ConfigError: The config is wrong.
@@ -79,7 +82,7 @@ def tune(
         ValueError: There is no such objective, or 1 is not within the bounds.
     """
     if not isinstance(config, Section):
-        config = load_config(config)
+        config = load_config(config, allow_python=allow_python)
     check_suited(config)
     if objective not in OBJECTIVES:
         raise ValueError(f"objective: is '{objective}' (expected one of {', '.join(OBJECTIVES)})")

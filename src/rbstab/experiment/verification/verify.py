@@ -9,6 +9,7 @@ import numpy as np
 from rbstab.analysis.exact import decimals
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.proof import PROOF_VERSION, Proof, proof_id
 from rbstab.experiment.switching_record import smooth_rest_system
 
@@ -59,7 +60,7 @@ def verify(proof: Proof, config: Config | None = None) -> Verification:
 def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
     from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
-    from rbstab.analysis.proof.reduced_energy import NoReducedEnergy, reduced_energy
+    from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
     from rbstab.analysis.proof_check.equations import agrees_with_equations
     from rbstab.analysis.proof_check.findings import Finding
 
@@ -68,6 +69,10 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     if not same_id:
         text = "The id of the proof is not that of the config: it was made for another one."
     yield Finding(CONFIG, "id", same_id, text)
+    if has_code(config):
+        text = f"The config has no reduced energy: {NoEnergyReason.USER_CODE.value}."
+        yield Finding(CONFIG, "energy", False, text)
+        return
     system = system_of(config, decimals)
     indefinite, damped = indefinite_parameter(system), damps_every_motion(system)
     text = "Mass, inertia and damping are positive definite."

@@ -7,13 +7,12 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.problem import Problem, Trajectory
-from rbstab.mechanics.numbers import Array, cos_of, sin_of, sqrt_of
+from rbstab.mechanics.numbers import FUNCTIONS, Array
 from rbstab.systems.parameters import map_parameters, parameters
 from rbstab.systems.system import System
 
-sin_of.register(hy.expression, hy.sin)
-sqrt_of.register(hy.expression, hy.sqrt)
-cos_of.register(hy.expression, hy.cos)
+for _name, _of in FUNCTIONS.items():
+    _of.register(hy.expression, getattr(hy, _name))
 
 # Do not log failures such as a step that is NaN: they become statuses.
 hy.set_logger_level_critical()

@@ -7,17 +7,16 @@ from typing import Any
 from rbstab.integrate.straight_line.number import (
     ADD,
     CONSTANT,
-    COSINE,
     DIVIDE,
     INPUT,
     MULTIPLY,
     NEGATE,
-    ROOT,
-    SINE,
+    POWER,
     SUBTRACT,
     Operation,
     Trace,
 )
+from rbstab.mechanics.numbers import FUNCTIONS
 
 FORMS = {
     ADD: "({} + {})",
@@ -25,9 +24,8 @@ FORMS = {
     MULTIPLY: "({} * {})",
     DIVIDE: "({} / {})",
     NEGATE: "(-{})",
-    SINE: "sin({})",
-    COSINE: "cos({})",
-    ROOT: "sqrt({})",
+    POWER: "({} ** {})",
+    **{name: f"{name}({{}})" for name in FUNCTIONS},
 }
 """The Python expression of each kind of operation."""
 
@@ -37,11 +35,9 @@ MAX_DEPTH = 20
 Evaluate = Callable[[Sequence[Any]], list[Any]]
 """Computes the results from the inputs that vary."""
 
-Function = Callable[[Any], Any]
-
-Prepare = Callable[[Sequence[Any], Function, Function, Function], Evaluate]
-"""Computes all that depends on the other inputs only; its arguments are these, sine, cosine and
-square root."""
+Prepare = Callable[[Sequence[Any], Any], Evaluate]
+"""Computes all that depends on the other inputs only; its arguments are these, and a module with
+the functions of one number: `math` or `cmath`."""
 
 
 def compiled(trace: Trace, results: Sequence[int]) -> Prepare:
@@ -82,11 +78,13 @@ def source(trace: Trace, results: Sequence[int]) -> str:
             else:
                 expressions[index] = f"x{index}"
                 (evaluated if varies else prepared).append(f"x{index} = {form}")
+    used = {operations[index].kind for index in uses}
     inputs = [index for index, operation in enumerate(operations) if operation.kind == INPUT]
     parameters = [f"x{index}" for index in inputs if not operations[index].varies]
     variables = [f"x{index}" for index in inputs if operations[index].varies]
     lines = [
-        "def prepare(parameters, sin, cos, sqrt):",
+        "def prepare(parameters, functions):",
+        *(f"    {name} = functions.{name}" for name in FUNCTIONS if name in used),
         f"    [{', '.join(parameters)}] = parameters",
         *(f"    {line}" for line in prepared),
         "    def evaluate(variables):",

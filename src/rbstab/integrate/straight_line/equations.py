@@ -104,8 +104,8 @@ def _prepared(equations: Equations, system: System, size: int) -> dict[str, Eval
         return {}
     inputs = values[~is_zero].tolist()
     try:
-        real = prepare(inputs, math.sin, math.cos, math.sqrt)
-        return {"d": real, "D": prepare(inputs, cmath.sin, cmath.cos, cmath.sqrt)}
+        real = prepare(inputs, math)
+        return {"d": real, "D": prepare(inputs, cmath)}
     except (ArithmeticError, ValueError):
         return {}
 

@@ -6,12 +6,15 @@ all numbers are finite, this changes no bit of a result, except the sign of a ze
 """
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
+from rbstab.mechanics.numbers import FUNCTIONS
+
 ADD, SUBTRACT, MULTIPLY, DIVIDE = "+", "-", "*", "/"
-NEGATE, SINE, COSINE, ROOT = "neg", "sin", "cos", "sqrt"
+NEGATE, POWER = "neg", "**"
 INPUT, CONSTANT = "input", "constant"
 
 
@@ -23,7 +26,7 @@ class Operation(NamedTuple):
     """An operation of a trace.
 
     Attributes:
-        kind: What it does, or `INPUT` or `CONSTANT`.
+        kind: What it does, or `INPUT` or `CONSTANT`; the name of a function of one number.
         operands: The indices of its operands in the trace; the value of a constant.
         varies: Whether its result depends on an input that varies.
     """
@@ -172,17 +175,13 @@ class TracedNumber:
     def __pos__(self) -> "TracedNumber":
         return self
 
-    def sin(self) -> "TracedNumber":
-        """Return the sine."""
-        return self.trace.record(SINE, self)
-
-    def cos(self) -> "TracedNumber":
-        """Return the cosine."""
-        return self.trace.record(COSINE, self)
-
-    def sqrt(self) -> "TracedNumber":
-        """Return the square root."""
-        return self.trace.record(ROOT, self)
+    def __pow__(self, exponent: Any) -> Any:
+        if isinstance(exponent, np.ndarray):
+            return NotImplemented
+        if not isinstance(exponent, int | float | np.integer) or exponent != int(exponent):
+            # A float of Python to the power of another one may be complex, where numpy has NaN.
+            raise NotTraceableError(f"a traced number to the power of {exponent!r}")
+        return self.trace.record(POWER, self, int(exponent))
 
     def _refuse(self, *_: Any) -> NoReturn:
         raise NotTraceableError("a traced number has no value that could be compared or converted")
@@ -190,6 +189,15 @@ class TracedNumber:
     # Without these methods Python would compare identities, and take every number to be true.
     __bool__ = __eq__ = __ne__ = __lt__ = __le__ = __gt__ = __ge__ = _refuse
     __float__ = __int__ = __complex__ = __hash__ = _refuse
+
+
+def _method(name: str) -> Callable[[TracedNumber], TracedNumber]:
+    """Return the method of a function of one number, such as `sin`."""
+    return lambda number: number.trace.record(name, number)
+
+
+for _name in FUNCTIONS:
+    setattr(TracedNumber, _name, _method(_name))
 
 
 def _is(number: Any, value: float) -> bool:

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
-from rbstab.config.units import unit_of
+from rbstab.config.units import Kind, unit_of
 from rbstab.elements.registry import SELECTORS
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, counted, number, untrusted
@@ -31,7 +31,7 @@ def config_section(facts: Sequence[RunFacts]) -> Section | None:
     configs = {entry.run.label: _flat(entry.run.data) for entry in facts if entry.run.data}
     if not configs:
         return None
-    keys = list(dict.fromkeys(key for config in configs.values() for key in config))
+    keys = list(dict.fromkeys(k for config in configs.values() for k in config if _is_shown(k)))
     differing = [key for key in keys if _differs(key, list(configs.values()))]
     equal = [key for key in keys if key not in differing]
     blocks: list[Block] = []
@@ -113,6 +113,12 @@ def _flat(data: Mapping[str, Any], prefix: str = "") -> Flat:
     return values
 
 
+def _is_shown(key: str) -> bool:
+    """Whether a key has a row: the text of a user's file has its SHA-256 instead."""
+    parts = key.split(".")
+    return not (len(parts) == 3 and parts[0] == "elements" and parts[2] == "source")
+
+
 def _differs(key: str, configs: Sequence[Flat]) -> bool:
     first = configs[0].get(key)
     return any(config.get(key) != first for config in configs)
@@ -120,13 +126,20 @@ def _differs(key: str, configs: Sequence[Flat]) -> bool:
 
 def _unit(key: str, configs: Mapping[str, Flat]) -> str:
     """Return the unit of a key; that of an element depends on its kind."""
-    element = key.rpartition(".")[0]
-    found = [
-        (kind, config.get(f"{element}.{SELECTORS.get(kind, '')}"))
-        for config in configs.values()
-        if (kind := str(config.get(f"{element}.kind", "")))
-    ]
-    return unit_of(key, set(found))
+    element = ".".join(key.split(".")[:2])
+    found = {_kind(config, element) for config in configs.values() if f"{element}.kind" in config}
+    return unit_of(key, found)
+
+
+def _kind(config: Flat, element: str) -> Kind:
+    """Return what decides the units of an element, such as `elements.strut`."""
+    kind = str(config[f"{element}.kind"])
+    others = (SELECTORS.get(kind, ""), "source", "class")
+    return Kind(kind, *(_text_or_none(config.get(f"{element}.{part}")) for part in others))
+
+
+def _text_or_none(value: object) -> str | None:
+    return None if value is None else str(value)
 
 
 def _with_unit(key: str, configs: Mapping[str, Flat]) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rbstab.analysis.certificate import Verdict
 from rbstab.config.build import problem_of
+from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.answers.run_answer import RunAnswer, answer_beside
 from rbstab.experiment.convergence.convergence import Convergence, stored_convergence
 from rbstab.experiment.proof import Proof
@@ -87,7 +88,9 @@ def _inside(run: Run, lines: Sequence[CertificateLine], proof: Proof | None) -> 
     The certificate decides. If it was written without a proof, a proof stored since then decides.
     """
     stored = [(line.verdict, line.value) for line in lines if line.check == REGION]
-    if (not stored or math.isnan(stored[0][1])) and proof is not None and run.config is not None:
+    unknown = not stored or math.isnan(stored[0][1])
+    # Nothing is proved of code, and a stored result must not run it.
+    if unknown and proof is not None and run.config is not None and not has_code(run.config):
         checks = proved_checks(problem_of(run.config), proof)
         stored = [(str(check.verdict), check.value) for check in checks if check.name == REGION]
     if not stored or math.isnan(stored[0][1]):

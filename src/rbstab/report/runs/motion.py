@@ -4,6 +4,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from rbstab.config.build import system_of
+from rbstab.config.elements import declarations_of, gain_value
+from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import without_code
 from rbstab.elements.declarations import ANCHOR, POINT
 from rbstab.mechanics import attitude
 from rbstab.mechanics.numbers import Array
@@ -11,7 +14,6 @@ from rbstab.report.model.document import Animation, Tie
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.curves import norms
 from rbstab.report.runs.solid import bone_of, semi_axes
-from rbstab.systems.system import System
 
 MAX_FRAMES = 360
 """Maximum number of frames. A page stores the pose of each; more would not be visible."""
@@ -25,7 +27,8 @@ def animation_of(run: Run) -> Animation:
     """
     if run.config is None:
         raise ValueError(f"{run.label}: the body is unknown because the config cannot be read")
-    system = system_of(run.config)
+    # A stored result must not run code of a user; the body does not depend on it.
+    system = system_of(without_code(run.config))
     X, Theta = run.result["position"], run.result["orientation"]
     finite = np.flatnonzero(np.isfinite(X).all(axis=1) & np.isfinite(Theta).all(axis=1))
     if not len(finite):
@@ -45,25 +48,26 @@ def animation_of(run: Run) -> Animation:
         contact_point=system.body.contact_point,
         # E is measured from the contact point at X = 0, Θ = 0, moved by X_a (eq. 38).
         anchor=system.body.contact_point + system.anchor if has_anchor else None,
-        ties=_ties(run, system, turns[frames], finite[frames]),
+        ties=_ties(run, run.config, turns[frames], finite[frames]),
     )
 
 
-def _ties(run: Run, system: System, turns: Rotation, samples: Array) -> tuple[Tie, ...]:
+def _ties(run: Run, config: Config, turns: Rotation, samples: Array) -> tuple[Tie, ...]:
     """Return the elements with a point and an anchor, with their loads at some samples."""
     if "element_force" not in run.result:
         return ()
     names = [str(name) for name in run.result["element"]]
     forces, X = run.result["element_force"][samples], run.result["position"][samples]
     ties = []
-    for element in system.elements:
-        if element.name not in names or not {POINT, ANCHOR} <= set(element.gains):
+    for name, section in config.elements.items():
+        gains = declarations_of(section).gains
+        if name not in names or not {POINT, ANCHOR} <= set(gains):
             continue
-        point, anchor = (np.asarray(getattr(element, end.name)) for end in (POINT, ANCHOR))
-        own = forces[:, names.index(element.name)]
+        point, anchor = (np.array(gain_value(section, end)) for end in (POINT, ANCHOR))
+        own = forces[:, names.index(name)]
         toward = anchor - (X + turns.apply(point))
         loads = np.copysign(norms(own), (own * toward).sum(axis=1))
-        ties.append(Tie(element.name, point, anchor, loads))
+        ties.append(Tie(name, point, anchor, loads))
     return tuple(ties)
 
 

@@ -16,7 +16,7 @@ from rbstab.store.table import RUN, Table
 from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.layout import safe_name
 from rbstab.sweep.members.outcome import STATUSES
-from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
@@ -207,6 +207,6 @@ def read_members(path: Path) -> Members:
 def _plan_of(table: Table) -> Plan | None:
     """Return the plan stored in a table; None if it cannot be read."""
     try:
-        return load_plan(parse_source(str(table["plan"]), "plan").data)
+        return plan_to_read(parse_source(str(table["plan"]), "plan").data)
     except (ConfigError, KeyError):
         return None

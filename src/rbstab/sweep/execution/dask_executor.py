@@ -143,7 +143,8 @@ class DaskCluster:
         """Yield the events of the shards, and None when idle."""
         plan = queue.plan
         here = versions(plan.engine)
-        task = SweepTask(plan_data(plan), plan_id(plan), plan.engine, here, self.factory)
+        data, name = plan_data(plan), plan_id(plan)
+        task = SweepTask(data, name, plan.engine, here, self.factory, plan.may_run_code)
         name = f"rbstab-{task.plan_id[:8]}-{token_hex(4)}"
         try:
             self.client.register_plugin(SweepPlugin(task), name=name)

@@ -42,6 +42,8 @@ class SweepTask:
         engine: The name of the plan's engine.
         versions: The versions that a worker must have.
         factory: Makes engines; default the factory for the plan's engine.
+        allow_python: Whether the code of users in the plan may be run, as in the process that
+            sends it.
     """
 
     plan: dict[str, Any]
@@ -49,6 +51,7 @@ class SweepTask:
     engine: str
     versions: dict[str, str]
     factory: EngineFactory | None = None
+    allow_python: bool = False
 
 
 class SweepPlugin(WorkerPlugin):
@@ -92,7 +95,7 @@ class SweepPlugin(WorkerPlugin):
         except ImportError as error:
             raise WorkerDiffersError(f"a worker cannot compute: {error}") from error
         refuse_other_versions(self.task.versions, theirs)
-        plan = load_plan(self.task.plan)
+        plan = load_plan(self.task.plan, allow_python=self.task.allow_python)
         if plan_id(plan) != self.task.plan_id:
             raise WorkerDiffersError(
                 f"a worker loaded another plan ({plan_id(plan)[:8]}, not {self.task.plan_id[:8]})"

@@ -4,9 +4,9 @@ import re
 
 import numpy as np
 
+from rbstab.config.elements import kind_of
 from rbstab.config.source import key_of
 from rbstab.config.units import unit_of
-from rbstab.elements.registry import selected
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
 from rbstab.store.table import Column
@@ -54,5 +54,4 @@ def _column(plan: Plan, varied: VariedKey) -> Column:
     whole = key_of(tuple(part for part in varied.path if isinstance(part, str)))
     elements = [base.elements for base in plan.bases.values()]
     sections = [own[part] for own in elements for part in varied.path[1:2] if part in own]
-    kinds = {(section.kind, selected(section)) for section in sections}
-    return Column((), "f8", unit_of(whole, kinds), varied.key)
+    return Column((), "f8", unit_of(whole, set(map(kind_of, sections))), varied.key)

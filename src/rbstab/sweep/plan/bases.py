@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from copy import deepcopy
 from dataclasses import replace
+from enum import Enum
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -12,14 +13,28 @@ from rbstab.config.messages import describe
 from rbstab.config.overrides import override
 from rbstab.config.schema import VARIANTS, Config
 from rbstab.config.source import Source
+from rbstab.config.user_code.files import embed_files
+from rbstab.config.user_code.permission import check_code
 from rbstab.sweep.plan.problems import ProblemCollector
 
 VARIANT_SECTIONS = ("controller", "initial", "integration")
 """The sections whose keys depend on the variant."""
 
 
+class Code(Enum):
+    """What becomes of the code of users in a plan."""
+
+    REFUSED = "a plan with code is refused"
+    NOT_RUN = "it is read, and cannot be run"
+    ALLOWED = "it may be run"
+
+
 def read_bases(
-    problems: ProblemCollector, folder: FilePath, variants: tuple[str, ...], changes: Iterable[str]
+    problems: ProblemCollector,
+    folder: FilePath,
+    variants: tuple[str, ...],
+    changes: Iterable[str],
+    code: Code,
 ) -> dict[str, Config]:
     """Read the base for each variant; if something is wrong, add problems and return {}.
 
@@ -28,18 +43,25 @@ def read_bases(
         folder: The folder to which the path of the base is relative.
         variants: The variants in the plan; if empty, the variant of the base.
         changes: Texts `key=value` that replace single values of the base.
+        code: What becomes of the code of users.
     """
-    source = _source_of_base(problems, folder)
-    if source is None:
+    found = _source_of_base(problems, folder)
+    if found is None:
         return {}
+    source, base_folder = found
+    allowed = code is Code.ALLOWED
     bases: dict[str, Config] = {}
     by_variant: dict[str, list[ConfigProblem]] = {}
     wanted = tuple(dict.fromkeys(variants)) or ("",)
     try:
         override(source, changes)
+        embed_files(source, base_folder)
         for variant in wanted:
             try:
-                base = validated(_with_variant(source, variant) if variant else source)
+                own = _with_variant(source, variant) if variant else source
+                base = validated(own, allow_python=allowed)
+                if code is not Code.NOT_RUN:
+                    check_code(base, source, allow_python=allowed)
                 bases[base.controller.variant] = base
             except ConfigError as error:
                 by_variant[variant] = list(error.problems)
@@ -55,19 +77,21 @@ def read_bases(
     return {} if by_variant else bases
 
 
-def _source_of_base(problems: ProblemCollector, folder: FilePath) -> Source | None:
+def _source_of_base(problems: ProblemCollector, folder: FilePath) -> tuple[Source, FilePath] | None:
+    """Return the source of the base, and the folder of its file, or that of the plan."""
     base = problems.source.data.get("base")
     if "base" not in problems.source.data:
         problems.add(("base",), "is missing", "it is required")
     elif isinstance(base, dict):
-        return _subsource(problems.source, "base")
+        return _subsource(problems.source, "base"), folder
     elif not isinstance(base, str) or not base:
         problems.add_unexpected(("base",), base, "the path of a config, or a config")
     elif "\0" in base or not (folder / base).is_file():
         expected = "expected the path of a config, relative to the plan"
         problems.add(("base",), f"is {describe(base)}, which is not a file", expected)
     else:
-        return _read(problems, folder / base)
+        source = _read(problems, folder / base)
+        return None if source is None else (source, (folder / base).parent)
     return None
 
 

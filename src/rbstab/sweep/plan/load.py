@@ -8,7 +8,7 @@ from typing import Any
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import source_of
 from rbstab.sweep.plan.axes import VARIANT, Axis
-from rbstab.sweep.plan.bases import read_bases
+from rbstab.sweep.plan.bases import Code, read_bases
 from rbstab.sweep.plan.designs import DESIGNS, Design, RandomDesign
 from rbstab.sweep.plan.distributions import Values
 from rbstab.sweep.plan.keys import check_changes, check_keys
@@ -40,13 +40,20 @@ def is_plan(path: FilePath) -> bool:
     return "vary" in data or "base" in data
 
 
-def load_plan(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str] = ()) -> Plan:
+def load_plan(
+    plan: str | FilePath | Mapping[str, Any],
+    changes: Iterable[str] = (),
+    *,
+    allow_python: bool = False,
+) -> Plan:
     """Load a plan, and check that every member is a valid config.
 
     Args:
         plan: The path of a YAML file, or plain data. In plain data, the path of a base is relative
             to the working directory.
         changes: Texts `key=value` that replace single values of the base, as `--set` does.
+        allow_python: Whether the files of users' elements may be run (see `load_config`). Without
+            it, a plan with such an element is refused.
 
     Returns:
         An immutable plan.
@@ -55,6 +62,19 @@ def load_plan(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str] =
         ConfigError: The plan is wrong. All problems are listed, each as
             `file:line:column: key: what is wrong (what was expected)`.
     """
+    return _loaded(plan, changes, Code.ALLOWED if allow_python else Code.REFUSED)
+
+
+def plan_to_read(plan: str | FilePath | Mapping[str, Any]) -> Plan:
+    """Load a plan to read it; its members cannot be run if it has elements of users.
+
+    Raises:
+        ConfigError: As `load_plan`.
+    """
+    return _loaded(plan, (), Code.NOT_RUN)
+
+
+def _loaded(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str], code: Code) -> Plan:
     folder = FilePath() if isinstance(plan, Mapping) else FilePath(plan).parent
     problems = ProblemCollector(source_of(plan, "plan"))
     data = problems.source.data
@@ -65,7 +85,7 @@ def load_plan(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str] =
     title, design = _title(problems), _design(problems, name, axes)
     keep, prove = _keep(problems), read_prove(problems)
     changes = [changes] if isinstance(changes, str) else list(changes)
-    bases = read_bases(problems, folder, _variants(axes), changes)
+    bases = read_bases(problems, folder, _variants(axes), changes, code)
     loaded = Plan(title, bases, axes, design, keep, prove)
     if bases:
         check_keys(problems, loaded)

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.build import problem_of
-from rbstab.config.load import load_config, plain_data, resolved
+from rbstab.config.load import changed_config, plain_data, resolved
 from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import may_run_code
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey, value_at
@@ -67,6 +68,11 @@ class Plan:
     def engine(self) -> str:
         """The name of the engine of all members, which the base sets."""
         return next(iter(self.bases.values())).integration.engine
+
+    @property
+    def may_run_code(self) -> bool:
+        """Whether the code of users may be run, if the plan has any."""
+        return any(may_run_code(base) for base in self.bases.values())
 
     @cached_property
     def initial_value_problems(self) -> dict[str, Problem]:
@@ -137,7 +143,7 @@ class Plan:
         return str(values.get("controller.variant", self.variants[0]))
 
     def config_of(self, index: int) -> Config:
-        """Return the config of a member: the base with the member's values, by `load_config`.
+        """Return the config of a member: the base with the member's values, validated.
 
         Its title is the title of the base, followed by the number of the member.
 
@@ -147,7 +153,8 @@ class Plan:
         values = {key: found.tolist()[0] for key, found in self.values(index, index + 1).items()}
         variant = self.variant_of(values)
         title = self.title_of(variant, index)
-        return load_config(self.data_of(variant, values) | {"title": title})
+        data = self.data_of(variant, values) | {"title": title}
+        return changed_config(self.bases[variant], data)
 
     def title_of(self, variant: str, index: int) -> str:
         """Return the title of a member of a variant."""

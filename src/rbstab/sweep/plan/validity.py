@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.errors import ConfigError, ConfigProblem
-from rbstab.config.load import load_config
+from rbstab.config.load import changed_config
 from rbstab.config.quantities import ROUND_OFF
 from rbstab.config.source import Path, Source, key_of
 from rbstab.mechanics.numbers import Array
@@ -146,7 +146,7 @@ def _blocks(plan: Plan, variant: str, keys: list[str]) -> Iterator[tuple[Array, 
 def _problems_with(plan: Plan, variant: str, values: dict[str, Any]) -> tuple[ConfigProblem, ...]:
     """Return the problems of the base of a variant with these values of some varied keys."""
     try:
-        load_config(plan.data_of(variant, values))
+        changed_config(plan.bases[variant], plan.data_of(variant, values))
     except ConfigError as error:
         return error.problems
     return ()

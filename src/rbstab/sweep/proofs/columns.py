@@ -23,6 +23,8 @@ MOTION_PROOFS = (
     "sliding",
     "failed",
     "switches",
+    "user code",
+    "input",
 )
 """The values of the column `motion_proof`, in the order of their codes: how the enclosure of a
 motion ended. Codes from `FIRST_UNDECIDED` on are the reasons why convergence is not decided."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.entries import is_of_initial_state
+from rbstab.config.user_code.permission import has_code
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.proof import Proof, has_no_rest_state
 from rbstab.experiment.proof_cache import cached_proof, proof_for
@@ -196,6 +197,9 @@ def shares_proof(plan: Plan, variant: str) -> bool:
 
 def _is_undecided(plan: Plan, variant: str) -> bool:
     """Whether no theorem decides the motions of a variant, because of what acts on the body."""
+    if has_code(plan.base_of(variant)):
+        # It may be a stored plan, whose code must not run.
+        return True
     system = plan.initial_value_problems[variant].system
     slides = any(isinstance(element, SlidingConnector) for element in system.elements)
     return slides or system.supplies or has_modes(system)

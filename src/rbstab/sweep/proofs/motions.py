@@ -12,10 +12,9 @@ from rbstab.analysis.motion_proof.expansion import FAST
 from rbstab.analysis.motion_proof.sets.set_motion import Followed
 from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
-from rbstab.experiment.convergence.decisions import refusal
+from rbstab.experiment.convergence.decisions import not_enclosed, refusal
 from rbstab.experiment.convergence.exact_motion import (
     Limits,
-    convergence_at_start,
     prove_convergence,
 )
 from rbstab.experiment.convergence.many_motions import ManyMotions
@@ -27,7 +26,6 @@ from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.proofs.columns import MOTION_COLUMNS, MOTION_PROOFS
 from rbstab.sweep.proofs.convergence import shares_proof
 from rbstab.sweep.proofs.starts import ProvedStarts
-from rbstab.systems.modes import has_modes
 
 _PROVERS: "WeakKeyDictionary[Plan, MotionProver]" = WeakKeyDictionary()
 """The prover of each plan. It has the proofs of the rest states, which take up to some seconds."""
@@ -168,10 +166,10 @@ class MotionProver:
     def _convergence(self, variant: str, member: int) -> Convergence:
         config = self.plan.config_of(member)
         problem = problem_of(config)
-        system = problem.system
-        if problem.switching is not None or system.supplies or has_modes(system):
-            # It needs no proof of rest states: no theorem decides, whatever they are.
-            return convergence_at_start(config, problem, None)
+        refused = not_enclosed(problem)
+        if refused is not None:
+            # It needs no proof of rest states.
+            return refused
         shared = self._shared_by(variant)
         proof = shared.proof if shared is not None else prove(config, problem)
         limits = Limits(self.selection.steps, FAST)

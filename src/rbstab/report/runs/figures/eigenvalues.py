@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbstab.config.errors import ConfigError
+from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.locus import root_locus
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block
@@ -47,7 +48,8 @@ class Roots(NamedTuple):
 
 def eigenvalue_blocks(runs: Sequence[Run]) -> tuple[Block, ...]:
     """Return figures of the eigenvalues of runs, and sentences on missing ones."""
-    readable = [run for run in runs if run.config is not None]
+    # A stored result must not run code of a user, and the equations have it.
+    readable = [run for run in runs if run.config is not None and not has_code(run.config)]
     only_nominal = [
         _roots(run, FACTORS[NOMINAL_INDEX : NOMINAL_INDEX + 1]) for run in readable[MAX_LOCI:]
     ]
@@ -183,6 +185,13 @@ def _sentences(runs: Sequence[Run], readable: list[Run], drawn: list[Run]) -> li
         sentences.append(
             "No eigenvalues are drawn for runs whose config this version cannot read: "
             f"{', '.join(unreadable)}."
+        )
+    with_code = [run.label for run in runs if run.config is not None and has_code(run.config)]
+    if with_code:
+        sentences.append(
+            "No eigenvalues are drawn for runs with elements of users, whose code a report never "
+            f"runs: {', '.join(with_code)}. `rbstab stability --allow-python --along` computes "
+            "them."
         )
     if without_rest:
         sentences.append(

@@ -62,7 +62,10 @@ def force_figures(run: Run) -> tuple[Figure, ...]:
 
 
 def element_figures(run: Run) -> tuple[Figure, ...]:
-    """Return the size of force and couple of each element of the config; () without elements."""
+    """Return the size of force and couple of each element of the config.
+
+    If the config has no elements, or none of them acts, there is no such figure.
+    """
     if "element" not in run.result:
         return ()
     names = [str(name) for name in run.result["element"]]
@@ -82,6 +85,8 @@ def element_figures(run: Run) -> tuple[Figure, ...]:
         ]
         if marks:
             panels.append(Panel(TIME, axis_of(quantity), tuple(marks)))
+    if not panels:
+        return ()
     return (
         Figure(
             f"{run.name}-elements",

@@ -1,0 +1,1 @@
+"""Commands that write a text to start from, and compute nothing."""

@@ -1,0 +1,66 @@
+"""A trial of the statements of a user's element, at the start of its config."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from rbstab.config.build import start_of, system_of
+from rbstab.config.user_code.permission import only_code_of
+from rbstab.elements.element import Element
+from rbstab.elements.user_code.loaded import DeclarationError, UserCodeError, failure
+from rbstab.mechanics.motion import Motion, Wrench
+
+
+def problem_at_start(config: Any, name: str) -> str | None:
+    """Return what is wrong with an element of a user at the start of a config; None if nothing.
+
+    Args:
+        config: The config; its code may run.
+        name: The name of the element.
+    """
+    code = config.elements[name].code
+    try:
+        with np.errstate(all="ignore"):
+            system = system_of(only_code_of(config, name))
+            motion = system.motion(start_of(config, system))
+            element = next(one for one in system.elements if one.name == name)
+            return next(wrong_values(element, motion), None)
+    except (UserCodeError, DeclarationError) as error:
+        return str(error)
+    except Exception as error:
+        return f"it fails at the start: {failure(code, error)}"
+
+
+def wrong_values(element: Element, motion: Motion) -> Iterator[str]:
+    """Yield what the statements of an element return that is not of the right type and shape.
+
+    Args:
+        element: The element.
+        motion: A motion of floats.
+    """
+    own = np.zeros(0)
+    wrench = element.wrench(motion, own)
+    if not isinstance(wrench, Wrench):
+        yield (
+            f"wrench returns {_described(wrench)} (expected a Wrench, as force_at_centre, "
+            "couple_on_body, force_at_contact and force_at return it)"
+        )
+        return
+    for part, value in zip(Wrench._fields, wrench, strict=True):
+        if np.shape(value) != (3,):
+            yield f"the {part} of wrench is {_described(value)} (expected three numbers)"
+    for statement in ("stored", "dissipated"):
+        value = getattr(element, statement)(motion, own)
+        if np.shape(value) != ():
+            yield f"{statement} returns {_described(value)} (expected one number)"
+    if element.mode_count:
+        value = element.guards(motion, own)
+        if np.shape(value) != (element.mode_count,):
+            yield f"guards returns {_described(value)} (expected {element.mode_count} numbers)"
+
+
+def _described(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"an array of shape {value.shape}"
+    return "nothing" if value is None else f"a {type(value).__name__}"

@@ -1,0 +1,204 @@
+"""What a class of a user declares, read from the text of its file without running it.
+
+So the parameters of a config are checked, and the units of a stored result are known, although no
+code of the file runs.
+"""
+
+import ast
+import hashlib
+import keyword
+import math
+import re
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any, NamedTuple, get_args
+
+from rbstab.elements.declarations import ANCHOR, POINT, Gain, OwnState, Shape
+
+MAX_SOURCE = 100_000
+"""The largest number of characters of a file."""
+
+MAX_GAINS = 50
+MAX_MODES = 20
+
+RESERVED = frozenset(
+    {"name", "mode", "gains", "states", "mode_count", "state_size", "supplied"}
+    | {"wrench", "stored", "dissipated", "rates", "guards"}
+)
+"""Names of an element that no parameter can have."""
+
+_CONSTANTS = {"POINT": POINT, "ANCHOR": ANCHOR}
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
+_LONGEST = {"unit": 40, "description": 200}
+"""The largest number of characters of the texts of a gain."""
+
+
+class Declared(NamedTuple):
+    """What a class declares.
+
+    Attributes:
+        gains: Its gains, which are the parameters in a config.
+        mode_count: The number of its switches.
+        states: Its own states: none, yet.
+    """
+
+    gains: tuple[Gain, ...]
+    mode_count: int
+    states: tuple[OwnState, ...] = ()
+
+
+class DeclarationError(ValueError):
+    """A file, or the declarations of a class in it, are wrong.
+
+    Attributes:
+        problem: What is wrong, as in the message of a config.
+        expected: What was expected.
+        line: The line in the file, from 1; None if it is about the whole file.
+    """
+
+    def __init__(self, problem: str, expected: str = "", line: int | None = None) -> None:
+        super().__init__(problem if line is None else f"line {line}: {problem}")
+        self.problem, self.expected, self.line = problem, expected, line
+
+
+def sha256(source: str) -> str:
+    """Return the SHA-256 of the text of a file, 64 hexadecimal digits."""
+    return hashlib.sha256(source.encode()).hexdigest()
+
+
+@lru_cache(256)
+def declared(source: str, class_name: str) -> Declared:
+    """Return what a class declares, from the text of its file; nothing of it runs.
+
+    Raises:
+        DeclarationError: The text is not Python, has no such class, or its declarations are not
+            written as the constants that they must be.
+    """
+    classes = classes_of(source)
+    if class_name not in classes:
+        names = ", ".join(classes) or "none"
+        raise DeclarationError("is not a class of the file", f"expected one of its own: {names}")
+    if _assigned("states", class_name, classes) is not None:
+        line = classes[class_name].lineno
+        raise DeclarationError("declares own states, which no element of a user can have", "", line)
+    return Declared(_gains(class_name, classes), _mode_count(class_name, classes))
+
+
+def classes_of(source: str) -> dict[str, ast.ClassDef]:
+    """Return the classes at the top level of a file by name, in its order.
+
+    Raises:
+        DeclarationError: The text is not Python.
+    """
+    try:
+        module = ast.parse(source)
+    except SyntaxError as error:
+        raise DeclarationError(f"is not Python: {error.msg}", "", error.lineno) from error
+    except (ValueError, MemoryError, RecursionError) as error:
+        raise DeclarationError("is not Python, or is nested too deeply") from error
+    return {node.name: node for node in module.body if isinstance(node, ast.ClassDef)}
+
+
+def _gains(class_name: str, classes: dict[str, ast.ClassDef]) -> tuple[Gain, ...]:
+    node = _assigned("gains", class_name, classes)
+    if node is None:
+        return ()
+    if not isinstance(node, ast.Tuple | ast.List):
+        raise DeclarationError("has gains that are no tuple", "expected (Gain(...),)", node.lineno)
+    if len(node.elts) > MAX_GAINS:
+        problem = f"has {len(node.elts)} gains"
+        raise DeclarationError(problem, f"expected at most {MAX_GAINS}", node.lineno)
+    gains = tuple(_gain(entry) for entry in node.elts)
+    names = [gain.name for gain in gains]
+    if len(set(names)) < len(names):
+        raise DeclarationError("has two gains of the same name", "", node.lineno)
+    return gains
+
+
+def _gain(node: ast.expr) -> Gain:
+    if isinstance(node, ast.Name) and node.id in _CONSTANTS:
+        return _CONSTANTS[node.id]
+    if not (isinstance(node, ast.Call) and _name_of(node.func) == "Gain"):
+        problem = "has a gain that cannot be read without running the file"
+        raise DeclarationError(problem, 'expected Gain("k", "N/m", "meaning")', node.lineno)
+    try:
+        positional = [ast.literal_eval(argument) for argument in node.args]
+        named = {word.arg or "**": ast.literal_eval(word.value) for word in node.keywords}
+        gain = Gain(*positional, **named)
+    except (TypeError, ValueError, SyntaxError, MemoryError, RecursionError) as error:
+        problem = "has a Gain(...) whose arguments are not plain texts, numbers, True or False"
+        expected = 'expected Gain("k", "N/m", "meaning", shape="number")'
+        raise DeclarationError(problem, expected, node.lineno) from error
+    for problem, expected in _problems(gain):
+        raise DeclarationError(f"has a Gain whose {problem}", f"expected {expected}", node.lineno)
+    return gain
+
+
+def _problems(gain: Gain) -> Iterator[tuple[str, str]]:
+    """Yield what is wrong with a gain, and what was expected."""
+    name, shapes = gain.name, get_args(Shape)
+    if not (isinstance(name, str) and _NAME.fullmatch(name)) or keyword.iskeyword(name):
+        yield f"name is {name!r:.50}", "a letter, then up to 39 letters, digits or _"
+    elif name in RESERVED:
+        yield f"name is {name}, which every element uses", "another name"
+    for field, longest in _LONGEST.items():
+        text = getattr(gain, field)
+        if not (isinstance(text, str) and text.isprintable() and len(text) <= longest):
+            yield f"{field} is {text!r:.50}", f"a text of at most {longest} characters"
+    if gain.shape not in shapes:
+        yield f"shape is {gain.shape!r:.50}", f"one of {', '.join(shapes)}"
+    if not isinstance(gain.positive, bool) or not isinstance(gain.dissipates, bool):
+        yield "positive or dissipates is not a truth value", "True or False"
+    if gain.default is not None and not (gain.shape == "number" and _is_number(gain.default)):
+        yield f"default is {gain.default!r:.50}", "a number that is not negative, for a number"
+    if gain.below is not None and not (gain.shape == "number" and _is_number(gain.below)):
+        yield f"bound `below` is {gain.below!r:.50}", "a positive number, for a number"
+
+
+def _is_number(value: Any) -> bool:
+    is_real = isinstance(value, int | float) and not isinstance(value, bool)
+    return is_real and 0 <= value < math.inf
+
+
+def _mode_count(class_name: str, classes: dict[str, ast.ClassDef]) -> int:
+    node = _assigned("mode_count", class_name, classes)
+    if node is None:
+        return 0
+    value = node.value if isinstance(node, ast.Constant) else None
+    if type(value) is not int or not 0 <= value <= MAX_MODES:
+        expected = f"expected a whole number up to {MAX_MODES}"
+        raise DeclarationError("has a mode_count that is no such number", expected, node.lineno)
+    return value
+
+
+def _assigned(
+    name: str, class_name: str, classes: dict[str, ast.ClassDef], seen: tuple[str, ...] = ()
+) -> ast.expr | None:
+    """Return what a class assigns to a name, or the first of its bases in the same file does."""
+    node = classes[class_name]
+    found: ast.expr | None = None
+    for statement in node.body:
+        if isinstance(statement, ast.AnnAssign):
+            targets: list[ast.expr] = [statement.target]
+            value = statement.value
+        elif isinstance(statement, ast.Assign):
+            targets, value = statement.targets, statement.value
+        else:
+            continue
+        if value is not None and any(_name_of(target) == name for target in targets):
+            found = value
+    if found is not None:
+        return found
+    for base in map(_name_of, node.bases):
+        if base in classes and base not in (*seen, class_name):
+            inherited = _assigned(name, base, classes, (*seen, class_name))
+            if inherited is not None:
+                return inherited
+    return None
+
+
+def _name_of(node: ast.expr) -> str:
+    """Return the last part of a name such as `Gain` or `elements.Gain`; "" for anything else."""
+    if isinstance(node, ast.Name):
+        return node.id
+    return node.attr if isinstance(node, ast.Attribute) else ""

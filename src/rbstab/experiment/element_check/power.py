@@ -1,0 +1,140 @@
+"""The power balance of an element: what it stores, what it dissipates, and what its wrench gives.
+
+For every motion of the body, stored' + dissipated = -(f'V + c'Ω + Λ'F), with the force f, the
+couple c and the contact force Λ of the wrench. So v falls by what is dissipated, as the theorem
+needs.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.experiment.element_check.states import Sample
+from rbstab.mechanics.derivatives import jacobian
+from rbstab.mechanics.motion import Motion, Wrench
+from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
+
+TOLERANCE = 1e-12
+"""The largest error of a balance, relative to the sum of the sizes of its terms."""
+
+NO_STATE = np.zeros(0)
+
+_TURN, _MOVE = (
+    "a turn of 1 rad/s about the body axis",
+    "a velocity of 1 m/s along the inertial axis",
+)
+
+DIRECTIONS = (
+    *((f"{_TURN} {axis}", OMEGA, k) for k, axis in enumerate("xyz")),
+    *((f"{_MOVE} {axis}", V_OF_Z, k) for k, axis in enumerate("xyz")),
+)
+"""Velocities of the body, each with its slice of Z and its index in it."""
+
+
+class Powers(NamedTuple):
+    """The powers of an element at a state, W.
+
+    Attributes:
+        stored: The rate of the stored energy.
+        dissipated: The power that it dissipates.
+        given: The power of its wrench on the body.
+        size: The sum of the sizes of all terms.
+    """
+
+    stored: float
+    dissipated: float
+    given: float
+    size: float
+
+    @property
+    def error(self) -> float:
+        """The sum of the three, which must be zero."""
+        return self.stored + self.dissipated + self.given
+
+    @property
+    def balances(self) -> bool:
+        """Whether it is zero but for round-off."""
+        return abs(self.error) <= TOLERANCE * self.size
+
+
+def problems_at_rest(sample: Sample) -> Iterator[str]:
+    """Yield where the wrench on a body at rest is not the slope of the stored energy."""
+    resting = sample.y.copy()
+    resting[OMEGA] = resting[V_OF_Z] = 0.0
+    wrench, slopes = _wrench(sample, resting), _slopes(sample, resting)
+    found: dict[str, Powers] = {}
+    for words, place, index in DIRECTIONS:
+        moving = resting.copy()
+        moving[place][index] = 1.0
+        found[words] = _powers(sample, moving, wrench, slopes)
+    words, worst = max(found.items(), key=lambda item: abs(item[1].error))
+    if any(not powers.balances for powers in found.values()):
+        yield (
+            f"the wrench on a body at rest is not the slope of `stored`: with {words}, `stored` "
+            f"changes by {worst.stored:.6g} W, and `wrench` gives {worst.given:.6g} W to the body "
+            "(their sum must be 0)"
+        )
+
+
+def problems_in_motion(sample: Sample) -> Iterator[str]:
+    """Yield where the power balance of a moving body fails, or the dissipation is negative."""
+    dissipated = float(sample.element.dissipated(sample.system.motion(sample.y), NO_STATE))
+    wrench, slopes = _wrench(sample, sample.y), _slopes(sample, sample.y)
+    found = _powers(sample, sample.y, wrench, slopes, dissipated)
+    if not found.balances:
+        yield (
+            "`dissipated` is not the power that `wrench` takes from the motion: `stored` changes "
+            f"by {found.stored:.6g} W, `dissipated` is {found.dissipated:.6g} W, and `wrench` "
+            f"gives {found.given:.6g} W to the body (their sum must be 0, and is "
+            f"{found.error:.6g} W)"
+        )
+    if not dissipated >= -TOLERANCE * found.size:
+        yield f"`dissipated` is negative: {dissipated:.6g} W; such an element is not passive"
+
+
+def problems_of_velocities(sample: Sample) -> Iterator[str]:
+    """Yield where the stored energy depends on velocities."""
+    slopes = _slopes(sample, sample.y)
+    for name, place in (("Ω", OMEGA), ("V", V_OF_Z)):
+        if np.any(slopes[place] != 0.0):
+            yield f"`stored` depends on the velocity {name}; only the body has kinetic energy"
+
+
+def _powers(
+    sample: Sample, y: Array, wrench: Wrench, slopes: Array, dissipated: float = 0.0
+) -> Powers:
+    """Return the powers of a wrench along the motion at a state, with all accelerations zero.
+
+    Args:
+        sample: The system.
+        y: The state, whose velocities are those of the motion.
+        wrench: The wrench.
+        slopes: The derivatives of the stored energy by the entries of Z.
+        dissipated: The dissipated power, W.
+    """
+    motion = sample.system.motion(y)
+    rates = np.zeros(len(y))
+    rates[THETA], rates[X_OF_Z] = motion.B @ motion.Omega, motion.V
+    stored = float(slopes @ rates)
+    terms = np.concatenate(
+        [
+            wrench.force * motion.V,
+            wrench.couple * motion.Omega,
+            wrench.contact_force * motion.F,
+        ]
+    )
+    size = np.abs(slopes * rates).sum() + np.abs(terms).sum() + abs(dissipated)
+    return Powers(stored, dissipated, float(terms.sum()), float(size) + np.finfo(float).tiny)
+
+
+def _slopes(sample: Sample, y: Array) -> Array:
+    """Return the derivatives of the stored energy by the entries of Z, by complex steps."""
+    return jacobian(lambda z: sample.element.stored(sample.system.motion(z), NO_STATE), y)
+
+
+def _wrench(sample: Sample, y: Array) -> Wrench:
+    motion: Motion = sample.system.motion(y)
+    found: Wrench = sample.element.wrench(motion, NO_STATE)
+    return found

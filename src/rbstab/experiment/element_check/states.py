@@ -1,0 +1,108 @@
+"""Random systems of a body and one element, and random states."""
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.elements.declarations import Gain
+from rbstab.elements.element import Element
+from rbstab.mechanics.algebra import ZERO
+from rbstab.mechanics.body import Body
+from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
+from rbstab.systems.coordinates import CentreCoordinates
+from rbstab.systems.modes import with_modes_at
+from rbstab.systems.system import System
+
+NAME = "element"
+"""The name of the element in its system."""
+
+LARGEST_ANGLE = 1.0
+"""rad; the angles of random states lie between plus and minus this."""
+
+
+class Sample(NamedTuple):
+    """A system of a body and the element, in the modes of a state, with this state.
+
+    Attributes:
+        number: Its number, from 1.
+        system: The system, with random parameters.
+        y: The state Z.
+    """
+
+    number: int
+    system: System
+    y: Array
+
+    @property
+    def element(self) -> Any:
+        """The element."""
+        return self.system.elements[0]
+
+    @property
+    def words(self) -> str:
+        """The state and the parameters of the element, for a message."""
+        names = {"Θ": THETA, "Ω": OMEGA, "X": X_OF_Z, "V": V_OF_Z}
+        parts = [f"{name} = {_rounded(self.y[place])}" for name, place in names.items()]
+        parts += [
+            f"{gain.name} = {_rounded(getattr(self.element, gain.name))}"
+            for gain in self.element.gains
+        ]
+        return f"state {self.number}: {', '.join(parts)}"
+
+
+def samples_of(kind: type[Element], count: int) -> list[Sample]:
+    """Return random samples of an element; the same in every call.
+
+    Args:
+        kind: The class of the element.
+        count: How many.
+    """
+    return [_sample(kind, number) for number in range(1, count + 1)]
+
+
+def with_state(sample: Sample, y: Array) -> Sample:
+    """Return a sample with another state, in its modes."""
+    return sample._replace(system=with_modes_at(sample.system, y), y=y)
+
+
+def with_modes(sample: Sample, modes: Array) -> Sample:
+    """Return a sample with other modes of its element."""
+    element = replace(sample.element, mode=modes)
+    return sample._replace(system=replace(sample.system, elements=(element,)))
+
+
+def _sample(kind: Any, number: int) -> Sample:
+    rng = np.random.default_rng(number)
+    gains = {gain.name: _random_gain(rng, gain) for gain in kind.gains}
+    modes = {"mode": np.zeros(kind.mode_count)} if kind.mode_count else {}
+    body = Body(float(rng.uniform(0.5, 2.0)), _positive_definite(rng), rng.normal(size=3))
+    element = kind(name=NAME, **gains, **modes)
+    system = System(body, (element,), CentreCoordinates(), ZERO.copy())
+    y = rng.normal(size=system.size)
+    y[THETA] = rng.uniform(-LARGEST_ANGLE, LARGEST_ANGLE, 3)
+    return with_state(Sample(number, system, y), y)
+
+
+def _random_gain(rng: np.random.Generator, gain: Gain) -> Any:
+    """Return a random value of the shape and the definiteness that a gain declares."""
+    if gain.shape == "matrix":
+        root = rng.normal(size=(3, 3))
+        return _positive_definite(rng) if gain.positive else root + root.T
+    size = 3 if gain.shape == "diagonal" else None
+    positive = gain.positive or gain.default is not None
+    if gain.below is not None:
+        return gain.below * float(rng.uniform(0.2, 0.8))
+    values = rng.uniform(0.5, 2.0, size) if positive else rng.normal(size=size)
+    return values if size else float(values)
+
+
+def _positive_definite(rng: np.random.Generator) -> Array:
+    root = rng.normal(size=(3, 3))
+    return root @ root.T + 0.5 * np.eye(3)
+
+
+def _rounded(value: Any) -> str:
+    text = np.array2string(np.asarray(value, dtype=float), precision=4, separator=", ")
+    return " ".join(text.split())

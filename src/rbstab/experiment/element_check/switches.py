@@ -1,0 +1,64 @@
+"""The switches of an element: its event functions, and what it stores on both sides."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from rbstab.experiment.element_check.power import TOLERANCE
+from rbstab.experiment.element_check.states import Sample, with_modes
+from rbstab.mechanics.derivatives import jacobian
+from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import OMEGA, V_OF_Z
+from rbstab.systems.modes import guards_at, modes_of
+
+BISECTIONS = 200
+CONTINUOUS = 1e-9
+"""The largest jump of the stored energy, relative to its size on the way."""
+
+
+def guard_problems(sample: Sample) -> Iterator[str]:
+    """Yield where an event function depends on the modes, or on velocities if the force jumps."""
+    g = guards_at(sample.system, sample.y)
+    flipped = with_modes(sample, 1.0 - np.array(modes_of(sample.system)))
+    if not np.array_equal(g, guards_at(flipped.system, sample.y)):
+        yield "`guards` depends on `mode`"
+    slopes = jacobian(lambda y: guards_at(sample.system, y), sample.y)
+    if np.any(slopes[:, OMEGA] != 0.0) or np.any(slopes[:, V_OF_Z] != 0.0):
+        yield "`guards` depends on velocities, so its rate may jump at a switch"
+
+
+def jump_problems(one: Sample, other: Sample) -> Iterator[str]:
+    """Yield where the stored energy jumps at a switch between two states of one element."""
+    for index in range(one.element.mode_count):
+        y = _switch_between(one, one.y, other.y, index)
+        if y is None:
+            continue
+        g = guards_at(one.system, y)
+        energies = []
+        for mode in (0.0, 1.0):
+            modes = (g > 0).astype(float)
+            modes[index] = mode
+            element = with_modes(one, modes).element
+            energies.append(float(element.stored(one.system.motion(y), np.zeros(0))))
+        stored = float(one.element.stored(one.system.motion(one.y), np.zeros(0)))
+        size = abs(energies[0]) + abs(energies[1]) + abs(stored) + TOLERANCE
+        if not abs(energies[1] - energies[0]) <= CONTINUOUS * size:
+            yield (
+                f"`stored` jumps where event function {index + 1} is 0: {energies[0]:.6g} J with "
+                f"mode 0, {energies[1]:.6g} J with mode 1"
+            )
+
+
+def _switch_between(sample: Sample, one: Array, other: Array, index: int) -> Array | None:
+    """Return a state between two others where an event function is zero; None if there is none."""
+
+    def guard(y: Array) -> float:
+        return float(guards_at(sample.system, y)[index])
+
+    low, high = (one, other) if guard(one) <= guard(other) else (other, one)
+    if not guard(low) < 0 < guard(high):
+        return None
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if guard(middle) > 0 else (middle, high)
+    return low

@@ -1,0 +1,117 @@
+"""Protects `rbstab init --element` and `rbstab check --element`, and errors in code of users."""
+
+from pathlib import Path
+
+import pytest
+from cli.conftest import GOOD, Invoke
+from support.user_code import SPRING
+
+from rbstab.elements.user_code.template import TEMPLATE
+
+CONFIG = GOOD.replace("title: A short run", "schema_version: 2\ntitle: A spring") + (
+    "elements:\n  mine: {kind: python, file: mine.py, class: Mine, parameters: {k: 3}}\n"
+)
+
+
+@pytest.mark.usefixtures("folder")
+def test_the_template_is_written_and_passes(rbstab: Invoke) -> None:
+    done = rbstab("init", "--element")
+    assert done.exit_code == 0
+    assert Path("cubic_spring.py").read_text() == TEMPLATE
+    assert "Next: rbstab check --element cubic_spring.py\n" in done.stderr
+    done = rbstab("check", "--element", "cubic_spring.py")
+    assert done.exit_code == 0
+    first, *others = done.stdout.splitlines()
+    assert first == "cubic_spring.py: CubicSpring: all statements hold at 100 random states"
+    assert all(line.startswith("  holds  ") for line in others)
+    assert len(others) >= 6
+
+
+@pytest.mark.usefixtures("folder")
+def test_the_line_for_a_config_works(rbstab: Invoke) -> None:
+    done = rbstab("init", "--element", "other.py")
+    line = done.stderr.splitlines()[-1].removeprefix("In a config: ")
+    Path("case.yaml").write_text(f"schema_version: 2\n{GOOD}{line}\n")
+    done = rbstab("check", "case.yaml", "--allow-python")
+    assert done.exit_code == 0, done.stderr
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_file_is_not_replaced_without_force(rbstab: Invoke) -> None:
+    Path("mine.py").write_text("# mine\n")
+    assert rbstab("init", "--element", "mine.py").exit_code == 4
+    assert Path("mine.py").read_text() == "# mine\n"
+    assert rbstab("init", "--element", "mine.py", "--force").exit_code == 0
+    assert Path("mine.py").read_text() == TEMPLATE
+
+
+@pytest.mark.usefixtures("folder")
+def test_init_alone_says_what_is_missing(rbstab: Invoke) -> None:
+    done = rbstab("init")
+    assert done.exit_code == 2
+    assert "--element" in done.stderr
+
+
+@pytest.mark.usefixtures("folder")
+def test_wrong_files_are_all_told(rbstab: Invoke) -> None:
+    Path("wrong.py").write_text(SPRING.replace("0.5 *", "0.6 *"))
+    Path("broken.py").write_text("class Mine(:\n")
+    Path("mine.py").write_text(SPRING)
+    arguments = [
+        part for name in ("wrong.py", "broken.py", "mine.py") for part in ("--element", name)
+    ]
+    done = rbstab("check", *arguments)
+    assert done.exit_code == 2
+    assert "wrong.py: Mine: 1 statement does not hold\n" in done.stdout
+    assert "  WRONG  the wrench on a body at rest is not the slope of `stored`" in done.stdout
+    assert "mine.py: Mine: all statements hold" in done.stdout
+    assert done.stderr.startswith("broken.py: cannot be run: line 1: SyntaxError: ")
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ((), "expected CONFIG or --element FILE"),
+        (("--element", "mine.py", "--set", "a=1"), "--set has no effect without CONFIG"),
+        (("--element", "mine.py", "--allow-python"), "--allow-python has no effect without CONFIG"),
+    ],
+)
+def test_options_without_effect(rbstab: Invoke, arguments: tuple[str, ...], expected: str) -> None:
+    done = rbstab("check", *arguments)
+    assert done.exit_code == 2
+    assert expected in done.stderr
+
+
+@pytest.mark.usefixtures("folder")
+def test_an_error_late_in_a_run_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The code may fail where it was not tried: a message with its line, and no traceback."""
+    from rbstab_cli import main as program
+
+    late = SPRING.replace(
+        "return force_at_centre(",
+        "if motion.X.dtype == float and np.abs(motion.Omega).max() != 2.0:\n"
+        "            raise RuntimeError('late')\n        return force_at_centre(",
+    )
+    Path("mine.py").write_text(late)
+    Path("case.yaml").write_text(CONFIG)
+    monkeypatch.setattr("sys.argv", ["rbstab", "run", "case.yaml", "--allow-python", "-q"])
+    with pytest.raises(SystemExit) as ended:
+        program.main()
+    assert ended.value.code == 2
+    error = capsys.readouterr().err
+    assert error == "error: mine.py: line 14: RuntimeError: late\n"
+
+
+@pytest.mark.usefixtures("folder")
+def test_the_working_folder_does_not_matter(
+    rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("parts").mkdir()
+    Path("parts/mine.py").write_text(SPRING)
+    Path("parts/case.yaml").write_text(CONFIG)
+    assert rbstab("check", "parts/case.yaml", "--allow-python").exit_code == 0
+    Path("mine.py").write_text("raise ValueError\n")
+    assert rbstab("check", "parts/case.yaml", "--allow-python").exit_code == 0

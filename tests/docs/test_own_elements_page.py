@@ -1,0 +1,87 @@
+"""Protects docs/own_elements.md: its element is the template, its outputs are real, names exist."""
+
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import rbstab.elements
+from rbstab.config.load import load_config
+from rbstab.elements.user_code.loaded import UserCode, element_class
+from rbstab.elements.user_code.template import TEMPLATE
+from rbstab.experiment.element_check.check import check_class
+from rbstab.sweep.plan.load import load_plan
+from rbstab_cli.main import cli
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "own_elements.md").read_text(encoding="utf-8")
+EXAMPLE = ROOT / "configs" / "examples" / "cubic_spring.py"
+
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", PAGE, flags=re.DOTALL | re.MULTILINE)
+PYTHON = [text for language, text in BLOCKS if language == "python"]
+
+
+def test_the_element_of_the_page_is_the_template_and_the_example():
+    assert PYTHON[0] == TEMPLATE
+    assert EXAMPLE.read_text(encoding="utf-8") == TEMPLATE
+
+
+def test_twenty_lines_suffice():
+    lines = [line.strip() for line in TEMPLATE.splitlines()]
+    assert len([line for line in lines if line and not line.startswith("#")]) <= 20
+    assert "in twenty lines" in PAGE or "of twenty lines" in PAGE
+
+
+def test_what_the_check_prints(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(cli, ["init", "--element", "cubic_spring.py"])
+    assert done.exit_code == 0
+    done = CliRunner().invoke(cli, ["check", "--element", "cubic_spring.py"])
+    pytest.importorskip("heyoka")
+    assert f"$ rbstab check --element cubic_spring.py\n{done.stdout}" in PAGE
+
+
+def test_the_wrong_statement_of_the_page():
+    code = UserCode(TEMPLATE.replace("0.25", "0.5"), "cubic_spring.py")
+    (problem,) = check_class(element_class(code, "CubicSpring"), code).problems
+    shown = " ".join(PAGE.split("  WRONG  ")[1].split("Θ = ...")[0].split())
+    assert " ".join(problem.split()).startswith(shown)
+
+
+def test_the_rope():
+    pytest.importorskip("heyoka")
+    names = ", ".join(rbstab.elements.__all__)
+    text = f"import numpy as np\nfrom rbstab.elements import {names}\n\n\n{PYTHON[2]}"
+    code = UserCode(text, "rope.py")
+    found = check_class(element_class(code, "Rope"), code)
+    assert found.problems == ()
+    assert "`stored` is continuous at each switch" in found.passed
+
+
+def test_every_name_of_the_module_is_on_the_page():
+    for name in rbstab.elements.__all__:
+        assert hasattr(rbstab.elements, name)
+        assert re.search(rf"`[^`\n]*\b{name}\b[^`\n]*`", PAGE), name
+    for function in ("force_at_centre(f)", "force_at(motion, p, f)", "power(x, n)", "cross(a, b)"):
+        assert f"`{function}`" in PAGE
+
+
+def test_the_configs_of_the_page():
+    config = load_config(EXAMPLE.with_suffix(".yaml"), allow_python=True)
+    assert config.elements["mine"].class_name == "CubicSpring"
+    load_plan(ROOT / "configs" / "sweeps" / "cubic_spring.yaml", allow_python=True)
+    (yaml,) = [text for language, text in BLOCKS if language == "yaml"]
+    assert yaml in EXAMPLE.with_suffix(".yaml").read_text(encoding="utf-8")
+
+
+def test_every_command_that_needs_the_option_is_named():
+    from rbstab_cli.main import COMMANDS, LazyGroup
+
+    group = LazyGroup()
+    security = PAGE.split("## Security")[1]
+    for name in COMMANDS:
+        command = group.get_command(None, name)  # type: ignore[arg-type]
+        assert command is not None
+        if any("--allow-python" in parameter.opts for parameter in command.params):
+            assert f"`{name}`" in security, name

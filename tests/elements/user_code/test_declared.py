@@ -1,0 +1,147 @@
+"""Protects reading what a class of a user declares: from its text alone, which never runs."""
+
+import re
+
+import pytest
+from support.user_code import HEAD, element_text, traitor
+
+from rbstab.elements.declarations import ANCHOR, POINT, Gain
+from rbstab.elements.user_code.declared import (
+    MAX_GAINS,
+    DeclarationError,
+    classes_of,
+    declared,
+    sha256,
+)
+from rbstab.elements.user_code.template import TEMPLATE
+
+
+def of(gains, rest="pass"):
+    return declared(f"class Mine(Element):\n    gains = {gains}\n    {rest}\n", "Mine")
+
+
+def test_the_template():
+    found = declared(TEMPLATE, "CubicSpring")
+    meaning = "force by the cube of a displacement"
+    assert found.gains == (Gain("k", "N/m^3", meaning, shape="diagonal"),)
+    assert found.mode_count == 0
+
+
+def test_every_form_of_a_declaration():
+    found = of(
+        '(POINT, ANCHOR, elements.Gain("c", "N s/m", "c", "number", default=0),'
+        ' Gain(name="K", unit="N/m", description="K", positive=False, below=None))',
+        "mode_count: ClassVar[int] = 2",
+    )
+    assert found.gains[:2] == (POINT, ANCHOR)
+    assert found.gains[2] == Gain("c", "N s/m", "c", "number", default=0)
+    assert found.gains[3] == Gain("K", "N/m", "K", positive=False)
+    assert found.mode_count == 2
+
+
+def test_no_gains():
+    assert declared("class Mine:\n    pass\n", "Mine").gains == ()
+
+
+def test_gains_of_a_base_in_the_same_file():
+    text = (
+        'class A(Element):\n    gains = (Gain("a", "N", "a"),)\n    mode_count = 1\n'
+        'class B(A):\n    gains = (Gain("b", "N", "b"),)\nclass C(Other, B):\n    pass\n'
+    )
+    assert [gain.name for gain in declared(text, "B").gains] == ["b"]
+    assert [gain.name for gain in declared(text, "C").gains] == ["b"]
+    assert declared(text, "C").mode_count == 1
+
+
+def test_bases_that_name_each_other():
+    assert declared("class A(B):\n    pass\nclass B(A):\n    pass\n", "A").gains == ()
+
+
+def test_nothing_runs(tmp_path):
+    marker = tmp_path / "ran"
+    text = traitor(marker)
+    assert [gain.name for gain in declared(text, "Mine").gains] == ["k"]
+    assert list(classes_of(text)) == ["Mine"]
+    assert not marker.exists()
+
+
+@pytest.mark.parametrize(
+    "argument", ["open('ran', 'w').name", "__import__('os').name", "NAME", "f'{1}'", "*'ab'"]
+)
+def test_arguments_are_constants(argument, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(DeclarationError, match=r"line 2: .*not plain texts, numbers"):
+        of(f'(Gain({argument}, "N", "meaning"),)')
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("gains", "problem"),
+    [
+        ("GAINS", "no tuple"),
+        ("(k,)", "cannot be read without running"),
+        ("(*OTHERS,)", "cannot be read without running"),
+        ("(gain('k'),)", "cannot be read without running"),
+        ("(Gain('k'),)", "not plain texts, numbers"),
+        ("(Gain('k', 'N', 'k', colour='red'),)", "not plain texts, numbers"),
+        ("(Gain('k', 'N', 'k'), Gain('k', 'm', 'k'))", "two gains of the same name"),
+        ("(Gain('1k', 'N', 'k'),)", "name is '1k'"),
+        ("(Gain('_k', 'N', 'k'),)", "name is '_k'"),
+        ("(Gain('class', 'N', 'k'),)", "name is 'class'"),
+        ("(Gain('name', 'N', 'k'),)", "name is name, which every element uses"),
+        ("(Gain('wrench', 'N', 'k'),)", "name is wrench, which every element uses"),
+        ("(Gain(5, 'N', 'k'),)", "name is 5"),
+        ("(Gain('k', 7, 'k'),)", "unit is 7"),
+        ("(Gain('k', 'N\\n', 'k'),)", "unit is 'N\\\\n'"),
+        ("(Gain('k', 'N', None),)", "description is None"),
+        ("(Gain('k', 'N', 'k', shape='vector'),)", "shape is 'vector'"),
+        ("(Gain('k', 'N', 'k', positive=1),)", "not a truth value"),
+        ("(Gain('k', 'N', 'k', default=1.0),)", "default is 1.0"),
+        ("(Gain('k', 'N', 'k', 'number', default=-1.0),)", "default is -1.0"),
+        ("(Gain('k', 'N', 'k', 'number', default=1e999),)", "default is inf"),
+        ("(Gain('k', 'N', 'k', 'number', below=True),)", "bound `below` is True"),
+        (f"({MAX_GAINS + 1} * 'k',)", "cannot be read without running"),
+        ("(" + "POINT, " * (MAX_GAINS + 1) + ")", f"has {MAX_GAINS + 1} gains"),
+    ],
+)
+def test_wrong_gains(gains, problem):
+    with pytest.raises(DeclarationError, match=re.escape(problem).replace(r"\\\\n", ".*")) as found:
+        of(gains)
+    assert found.value.line == 2
+
+
+@pytest.mark.parametrize("count", ["-1", "True", "1.0", "COUNT", "1000"])
+def test_wrong_numbers_of_modes(count):
+    with pytest.raises(DeclarationError, match="mode_count"):
+        declared(f"class Mine(Element):\n    mode_count = {count}\n", "Mine")
+
+
+def test_own_states_are_refused():
+    with pytest.raises(DeclarationError, match="own states"):
+        of("()", "states = (OwnState('s', 's', 'm', 'meaning'),)")
+
+
+def test_another_class():
+    with pytest.raises(DeclarationError, match="not a class of the file") as found:
+        declared(element_text("def wrench(self, motion, own): ..."), "Yours")
+    assert found.value.expected == "expected one of its own: Mine"
+
+
+@pytest.mark.parametrize(
+    "text", ["class Mine(:\n", "\0", "(" * 50_000, "-" * 90_000 + "1", "x = 1\n\tif y:\n"]
+)
+def test_what_is_not_python(text):
+    with pytest.raises(DeclarationError, match="is not Python"):
+        declared(text, "Mine")
+
+
+def test_the_line_of_a_syntax_error():
+    with pytest.raises(DeclarationError, match="line 3: is not Python") as found:
+        declared("x = 1\ny = 2\nclass 5:\n", "Mine")
+    assert found.value.line == 3
+
+
+def test_the_digest_is_that_of_the_text():
+    import hashlib
+
+    assert sha256(HEAD) == hashlib.sha256(HEAD.encode("utf-8")).hexdigest()

@@ -1,0 +1,256 @@
+"""Protects `rbstab check --element`: right elements pass, and a wrong statement is named.
+
+The program's own elements are right by other tests, so each of them must pass. Each wrong element
+below has one fault; the check must name the statement that has it, and the state.
+"""
+
+import pytest
+from support.user_code import HEAD, SPRING, element_text
+
+from rbstab.elements.registry import NAMED_ELEMENTS
+from rbstab.elements.user_code.loaded import UserCode, element_class
+from rbstab.elements.user_code.template import TEMPLATE
+from rbstab.experiment.element_check import check
+from rbstab.experiment.element_check.check import (
+    AT_REST,
+    IN_MOTION,
+    ElementFileError,
+    check_class,
+    check_file,
+)
+
+
+@pytest.fixture(autouse=True)
+def _few_states(monkeypatch):
+    monkeypatch.setattr(check, "STATES", 10)
+    monkeypatch.setattr(check, "BALL_STATES", 3)
+
+
+NO_CODE = UserCode("", "ours.py")
+
+STORED = "def stored(self, motion, own):\n    return 0.5 * self.k * (motion.X @ motion.X)\n"
+
+DAMPER = """
+def wrench(self, motion, own):
+    return force_at_centre(-self.k * motion.V)
+def dissipated(self, motion, own):
+    return self.k * (motion.V @ motion.V)
+"""
+
+LIGAMENT = element_text(
+    """
+    mode_count = 1
+
+    def guards(self, motion, own):
+        return np.array([line(motion, self.point, self.anchor).length - self.k])
+
+    def wrench(self, motion, own):
+        along = line(motion, self.point, self.anchor)
+        tension = self.mode[0] * (along.length - self.k)
+        return force_at(motion, self.point, -tension * along.direction)
+
+    def stored(self, motion, own):
+        extension = line(motion, self.point, self.anchor).length - self.k
+        return 0.5 * self.mode[0] * extension * extension
+    """,
+    'POINT, ANCHOR, Gain("k", "m", "length", shape="number")',
+)
+"""A line that only pulls."""
+
+
+def of(text, name="Mine"):
+    code = UserCode(text, "mine.py")
+    return check_class(element_class(code, name), code)
+
+
+def force(formula, rest=STORED):
+    return element_text(
+        f"def wrench(self, motion, own):\n    return force_at_centre({formula})\n{rest}"
+    )
+
+
+@pytest.mark.parametrize("kind", NAMED_ELEMENTS, ids=lambda kind: kind.__name__)
+def test_every_element_of_the_program_passes(kind):
+    found = check_class(kind, NO_CODE)
+    assert found.problems == ()
+    assert AT_REST in found.passed
+    assert IN_MOTION in found.passed
+    assert len(found.passed) == 7 + 2 * bool(kind.mode_count)
+
+
+RIGHT = {
+    "template": TEMPLATE.replace("CubicSpring", "Mine"),
+    "spring": SPRING,
+    "damper": element_text(DAMPER),
+    "ligament": LIGAMENT,
+    "exponential": element_text("""
+        def wrench(self, motion, own):
+            return force_at_centre(-self.k * exp(motion.X))
+
+        def stored(self, motion, own):
+            return self.k * exp(motion.X).sum()
+        """),
+    "contact": element_text("""
+        def wrench(self, motion, own):
+            return force_at_contact(-self.k * motion.E - self.k * motion.F)
+
+        def stored(self, motion, own):
+            return 0.5 * self.k * (motion.E @ motion.E)
+
+        def dissipated(self, motion, own):
+            return self.k * (motion.F @ motion.F)
+        """),
+    "couple": element_text("""
+        def wrench(self, motion, own):
+            down = np.array([0.0, 0.0, 1.0])
+            return couple_on_body(self.k * cross(down, motion.A.T @ down))
+
+        def stored(self, motion, own):
+            return -self.k * motion.A[2, 2]
+        """),
+}
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_right_elements_of_users(name):
+    found = of(RIGHT[name])
+    assert found.problems == ()
+    assert found.notes == ()
+
+
+WRONG = {
+    "sign": (force("self.k * motion.X"), "the wrench on a body at rest is not the slope"),
+    "factor": (force("-2 * self.k * motion.X"), "the wrench on a body at rest is not the slope"),
+    "dropped axis": (
+        force("-self.k * motion.X * np.array([1, 1, 0])"),
+        "with a velocity of 1 m/s along the inertial axis z",
+    ),
+    "frame of a couple": (
+        RIGHT["couple"].replace("self.k * cross(", "motion.A @ cross(self.k * "),
+        "with a turn of 1 rad/s about the body axis",
+    ),
+    "half of the power": (
+        element_text(DAMPER.replace("return self.k * (", "return 0.5 * self.k * (")),
+        "`dissipated` is not the power that `wrench` takes",
+    ),
+    "no dissipation": (
+        element_text(DAMPER.split("def dissipated", maxsplit=1)[0]),
+        "`dissipated` is not the power that `wrench` takes",
+    ),
+    "active": (
+        element_text(DAMPER.replace("-self.k", "self.k").replace("return self", "return -self")),
+        "`dissipated` is negative",
+    ),
+    "kinetic": (
+        force("0 * motion.X", "def stored(self, motion, own):\n    return motion.V @ motion.V\n"),
+        "`stored` depends on the velocity V",
+    ),
+    "branch": (
+        force("-self.k * (motion.X if motion.X[0] > 0 else motion.X)"),
+        "heyoka's expressions fail",
+    ),
+    "numpy's exp": (
+        RIGHT["exponential"].replace(" exp(", " np.exp("),
+        "use sin, cos, tan, atan, sqrt, exp, log, sinh, cosh, tanh and power of rbstab.elements",
+    ),
+    "power of heyoka": (
+        force("-self.k * motion.X**3", STORED.replace("motion.X)", "motion.X**3) / 2")),
+        "heyoka cannot start where X = 0",
+    ),
+    "not analytic": (
+        force("-self.k * np.abs(motion.X)", STORED.replace("@ motion.X)", "@ np.abs(motion.X))")),
+        "the slope by a complex step is not that of differences",
+    ),
+    "real parts": (
+        force("-self.k * motion.X.real", STORED.replace("motion.X)", "motion.X.real)")),
+        "the slope by a complex step is not that of differences",
+    ),
+    "floats only": (
+        force("-self.k * np.array([float(x) for x in motion.X])"),
+        "the slope by a complex step is not that of differences",
+    ),
+    "only for doubles": (
+        force("-self.k * np.array([x if hasattr(x, 'dtype') else 2 * x for x in motion.X])"),
+        "give other values than floats",
+    ),
+    "infinite": (force("-self.k * motion.X / 0.0"), "`wrench` is not finite"),
+    "no wrench": (force("motion.X").replace("return force", "force"), "wrench returns nothing"),
+    "an error": (force("-self.c * motion.X"), "line 12: AttributeError: 'Mine' object has no"),
+    "guards by mode": (
+        LIGAMENT.replace("length - self.k])", "length - self.k * (1 + self.mode[0])])"),
+        "`guards` depends on `mode`",
+    ),
+    "guards by velocity": (
+        LIGAMENT.replace("length - self.k])", "rate])"),
+        "`guards` depends on velocities",
+    ),
+    "jump of the energy": (
+        LIGAMENT.replace("extension * extension", "(extension * extension + 0.1)"),
+        "`stored` jumps where event function 1 is 0",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore:Casting complex values")
+@pytest.mark.parametrize("name", WRONG)
+def test_the_wrong_statement_is_named(name):
+    text, expected = WRONG[name]
+    found = of(text)
+    assert any(expected in problem for problem in found.problems), found.problems
+
+
+@pytest.mark.parametrize("name", ["sign", "active", "jump of the energy", "half of the power"])
+def test_no_other_statement_is_blamed(name):
+    (problem,) = of(WRONG[name][0]).problems
+    assert "state " in problem
+    assert "X = [" in problem
+    assert "k = " in problem
+
+
+def test_slow_elements_have_a_note():
+    """numpy evaluates what Python code of single numbers cannot: here, a fractional power."""
+    found = of(
+        force(
+            "-self.k * motion.X * (1 + motion.X @ motion.X) ** 0.5",
+            "def stored(self, motion, own):\n"
+            "    return self.k * (1 + motion.X @ motion.X) ** 1.5 / 3\n",
+        )
+    )
+    assert found.problems == ()
+    assert "15 times slower" in found.notes[0]
+
+
+def test_every_class_of_a_file_is_checked(tmp_path):
+    path = tmp_path / "mine.py"
+    wrong = "\n\nclass Wrong(Mine):\n    def stored(self, motion, own):\n        return 0.0\n"
+    path.write_text(SPRING + wrong)
+    good, bad = check_file(path)
+    assert (good.name, good.problems) == ("Mine", ())
+    assert bad.name == "Wrong"
+    assert "is not the slope of `stored`" in bad.problems[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (HEAD, "has no class derived from rbstab.elements.Element with a wrench"),
+        ("class Mine(:\n", "cannot be run: line 1: SyntaxError"),
+        ("1 / 0\n", "cannot be run: line 1: ZeroDivisionError"),
+        (SPRING.replace('Gain("k"', "Gain(str('k')"), "not plain texts, numbers"),
+    ],
+)
+def test_files_that_have_no_element(tmp_path, text, expected):
+    path = tmp_path / "mine.py"
+    path.write_text(text)
+    with pytest.raises(ElementFileError) as found:
+        check_file(path)
+    assert expected in str(found.value)
+
+
+def test_a_missing_file(tmp_path):
+    with pytest.raises(ElementFileError, match="No such file"):
+        check_file(tmp_path / "gone.py")
+
+
+def test_the_same_states_every_time():
+    assert of(WRONG["factor"][0]) == of(WRONG["factor"][0])

@@ -1,0 +1,207 @@
+"""Protects runs of elements of users: closed forms, elements of ours, and what is not proved."""
+
+import numpy as np
+import pytest
+from scipy.special import ellipj
+from support.switching import data, ligament
+from support.user_code import CUBIC, element_text, mine, write_template
+
+import rbstab
+from rbstab.analysis.proof.reduced_energy import NoEnergyReason
+from rbstab.config.load import load_config
+from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.convergence.convergence import Enclose, Undecided
+from rbstab.experiment.convergence.exact_motion import prove_convergence
+from rbstab.experiment.proof import proof_id, prove
+from rbstab.experiment.robust.bodies import prove_within
+from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
+from rbstab.experiment.verification.verify import verify
+
+ENGINES = ("scipy", "heyoka")
+
+FREE = {
+    "variant": "free",
+    "K_t": [40, 40, 30],
+    "L_t": [2, 2, 1],
+    "K_r": [4, 4, 3],
+    "L_r": [0.6, 0.6, 0.4],
+}
+
+TIE = element_text(
+    """
+    def wrench(self, motion, own):
+        e = position(motion, self.point) - self.anchor
+        f = velocity(motion, self.point)
+        return force_at(motion, self.point, -self.K_c @ e - self.L_c @ f)
+
+    def stored(self, motion, own):
+        e = position(motion, self.point) - self.anchor
+        return 0.5 * (e @ self.K_c @ e)
+
+    def dissipated(self, motion, own):
+        f = velocity(motion, self.point)
+        return f @ self.L_c @ f
+    """,
+    'POINT, ANCHOR, Gain("K_c", "N/m", "K"), Gain("L_c", "N s/m", "L", dissipates=True)',
+)
+"""What `kind: visco-elastic` is."""
+
+VALUES = {
+    "point": [0.1, 0.2, -0.1],
+    "anchor": [0.0, 0.3, 0.1],
+    "K_c": [[30, 2, 0], [2, 20, 1], [0, 1, 10]],
+    "L_c": [1, 2, 3],
+}
+
+LIGAMENT = element_text(
+    """
+    mode_count = 2
+
+    def guards(self, motion, own):
+        strain = self._strain(motion)
+        return np.array([strain, strain - 2.0 * self.toe_strain])
+
+    def wrench(self, motion, own):
+        strain, along = self._strain(motion), line(motion, self.point, self.anchor)
+        toe = strain * strain / (4.0 * self.toe_strain)
+        shape = toe + self.mode[1] * (strain - self.toe_strain - toe)
+        tension = self.mode[0] * self.stiffness * shape
+        return force_at(motion, self.point, -tension * along.direction)
+
+    def stored(self, motion, own):
+        strain, end = self._strain(motion), self.toe_strain
+        toe = strain * strain * strain / (12.0 * end)
+        linear = 0.5 * (strain - end) * (strain - end) + end * end / 6.0
+        both = toe + self.mode[1] * (linear - toe)
+        return self.mode[0] * self.slack_length * self.stiffness * both
+
+    def _strain(self, motion):
+        return line(motion, self.point, self.anchor).length / self.slack_length - 1.0
+    """,
+    'POINT, ANCHOR, Gain("stiffness", "N", "k", shape="number"), '
+    'Gain("slack_length", "m", "l", shape="number"), '
+    'Gain("toe_strain", "1", "e", shape="number")',
+)
+"""What `kind: ligament` is, without its damper."""
+
+START = {"orientation": [0.1, 0.2, 0.3], "angular_velocity": [1, 2, 3], "velocity": [0.5, -1, 0.2]}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A working folder with the files of the elements."""
+    monkeypatch.chdir(tmp_path)
+    write_template(tmp_path)
+    return tmp_path
+
+
+def load(elements, engine="scipy", start=None, duration=2.0, **sections):
+    integration = {"engine": engine, "duration": duration, "samples": 41, "rtol": 1e-13}
+    described = data(elements, start or START, integration, **sections)
+    return load_config(described, allow_python=True)
+
+
+def largest_difference(one, other):
+    names = ("orientation", "angular_velocity", "position", "velocity", "lyapunov")
+    return max(float(np.abs(one[name] - other[name]).max()) for name in names)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_cubic_spring_in_closed_form(folder, engine):
+    """m x'' = -k x³ from rest at x = a: x = a cn(a √(k/m) t) with the parameter 1/2."""
+    if engine == "heyoka":
+        pytest.importorskip("heyoka")
+    position, stiffness = [0.7, -0.5, 0.3], [30.0, 20.0, 10.0]
+    start = {"position": position}
+    config = load({"mine": CUBIC}, engine, start, duration=5.0)
+    result = rbstab.simulate(config)
+    assert result.status == "completed"
+    for axis, (a, k) in enumerate(zip(position, stiffness, strict=True)):
+        frequency = abs(a) * np.sqrt(k / config.body.mass)
+        expected = a * ellipj(frequency * result["time"], 0.5)[1]
+        np.testing.assert_allclose(result["position"][:, axis], expected, atol=1e-9)
+    assert np.abs(result["energy_residual"]).max() < 1e-10 * result["lyapunov"][0]
+    stored = sum(k * a**4 / 4 for a, k in zip(position, stiffness, strict=True))
+    assert result["energy"][0].sum() == pytest.approx(stored, rel=1e-14)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_element_of_a_user_is_one_of_ours(folder, engine):
+    if engine == "heyoka":
+        pytest.importorskip("heyoka")
+    (folder / "mine.py").write_text(TIE)
+    theirs = rbstab.simulate(load({"one": mine(**VALUES)}, engine, controller=FREE))
+    ours = rbstab.simulate(
+        load({"one": {"kind": "visco-elastic"} | VALUES}, engine, controller=FREE)
+    )
+    assert largest_difference(theirs, ours) < 1e-12
+    np.testing.assert_allclose(theirs["element_force"], ours["element_force"], atol=1e-11)
+    np.testing.assert_allclose(theirs["dissipation"], ours["dissipation"], atol=1e-11)
+    assert list(theirs["part"]) == list(ours["part"])
+
+
+@pytest.mark.parametrize("engine", ["scipy", pytest.param("heyoka", marks=pytest.mark.heavy)])
+def test_an_element_that_switches(folder, engine):
+    if engine == "heyoka":
+        pytest.importorskip("heyoka")
+    (folder / "mine.py").write_text(LIGAMENT)
+    section = ligament()
+    parameters = {key: section[key] for key in section if key != "kind"}
+    start = {"position": [0.8, 0.1, 0], "velocity": [-0.5, 0.2, 0.1]}
+    theirs = rbstab.simulate(load({"one": mine(**parameters)}, engine, start, 10.0))
+    ours = rbstab.simulate(load({"one": section}, engine, start, 10.0))
+    assert theirs.status == ours.status == "completed"
+    assert np.unique(theirs["energy"][:, -1] > 0).tolist() == [False, True]  # slack, and taut
+    assert largest_difference(theirs, ours) < 1e-11
+
+
+def test_sensitivities_are_those_of_ours(folder):
+    pytest.importorskip("heyoka")
+    (folder / "mine.py").write_text(TIE)
+    theirs = sensitivities(load({"one": mine(**VALUES)}, controller=FREE))
+    ours = sensitivities(load({"one": {"kind": "visco-elastic"} | VALUES}, controller=FREE))
+    keys = {entry.key.replace(".parameters", ""): row for row, entry in enumerate(theirs.entries)}
+    rows = [keys[entry.key] for entry in ours.entries]
+    assert len(rows) == len(theirs.entries)
+    np.testing.assert_allclose(theirs.derivatives[rows], ours.derivatives, rtol=1e-6, atol=1e-9)
+
+
+def test_switching_elements_have_no_sensitivities(folder):
+    (folder / "mine.py").write_text(LIGAMENT)
+    parameters = {key: value for key, value in ligament().items() if key != "kind"}
+    with pytest.raises(UnsuitedConfigError, match=r"elements\.one: switches"):
+        sensitivities(load({"one": mine(**parameters)}))
+
+
+def test_nothing_is_proved_of_code(folder):
+    """Although this element is one for which rest states are proved, if it is ours."""
+    (folder / "mine.py").write_text(TIE)
+    config = load({"one": mine(**VALUES)}, controller=FREE)
+    proof = prove(config)
+    assert not proof.states
+    assert proof.outcome == NoEnergyReason.USER_CODE.value
+    problem = rbstab.config.build.problem_of(config)
+    for enclose in (Enclose.UNTIL_PROVED, Enclose.TO_END):
+        found = prove_convergence(config, problem, proof, enclose)
+        assert found.convergence.proved is None
+        assert found.convergence.reason is Undecided.USER_CODE
+        assert found.samples is None
+    within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
+    assert within.why == NoEnergyReason.USER_CODE.value
+    ours = prove(load({"one": {"kind": "visco-elastic"} | VALUES}, controller=FREE))
+    assert ours.proved
+    (refused,) = [
+        f for f in verify(ours, config).findings if f.claim == "energy" and not f.verified
+    ]
+    assert NoEnergyReason.USER_CODE.value in refused.text
+
+
+def test_the_identity_of_a_proof_needs_no_code(folder):
+    from rbstab.config.load import config_to_read, plain_data
+
+    (folder / "mine.py").write_text(TIE)
+    config = load({"one": mine(**VALUES)}, controller=FREE)
+    read = config_to_read(plain_data(config))
+    assert proof_id(read) == proof_id(config)
+    (folder / "mine.py").write_text(TIE + "# another text\n")
+    assert proof_id(load({"one": mine(**VALUES)}, controller=FREE)) != proof_id(config)

@@ -1,0 +1,145 @@
+"""Protects sweeps of elements of users: workers get text and permission, columns have units."""
+
+from threading import Event
+
+import numpy as np
+import pytest
+from support.switching import data
+from support.user_code import SPRING, mine
+
+from rbstab.config.errors import ConfigError
+from rbstab.config.load import load_config, run_id
+from rbstab.config.user_code.permission import CodeNotAllowedError
+from rbstab.store.table_file import read_table
+from rbstab.sweep.execution.comparison_runs import ComparisonRuns
+from rbstab.sweep.folder.layout import varied_layout
+from rbstab.sweep.options import SweepOptions
+from rbstab.sweep.plan.dump import plan_data, plan_yaml
+from rbstab.sweep.plan.load import load_plan, plan_to_read
+from rbstab.sweep.plan.plan import plan_id
+from rbstab.sweep.sweep import gather_folder, sweep_to_folder
+
+KEY = "elements.mine.parameters.k"
+
+VARIED = {KEY: {"values": [1.0, 2.0, 4.0]}, "initial.velocity[0]": {"values": [0.5, 1.0]}}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A working folder with the file of the element."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(SPRING)
+    return tmp_path
+
+
+def plan_of(engine="scipy", **changes):
+    integration = {"engine": engine, "duration": 1.0, "samples": 11}
+    start = {"position": [0.3, 0, 0]}
+    base = data({"mine": mine(k=3.0)}, start, integration)
+    return load_plan({"base": base, "vary": VARIED, **changes}, allow_python=True)
+
+
+def expected(plan):
+    """x = 0.3 cos ωt + (v/ω) sin ωt at the end, with ω² = k/m."""
+    values = plan.values(0, plan.members)
+    omega = np.sqrt(values[KEY] / plan.base_of("none").body.mass)
+    v = values["initial.velocity[0]"]
+    return 0.3 * np.cos(omega) + v / omega * np.sin(omega)
+
+
+@pytest.mark.parametrize(("engine", "threads"), [("scipy", 1), ("scipy", 2), ("heyoka", 1)])
+def test_all_members_in_closed_form(folder, engine, threads):
+    """With two threads, the second one has a worker process."""
+    if engine == "heyoka":
+        pytest.importorskip("heyoka")
+    plan = plan_of(engine, keep="traces")
+    (folder / "mine.py").unlink()  # the plan has its text
+    options = SweepOptions(threads=threads, shard_size=2)
+    done = sweep_to_folder(plan, folder / "sweep", options)
+    assert done.finished
+    table = read_table(folder / "sweep" / "sweep.h5", ("final_position", "status"))
+    assert (table["status"] == 0).all()
+    np.testing.assert_allclose(table["final_position"][:, 0], expected(plan), atol=1e-9)
+
+
+def test_the_plan_needs_no_file_and_gives_no_permission(folder):
+    plan = plan_of()
+    (folder / "mine.py").unlink()
+    stored = folder / "plan.yaml"
+    stored.write_text(plan_yaml(plan))
+    assert plan_id(load_plan(stored, allow_python=True)) == plan_id(plan)
+    with pytest.raises(ConfigError, match="--allow-python"):
+        load_plan(stored)
+    read = plan_to_read(stored)
+    assert plan_id(read) == plan_id(plan)
+    assert not read.may_run_code
+    with pytest.raises(CodeNotAllowedError):
+        _ = read.initial_value_problems
+    config = plan.config_of(5)
+    assert run_id(read.config_of(5)) == run_id(config)
+    assert config.elements["mine"].parameters == {"k": 4.0}
+
+
+def test_another_text_is_another_sweep(folder):
+    first = plan_of()
+    (folder / "mine.py").write_text(SPRING + "# changed\n")
+    assert plan_id(plan_of()) != plan_id(first)
+
+
+def test_values_that_are_not_valid(folder):
+    with pytest.raises(ConfigError, match=r"elements\.mine\.parameters\.k is -1"):
+        plan_of(vary={KEY: {"linspace": [-1, 1, 3]}})
+    with pytest.raises(ConfigError, match=r"elements\.mine\.parameters\.c"):
+        plan_of(vary={"elements.mine.parameters.c": {"linspace": [1, 2, 3]}})
+
+
+def test_columns_have_units(folder):
+    columns = varied_layout(plan_of())
+    assert columns["elements_mine_parameters_k"].unit == "N/m"
+
+
+def test_a_comparison_process_has_the_permission(folder):
+    plan = plan_of()
+    with ComparisonRuns(plan, [0, 5], workers=1) as runs:
+        outcomes = runs.finish(Event(), lambda _: None)
+    assert outcomes is not None
+    for member, outcome in outcomes.items():
+        assert outcome["final_position"][0, 0] == pytest.approx(expected(plan)[member], abs=1e-9)
+
+
+@pytest.mark.parametrize("allowed", [True, False])
+def test_a_dask_worker_gets_the_permission_of_the_sender(folder, allowed):
+    pytest.importorskip("distributed")
+    from rbstab.sweep.execution.dask_worker import SweepPlugin, SweepTask
+    from rbstab.sweep.execution.machine_properties import versions
+
+    plan = plan_of()
+    task = SweepTask(
+        plan_data(plan), plan_id(plan), "scipy", versions("scipy"), allow_python=allowed
+    )
+    plugin = SweepPlugin(task)
+    if not allowed:
+        with pytest.raises(ConfigError, match="--allow-python"):
+            _ = plugin.plan
+        return
+    plugin.setup(None)
+    computed = plugin.compute(0, 2)
+    assert computed.error is None
+    found = computed.shard.outcome["final_position"][:, 0]
+    np.testing.assert_allclose(found, expected(plan)[:2], atol=1e-9)
+
+
+def test_gathering_needs_permission(folder):
+    plan = plan_of()
+    sweep_to_folder(plan, folder / "sweep", SweepOptions(threads=1))
+    (folder / "sweep" / "sweep.h5").unlink()
+    with pytest.raises(CodeNotAllowedError, match="code of a user"):
+        gather_folder(folder / "sweep")
+    assert gather_folder(folder / "sweep", allow_python=True).finished
+
+
+def test_members_are_single_runs_with_other_parameters(folder):
+    config = load_config(
+        data({"mine": mine(k=3.0)}), ["elements.mine.parameters.k=7"], allow_python=True
+    )
+    assert config.elements["mine"].parameters["k"] == 7.0

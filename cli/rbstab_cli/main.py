@@ -3,6 +3,7 @@
 import sys
 from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import click
@@ -56,6 +57,14 @@ class LazyGroup(click.Group):
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return a command and its arguments; for an unknown name, say what was likely meant."""
+        if args[0] not in COMMANDS and not args[0].startswith("-") and not ctx.resilient_parsing:
+            ctx.fail(_unknown_command(args[0]))
+        return super().resolve_command(ctx, args)
+
     # click itself ends with exit code 1 if stdout is a closed pipe.
     @reader_gone_errors()
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:
@@ -66,6 +75,21 @@ class LazyGroup(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command."""
         return super().invoke(ctx)
+
+
+def _unknown_command(name: str) -> str:
+    """Return a message about a word that is not a command: a misspelt one, or a file."""
+    from difflib import get_close_matches
+
+    close = get_close_matches(name.lower(), COMMANDS, n=1)
+    if close:
+        return f"No such command '{name}'. Did you mean {close[0]}?"
+    path = Path(name)
+    if path.suffix.lower() in (".yaml", ".yml"):
+        from rbstab.files.shell_words import shell_word
+
+        return f"{name} is not a command. Run this config: rbstab run {shell_word(path)}"
+    return f"No such command '{name}'."
 
 
 def _print_version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, WrapValidator, create_model
 
 from rbstab.config.controllers import gain_fields
+from rbstab.config.errors import closest
 from rbstab.config.quantities import value_error
 from rbstab.config.section import FrozenMapping, Section, required
 from rbstab.elements.registry import KINDS, element_of
@@ -105,7 +106,10 @@ def _check_element(value: Any, _handler: Any) -> Any:
         raise value_error("has no kind", expected)
     model = element_model(value)
     if model is None:
-        raise value_error("has an unknown kind", expected)
+        kind = value["kind"]
+        close = closest(kind, KINDS) if isinstance(kind, str) else None
+        hint = f", did you mean {close}?" if close is not None else ""
+        raise value_error("has an unknown kind", expected + hint)
     return model.model_validate(value)
 
 

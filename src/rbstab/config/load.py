@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from rbstab.config.errors import ConfigError, ConfigProblem, Location
-from rbstab.config.messages import describe, problems_of
+from rbstab.config.messages import describe, did_you_mean, problems_of
 from rbstab.config.overrides import override
 from rbstab.config.schema import NO_VARIANT, SCHEMA_VERSIONS, VARIANTS, Config, model_of, variant_of
 from rbstab.config.source import MAX_DEPTH, Source, read_source
@@ -164,7 +164,8 @@ def _variant_problem(source: Source) -> ConfigProblem | None:
         return ConfigProblem(where, key, "is missing", expected)
     variant = controller["variant"]
     if not isinstance(variant, str) or variant not in VARIANTS:
-        return ConfigProblem(where, key, f"is {describe(variant)}", expected)
+        hint = did_you_mean(variant, VARIANTS)
+        return ConfigProblem(where, key, f"is {describe(variant)}", expected + hint)
     return None
 
 

@@ -1,10 +1,10 @@
 """The base class of the config models, and helpers for their fields."""
 
-from difflib import get_close_matches
 from typing import Any, NoReturn
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from rbstab.config.errors import closest
 from rbstab.config.quantities import value_error
 
 
@@ -58,9 +58,11 @@ def word_or_section(
         return value
     if isinstance(value, dict):
         # A misspelt key also selects its section, for a better message.
-        close = [match for key in value for match in get_close_matches(str(key), by_key, n=1)]
-        section = by_key[close[0]] if close else sections[0][0]
+        close = next(filter(None, (closest(str(key), by_key) for key in value)), None)
+        section = by_key[close] if close is not None else sections[0][0]
         return section.model_validate(value)
     if isinstance(value, str):
-        raise value_error(f"'{value}' is unknown", expected)
+        close = closest(value, words)
+        hint = f", did you mean {close}?" if close is not None else ""
+        raise value_error(f"'{value}' is unknown", expected + hint)
     raise value_error("is neither a word nor a mapping", expected)

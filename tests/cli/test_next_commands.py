@@ -2,13 +2,14 @@
 it, with paths that can be pasted into a shell.
 """
 
-import os
 import shlex
 import sys
 from pathlib import Path
 
 import pytest
 from cli.conftest import GOOD, Invoke
+
+from rbstab.store.errors import StoreError
 
 PLAN = "base: good.yaml\nvary: {body.mass: {values: [40, 41]}}\n"
 
@@ -117,9 +118,23 @@ def test_the_folder_is_tried_before_the_work(
 
 @pytest.mark.usefixtures("folder")
 def test_a_name_below_a_file(rbstab: Invoke) -> None:
-    done = rbstab("run", "good.yaml", "-o", os.path.join("good.yaml", "results"))
+    done = rbstab("run", "good.yaml", "-o", str(Path("good.yaml", "results")))
     assert done.exit_code == 4
     assert "error: good.yaml/results cannot be written: Not a directory" in done.stderr
+
+
+@pytest.mark.usefixtures("folder")
+def test_stored_results_are_read_from_a_folder_that_cannot_be_written(
+    rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(folder: Path) -> None:
+        raise StoreError(f"{folder} cannot be written: tried")
+
+    assert rbstab("run", "good.yaml").exit_code == 0
+    monkeypatch.setattr("rbstab.store.disk.existence.check_folder", fail)
+    assert "already done" in rbstab("run", "good.yaml").stderr
+    Path("other.yaml").write_text(GOOD)
+    assert "cannot be written: tried" in rbstab("run", "good.yaml", "other.yaml").stderr
 
 
 def test_trying_a_folder_leaves_nothing(folder: Path) -> None:

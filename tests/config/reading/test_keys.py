@@ -45,7 +45,12 @@ IN_ANOTHER_SECTION = [
     ("K_d: [1, 1, 1]\n", "20:1: K_d: is unknown (did you mean controller.K_d?)"),
     ("slope: 1\n", "20:1: slope: is unknown (did you mean controller.surface.slope?)"),
     # Printed reference values have an orientation too, but nobody means them.
-    ("orientation: [0, 0, 0]\n", "20:1: orientation: is unknown (did you mean initial.orientat"),
+    (
+        "orientation: [0, 0, 0]\n",
+        "20:1: orientation: is unknown (did you mean initial.orientation?",
+    ),
+    ("K_c: 5\n", "20:1: K_c: is unknown (did you mean controller.K_c?)"),
+    ("final: 5\n", "20:1: final: is unknown (expected one of "),
     ("x: 1\n", f"20:1: x: is unknown (expected one of {ROOT})"),
 ]
 

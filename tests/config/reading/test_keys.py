@@ -50,7 +50,6 @@ IN_ANOTHER_SECTION = [
         "20:1: orientation: is unknown (did you mean initial.orientation?",
     ),
     ("K_c: 5\n", "20:1: K_c: is unknown (did you mean controller.K_c?)"),
-    ("final: 5\n", "20:1: final: is unknown (expected one of "),
     ("x: 1\n", f"20:1: x: is unknown (expected one of {ROOT})"),
 ]
 

@@ -19,6 +19,8 @@ from rbstab_cli.streams import (
 )
 
 COMMANDS = {
+    "init": "Write a first config, a plan, and what to try with them.",
+    "examples": "List the configs and plans that come with the program, or copy them.",
     "run": "Integrate configs and store their results.",
     "sweep": "Run all members of a plan and store their outcomes.",
     "gather": "Gather the shards of a sweep into one file.",
@@ -37,9 +39,15 @@ COMMANDS = {
 }
 """The subcommands and their one-line help, which `rbstab --help` prints without importing them."""
 
+ROOMS = {"init": "beginning", "examples": "beginning"}
+"""The rooms in `rbstab_cli.commands` of the commands that are not in it itself."""
+
 
 class LazyGroup(click.Group):
-    """A group whose command NAME is the object `command` in `rbstab_cli.commands.NAME`."""
+    """A group whose command NAME is the object `command` in `rbstab_cli.commands.NAME`.
+
+    The module may be in a room of `rbstab_cli.commands`, see `ROOMS`.
+    """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names, in the order in which a new user needs them."""
@@ -49,7 +57,8 @@ class LazyGroup(click.Group):
         """Import and return a command; return None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"rbstab_cli.commands.{cmd_name}").command
+        module = ".".join(filter(None, ("rbstab_cli.commands", ROOMS.get(cmd_name), cmd_name)))
+        command: click.Command = import_module(module).command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -66,7 +66,8 @@ MIN_MISSPELT = 3
 def closest(word: str, known: Iterable[str]) -> str | None:
     """Return the known word that a misspelt one most likely means, or None.
 
-    A difference in case, hyphens, underscores and spaces counts for nothing: `kt` means `K_t`.
+    A difference in case, hyphens, underscores and spaces counts for nothing: `kt` means `K_t`. The
+    beginning of a word means it, if it is the beginning of no other.
     """
     words = list(known)
     folded = {_folded(name): name for name in reversed(words)}
@@ -75,7 +76,10 @@ def closest(word: str, known: Iterable[str]) -> str | None:
     if len(word) < MIN_MISSPELT:
         return None
     close = get_close_matches(word, words, n=1) or get_close_matches(_folded(word), folded, n=1)
-    return folded.get(close[0], close[0]) if close else None
+    if close:
+        return folded.get(close[0], close[0])
+    begun = [name for name in folded if name.startswith(_folded(word))]
+    return folded[begun[0]] if len(begun) == 1 else None
 
 
 def keys_named(key: str, known: Iterable[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Protects `rbstab init` and `rbstab examples`: what they write works, and nothing is overwritten."""
+"""Protects `rbstab init` and `rbstab examples`: what they write works; nothing is overwritten."""
 
 import shlex
 from pathlib import Path

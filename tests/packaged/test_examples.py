@@ -84,7 +84,10 @@ def test_files_that_are_named_by_named_files_come_too_and_no_others(
     (tmp_path / "secret.csv").write_text("1")
     (folder / "data/push.csv").write_text("0, 0")
     (folder / "data/other.csv").write_text("0, 0")
-    (folder / "config.yaml").write_text("elements: {push: {file: data/push.csv}}\n")
+    # A file that names itself, as a text may by chance, ends no search.
+    (folder / "config.yaml").write_text(
+        "title: config.yaml\nelements: {push: {file: data/push.csv}}\n"
+    )
     (folder / "sweeps/plan.yaml").write_text(
         "base: ../config.yaml\nvary: {a: [../../secret.csv, /etc/hosts, '', ..]}\n"
     )

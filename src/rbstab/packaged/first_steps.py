@@ -69,7 +69,8 @@ The report has a map of the outcomes. `rbstab run sweep.yaml --member 17` runs o
 
 ## More
 
-`rbstab --help` lists all commands. `rbstab examples` lists ready configs and plans, and copies them.
+`rbstab --help` lists all commands. `rbstab examples` lists ready configs and plans, and copies
+them.
 `rbstab schema > rbstab.schema.json` writes a file with which editors complete and check configs.
 """
 

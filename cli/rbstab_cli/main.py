@@ -26,6 +26,8 @@ COMMANDS = {
     "gather": "Gather the shards of a sweep into one file.",
     "check": "Check configs and list their errors.",
     "show": "Show the content of a result.",
+    "list": "List the runs and sweeps in a folder of results, the newest first.",
+    "compare": "Compare two results: what was run, and what came out.",
     "report": "Make a report of runs and sweeps.",
     "stability": "Find the rest states of configs, and prove where motions converge.",
     "verify": "Check a proof by a program of its own.",
@@ -39,7 +41,7 @@ COMMANDS = {
 }
 """The subcommands and their one-line help, which `rbstab --help` prints without importing them."""
 
-ROOMS = {"init": "beginning", "examples": "beginning"}
+ROOMS = {"init": "beginning", "examples": "beginning", "list": "stored", "compare": "stored"}
 """The rooms in `rbstab_cli.commands` of the commands that are not in it itself."""
 
 

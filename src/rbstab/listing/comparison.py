@@ -74,10 +74,10 @@ def compare(first: Path, second: Path) -> Comparison:
 def _comparison(
     kind: str, inputs: Sequence[Mapping[str, Any]], outcomes: Sequence[Outcome]
 ) -> Comparison:
-    first, second = inputs
+    (first, second), (one, other) = inputs, outcomes
     same = all(first.get(section) == second.get(section) for section in SYSTEM)
     without = NO_RATIO if same else (*NO_RATIO, *V_ROWS)
-    return Comparison(kind, _inputs(first, second), _rows(*outcomes, without=without), same)
+    return Comparison(kind, _inputs(first, second), _rows(one, other, without), same)
 
 
 def _inputs(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[Row]:
@@ -96,8 +96,9 @@ def _rows(first: Outcome, second: Outcome, without: Collection[str]) -> list[Row
     rows = []
     for name in dict.fromkeys((*first, *second)):
         one, other = first.get(name, NO_VALUE), second.get(name, NO_VALUE)
-        are_numbers = isinstance(one, float) and isinstance(other, float) and one
-        ratio = number(other / one, 3) if are_numbers and name not in without else ""
+        ratio = ""
+        if isinstance(one, float) and isinstance(other, float) and one and name not in without:
+            ratio = number(other / one, 3)
         rows.append(Row(name, _text(one), _text(other), ratio))
     return rows
 

@@ -84,10 +84,11 @@ def _entry(path: Path, kind: Kind) -> Entry:
     try:
         modified = (file if file.exists() else path).stat().st_mtime
         # Anybody may have written a file, with a right seal too.
-        said = _sweep(path) if kind is Kind.SWEEP else _run(path)
+        said: _Said = _sweep(path) if kind is Kind.SWEEP else _run(path)
     except (StoreError, OSError) as error:
         return Entry(path, kind, "", NOT_KNOWN, NOT_KNOWN, NOT_KNOWN, 0.0, str(error))
-    return Entry(path, kind, *said, modified)
+    title, status, verdict, converges = said
+    return Entry(path, kind, title, status, verdict, converges, modified)
 
 
 def _read_run(path: Path) -> _Said:

@@ -55,8 +55,8 @@ def test_a_run() -> None:
 
 def test_a_sweep() -> None:
     table = rbstab.open_sweep(STORED / "sweeps/finished_map")
-    assert repr(table).startswith('<rbstab.Table "A map over spin, stored by rbstab 0.1.0": 30 mem')
-    assert "30 completed" in repr(table)
+    title = "A map over spin, stored by rbstab 0.1.0"
+    assert repr(table) == f'<rbstab.Table "{title}": 30 members, 30 completed, 21 columns>'
     page = table._repr_html_()
     assert "rect" in Tags(page).tags
     assert "30 completed" in page

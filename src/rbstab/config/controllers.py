@@ -19,7 +19,7 @@ from rbstab.config.quantities import (
     Vector,
     value_error,
 )
-from rbstab.config.section import Section, required, word_or_section
+from rbstab.config.section import OR_ONE_ANGLE, Section, required, word_or_section
 from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element
 from rbstab.elements.registry import CONNECTORS, STABILIZERS
@@ -48,6 +48,8 @@ def _gain_field(gain: Gain) -> tuple[Any, Any]:
     kind = _GAIN_TYPES[gain.shape, gain.positive]
     if gain.below is not None:
         kind = Annotated[kind, Field(lt=gain.below)]
+    if gain.unit == "rad" and gain.shape == "number":
+        kind = Annotated[kind, OR_ONE_ANGLE]
     return kind, required(description)
 
 

@@ -136,7 +136,11 @@ def _keys_at(model: type[BaseModel], path: Path) -> set[str]:
 
 def _models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseModel]]:
     field = owner.model_fields.get(str(key))
-    candidates = [field.annotation] if field is not None else []
+    candidates: list[Any] = []
+    if field is not None:
+        # A validator may take a mapping in place of the value, such as {deg: [0, 10, 0]}.
+        inputs = [getattr(data, "json_schema_input_type", None) for data in field.metadata]
+        candidates = [field.annotation, *inputs]
     while candidates:
         candidate: Any = candidates.pop()
         if isinstance(candidate, type) and issubclass(candidate, BaseModel):

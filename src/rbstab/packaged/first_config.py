@@ -64,7 +64,7 @@ _TAIL = """\
 
 # The state at the start. What is left out is zero.
 initial:
-  orientation: [0.2, 0.1, 0]            # rad: the Euler angles; the second stays within ±π/2
+  orientation: [0.2, 0.1, 0]            # rad: the Euler angles; in degrees: {{deg: [11, 6, 0]}}
   angular_velocity: [2, -3, 5]          # rad/s, body coordinates
 {more}
 integration:

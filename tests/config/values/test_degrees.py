@@ -24,13 +24,13 @@ def with_angles(text: str) -> str:
 def test_the_same_config_as_its_radians(variant: str) -> None:
     data = plain(BY_VARIANT[variant])
     degrees, rates = [170, -80.5, 0.25], [360, -90, 1e-3]
-    initial = {"orientation": {"deg": degrees}, "angular_velocity": {"deg": rates}}
-    found = load_config({**data, "initial": initial})
-    initial = {
+    given = {"orientation": {"deg": degrees}, "angular_velocity": {"deg": rates}}
+    found = load_config({**data, "initial": given})
+    in_radians = {
         "orientation": [radians(x) for x in degrees],
         "angular_velocity": [radians(x) for x in rates],
     }
-    expected = load_config({**data, "initial": initial})
+    expected = load_config({**data, "initial": in_radians})
     assert found == expected
     assert run_id(found) == run_id(expected)
     assert resolved(found)["initial"]["angular_velocity"][0] == 2 * pi
@@ -71,12 +71,11 @@ def test_wrong_degrees(complaints, text: str, message: str) -> None:
 
 
 def test_only_angles_take_degrees(complaints) -> None:
-    for old, key in (("position: [0, 0, 0]", "position"), ("[0.15, 0.10, -0.42]", "")):
-        if old in VISCO_ELASTIC:
-            new = f"{key}: {{deg: [0, 0, 0]}}" if key else "{deg: [0, 0, 0]}"
-            assert any(
-                "is a mapping (expected a list of 3)" in x for x in complaints(edited(old, new))
-            )
+    (found,) = complaints(edited("[0.15, 0.10, -0.42]", "{deg: [0, 0, 0]}"))
+    assert found.endswith("body.contact_point: is a mapping (expected a list of 3)")
+    elements = {"guard": GUARD | {"stiffness": {"deg": 60}}}
+    with pytest.raises(ValueError, match=r"elements\.guard\.stiffness: is a mapping"):
+        load_config(plain(VISCO_ELASTIC) | {"schema_version": 2, "elements": elements})
 
 
 def test_editors_know_it() -> None:

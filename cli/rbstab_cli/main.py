@@ -3,6 +3,7 @@
 import sys
 from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import click
@@ -18,11 +19,15 @@ from rbstab_cli.streams import (
 )
 
 COMMANDS = {
+    "init": "Write a first config, a plan, and what to try with them.",
+    "examples": "List the configs and plans that come with the program, or copy them.",
     "run": "Integrate configs and store their results.",
     "sweep": "Run all members of a plan and store their outcomes.",
     "gather": "Gather the shards of a sweep into one file.",
     "check": "Check configs and list their errors.",
     "show": "Show the content of a result.",
+    "list": "List the runs and sweeps in a folder of results, the newest first.",
+    "compare": "Compare two results: what was run, and what came out.",
     "report": "Make a report of runs and sweeps.",
     "plot": "Draw one figure of runs and sweeps, or write its data.",
     "stability": "Find the rest states of configs, and prove where motions converge.",
@@ -37,9 +42,15 @@ COMMANDS = {
 }
 """The subcommands and their one-line help, which `rbstab --help` prints without importing them."""
 
+ROOMS = {"init": "beginning", "examples": "beginning", "list": "stored", "compare": "stored"}
+"""The rooms in `rbstab_cli.commands` of the commands that are not in it itself."""
+
 
 class LazyGroup(click.Group):
-    """A group whose command NAME is the object `command` in `rbstab_cli.commands.NAME`."""
+    """A group whose command NAME is the object `command` in `rbstab_cli.commands.NAME`.
+
+    The module may be in a room of `rbstab_cli.commands`, see `ROOMS`.
+    """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names, in the order in which a new user needs them."""
@@ -49,13 +60,22 @@ class LazyGroup(click.Group):
         """Import and return a command; return None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"rbstab_cli.commands.{cmd_name}").command
+        module = ".".join(filter(None, ("rbstab_cli.commands", ROOMS.get(cmd_name), cmd_name)))
+        command: click.Command = import_module(module).command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands into the help."""
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return a command and its arguments; for an unknown name, say what was likely meant."""
+        if args[0] not in COMMANDS and not args[0].startswith("-") and not ctx.resilient_parsing:
+            ctx.fail(_unknown_command(args[0]))
+        return super().resolve_command(ctx, args)
 
     # click itself ends with exit code 1 if stdout is a closed pipe.
     @reader_gone_errors()
@@ -67,6 +87,21 @@ class LazyGroup(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command."""
         return super().invoke(ctx)
+
+
+def _unknown_command(name: str) -> str:
+    """Return a message about a word that is not a command: a misspelt one, or a file."""
+    from difflib import get_close_matches
+
+    close = get_close_matches(name.lower(), COMMANDS, n=1)
+    if close:
+        return f"No such command '{name}'. Did you mean {close[0]}?"
+    path = Path(name)
+    if path.suffix.lower() in (".yaml", ".yml"):
+        from rbstab.files.shell_words import shell_word
+
+        return f"{name} is not a command. Run this config: rbstab run {shell_word(path)}"
+    return f"No such command '{name}'."
 
 
 def _print_version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:

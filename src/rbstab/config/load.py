@@ -10,9 +10,17 @@ from pydantic import ValidationError
 
 from rbstab.config.errors import ConfigError, ConfigProblem, Location
 from rbstab.config.inputs.table_files import read_tables
-from rbstab.config.messages import describe, problems_of
+from rbstab.config.messages import describe, did_you_mean, problems_of
 from rbstab.config.overrides import override
-from rbstab.config.schema import NO_VARIANT, SCHEMA_VERSIONS, VARIANTS, Config, model_of, variant_of
+from rbstab.config.schema import (
+    NO_VARIANT,
+    SCHEMA_VERSIONS,
+    VARIANTS,
+    Config,
+    Experiment,
+    model_of,
+    variant_of,
+)
 from rbstab.config.source import MAX_DEPTH, Source, read_source
 from rbstab.elements.declarations import is_initial
 from rbstab.elements.registry import OWN_STATES
@@ -34,19 +42,26 @@ SCIPY_ONLY = ("method", "atol")
 """Integration keys that only the engine scipy uses."""
 
 
-def load_config(config: str | FilePath | Mapping[str, Any], changes: Iterable[str] = ()) -> Config:
+def load_config(
+    config: str | FilePath | Mapping[str, Any] | Config, changes: Iterable[str] = ()
+) -> Config:
     """Load and validate a config; it is immutable.
 
     Args:
-        config: The path of a YAML file, or plain data.
+        config: The path of a YAML file, plain data, or a config, of which a changed one is wanted.
         changes: Texts `key=value` that replace single values, as `--set` does.
 
     Raises:
         ConfigError: The config is invalid. The error has all problems, each as
             `file:line:column: key: what is wrong (what was expected)`.
     """
+    changes = [changes] if isinstance(changes, str) else list(changes)
+    if isinstance(config, Experiment):
+        if not changes:
+            return config
+        config = plain_data(config)
     source = source_of(config)
-    override(source, [changes] if isinstance(changes, str) else changes)
+    override(source, changes)
     return validated(source)
 
 
@@ -191,7 +206,8 @@ def _variant_problem(source: Source) -> ConfigProblem | None:
         return ConfigProblem(where, key, "is missing", expected)
     variant = controller["variant"]
     if not isinstance(variant, str) or variant not in VARIANTS:
-        return ConfigProblem(where, key, f"is {describe(variant)}", expected)
+        hint = did_you_mean(variant, VARIANTS)
+        return ConfigProblem(where, key, f"is {describe(variant)}", expected + hint)
     return None
 
 

@@ -28,7 +28,7 @@ def config_section(facts: Sequence[RunFacts]) -> Section | None:
     Returns:
         The section; None if no config can be read.
     """
-    configs = {entry.run.label: _flat(entry.run.data) for entry in facts if entry.run.data}
+    configs = {entry.run.label: flat(entry.run.data) for entry in facts if entry.run.data}
     if not configs:
         return None
     keys = list(dict.fromkeys(key for config in configs.values() for key in config))
@@ -42,7 +42,7 @@ def config_section(facts: Sequence[RunFacts]) -> Section | None:
         blocks += _differences(configs, differing)
     if equal:
         first = next(iter(configs.values()))
-        rows = tuple((Cell(_with_unit(key, configs)), _cell(first.get(key))) for key in equal)
+        rows = tuple((Cell(with_unit(key, configs)), _cell(first.get(key))) for key in equal)
         heading = "The resolved config" if len(configs) == 1 else "Equal in all runs"
         blocks.append(Table("equal", heading, (Head("key"), Head("value")), rows))
     if len(configs) < len(facts):
@@ -58,7 +58,7 @@ def _differences(configs: Mapping[str, Flat], keys: Sequence[str]) -> list[Block
     if len(configs) <= MAX_RUN_COLUMNS:
         rows = tuple(
             (
-                Cell(_with_unit(key, configs)),
+                Cell(with_unit(key, configs)),
                 *(_cell(config.get(key)) for config in configs.values()),
             )
             for key in keys
@@ -80,7 +80,7 @@ def _ranges(configs: Mapping[str, Flat], keys: Sequence[str]) -> Table:
         ends = (min(numbers), max(numbers)) if all_numbers else (None, None)
         count = len({json.dumps(value, default=str) for value in values})
         rows.append(
-            (Cell(_with_unit(key, configs)), Cell(str(count), float(count)), *map(_cell, ends))
+            (Cell(with_unit(key, configs)), Cell(str(count), float(count)), *map(_cell, ends))
         )
     return Table("varied", "Ranges of the keys that differ", heads, tuple(rows))
 
@@ -102,14 +102,14 @@ def _numeric(key: str, configs: Mapping[str, Flat]) -> bool:
     return all(_is_number(config.get(key)) for config in configs.values())
 
 
-def _flat(data: Mapping[str, Any], prefix: str = "") -> Flat:
+def flat(data: Mapping[str, Any], prefix: str = "") -> Flat:
     """Return the values of a config by dotted key, as on the command line; a list is one value."""
     values: Flat = {}
     for key, value in data.items():
         if not prefix and key in OMITTED_KEYS:
             continue
         name = f"{prefix}{key}"
-        values |= _flat(value, f"{name}.") if isinstance(value, dict) else {name: value}
+        values |= flat(value, f"{name}.") if isinstance(value, dict) else {name: value}
     return values
 
 
@@ -129,7 +129,8 @@ def _unit(key: str, configs: Mapping[str, Flat]) -> str:
     return unit_of(key, set(found))
 
 
-def _with_unit(key: str, configs: Mapping[str, Flat]) -> str:
+def with_unit(key: str, configs: Mapping[str, Flat]) -> str:
+    """Return a key with its unit, for a table of configs."""
     unit = _unit(key, configs)
     return untrusted(f"{key} [{unit}]" if unit not in ("", "1") else key)
 
@@ -139,9 +140,14 @@ def _is_number(value: object) -> TypeGuard[int | float]:
 
 
 def _cell(value: object) -> Cell:
+    return Cell(value_text(value), float(value)) if _is_number(value) else Cell(value_text(value))
+
+
+def value_text(value: object) -> str:
+    """Return a value of a config as text that is safe to print; `NO_VALUE` for None."""
     if _is_number(value):
-        return Cell(number(value, 12), float(value))
-    return Cell(NO_VALUE if value is None else untrusted(_text(value)))
+        return number(value, 12)
+    return NO_VALUE if value is None else untrusted(_text(value))
 
 
 def _text(value: object) -> str:

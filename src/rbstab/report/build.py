@@ -7,6 +7,7 @@ from rbstab.report.model.document import Block, Report, Section
 from rbstab.report.model.words import counted, untrusted
 from rbstab.report.reading.sources import Run, Sources
 from rbstab.report.runs.certificate_tables import certificate_section
+from rbstab.report.runs.claims import claims_section
 from rbstab.report.runs.config_tables import config_section
 from rbstab.report.runs.facts import RunFacts, facts_of
 from rbstab.report.runs.motion import animation_of
@@ -47,6 +48,7 @@ def report_of(sources: Sources, command: str, title: str | None = None) -> Repor
 def _sections(sources: Sources, facts: Sequence[RunFacts]) -> Iterable[Section]:
     if facts:
         yield Section("summary", "Summary", (overview(facts), summary_table(facts)))
+        yield from _present(claims_section(facts))
         yield from _present(config_section(facts), reference_section(facts))
         yield from _present(_animations(sources.runs))
         yield from run_sections(sources.runs)

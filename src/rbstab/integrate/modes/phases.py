@@ -35,6 +35,9 @@ COINCIDENCE = 16
 """A mode whose margin would be zero within this many units in the last place of the time, or of 1,
 switches together with the one that is being switched."""
 
+CLEAR = 1e-6
+"""An event function farther from zero than this has the same sign however it is evaluated."""
+
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -44,6 +47,7 @@ class Phase:
     Args:
         system: The system, in these modes.
         guards: Its event functions, as a function of the audited state.
+        rates: The audited rates of the system in other modes, if they are known.
 
     Attributes:
         system: The system.
@@ -51,9 +55,13 @@ class Phase:
         signs: 1 for each mode that is 1, -1 for each that is 0, shape (modes,).
     """
 
-    def __init__(self, system: System, guards: StraightLine) -> None:
+    def __init__(
+        self, system: System, guards: StraightLine, rates: StraightLine | None = None
+    ) -> None:
         self.system = system
-        self.audited_rates = audited_rates_of(system)
+        self.audited_rates = (
+            audited_rates_of(system) if rates is None else rates.in_modes_of(system)
+        )
         self.signs = 2.0 * np.array(modes_of(system)) - 1.0
         self._guards = guards
 
@@ -95,19 +103,20 @@ class Phases:
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._system = with_first_modes(problem.system, problem.start)
         # They are the same in all modes.
         size = problem.system.size + AUDIT_SIZE
-        self._guards = StraightLine(guards_at, self._system, size)
-        self._known: dict[Modes, Phase] = {}
-        self.first = self.of(modes_of(self._system))
+        self._guards = StraightLine(guards_at, problem.system, size)
+        self._system = _in_first_modes(problem, self._guards(problem.audited_start()))
+        self.first = Phase(self._system, self._guards)
+        self._known: dict[Modes, Phase] = {modes_of(self._system): self.first}
 
     def of(self, modes: Modes) -> Phase:
         """Return the phase with these modes."""
         if modes not in self._known:
             if len(self._known) == MAX_PHASES:
                 self._known.clear()
-            self._known[modes] = Phase(with_modes(self._system, modes), self._guards)
+            system, rates = with_modes(self._system, modes), self.first.audited_rates
+            self._known[modes] = Phase(system, self._guards, rates)
         return self._known[modes]
 
     def after(self, phase: Phase, switched: Any) -> Phase:
@@ -124,6 +133,13 @@ class Phases:
     def owner(self, mode: int) -> str:
         """Return the name of the element that owns a mode."""
         return mode_owners(self._system)[mode]
+
+
+def _in_first_modes(problem: Problem, guards: Array) -> System:
+    """Return the system of a problem in its first modes, by its event functions at the start."""
+    if (np.abs(guards) > CLEAR).all():
+        return with_modes(problem.system, tuple((guards > 0).astype(float).tolist()))
+    return with_first_modes(problem.system, problem.start)
 
 
 class CurrentPhase:

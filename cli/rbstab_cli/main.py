@@ -34,7 +34,7 @@ COMMANDS = {
     "verify": "Check a proof by a program of its own.",
     "sensitivities": "Compute how a run depends on its gains, its body and its initial state.",
     "tune": "Scale gains to minimize an objective of the run.",
-    "guard": "Find a barrier of θ2 with which every start is proved to converge.",
+    "guard": "Find a guard of θ2 with which motions are proved to keep the range.",
     "cache": "Show the cache of compiled code, or clear it.",
     "upgrade": "Rewrite configs of schema version 1 as version 2.",
     "schema": "Print the JSON Schema of a config, for editors.",

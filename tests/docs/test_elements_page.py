@@ -184,7 +184,7 @@ def test_each_command_runs(command: list[str]) -> None:
 def test_all_commands_are_tried() -> None:
     tried = [command[0] for command in COMMANDS]
     first = ["run", "show", "run", "report"]
-    expected = [*first, "upgrade", "run", "sensitivities", "tune", "sweep"]
+    expected = [*first, "upgrade", "guard", "run", "sensitivities", "tune", "sweep"]
     assert tried == [*expected, "stability", "stability"]
 
 

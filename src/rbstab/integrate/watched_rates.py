@@ -1,5 +1,7 @@
 """The rates of a system as SciPy's integrators call them, which can end a run at any call."""
 
+from copy import copy
+
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
@@ -49,6 +51,12 @@ class AuditedRates:
     def by_numpy(self, y: Array, t: float = 0.0) -> Array:
         """Return the rates as numpy evaluates them."""
         return self._of.by_numpy(self._variables(y, t))
+
+    def in_modes_of(self, system: System) -> "AuditedRates":
+        """Return the rates of a system that differs from this one in its modes alone."""
+        other = copy(self)
+        other._of = self._of.in_modes_of(system)
+        return other
 
     def _variables(self, y: Array, t: float) -> Array:
         return np.append(y, t) if self._timed else y

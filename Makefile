@@ -110,5 +110,5 @@ coverage: $(READY)  ## run the tests of `make test` with coverage; the figure is
 		--cov --cov-report=html:build/coverage --cov-report=term:skip-covered
 
 clean:  ## remove .venv, .peers and the caches of the tools
-	rm -rf $(VENV) .peers build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) .peers build dist .coverage* .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -37,7 +37,7 @@ def wrapped(page: str) -> str:
 def _wrapped(line: str) -> str:
     words = line.rstrip("\n")
     indent = " " * (len(words) - len(words.lstrip()))
-    is_table = "  " in words.lstrip()
+    is_table = len(re.findall(r"\S  +(?=\S)", words)) > 1
     if len(words) <= WIDTH or is_table or words.startswith("$ "):
         return line
     inner = {"initial_indent": indent, "subsequent_indent": indent + "    "}

@@ -18,20 +18,6 @@ from support.page_sessions import (
 )
 from support.printed_lines import agrees
 
-HEAVY = {
-    "README.md",
-    "docs/elements.md",
-    "docs/reports.md",
-    "docs/sweeps.md",
-    "docs/tutorial_first.md",
-    "docs/tutorial_python.md",
-    "docs/tutorial_stable.md",
-    "docs/tutorial_sweep.md",
-    "docs/choosing.md",
-    "docs/errata.md",
-    "docs/gallery.md",
-}
-
 
 def programs(page: str) -> list[str]:
     """Return the commands of a page and the first lines of its other blocks."""
@@ -44,10 +30,13 @@ def programs(page: str) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize(
-    "page",
-    [pytest.param(name, marks=pytest.mark.heavy if name in HEAVY else ()) for name in pages()],
-)
+def marks(page: str) -> tuple[pytest.MarkDecorator, ...]:
+    """Return the marks of a page: most runs and proofs take seconds."""
+    is_heavy = any(not skipped(page, text) for text in programs(page))
+    return (pytest.mark.heavy,) if is_heavy else ()
+
+
+@pytest.mark.parametrize("page", [pytest.param(name, marks=marks(name)) for name in pages()])
 def test_the_page_shows_what_is_printed(page: str, tmp_path: Path) -> None:
     differences = differences_of(page, tmp_path)
     text = "\n".join(

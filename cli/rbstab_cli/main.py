@@ -24,6 +24,7 @@ COMMANDS = {
     "check": "Check configs and list their errors.",
     "show": "Show the content of a result.",
     "report": "Make a report of runs and sweeps.",
+    "plot": "Draw one figure of runs and sweeps, or write its data.",
     "stability": "Find the rest states of configs, and prove where motions converge.",
     "verify": "Check a proof by a program of its own.",
     "sensitivities": "Compute how a run depends on its gains, its body and its initial state.",

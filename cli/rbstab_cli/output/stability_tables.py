@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    from rbstab.config.schema import Config
     from rbstab.experiment.locus import LocusPoint
     from rbstab.experiment.stability import Stability
     from rbstab_cli.arguments.along import Along
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 def print_stability_report(report: "StabilityReport") -> None:
     """Print the statements about one config, then the tables behind them."""
     from rbstab.config.errors import printable
+    from rbstab.experiment.answers.words import word_of
     from rbstab.integrate.status import RunStatus
     from rbstab_cli.output.certificate import print_certificate
 
@@ -24,7 +26,8 @@ def print_stability_report(report: "StabilityReport") -> None:
         click.echo(f"  {statement}")
     if run is not None:
         ended = "" if run.status == RunStatus.COMPLETED else f" It ended early: {run.status}."
-        click.echo(f"  Verdict of the run: {run.attributes['verdict']}.{ended}")
+        word = word_of(str(run.attributes["verdict"]))
+        click.echo(f"  Checks of the computed run: {word}.{ended}")
     click.echo()
     if stability.proof.states:
         _print_rest_states(stability)
@@ -34,6 +37,8 @@ def print_stability_report(report: "StabilityReport") -> None:
         print_certificate(run)
     for along, points in report.loci:
         _print_locus(along, points)
+    if stability.proof.states or report.loci:
+        _print_surface_modes(report.config)
 
 
 def _print_rest_states(stability: "Stability") -> None:
@@ -74,6 +79,16 @@ def _print_modes(stability: "Stability") -> None:
     print_table(table)
 
 
+def _print_surface_modes(config: "Config") -> None:
+    """Say which modes are missing: those of a connector that slides on s = F + κE."""
+    slope = getattr(getattr(config.controller, "surface", None), "slope", None)
+    if slope is not None:
+        click.echo(
+            f"Not listed: the three modes of the surface, on which E decays as exp(-κt), κ = "
+            f"{slope:g} 1/s. The table is of the body that is held at E = 0.\n"
+        )
+
+
 def _print_undecided(stability: "Stability") -> None:
     undecided = stability.proof.undecided
     for low, high in undecided[:10]:
@@ -88,6 +103,10 @@ def _print_locus(along: "Along", points: "list[LocusPoint]") -> None:
     numbers = ("factor", "largest Re λ [1/s]", "smallest ζ", "growing")
     table = new_table(*numbers, "eigenvalues [1/s]", numbers=numbers)
     click.echo(f"Along {along.key}:")
+    if _has_no_effect(points):
+        # So it is with the force of a sliding connector, which only has to be large enough.
+        click.echo(f"  {along.key} does not change the linearised system.")
+        points = points[:1]
     for factor, _, linear in points:
         if linear is None:
             add_row(table, number(factor), "-", "-", "-", "no rest state in the range")
@@ -104,6 +123,13 @@ def _print_locus(along: "Along", points: "list[LocusPoint]") -> None:
             ", ".join(shown),
         )
     print_table(table)
+
+
+def _has_no_effect(points: "list[LocusPoint]") -> bool:
+    """Whether all points have the same eigenvalues, bit for bit."""
+    systems = [point.linearisation for point in points]
+    values = {None if one is None else one.eigenvalues.tobytes() for one in systems}
+    return len(points) > 1 and len(values) == 1 and None not in values
 
 
 def _vector(values: Any) -> str:

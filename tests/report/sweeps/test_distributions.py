@@ -54,3 +54,15 @@ def test_a_histogram_by_hand():
 
 def test_quantiles_of_nothing():
     assert all(np.isnan(quantiles_of(np.array([np.nan, np.inf]))))
+
+
+@pytest.mark.parametrize("largest", [7, 40, 733])
+def test_bars_of_whole_numbers_hold_equally_many_of_them(largest):
+    """Otherwise some bars would hold one number more than others, and some none."""
+    values = np.arange(1.0, largest + 1.0).repeat(9)
+    bars = histogram(values, log=False)
+    width = np.diff(bars.edges)
+    assert (width == width[0]).all()
+    assert width[0] == np.round(width[0])
+    assert (bars.heights[:-1] == 9 * width[0]).all()
+    assert bars.heights.sum() == len(values)

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 
 from rbstab.mechanics.numbers import Array
 
+SHARE_ENDS = (-0.03, 1.03)
+"""The ends of an axis of fractions: all of it is shown, so that 0.9992 does not look like half."""
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -19,12 +22,14 @@ class Axis:
         unit: SI, as in results; "" or "1" for a pure number.
         log: Whether it is logarithmic; values at or below zero are then not drawn.
         categories: Labels of the positions 0, 1, 2, ... on an axis of categories; () for numbers.
+        ends: The ends of the axis; None for those of the data.
     """
 
     label: str
     unit: str = ""
     log: bool = False
     categories: tuple[str, ...] = ()
+    ends: tuple[float, float] | None = None
 
     @property
     def text(self) -> str:

@@ -103,14 +103,20 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
         number_cell(facts.run.settling_time),
         *(number_cell(CENTIMETRES * peak) for peak in s.peak_contact_displacement),
         number_cell(s.largest_pitch),
-        number_cell(s.lyapunov_start),
-        number_cell(s.lyapunov_end),
+        *(_lyapunov_cell(v, facts) for v in (s.lyapunov_start, s.lyapunov_end)),
         _rest_states(facts.proof),
         _inside(facts.inside),
         Cell(facts.attribute("variant") or NO_VALUE),
         number_cell(s.relative_residual, 2),
         verdict_cell(facts.attribute("verdict"), "certificates"),
     )
+
+
+def _lyapunov_cell(value: float, facts: RunFacts) -> Cell:
+    """Return a cell with v, or with v - ε, which it names, where that stands in place of v."""
+    if not facts.run.stores_v_minus_work:
+        return number_cell(value)
+    return Cell(f"{number(value)} (v - ε)", value)
 
 
 def _answer_cell(answer: Answer) -> Cell:

@@ -83,9 +83,24 @@ def histogram(values: Array, *, log: bool) -> Bars:
     """
     chosen = values[np.isfinite(values) & ((values > 0) | (not log))]
     scaled = np.log10(chosen) if log else chosen
-    count = int(np.clip(np.sqrt(len(scaled)), 5, MAX_BARS))
-    heights, edges = np.histogram(scaled, bins=count)
+    bars = int(np.clip(np.sqrt(len(scaled)), 5, MAX_BARS))
+    bins: int | Array = bars
+    if len(chosen) and not log and np.array_equal(chosen, np.round(chosen)):
+        bins = _whole_edges(chosen, bars)
+    heights, edges = np.histogram(scaled, bins=bins)
     return Bars(10.0**edges if log else edges, heights.astype(float))
+
+
+def _whole_edges(values: Array, bars: int) -> Array:
+    """Return the edges of bars that hold equally many whole numbers, so that none is left empty.
+
+    Args:
+        values: Whole numbers, shape (n,).
+        bars: The largest number of bars.
+    """
+    low, high = float(values.min()), float(values.max())
+    width = max(1.0, np.ceil((high - low + 1.0) / bars))
+    return np.arange(low - 0.5, high + width + 0.5, width)
 
 
 def _masked(chosen: Array, values: Array) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
-from rbstab.report.model.figure import Axis, Figure, Intervals, Panel
+from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Intervals, Panel
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
 from rbstab.report.sweeps.table_entries import number, whole
 from rbstab.sweep.members.outcome import STATUSES
@@ -142,5 +142,5 @@ def _row(part: Fraction, *, sampled: bool) -> tuple[Cell, ...]:
 
 def _figure(name: str, fractions: list[Fraction], note: str) -> Figure:
     x = Axis("outcome", categories=tuple(part.label for part in fractions))
-    panel = Panel(x, Axis("fraction of the members"), (intervals(fractions),))
+    panel = Panel(x, Axis("fraction of the members", ends=SHARE_ENDS), (intervals(fractions),))
     return Figure(f"{name}-outcomes", "Outcomes of the members", (panel,), caption=note)

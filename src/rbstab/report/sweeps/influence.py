@@ -15,6 +15,9 @@ BINS = 20
 MIN_GROUP_SIZE = 25
 """Smallest average size of a group of sampled values; with fewer, chance looks like influence."""
 
+ROUND_OFF = 1e-12
+"""A ratio below this is round-off of sums of squares that are at most 1."""
+
 NOTE = (
     "The correlation ratio η² is the share of a quantity's variance that one parameter alone "
     "explains: 0 means none, 1 all. To compute it, the members are divided into groups by the "
@@ -55,13 +58,18 @@ class Influence:
         """Return the ratios as a table, with the most influential parameter first."""
         heads = (Head("parameter"), *(Head(label, numbers=True) for label in self.labels))
         rows = tuple(
-            (Cell(self.parameters[k].axis.label), *(number(r, 2) for r in self.ratios[k].tolist()))
+            (Cell(self.parameters[k].axis.label), *(_ratio(r) for r in self.ratios[k].tolist()))
             for k in self.order
         )
         size = len(self.parameters[0].values)
         chance = max(int(g.max()) for g in self.groups) / size
         title = "Influence of the parameters"
         return Table(name, title, heads, rows, NOTE.format(chance=chance))
+
+
+def _ratio(value: float) -> Cell:
+    """Return a cell with a ratio; one that is round-off is 0."""
+    return number(0.0 if value < ROUND_OFF else value, 2)
 
 
 def correlation_ratio(groups: Array, values: Array) -> float:

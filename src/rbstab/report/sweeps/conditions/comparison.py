@@ -4,7 +4,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
-from rbstab.report.model.figure import Axis, Figure, Intervals, Panel
+from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Intervals, Panel
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.conditions.ranking import matrix_table, ranking_sentences
 from rbstab.report.sweeps.distributions import quantiles_of
@@ -132,7 +132,7 @@ def _figure(
     x = Axis("", categories=groups.labels)
     if not sampled:
         settled = [share._replace(low=share.value, high=share.value) for share in settled]
-    panels = [Panel(x, Axis("share settled"), (intervals(settled),))]
+    panels = [Panel(x, Axis("share settled", ends=SHARE_ENDS), (intervals(settled),))]
     panels += [Panel(x, quantity.axis, (_spread(groups, quantity),)) for quantity in quantities]
     caption = "The bars of medians reach from the 5% to the 95% quantile."
     if sampled:

@@ -48,6 +48,10 @@ STYLE = {
     "lines.linewidth": 1.2,
     "figure.facecolor": "white",
     "figure.constrained_layout.use": True,
+    # Texts stay texts, and the same figure has the same bytes.
+    "svg.fonttype": "none",
+    "svg.hashsalt": "rbstab",
+    "pdf.fonttype": 42,
 }
 
 CHARACTER_WIDTH = 0.57
@@ -76,6 +80,21 @@ def png(figure: Figure, *, dpi: float = 200.0) -> bytes:
         # A character that the font lacks is drawn as a box; no warning is needed.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
         _draw(decimate(figure)).savefig(buffer, format="png", dpi=dpi)
+    return buffer.getvalue()
+
+
+def drawing(figure: Figure, form: str) -> bytes:
+    """Render a figure as a drawing of lines, without a date: the same figure has the same bytes.
+
+    Args:
+        figure: The figure, 170 mm wide.
+        form: "svg" or "pdf". Texts stay texts.
+    """
+    date = {"svg": "Date", "pdf": "CreationDate"}[form]
+    buffer = BytesIO()
+    with _style(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        _draw(decimate(figure)).savefig(buffer, format=form, metadata={date: None})
     return buffer.getvalue()
 
 
@@ -141,6 +160,8 @@ def _draw_panel(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str
 def _set_scales(axes: Axes, panel: Panel, width: float) -> None:
     for axis, name in ((panel.x, "x"), (panel.y, "y")):
         matplotlib_axis = getattr(axes, f"{name}axis")
+        if axis.ends is not None:
+            getattr(axes, f"set_{name}lim")(*axis.ends)
         if axis.log:
             getattr(axes, f"set_{name}scale")("log")
         elif axis.categories:

@@ -161,6 +161,8 @@ def _axis(axis: Axis) -> JSON:
         "ticks": "outside",
         "ticklen": 4,
     }
+    if axis.ends is not None:
+        settings |= {"range": list(axis.ends)}
     if axis.categories:
         settings |= {
             "tickvals": list(range(len(axis.categories))),

@@ -1,0 +1,102 @@
+"""`rbstab plot`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rbstab_cli import exit_codes
+
+if TYPE_CHECKING:
+    from rbstab.report.model.figure import Figure
+
+
+@click.command("plot")
+@click.argument(
+    "results", nargs=-1, required=True, metavar="RESULT...", type=click.Path(path_type=Path)
+)
+@click.option("--figure", "name", metavar="NAME", help="The figure; without it they are listed.")
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="File of the figure: .svg, .pdf or .png, 170 mm wide; .csv has its data.",
+)
+@click.option("--force", is_flag=True, help="Replace an existing FILE.")
+def command(results: tuple[Path, ...], name: str | None, output: Path | None, force: bool) -> None:
+    """Draw one figure of runs and sweeps, or write its data.
+
+    The figures are those of `rbstab report` on the same results. Without --figure their names and
+    titles are listed. The drawing has no title: that is left to the caption of the paper.
+    """
+    from rbstab.report.writers.figure_files.files import FORMS, figure_bytes, form_of
+
+    form = None if output is None else form_of(output)
+    if (name is None) != (output is None):
+        raise click.UsageError("give both --figure NAME and -o FILE, or none of them")
+    if output is not None and form is None:
+        endings = ", ".join(f".{ending}" for ending in FORMS)
+        raise click.UsageError(f"-o {output}: expected a file name that ends in {endings}")
+    if form is not None and form != "csv":
+        _check_matplotlib()
+    figures = _figures(results)
+    if name is None or output is None or form is None:
+        _list(figures)
+        return
+    if name not in figures:
+        raise click.UsageError(f"--figure {name}: unknown; expected one of {', '.join(figures)}")
+    _write(output, figure_bytes(figures[name], form), force=force)
+
+
+def _check_matplotlib() -> None:
+    from importlib.util import find_spec
+
+    if find_spec("matplotlib") is None:
+        raise click.UsageError(
+            "figures need matplotlib, which a plain install lacks. Run "
+            "`pip install 'rbstab[report]'`; a .csv file needs nothing more."
+        )
+
+
+def _figures(results: tuple[Path, ...]) -> "dict[str, Figure]":
+    """Return the figures of the report on some results, by name."""
+    from rbstab.report.build import report_of
+    from rbstab.report.reading.sources import read_sources
+    from rbstab.report.writers.figure_files.files import figures_of
+    from rbstab.store.errors import StoreError
+
+    try:
+        sources = read_sources(results)
+        for unread in sources.unread:
+            click.echo(f"{unread.path}: {unread.reason}", err=True)
+        if sources.unread:
+            raise click.exceptions.Exit(exit_codes.STORAGE)
+        return figures_of(report_of(sources, ""))
+    except StoreError as error:
+        click.echo(f"error: {error}", err=True)
+        raise click.exceptions.Exit(exit_codes.STORAGE) from error
+
+
+def _list(figures: "dict[str, Figure]") -> None:
+    from rbstab_cli.output.tables import add_row, new_table, print_table
+
+    table = new_table("figure", "title")
+    for name, figure in figures.items():
+        add_row(table, name, figure.title)
+    print_table(table)
+
+
+def _write(path: Path, content: bytes, *, force: bool) -> None:
+    from rbstab.store.disk.atomic import write_atomically
+    from rbstab.store.errors import StoreError
+    from rbstab_cli.output.text_file import check_target
+
+    check_target(path, force=force)
+    try:
+        write_atomically(path, content, replace=force)
+    except (OSError, StoreError) as error:
+        reason = getattr(error, "strerror", None) or error
+        click.echo(f"{path}: cannot be written: {reason}", err=True)
+        raise click.exceptions.Exit(exit_codes.STORAGE) from error
+    click.echo(f"-> {path}", err=True)

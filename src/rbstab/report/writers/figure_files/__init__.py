@@ -1,0 +1,1 @@
+"""Single figures as files: drawings for papers, and their data."""

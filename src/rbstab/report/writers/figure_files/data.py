@@ -1,0 +1,73 @@
+"""The data of a figure as CSV: a row for each point that is drawn."""
+
+import csv
+from collections.abc import Iterator
+from io import StringIO
+from typing import Any
+
+import numpy as np
+
+from rbstab.config.errors import printable
+from rbstab.report.model.figure import (
+    Bars,
+    Cells,
+    Figure,
+    Intervals,
+    Level,
+    Line,
+    Mark,
+    Panel,
+    Points,
+    Stack,
+)
+
+HEADS = ("panel", "x_axis", "y_axis", "series", "x", "y", "low", "high", "value")
+"""The columns. low and high are the ends of an interval, or of a bar along x; value is the colour
+of a cell of a map."""
+
+
+def csv_of(figure: Figure) -> str:
+    """Return the data of a figure as CSV, with all digits and without thinning."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(HEADS)
+    for number, panel in enumerate(figure.panels, start=1):
+        axes = panel.title or number, panel.x.text, panel.y.text
+        head = tuple(printable(str(entry)) for entry in axes)
+        for mark in panel.marks:
+            for row in _rows(mark, panel):
+                writer.writerow((*head, *row))
+    return text.getvalue()
+
+
+def _rows(mark: Mark, panel: Panel) -> Iterator[tuple[Any, ...]]:
+    """Yield series, x, y, low, high and value of each point of a mark."""
+    match mark:
+        case Line() | Points():
+            yield from ((mark.label, *point, "", "", "") for point in _columns(mark.x, mark.y))
+        case Stack():
+            for label, part in zip(mark.labels, mark.parts.T, strict=True):
+                yield from ((label, *point, "", "", "") for point in _columns(mark.x, part))
+        case Bars():
+            middle = 0.5 * (mark.edges[:-1] + mark.edges[1:])
+            columns = _columns(middle, mark.heights, mark.edges[:-1], mark.edges[1:])
+            yield from ((mark.label, *point, "") for point in columns)
+        case Intervals():
+            for x, *others in _columns(mark.x, mark.y, mark.low, mark.high):
+                yield (mark.label, _named(x, panel.x.categories), *others, "")
+        case Cells():
+            x, y = np.meshgrid(mark.x, mark.y)
+            for *cell, value in _columns(x.ravel(), y.ravel(), mark.values.ravel()):
+                yield (mark.scale.text, *cell, "", "", _named(value, mark.scale.categories))
+        case Level():
+            place = (mark.value, "") if mark.vertical else ("", mark.value)
+            yield (mark.label, *place, "", "", "")
+
+
+def _columns(*arrays: Any) -> Iterator[tuple[Any, ...]]:
+    """Yield the entries of arrays together, as numbers that are read back with the same bits."""
+    return zip(*(np.asarray(array, dtype=float).tolist() for array in arrays), strict=True)
+
+
+def _named(value: float, categories: tuple[str, ...]) -> float | str:
+    return categories[int(value)] if categories and value == value // 1 else value

@@ -1,0 +1,39 @@
+"""Write one figure of a report to a file of its own."""
+
+from pathlib import Path
+
+from rbstab.report.model.document import Report
+from rbstab.report.model.figure import Figure
+from rbstab.report.writers.figure_files.data import csv_of
+
+FORMS = ("svg", "pdf", "png", "csv")
+"""The endings of the files."""
+
+DOTS_PER_INCH = 300
+
+
+def figures_of(report: Report) -> dict[str, Figure]:
+    """Return the figures of a report by their names, in their order."""
+    blocks = (block for section in report.sections for block in section.blocks)
+    return {block.name: block for block in blocks if isinstance(block, Figure)}
+
+
+def figure_bytes(figure: Figure, form: str) -> bytes:
+    """Return a figure as the content of a file.
+
+    Args:
+        figure: The figure. Its title and caption are left to the text that it will stand in.
+        form: One of `FORMS`. The drawings are 170 mm wide; `csv` has the data.
+    """
+    if form == "csv":
+        return csv_of(figure).encode("utf-8", "backslashreplace")
+    # Imported late: matplotlib is slow to import.
+    from rbstab.report.writers.matplotlib_figures.renderer import drawing, png
+
+    return png(figure, dpi=DOTS_PER_INCH) if form == "png" else drawing(figure, form)
+
+
+def form_of(path: Path) -> str | None:
+    """Return the form of a file by its ending; None for another ending."""
+    ending = path.suffix.lower().removeprefix(".")
+    return ending if ending in FORMS else None

@@ -1,0 +1,27 @@
+"""`rbstab stability --along` says where a gain has no effect, and which modes its table omits."""
+
+from pathlib import Path
+
+from cli.conftest import Invoke
+
+LAW = "K_s: [20000, 20000, 20000]\n  surface: {slope: 20}\n  law: exact\n  K_t"
+SHORT = ("--no-run", "--search-only")
+
+
+def test_a_gain_without_an_effect_has_one_row(folder: Path, rbstab: Invoke) -> None:
+    text = Path("good.yaml").read_text().replace("variant: free", "variant: sliding")
+    Path("sliding.yaml").write_text(text.replace("K_t", LAW, 1))
+    done = rbstab("stability", "sliding.yaml", *SHORT, "--along", "controller.K_s=0.5:2:5")
+    assert done.exit_code == 0, done.output
+    assert "controller.K_s does not change the linearised system." in done.stdout
+    table = done.stdout.partition("Along controller.K_s")[2].partition("Not listed")[0]
+    assert len([line for line in table.splitlines() if line.strip()]) == 4
+    assert "E decays as exp(-κt), κ = 20 1/s" in done.stdout
+
+
+def test_a_gain_with_an_effect_has_a_row_for_each_factor(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("stability", "good.yaml", *SHORT, "--along", "controller.K_r=0.5:2:5")
+    assert "does not change" not in done.stdout
+    table = done.stdout.partition("Along controller.K_r")[2]
+    assert len([line for line in table.splitlines() if line.strip()]) == 1 + 1 + 5
+    assert "Not listed" not in done.stdout

@@ -1,0 +1,95 @@
+"""`rbstab plot` writes single figures and their data, whole or not at all."""
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.conftest import Invoke
+from support.made_runs import made_file
+
+from rbstab.store.run_file import open_result
+
+
+@pytest.fixture
+def run(folder: Path) -> Path:
+    """The file of a run in the working folder."""
+    return made_file(folder / "made.h5")
+
+
+def test_the_figures_are_listed(run: Path, rbstab: Invoke) -> None:
+    done = rbstab("plot", "made.h5")
+    assert done.exit_code == 0, done.output
+    names = [line.split()[0] for line in done.stdout.splitlines()[1:] if line.strip()]
+    assert "runs-decay" in names
+    assert "run-1-energy" in names
+
+
+@pytest.mark.parametrize(
+    ("ending", "begin"), [("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89PNG")]
+)
+def test_a_drawing_is_the_same_each_time(
+    ending: str, begin: bytes, run: Path, rbstab: Invoke
+) -> None:
+    for name in ("a", "b"):
+        done = rbstab("plot", "made.h5", "--figure", "runs-decay", "-o", f"{name}.{ending}")
+        assert done.exit_code == 0, done.output
+    content = Path(f"a.{ending}").read_bytes()
+    assert content.startswith(begin)
+    assert content == Path(f"b.{ending}").read_bytes()
+
+
+def test_the_texts_of_a_drawing_are_texts(run: Path, rbstab: Invoke) -> None:
+    rbstab("plot", "made.h5", "--figure", "runs-decay", "-o", "a.svg")
+    texts = re.findall("<text [^>]*>([^<]*)</text>", Path("a.svg").read_text())
+    assert any("Lyapunov function" in text for text in texts)
+
+
+def test_the_data_are_those_of_the_run(run: Path, rbstab: Invoke) -> None:
+    done = rbstab("plot", "made.h5", "--figure", "runs-decay", "-o", "a.csv")
+    assert done.exit_code == 0, done.output
+    with Path("a.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["panel"] == "1"]
+    stored = open_result(run)
+    assert [float(row["x"]) for row in rows] == stored["time"].tolist()
+    assert [float(row["y"]) for row in rows] == stored["lyapunov"].tolist()
+    assert {(row["x_axis"], row["y_axis"], row["series"]) for row in rows} == {
+        ("time t [s]", "Lyapunov function v [J]", "made")
+    }
+
+
+def test_what_is_wrong_is_said(run: Path, rbstab: Invoke) -> None:
+    half = rbstab("plot", "made.h5", "--figure", "runs-decay")
+    assert (half.exit_code, "give both --figure NAME and -o FILE" in half.stderr) == (2, True)
+    ending = rbstab("plot", "made.h5", "--figure", "runs-decay", "-o", "a.gif")
+    assert (ending.exit_code, "expected a file name that ends in .svg" in ending.stderr) == (
+        2,
+        True,
+    )
+    name = rbstab("plot", "made.h5", "--figure", "decay", "-o", "a.svg")
+    assert (
+        name.exit_code,
+        "--figure decay: unknown; expected one of runs-decay," in name.stderr,
+    ) == (2, True)
+    missing = rbstab("plot", "none.h5")
+    assert (missing.exit_code, "none.h5" in missing.stderr) == (4, True)
+    Path("a.svg").write_text("mine")
+    kept = rbstab("plot", "made.h5", "--figure", "runs-decay", "-o", "a.svg")
+    assert (kept.exit_code, Path("a.svg").read_text()) == (4, "mine")
+
+
+def test_maps_have_their_values(folder: Path, rbstab: Invoke) -> None:
+    from rbstab.report.model.figure import Axis, Cells, Figure, Panel
+    from rbstab.report.writers.figure_files.data import csv_of
+
+    x, y = np.array([1.0, 2.0]), np.array([3.0, 4.0])
+    cells = Cells(x, y, np.array([[0.1, 0.2], [np.nan, 0.4]]), Axis("peak", "m"))
+    panel = Panel(Axis("a"), Axis("b"), (cells,))
+    rows = csv_of(Figure("map", "A map", (panel,))).splitlines()[1:]
+    assert rows == [
+        "1,a,b,peak [m],1.0,3.0,,,0.1",
+        "1,a,b,peak [m],2.0,3.0,,,0.2",
+        "1,a,b,peak [m],1.0,4.0,,,nan",
+        "1,a,b,peak [m],2.0,4.0,,,0.4",
+    ]

@@ -112,7 +112,7 @@ def test_certificate_of_a_run_that_ends_at_rest_on_its_stop(engine_name):
 
 def test_file_holds_the_same(resting, tmp_path):
     path = tmp_path / "stop.h5"
-    rbstab.write_result(resting, path)
+    rbstab.write_result(path, resting)
     again = rbstab.open_result(path)
     for name in ARRAYS:
         np.testing.assert_array_equal(again[name], resting[name])

@@ -1,6 +1,7 @@
 """Protects what a run with a stop stores, and its certificate, summary and report."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -116,7 +117,8 @@ def test_file_holds_the_same(resting, tmp_path):
     again = rbstab.open_result(path)
     for name in ARRAYS:
         np.testing.assert_array_equal(again[name], resting[name])
-    assert read_one(path).result["stop_angle"] == ANGLE
+    read: Any = read_one(path)
+    assert read.result["stop_angle"] == ANGLE
     assert again.attributes["layout_version"] == 3
 
 
@@ -127,7 +129,8 @@ def run_of(result):
 def test_figure_of_the_impacts(bouncing, resting):
     for result, kinds in ((bouncing, {"impact"}), (resting, {"impact", "begin of a rest"})):
         (figure,) = stop_figures(run_of(result))
-        pitch, rates, loss = figure.panels
+        panels: Any = figure.panels
+        pitch, rates, loss = panels
         points = {mark.label: mark for mark in pitch.marks if isinstance(mark, Points)}
         assert set(points) == kinds
         np.testing.assert_allclose(np.abs(points["impact"].y), ANGLE)

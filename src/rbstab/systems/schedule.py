@@ -47,9 +47,10 @@ class Schedule:
     def system_at(self, system: System, time: float) -> System:
         """Return a system with the legs of a time."""
         legs = dict(zip(self.names, self.legs_at(time).tolist(), strict=True))
-        elements: list[Any] = [
+        given: tuple[Any, ...] = system.elements
+        elements = [
             replace(element, signal=Leg(*legs[element.name])) if element.name in legs else element
-            for element in system.elements
+            for element in given
         ]
         return System(system.body, tuple(elements), system.coordinates, system.anchor)
 

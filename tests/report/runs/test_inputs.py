@@ -7,6 +7,7 @@ import pytest
 from support.inputs import SINE, couple, driven, force
 
 from rbstab.experiment.simulate import simulate
+from rbstab.report.model.figure import Line
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.energy import energy_figure
 from rbstab.report.runs.figures.lyapunov import decay_figure, supply_figures
@@ -18,6 +19,12 @@ TIE = {
     "K_c": [50, 60, 70],
     "L_c": [4, 5, 6],
 }
+
+
+def lines(panel):
+    """Return the curves of a panel."""
+    assert all(isinstance(mark, Line) for mark in panel.marks)
+    return [mark for mark in panel.marks if isinstance(mark, Line)]
 
 
 def run_of(elements):
@@ -33,12 +40,12 @@ def shaken():
 
 def test_the_curves_add_up_to_v(shaken):
     (figure,) = supply_figures(shaken)
-    v, supplied, lost = (mark.y for mark in figure.panels[0].marks)
+    v, supplied, lost = (mark.y for mark in lines(figure.panels[0]))
     np.testing.assert_allclose(v, v[0] + supplied - lost, atol=1e-12)
     assert (np.diff(lost) >= -1e-15).all()
     assert np.abs(supplied).max() > 1e-3
-    *powers, dissipated = (mark.y for mark in figure.panels[1].marks)
-    labels = [mark.label for mark in figure.panels[1].marks]
+    *powers, dissipated = (mark.y for mark in lines(figure.panels[1]))
+    labels = [mark.label for mark in lines(figure.panels[1])]
     assert labels == ["supplied by push", "supplied by turn", "dissipated"]
     rate = shaken.result["lyapunov_rate"]
     np.testing.assert_allclose(sum(powers) - dissipated, rate, atol=1e-12)
@@ -48,7 +55,7 @@ def test_dissipation_is_not_minus_the_rate_where_inputs_supply(shaken):
     labels = {panel.y.label: panel for panel in decay_figure([shaken]).panels}
     assert "dissipated power -v'" not in labels
     total = shaken.result["dissipation"].sum(axis=1)
-    np.testing.assert_array_equal(labels["dissipated power"].marks[0].y, total)
+    np.testing.assert_array_equal(lines(labels["dissipated power"])[0].y, total)
     assert "what is supplied minus v'" in energy_figure(shaken).caption
 
 

@@ -13,6 +13,9 @@ from rbstab.report.runs.facts import RunFacts
 MAX_RUN_COLUMNS = 6
 """Up to this many runs have a column each; with more, each has a row."""
 
+MAX_LISTED = 24
+"""The most entries of a list that are shown."""
+
 MAX_KEYS = 12
 """Maximum number of keys in the table with one row for each run."""
 
@@ -151,7 +154,12 @@ def value_text(value: object) -> str:
 
 
 def _text(value: object) -> str:
-    """Return a config value as text."""
+    """Return a config value as text; only the ends of a long list, as of a table of an input."""
+    if isinstance(value, list) and len(value) > MAX_LISTED:
+        first, last = (
+            ", ".join(_text(entry) for entry in ends) for ends in (value[:3], value[-3:])
+        )
+        return f"[{first}, ..., {last}] ({len(value)} entries)"
     if isinstance(value, list):
         return f"[{', '.join(_text(entry) for entry in value)}]"
     return number(value, 12) if isinstance(value, float) else str(value)

@@ -10,7 +10,7 @@ BY_FILE := --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 # Keep compiled modules: tests start many commands.
 unexport PYTHONDONTWRITEBYTECODE
-test test-quick test-heavy test-long test-times: export OPENBLAS_NUM_THREADS := 1
+test test-quick test-heavy test-long test-times coverage: export OPENBLAS_NUM_THREADS := 1
 
 # The tests of the report page need a browser. Without a browser, make skips these tests and prints a
 # warning as its last line. `.ci/run` installs a browser.
@@ -22,9 +22,11 @@ SAY_BROWSERLESS := $(if $(BROWSER),:,echo "WARNING: Chromium is not installed: t
 # The results of the paper's cases.
 PAPER := $(patsubst configs/paper/%.yaml,results/%.h5,$(wildcard configs/paper/*.yaml))
 
+SITE := build/site
+
 .DEFAULT_GOAL := help
 .PHONY: help install run test test-quick test-heavy test-long test-times soak check format bench bench-peers \
-	figures docs clean
+	figures docs docs-links docs-outputs coverage clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -87,10 +89,27 @@ figures: $(READY)  ## make the figures of the documentation, and print its table
 	$(BIN)/python docs/figures/elements.py
 	$(BIN)/python docs/figures/inputs.py
 	$(BIN)/python docs/figures/report.py
+	$(BIN)/python docs/figures/system.py
+	$(BIN)/python docs/figures/tutorials.py
+	$(BIN)/python docs/figures/gallery.py
 
-docs: $(READY)  ## write the tables of modules into docs/architecture.md
+docs: $(READY)  ## write the tables of modules into docs/architecture.md; build the site, with warnings as errors
 	$(BIN)/python docs/architecture_tables.py
+	rm -rf $(SITE)
+	$(BIN)/python -m sphinx -q -W --keep-going -E -d build/doctrees -b html docs $(SITE)
+	$(BIN)/python docs/site_links.py $(SITE)
+	@echo "open $(SITE)/index.html"
+
+docs-links: $(READY)  ## check the external links of the site; this needs a network
+	$(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees -b linkcheck docs build/links
+
+docs-outputs: $(READY)  ## run the commands of the pages, and write what they print into the pages
+	PYTHONPATH=tests $(BIN)/python -m support.page_sessions
+
+coverage: $(READY)  ## run the tests of `make test` with coverage; the figure is the last line, pages are in build/coverage
+	$(BIN)/python -m pytest $(BY_FILE) -m 'not heavy and not long$(AND_BROWSERLESS)' \
+		--cov --cov-report=html:build/coverage --cov-report=term:skip-covered
 
 clean:  ## remove .venv, .peers and the caches of the tools
-	rm -rf $(VENV) .peers dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) .peers build dist .coverage* .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

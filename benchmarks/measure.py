@@ -6,6 +6,9 @@ import time
 from collections.abc import Callable, Sequence
 from statistics import median
 
+CALLS = 3
+"""Calls of an action in one of its turns."""
+
 
 def by_turns(rounds: int, *actions: Callable[[], float]) -> list[float]:
     """Return the median of each action's results, after one warm-up round.
@@ -18,6 +21,30 @@ def by_turns(rounds: int, *actions: Callable[[], float]) -> list[float]:
         action()
     taken = [[action() for action in actions] for _ in range(rounds)]
     return [median(column) for column in zip(*taken, strict=True)]
+
+
+def least_by_turns(rounds: int, *actions: Callable[[], object]) -> list[float]:
+    """Return the least wall time of each action, s, after one warm-up round.
+
+    The least of many is the time without other programs, so it serves for ratios. In a turn each
+    action is called several times, as the first time follows another one's use of the caches.
+
+    Args:
+        rounds: How often each action has a turn.
+        actions: They have their turns one after the other.
+    """
+    for action in actions:
+        action()
+    taken = [
+        [min(_seconds(action) for _ in range(CALLS)) for action in actions] for _ in range(rounds)
+    ]
+    return [min(column) for column in zip(*taken, strict=True)]
+
+
+def _seconds(action: Callable[[], object]) -> float:
+    begin = time.perf_counter()
+    action()
+    return time.perf_counter() - begin
 
 
 def seconds_of(command: Sequence[str]) -> float:

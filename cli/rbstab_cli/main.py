@@ -3,6 +3,7 @@
 import sys
 from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import click
@@ -18,19 +19,22 @@ from rbstab_cli.streams import (
 )
 
 COMMANDS = {
+    "init": "Write a first config and a plan, or a template of an element of your own.",
+    "examples": "List the configs and plans that come with the program, or copy them.",
     "run": "Integrate configs and store their results.",
     "sweep": "Run all members of a plan and store their outcomes.",
     "gather": "Gather the shards of a sweep into one file.",
     "check": "Check configs and list their errors, or test elements of your own.",
-    "init": "Write a template: an element of your own.",
     "show": "Show the content of a result.",
+    "list": "List the runs and sweeps in a folder of results, the newest first.",
+    "compare": "Compare two results: what was run, and what came out.",
     "report": "Make a report of runs and sweeps.",
     "plot": "Draw one figure of runs and sweeps, or write its data.",
     "stability": "Find the rest states of configs, and prove where motions converge.",
     "verify": "Check a proof by a program of its own.",
     "sensitivities": "Compute how a run depends on its gains, its body and its initial state.",
     "tune": "Scale gains to minimize an objective of the run.",
-    "guard": "Find a barrier of θ2 with which every start is proved to converge.",
+    "guard": "Find a guard of θ2 with which motions are proved to keep the range.",
     "cache": "Show the cache of compiled code, or clear it.",
     "upgrade": "Rewrite configs of schema version 1 as version 2.",
     "schema": "Print the JSON Schema of a config, for editors.",
@@ -38,15 +42,21 @@ COMMANDS = {
 }
 """The subcommands and their one-line help, which `rbstab --help` prints without importing them."""
 
-
-TEXTS = ("completion", "init", "schema")
-"""The commands in the room `rbstab_cli.commands.texts`."""
+ROOMS = {
+    "init": "beginning",
+    "examples": "beginning",
+    "list": "stored",
+    "compare": "stored",
+    "completion": "texts",
+    "schema": "texts",
+}
+"""The rooms in `rbstab_cli.commands` of the commands that are not in it itself."""
 
 
 class LazyGroup(click.Group):
     """A group whose command NAME is the object `command` in `rbstab_cli.commands.NAME`.
 
-    Those of `TEXTS` are in an inner room.
+    The module may be in a room of `rbstab_cli.commands`, see `ROOMS`.
     """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -57,14 +67,22 @@ class LazyGroup(click.Group):
         """Import and return a command; return None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None
-        room = "commands.texts" if cmd_name in TEXTS else "commands"
-        command: click.Command = import_module(f"rbstab_cli.{room}.{cmd_name}").command
+        module = ".".join(filter(None, ("rbstab_cli.commands", ROOMS.get(cmd_name), cmd_name)))
+        command: click.Command = import_module(module).command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands into the help."""
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return a command and its arguments; for an unknown name, say what was likely meant."""
+        if args[0] not in COMMANDS and not args[0].startswith("-") and not ctx.resilient_parsing:
+            ctx.fail(_unknown_command(args[0]))
+        return super().resolve_command(ctx, args)
 
     # click itself ends with exit code 1 if stdout is a closed pipe.
     @reader_gone_errors()
@@ -76,6 +94,21 @@ class LazyGroup(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command."""
         return super().invoke(ctx)
+
+
+def _unknown_command(name: str) -> str:
+    """Return a message about a word that is not a command: a misspelt one, or a file."""
+    from difflib import get_close_matches
+
+    close = get_close_matches(name.lower(), COMMANDS, n=1)
+    if close:
+        return f"No such command '{name}'. Did you mean {close[0]}?"
+    path = Path(name)
+    if path.suffix.lower() in (".yaml", ".yml"):
+        from rbstab.files.shell_words import shell_word
+
+        return f"{name} is not a command. Run this config: rbstab run {shell_word(path)}"
+    return f"No such command '{name}'."
 
 
 def _print_version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:

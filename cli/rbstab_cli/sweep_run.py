@@ -91,6 +91,7 @@ def _print_end(sweep: "Sweep", *, fail_fast: bool, interrupted: bool, quiet: boo
     if sweep.finished:
         if not quiet:
             click.echo(f"-> {sweep.folder.sweep_file}", err=True)
+            click.echo(f"Next: rbstab report {_folder_word(sweep)}", err=True)
     elif _is_done_part(sweep, fail_fast=fail_fast):
         if not quiet:
             click.echo(_part_done(sweep), err=True)
@@ -115,8 +116,14 @@ def _stored_of_part(sweep: "Sweep") -> str:
 
 
 def _part_done(sweep: "Sweep") -> str:
-    path = sweep.folder.path
-    return f"{_stored_of_part(sweep)} When all parts are done, run: rbstab gather {path}"
+    next_command = f"When all parts are done, run: rbstab gather {_folder_word(sweep)}"
+    return f"{_stored_of_part(sweep)} {next_command}"
+
+
+def _folder_word(sweep: "Sweep") -> str:
+    from rbstab.files.shell_words import shell_word
+
+    return shell_word(sweep.folder.path)
 
 
 MAX_NAMED = 6

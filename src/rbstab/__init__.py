@@ -4,7 +4,7 @@ For notebooks::
 
     import rbstab
 
-    result = rbstab.simulate("configs/paper/case1_permanent.yaml")
+    result = rbstab.simulate(rbstab.example("case1_permanent"))   # or the path of a config
     result["lyapunov"]     # an array
     result.to_xarray()     # a dataset with units
 """
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rbstab.experiment.tuning.sensitivities import Sensitivities, sensitivities
     from rbstab.experiment.tuning.tune import Tuned, tune
     from rbstab.integrate.status import RunStatus
+    from rbstab.packaged.examples import example
     from rbstab.store.errors import StoreError
     from rbstab.store.motions import Motions
     from rbstab.store.result import Result
@@ -42,6 +43,7 @@ __all__ = [
     "SweepTraces",
     "Table",
     "Tuned",
+    "example",
     "load_config",
     "load_plan",
     "open_result",
@@ -66,6 +68,7 @@ _MODULES = {
     "SweepTraces": "rbstab.sweep.folder.stored_traces",
     "Table": "rbstab.store.table",
     "Tuned": "rbstab.experiment.tuning.tune",
+    "example": "rbstab.packaged.examples",
     "load_config": "rbstab.config.load",
     "load_plan": "rbstab.sweep.plan.load",
     "open_result": "rbstab.store.run_file",

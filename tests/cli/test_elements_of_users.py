@@ -46,10 +46,22 @@ def test_a_file_is_not_replaced_without_force(rbstab: Invoke) -> None:
 
 
 @pytest.mark.usefixtures("folder")
-def test_init_alone_says_what_is_missing(rbstab: Invoke) -> None:
-    done = rbstab("init")
+@pytest.mark.parametrize(
+    ("arguments", "unused"),
+    [
+        (("--element", "mine.py", "--variant", "free"), "--element has no use for --variant"),
+        (("somewhere", "--element"), "--element has no use for DIR"),
+        (("--force",), "init without --element has no use for --force"),
+    ],
+)
+def test_init_takes_nothing_without_effect(
+    arguments: tuple[str, ...], unused: str, rbstab: Invoke
+) -> None:
+    before = set(Path().iterdir())
+    done = rbstab("init", *arguments)
     assert done.exit_code == 2
-    assert "--element" in done.stderr
+    assert f"Error: {unused}\n" in done.stderr
+    assert set(Path().iterdir()) == before
 
 
 @pytest.mark.usefixtures("folder")

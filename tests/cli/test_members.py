@@ -92,8 +92,8 @@ def test_it_is_not_repeated_and_not_overwritten(rbstab):
     [
         (
             ["spins.yaml"],
-            "spins.yaml:1:1: is the plan of a sweep (expected a config; "
-            "`rbstab run PLAN --member N` runs one of its members)",
+            "spins.yaml:1:1: is the plan of a sweep (expected a config; run all its members: "
+            "rbstab sweep spins.yaml; one: rbstab run spins.yaml --member N)",
         ),
         (
             ["good.yaml", "--member", "0"],

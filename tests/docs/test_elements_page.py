@@ -1,5 +1,5 @@
 """Protects `docs/elements.md`: its example is the file, its keys, units and drawings are those of
-the program, and its commands run.
+the program. `test_pages_run.py` runs its commands.
 """
 
 import re
@@ -7,17 +7,14 @@ import sys
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import rbstab
 from rbstab.config.elements import RESERVED_NAMES
 from rbstab.elements.registry import KINDS as ALL_KINDS
-from rbstab_cli.main import cli
 
 ROOT = Path(__file__).parents[2]
 KINDS = {kind: methods for kind, methods in ALL_KINDS.items() if kind != "input"}
@@ -32,13 +29,6 @@ SECTIONS = {
 }
 EXAMPLES = ("elements", "joint", "mounts", "sliding_ties")
 """The examples that together have all kinds."""
-
-COMMANDS = [
-    command.split()
-    for block in re.findall(r"```console\n(.*?)```", PAGE, flags=re.DOTALL)
-    for command in re.findall(r"^\$ rbstab (.*)$", block, flags=re.MULTILINE)
-]
-SLOW = ("sensitivities", "tune", "sweep")
 
 
 def section(heading: str) -> str:
@@ -60,10 +50,8 @@ def drawings() -> ModuleType:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A working folder with the configs of the repository, and one of version 1."""
+    """A working folder with the configs of the repository."""
     (tmp_path / "configs").symlink_to(ROOT / "configs")
-    text = (ROOT / "configs/paper/case1_permanent.yaml").read_text(encoding="utf-8")
-    (tmp_path / "my_config.yaml").write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -164,47 +152,13 @@ def test_small_rotations_have_the_stiffness_that_the_page_says(drawings: ModuleT
     assert "60 about the third" in PAGE
 
 
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize(
-    "command",
-    [
-        pytest.param(command, marks=[pytest.mark.slow] if command[0] in SLOW else [])
-        for command in COMMANDS
-    ],
-    ids=" ".join,
-)
-def test_each_command_runs(command: list[str]) -> None:
-    if command[0] in ("show", "report"):
-        name = "elements" if command[0] == "show" else "joint"
-        CliRunner().invoke(cli, ["run", "--no-prove", f"configs/examples/{name}.yaml"])
-    done = CliRunner().invoke(cli, command)
-    assert done.exit_code == 0, done.output
-
-
-def test_all_commands_are_tried() -> None:
-    tried = [command[0] for command in COMMANDS]
-    first = ["run", "show", "run", "report"]
-    expected = [*first, "upgrade", "run", "sensitivities", "tune", "sweep"]
-    assert tried == [*expected, "stability", "stability"]
-
-
-@pytest.mark.usefixtures("folder")
-def test_what_the_page_prints() -> None:
-    assert CliRunner().invoke(cli, ["upgrade", "my_config.yaml"]).stdout in PAGE
-    (expected,) = re.findall(r"```text\n(.*?)```", PAGE, flags=re.DOTALL)
-    printed = CliRunner().invoke(cli, [*COMMANDS[-2], "--no-run"]).stdout
-    assert expected in printed
-    settled = rbstab.simulate("configs/examples/elements.yaml")
-    v, t = settled["lyapunov"], settled["time"]
+@pytest.mark.slow
+def test_the_example_settles_when_the_page_says() -> None:
+    result = rbstab.simulate(ROOT / "configs/examples/elements.yaml")
+    v, t = result["lyapunov"], result["time"]
     assert t[v > v[0] / 1000].max() == pytest.approx(0.8, abs=0.05)
-
-
-@pytest.mark.usefixtures("folder")
-def test_the_python_of_the_page_runs() -> None:
-    (code,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
-    names: dict[str, Any] = {}
-    exec(code, names)  # noqa: S102 it is our own page
-    assert names["data"]["element_force"].sel(element="foot").dims == ("time", "axis")
+    foot = result.to_xarray()["element_force"].sel(element="foot")
+    assert foot.dims == ("time", "axis")
 
 
 @pytest.mark.usefixtures("folder")

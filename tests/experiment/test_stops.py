@@ -1,6 +1,7 @@
 """Protects what a run with a stop stores, and its certificate, summary and report."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -112,11 +113,12 @@ def test_certificate_of_a_run_that_ends_at_rest_on_its_stop(engine_name):
 
 def test_file_holds_the_same(resting, tmp_path):
     path = tmp_path / "stop.h5"
-    rbstab.write_result(resting, path)
+    rbstab.write_result(path, resting)
     again = rbstab.open_result(path)
     for name in ARRAYS:
         np.testing.assert_array_equal(again[name], resting[name])
-    assert read_one(path).result["stop_angle"] == ANGLE
+    read: Any = read_one(path)
+    assert read.result["stop_angle"] == ANGLE
     assert again.attributes["layout_version"] == 3
 
 
@@ -127,7 +129,8 @@ def run_of(result):
 def test_figure_of_the_impacts(bouncing, resting):
     for result, kinds in ((bouncing, {"impact"}), (resting, {"impact", "begin of a rest"})):
         (figure,) = stop_figures(run_of(result))
-        pitch, rates, loss = figure.panels
+        panels: Any = figure.panels
+        pitch, rates, loss = panels
         points = {mark.label: mark for mark in pitch.marks if isinstance(mark, Points)}
         assert set(points) == kinds
         np.testing.assert_allclose(np.abs(points["impact"].y), ANGLE)

@@ -31,7 +31,7 @@ def compared(monkeypatch):
         paths.append(path)
         check_seal(path)
 
-    monkeypatch.setattr(table_file, "check_seal", check)
+    monkeypatch.setattr(table_file, "check_unchanged", check)
     return paths
 
 

@@ -55,7 +55,7 @@ def pressed(config: dict[str, Any], engine_name: str, couple: float, **integrati
     return replace(given, system=replace(given.system, elements=elements))
 
 
-def solution(given: Problem, engine_name: str) -> Trajectory:
+def solution(given: Problem, engine_name: str) -> Any:
     """Return the trajectory of a problem by an engine."""
     return engine(engine_name)(given)
 

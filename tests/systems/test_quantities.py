@@ -18,6 +18,8 @@ def test_axes_are_those_of_a_run():
         ("time", "element", "axis"),
         ("switch",),
         ("transition",),
+        ("impact",),
+        ("rest",),
     }
     assert {quantity.dimensions for quantity in QUANTITIES} == known
 

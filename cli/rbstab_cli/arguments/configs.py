@@ -14,9 +14,6 @@ if TYPE_CHECKING:
     from rbstab.config.schema import Config
 
 
-RUN_A_MEMBER = "`rbstab run PLAN --member N` runs one of its members"
-
-
 def load_all(
     paths: Iterable[Path], changes: Iterable[str], *, allow_python: bool | None = False
 ) -> dict[Path, "Config"]:
@@ -80,19 +77,22 @@ def print_warnings(configs: dict[str, "Config"]) -> None:
         click.echo(f"warning: {labels[0]}{more}: {warning}", err=True)
 
 
-def problem_lines(path: Path, error: "ConfigError", for_plans: str = RUN_A_MEMBER) -> list[str]:
+def problem_lines(path: Path, error: "ConfigError", for_plans: str = "") -> list[str]:
     """Return one line for each problem of a config; a single line if the file is a plan.
 
     Args:
         path: The file.
         error: The error with its problems.
-        for_plans: What a user with a plan may do.
+        for_plans: What a user with a plan may do; default: run it, or one of its members.
     """
     from rbstab.config.errors import ConfigError, ConfigProblem, Location
+    from rbstab.files.shell_words import shell_word
     from rbstab.sweep.plan.load import is_plan
 
     with suppress(ConfigError):
         if is_plan(path):
-            expected = f"expected a config; {for_plans}"
+            word = shell_word(path)
+            run = f"run all its members: rbstab sweep {word}; one: rbstab run {word} --member N"
+            expected = f"expected a config; {for_plans or run}"
             return [str(ConfigProblem(Location(str(path)), "", "is the plan of a sweep", expected))]
     return [str(problem) for problem in error.problems]

@@ -1,6 +1,11 @@
-"""The name of the sweep of a plan on the command line."""
+"""Plans on the command line: the names of their sweeps, and their errors."""
 
+from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rbstab.config.errors import ConfigError
 
 
 def sweep_name(path: Path) -> str:
@@ -14,3 +19,16 @@ def is_in_sweep_folder(path: Path) -> bool:
     from rbstab.sweep.folder.sweep_folder import PLAN_FILE
 
     return path.name == PLAN_FILE and (path.parent / MANIFEST).is_file()
+
+
+def plan_problem_lines(path: Path, error: "ConfigError") -> list[str]:
+    """Return one line for each problem of a plan; a single line if the file is a config."""
+    from rbstab.config.errors import ConfigError, ConfigProblem, Location
+    from rbstab.files.shell_words import shell_word
+    from rbstab.sweep.plan.load import is_config
+
+    with suppress(ConfigError):
+        if is_config(path):
+            expected = f"expected a plan with base and vary; run it: rbstab run {shell_word(path)}"
+            return [str(ConfigProblem(Location(str(path)), "", "is a config", expected))]
+    return [str(problem) for problem in error.problems]

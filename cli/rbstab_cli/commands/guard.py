@@ -11,11 +11,39 @@ from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
-    from rbstab.experiment.tuning.guard import Guarded, RunOutcome
+    from rbstab.config.schema import Config
+    from rbstab.experiment.tuning.guard import Guarded
+    from rbstab.experiment.tuning.soft_guard import SoftlyGuarded
+
+BARRIER = "barrier"
+STRENGTHS = {
+    BARRIER: "barrier k [N m]",
+    "stiff": "stiffness k [N m/rad]",
+    "repelling": "couple K [N m]",
+}
 
 
 @click.command("guard")
 @click.argument("config", metavar="CONFIG", type=click.Path(path_type=Path))
+@click.option(
+    "--method",
+    type=click.Choice(list(STRENGTHS)),
+    default=BARRIER,
+    show_default=True,
+    help="barrier: for every start. stiff, repelling: a force beyond a soft angle, for this start.",
+)
+@click.option(
+    "--soft-angle",
+    metavar="RAD",
+    type=float,
+    help="|θ2| from which a soft guard acts, rad.  [default: 1.2]",
+)
+@click.option(
+    "--limit",
+    metavar="N_M",
+    type=float,
+    help="Largest couple, N m, that a soft guard may have in the run.",
+)
 @output_file("File of the new config; CONFIG.yaml gives CONFIG_guarded.yaml in the working folder.")
 @CHANGES
 @ALLOW_PYTHON
@@ -23,86 +51,184 @@ if TYPE_CHECKING:
 @AS_JSON
 def command(
     config: Path,
+    method: str,
+    soft_angle: float | None,
+    limit: float | None,
     output: Path | None,
     changes: tuple[str, ...],
     allow_python: bool,
     force: bool,
     as_json: bool,
 ) -> None:
-    """Find a barrier of θ2 with which every start is proved to converge.
+    """Find a guard of θ2 with which motions are proved to keep the range.
 
-    A barrier adds the energy ½ k tan² θ2. Stiffnesses k from 0.01 to 50,000 N m are tried until one
-    is proved and the run of the config stays in the range; then some below it. Shows what the
-    barrier changes in the run, and writes the config with it; a barrier in the given config is
-    replaced. If no stiffness is found, the exit code is 3.
+    A barrier adds the energy ½ k tan² θ2. Stiffnesses k from 0.01 to 50,000 N m are tried until
+    every start is proved to converge and the run of the config stays in the range; then some below.
+
+    A soft guard adds ½ k (|θ2| - θ_s)² (stiff) or K (|θ2| - θ_s) (repelling) beyond a soft angle.
+    The least k or K, of three digits, is found with which this start is proved to keep the range.
+
+    Shows what the guard changes in the run, and writes the config with it; such a guard in the
+    given config is replaced. If none is found, or its couple exceeds the limit, nothing is written,
+    and the exit code is 3.
     """
     from rbstab_cli.motion_errors import motion_errors
-    from rbstab_cli.output.text_file import check_target, write_text
+    from rbstab_cli.output.text_file import check_target
 
+    _check_options(method, soft_angle, limit)
     target = output or Path(f"{config.stem}_guarded.yaml")
     if target.resolve() == config.resolve():
         raise click.UsageError(f"{target} is the given config. Choose another file with -o.")
     check_target(target, force=force)
     ((path, loaded),) = load_all([config], changes, allow_python=allow_python).items()
     with motion_errors(path):
-        from rbstab.experiment.tuning.guard import guard
+        if method == BARRIER:
+            from rbstab.experiment.tuning.guard import guard
 
-        found = guard(loaded, _say)
-    if found.config is not None:
-        from rbstab.config.load import resolved_yaml
+            barrier = guard(loaded, _say)
+        else:
+            from rbstab.experiment.tuning.soft_guard import SOFT_ANGLE, soft_guard
 
-        write_text(target, resolved_yaml(found.config), force=force)
-    _report(found, target, as_json=as_json)
-    if found.config is None:
-        click.echo(f"{path}: no barrier was found; nothing is written", err=True)
-        raise click.exceptions.Exit(exit_codes.NOT_COMPLETED)
-    click.echo(f"{path}: every start in the range converges: proved -> {target}", err=True)
+            angle = SOFT_ANGLE if soft_angle is None else soft_angle
+            soft = soft_guard(loaded, method, angle, limit)
+    if method == BARRIER:
+        _finish_barrier(path, barrier, target, force=force, as_json=as_json)
+    else:
+        _finish_soft(path, soft, (method, angle, limit), target, force=force, as_json=as_json)
+
+
+def _check_options(method: str, soft_angle: float | None, limit: float | None) -> None:
+    given = {"--soft-angle": soft_angle, "--limit": limit}
+    unused = [name for name, value in given.items() if value is not None]
+    if method == BARRIER and unused:
+        raise click.UsageError(f"--method barrier has no use for {', '.join(unused)}")
+    if soft_angle is not None and not 0 < soft_angle < math.pi / 2:
+        raise click.UsageError(f"--soft-angle is {soft_angle:g} (expected between 0 and π/2 rad)")
+    if limit is not None and not 0 < limit < math.inf:
+        raise click.UsageError(f"--limit is {limit:g} (expected a couple above 0, N m)")
 
 
 def _say(stiffness: float, outcome: str) -> None:
     click.echo(f"k = {stiffness:g} N m: {outcome}", err=True)
 
 
-def _report(found: "Guarded", target: Path, *, as_json: bool) -> None:
+def _finish_barrier(
+    path: Path, found: "Guarded", target: Path, *, force: bool, as_json: bool
+) -> None:
+    """Write the config with a barrier, and report."""
+    _write(found.config, target, force=force)
     if as_json:
-        from rbstab_cli.output.json_output import print_json
+        _print_json(
+            {
+                "file": None if found.config is None else str(target),
+                "method": BARRIER,
+                "stiffness": found.stiffness,
+                "tried": [{"stiffness": k, "outcome": outcome} for k, outcome in found.tried],
+                "given": found.given._asdict(),
+                "guarded": None if found.guarded is None else found.guarded._asdict(),
+            }
+        )
+    else:
+        from rbstab_cli.output.guarded import print_runs
 
-        print_json(_data(found, target))
+        print_runs((STRENGTHS[BARRIER], found.stiffness), found.given, found.guarded)
+    if found.config is None:
+        _end_without(path, "no barrier was found")
+    click.echo(f"{path}: every start in the range converges: proved -> {target}", err=True)
+
+
+def _finish_soft(
+    path: Path,
+    found: "SoftlyGuarded",
+    options: tuple[str, float, float | None],
+    target: Path,
+    *,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Write the config with a soft guard, and report."""
+    method, _, limit = options
+    accepted = found.config is not None and found.limit_kept is not False
+    _write(found.config if accepted else None, target, force=force)
+    if as_json:
+        _print_json(_soft_data(found, options, str(target) if accepted else None))
+    else:
+        from rbstab_cli.output.guarded import print_runs
+
+        strength = (STRENGTHS[method], found.strength)
+        print_runs(strength, found.given, found.guarded, _soft_facts(found, limit))
+    if found.strength == 0:
+        click.echo(f"{path}: keeps the range without a guard: proved; nothing is written", err=True)
         return
-    from rbstab_cli.output.tables import add_row, new_table, number, print_table
-
-    table = new_table("quantity", "given", "guarded", numbers=("given", "guarded"))
-    outcomes = [found.given, found.guarded] if found.guarded is not None else [found.given]
-    stiffness = "none was found" if found.stiffness is None else number(found.stiffness)
-    add_row(table, "barrier k [N m]", "-", stiffness)
-    for label, field in _ROWS:
-        shown = [_shown(outcome, field) for outcome in outcomes]
-        add_row(table, label, *shown, *["-"] * (2 - len(shown)))
-    print_table(table)
+    if found.config is None or found.kept is None:
+        _end_without(path, f"no guard was found: {found.reason}")
+    if not accepted:
+        _end_without(path, f"the couple exceeds the limit of {limit:g} N m in the run")
+    assert found.kept is not None
+    click.echo(f"{path}: this start keeps the range: proved -> {target}", err=True)
+    click.echo(f"{path}: convergence {found.kept.convergence}", err=True)
 
 
-_ROWS = (
-    ("status", "status"),
-    ("largest |θ2| [rad]", "largest_pitch"),
-    ("v below v(0)/1000 from [s]", "settling_time"),
-    ("largest couple of the barrier [N m]", "largest_couple"),
-)
-
-
-def _shown(outcome: "RunOutcome", field: str) -> str:
+def _soft_facts(found: "SoftlyGuarded", limit: float | None) -> tuple[tuple[str, str], ...]:
+    """Return rows on what is proved with a soft guard."""
     from rbstab_cli.output.tables import number
 
-    value = getattr(outcome, field)
-    if field == "status":
-        return str(value)
-    return "not in this run" if math.isnan(value) else number(value)
+    if found.kept is None or found.couple_bound is None:
+        return ()
+    rows = [
+        ("energy at the start [J]", number(found.kept.energy)),
+        ("keeps the range below, proved [J]", number(found.kept.energy_bound)),
+        ("couple in any such motion at most [N m]", number(found.couple_bound)),
+    ]
+    if limit is not None:
+        kept = found.couple_bound <= limit
+        word = "proved" if kept else "in this run" if found.limit_kept else "no"
+        rows.append((f"couple stays below {limit:g} N m", word))
+    return tuple(rows)
 
 
-def _data(found: "Guarded", target: Path) -> dict[str, Any]:
+def _soft_data(
+    found: "SoftlyGuarded", options: tuple[str, float, float | None], file: str | None
+) -> dict[str, Any]:
+    method, soft_angle, limit = options
+    kept = found.kept
     return {
-        "file": None if found.config is None else str(target),
-        "stiffness": found.stiffness,
-        "tried": [{"stiffness": k, "outcome": outcome} for k, outcome in found.tried],
+        "file": file,
+        "method": method,
+        "soft_angle": soft_angle,
+        "couple" if method == "repelling" else "stiffness": found.strength,
+        "proved": None
+        if kept is None
+        else {
+            "keeps_range": True,
+            "energy": kept.energy,
+            "energy_bound": kept.energy_bound,
+            "couple_bound": found.couple_bound,
+            "converges": bool(kept.states),
+            "rest_orientations": [state.orientation for state in kept.states],
+        },
+        "reason": found.reason or (kept.reason if kept is not None else ""),
+        "limit": limit,
+        "below_limit": found.limit_kept,
         "given": found.given._asdict(),
         "guarded": None if found.guarded is None else found.guarded._asdict(),
     }
+
+
+def _write(config: "Config | None", target: Path, *, force: bool) -> None:
+    if config is not None:
+        from rbstab.config.load import resolved_yaml
+        from rbstab_cli.output.text_file import write_text
+
+        write_text(target, resolved_yaml(config), force=force)
+
+
+def _print_json(data: dict[str, Any]) -> None:
+    from rbstab_cli.output.json_output import print_json
+
+    print_json(data)
+
+
+def _end_without(path: Path, reason: str) -> None:
+    click.echo(f"{path}: {reason}; nothing is written", err=True)
+    raise click.exceptions.Exit(exit_codes.NOT_COMPLETED)

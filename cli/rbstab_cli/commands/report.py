@@ -191,7 +191,7 @@ def _command(
     as_json: bool,
 ) -> str:
     """Return the command line that makes the report again."""
-    from rbstab.report.model.words import shell_word
+    from rbstab.files.shell_words import shell_word
 
     words = ["rbstab", "report", *_names(results)]
     words += ["-o", shell_word(output)] if output is not None else []
@@ -204,7 +204,7 @@ def _command(
 
 def _names(results: tuple[Path, ...]) -> list[str]:
     """Return the results as words of a command; a pattern may replace all results of a folder."""
-    from rbstab.report.model.words import shell_word
+    from rbstab.files.shell_words import shell_word
 
     names: list[str] = []
     for folder, group in groupby(results, key=lambda result: result.parent):

@@ -14,6 +14,7 @@ from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.members import MEMBERS, load_members
 from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, QUIET, results_folder
+from rbstab_cli.arguments.outputs import check_results_folder
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -98,6 +99,7 @@ def command(
         )
         _import_engines({config.integration.engine for config in loaded.values()})
     targets = _targets(loaded, output)
+    check_results_folder(output, targets.values())
     batch = _Batch(output, force=force, prove=prove, to_end=to_end, quiet=quiet)
     printed = as_json
     try:
@@ -113,7 +115,9 @@ def command(
         _print_table(batch.finished)
     _print_answers(batch.finished, as_json=as_json)
     if batch.finished and not quiet and batch.exit_code != exit_codes.INTERRUPTED:
-        click.echo(f"Next: rbstab show {batch.finished[-1].run.path}", err=True)
+        from rbstab.files.shell_words import shell_word
+
+        click.echo(f"Next: rbstab show {shell_word(batch.finished[-1].run.path)}", err=True)
     raise click.exceptions.Exit(batch.exit_code)
 
 

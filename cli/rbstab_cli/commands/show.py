@@ -34,6 +34,8 @@ def command(result: Path, as_json: bool, as_config: bool) -> None:
     status of the run, its Lyapunov function and audit, its final state, the checks of its
     certificate, the values that its reference prints beside the computed ones, the arrays in the
     file, and its provenance.
+
+    RESULT may also be the folder of a sweep, a file in it, a proof, or a folder of results.
     """
     from rbstab.store.disk.isolated_reading import IsolatedReader
     from rbstab.store.errors import StoreError
@@ -45,6 +47,8 @@ def command(result: Path, as_json: bool, as_config: bool) -> None:
         # Anybody may have written the file, with a right seal too.
         opened = IsolatedReader(open_result)(result)
     except StoreError as error:
+        if _shown_as_other(result, as_json=as_json, as_config=as_config):
+            return
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
     try:
@@ -66,6 +70,23 @@ def _proof_beside(path: Path, opened: "Result") -> "Proof | None":
         return None if config is None else cached_proof(path.parent, config)
     except StoreError:
         return None
+
+
+def _shown_as_other(path: Path, *, as_json: bool, as_config: bool) -> bool:
+    """Show what is not the file of a run, and return True; False if it should be such a file."""
+    # Imported late: a run is opened without these modules, and so without waiting for them.
+    from rbstab.listing.kinds import Kind, kind_of
+    from rbstab.store.errors import StoreError
+    from rbstab_cli.output.stored_files import show_other
+
+    try:
+        if kind_of(path) is Kind.RUN:
+            return False
+        show_other(path, as_json=as_json, as_config=as_config)
+    except StoreError as error:
+        click.echo(f"error: {error}", err=True)
+        raise click.exceptions.Exit(exit_codes.STORAGE) from error
+    return True
 
 
 def _print(opened: "Result", proof: "Proof | None", *, as_json: bool, as_config: bool) -> None:

@@ -11,8 +11,10 @@ from click.core import ParameterSource
 
 from rbstab.processes.imports import keep_imports
 from rbstab_cli import exit_codes
+from rbstab_cli.arguments.configs import exit_on_problems
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, QUIET, results_folder
+from rbstab_cli.arguments.outputs import check_results_folder
 from rbstab_cli.arguments.plans import is_in_sweep_folder, sweep_name
 
 if TYPE_CHECKING:
@@ -168,6 +170,7 @@ def command(
                     name = _engine(engine, folder, plan)
                     changes = (*changes, f"integration.engine={name}")
                     loaded = _load(plan, changes, allow_python=allow_python)
+                    check_results_folder(output, [folder])
                     if not dry_run:
                         import_module("rbstab.sweep.sweep")
                 from rbstab.sweep.options import SweepOptions
@@ -247,13 +250,13 @@ def _load(path: Path, changes: tuple[str, ...], *, allow_python: bool) -> "Plan"
     from rbstab.config.build import config_warnings
     from rbstab.config.errors import ConfigError
     from rbstab.sweep.plan.load import load_plan
+    from rbstab_cli.arguments.plans import plan_problem_lines
 
     try:
         plan = load_plan(path, changes, allow_python=allow_python)
     except ConfigError as error:
-        for problem in dict.fromkeys(map(str, error.problems)):
-            click.echo(problem, err=True)
-        raise click.exceptions.Exit(exit_codes.USAGE) from error
+        exit_on_problems(dict.fromkeys(plan_problem_lines(path, error)))
+        raise
     warnings = [warning for base in plan.bases.values() for warning in config_warnings(base)]
     for warning in dict.fromkeys(warnings):
         click.echo(f"warning: {path}: {warning}", err=True)

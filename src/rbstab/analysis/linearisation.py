@@ -5,9 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.analysis.configuration import configurations, without_inputs
+from rbstab.mechanics import pitch
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
+from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import with_modes_at
 from rbstab.systems.system import System
 
@@ -65,7 +68,8 @@ def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
 
     Args:
         system: The system, in any coordinates. If its elements switch, the modes are those of the
-            rest state. Its inputs are left out.
+            rest state. Its inputs are left out. If it rests against a stop, θ2 and its rate have
+            the eigenvalue 0.
         rest: The motion at rest.
         own: The elements' own states there.
     """
@@ -73,7 +77,7 @@ def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
     start = resting.start(rest, own)
     resting = with_modes_at(resting, start)
     A = jacobian(resting.rates, start)
-    eigenvalues, modes = np.linalg.eig(A)
+    eigenvalues, modes = _eigenvalues(A, resting, start)
     order = np.lexsort((-eigenvalues.imag, -eigenvalues.real.round(9)))
     modes = modes[:, order]
     largest = modes[np.abs(modes).argmax(axis=0), np.arange(len(A))]
@@ -83,3 +87,21 @@ def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
     }
     states = tuple(f"{name}[{index}]" for name, size in sizes.items() for index in range(size))
     return Linearisation(A, eigenvalues[order], modes / largest, states)
+
+
+def _eigenvalues(A: Array, system: System, start: Array) -> tuple[Array, Array]:
+    """Return the eigenvalues and eigenvectors of A at a rest state.
+
+    A body that rests against a stop keeps θ2. All other motions lie in the space in which θ2 and
+    its rate do not change. Without this reduction a zero would be as large as the root of the
+    round-off, and seem to grow.
+    """
+    stop = stop_of(system)
+    if stop is None or not stop.mode.any():
+        eigenvalues, modes = np.linalg.eig(A)
+        return eigenvalues, modes
+    held = [np.eye(len(A))[PITCH], jacobian(lambda y: pitch.rate(system.motion(y)), start)]
+    _, _, axes = np.linalg.svd(np.array(held))
+    moving = axes[2:].T
+    eigenvalues, modes = np.linalg.eig(moving.T @ A @ moving)
+    return np.concatenate([eigenvalues, [0.0, 0.0]]), np.hstack([moving @ modes, axes[:2].T])

@@ -20,7 +20,7 @@ from rbstab.config.quantities import (
     Vector,
     value_error,
 )
-from rbstab.config.section import Section, required, word_or_section
+from rbstab.config.section import OR_ONE_ANGLE, Section, required, word_or_section
 from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element
 from rbstab.elements.registry import CONNECTORS, STABILIZERS
@@ -53,6 +53,8 @@ def _gain_field(gain: Gain) -> tuple[Any, Any]:
         kind = Annotated[NotNegative, Field(le=gain.at_most)]
     if gain.below is not None:
         kind = Annotated[kind, Field(lt=gain.below)]
+    if gain.unit == "rad" and gain.shape == "number":
+        kind = Annotated[kind, OR_ONE_ANGLE]
     return kind, required(description)
 
 

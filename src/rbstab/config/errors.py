@@ -1,6 +1,8 @@
 """Config errors: all problems of a config at once, each with its location."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import NamedTuple
 
 
@@ -55,6 +57,56 @@ are left out."""
 def printable(text: str) -> str:
     """Escape line breaks and control characters of an untrusted text; the result is one line."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+MIN_MISSPELT = 3
+"""The shortest word that counts as misspelt: one letter is close to many words."""
+
+
+def closest(word: str, known: Iterable[str]) -> str | None:
+    """Return the known word that a misspelt one most likely means, or None.
+
+    A difference in case, hyphens, underscores and spaces counts for nothing: `kt` means `K_t`. The
+    beginning of a word means it, if it is the beginning of no other.
+    """
+    words = list(known)
+    folded = {_folded(name): name for name in reversed(words)}
+    if _folded(word) in folded:
+        return folded[_folded(word)]
+    if len(word) < MIN_MISSPELT:
+        return None
+    close = get_close_matches(word, words, n=1) or get_close_matches(_folded(word), folded, n=1)
+    if close:
+        return folded.get(close[0], close[0])
+    begun = [name for name in folded if name.startswith(_folded(word))]
+    return folded[begun[0]] if len(begun) == 1 else None
+
+
+def keys_named(key: str, known: Iterable[str]) -> list[str]:
+    """Return the dotted keys with the same last name: `mass` and `initial.mass` are `body.mass`."""
+    name = _folded(_last_name(key))
+    return [other for other in known if _folded(_last_name(other)) == name]
+
+
+def closest_keys(key: str, known: Iterable[str]) -> list[str]:
+    """Return the dotted keys that a misspelt one may mean: `mas` and `bdy.mass` are `body.mass`.
+
+    These are the keys whose last name is the same or the closest; else the closest key.
+    """
+    keys = list(known)
+    name = closest(_last_name(key), dict.fromkeys(map(_last_name, keys)))
+    if name is not None:
+        return keys_named(name, keys)
+    close = closest(key, keys)
+    return [close] if close is not None else []
+
+
+def _last_name(key: str) -> str:
+    return key.rpartition(".")[2]
+
+
+def _folded(word: str) -> str:
+    return "".join(c for c in word.lower() if c not in "_- ")
 
 
 class ConfigError(ValueError):

@@ -10,9 +10,17 @@ from pydantic import ValidationError
 
 from rbstab.config.errors import ConfigError, ConfigProblem, Location
 from rbstab.config.inputs.table_files import read_tables
-from rbstab.config.messages import describe, problems_of
+from rbstab.config.messages import describe, did_you_mean, problems_of
 from rbstab.config.overrides import override
-from rbstab.config.schema import NO_VARIANT, SCHEMA_VERSIONS, VARIANTS, Config, model_of, variant_of
+from rbstab.config.schema import (
+    NO_VARIANT,
+    SCHEMA_VERSIONS,
+    VARIANTS,
+    Config,
+    Experiment,
+    model_of,
+    variant_of,
+)
 from rbstab.config.source import MAX_DEPTH, Source, read_source
 from rbstab.config.user_code.files import embed_files
 from rbstab.config.user_code.permission import check_code, may_run_code
@@ -38,7 +46,7 @@ SCIPY_ONLY = ("method", "atol")
 
 
 def load_config(
-    config: str | FilePath | Mapping[str, Any],
+    config: str | FilePath | Mapping[str, Any] | Config,
     changes: Iterable[str] = (),
     *,
     allow_python: bool = False,
@@ -46,8 +54,9 @@ def load_config(
     """Load and validate a config; it is immutable.
 
     Args:
-        config: The path of a YAML file, or plain data. In plain data, the files of users' elements
-            are relative to the working directory.
+        config: The path of a YAML file, plain data, or a config, of which a changed one is wanted:
+            its permission stays. In plain data, the files of users' elements are relative to the
+            working directory.
         changes: Texts `key=value` that replace single values, as `--set` does.
         allow_python: Whether the files of users' elements (`kind: python`) may be run. They can do
             all that you can do. Without it, a config with such an element is refused.
@@ -56,6 +65,12 @@ def load_config(
         ConfigError: The config is invalid. The error has all problems, each as
             `file:line:column: key: what is wrong (what was expected)`.
     """
+    changes = [changes] if isinstance(changes, str) else list(changes)
+    if isinstance(config, Experiment):
+        if not changes and not allow_python:
+            return config
+        allow_python = allow_python or may_run_code(config)
+        config = plain_data(config)
     source = _changed_source(config, changes)
     loaded = validated(source, allow_python=allow_python)
     check_code(loaded, source, allow_python=allow_python)
@@ -74,10 +89,9 @@ def config_to_read(
 
 
 def _changed_source(config: str | FilePath | Mapping[str, Any], changes: Iterable[str]) -> Source:
-    folder = FilePath() if isinstance(config, Mapping) else FilePath(config).parent
     source = source_of(config)
     override(source, [changes] if isinstance(changes, str) else changes)
-    embed_files(source, folder)
+    embed_files(source)
     return source
 
 
@@ -239,7 +253,8 @@ def _variant_problem(source: Source) -> ConfigProblem | None:
         return ConfigProblem(where, key, "is missing", expected)
     variant = controller["variant"]
     if not isinstance(variant, str) or variant not in VARIANTS:
-        return ConfigProblem(where, key, f"is {describe(variant)}", expected)
+        hint = did_you_mean(variant, VARIANTS)
+        return ConfigProblem(where, key, f"is {describe(variant)}", expected + hint)
     return None
 
 

@@ -1,13 +1,13 @@
 """Translation of pydantic's validation errors into config problems."""
 
-from collections.abc import Callable, Iterator
-from difflib import get_close_matches
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
 from rbstab.config.elements import keys_in
-from rbstab.config.errors import ConfigProblem
+from rbstab.config.errors import ConfigProblem, closest, closest_keys, keys_named
 from rbstab.config.quantities import SHAPE_TAGS
 from rbstab.config.schema import NO_VARIANT, VARIANTS, Experiment
 from rbstab.config.source import Path, Source, key_of
@@ -79,17 +79,54 @@ def _unknown_key(path: Path, model: type[Experiment]) -> ProblemText:
     if owners:
         variant = next((name for name, other in VARIANTS.items() if other is model), NO_VARIANT)
         return f"is not a key of the variant {variant}", f"it belongs to {', '.join(owners)}"
+    here = keys_named(key, known)
+    elsewhere = _keys_named(key, model) if not here else []
+    if not here and not elsewhere and closest(key, known) is None:
+        elsewhere = keys_like(key, model)
+    if elsewhere:
+        return "is unknown", f"did you mean {' or '.join(elsewhere)}?"
     return _with_hint(key, known)
 
 
+def keys_like(key: str, *first: type[BaseModel]) -> list[str]:
+    """Return the keys of configs that a key of an unknown section may mean; the closest ones.
+
+    Args:
+        key: The wrong key.
+        first: The model of the config; its own keys come before those of other variants.
+    """
+    own = [name for model in first for name in _dotted_keys(model)]
+    named = _keys_named(key, *first)
+    return named or closest_keys(key, own) or closest_keys(key, _keys_of_variants())
+
+
+def _keys_named(key: str, *first: type[BaseModel]) -> list[str]:
+    """Return the keys of configs in any section with this name, as `keys_like`."""
+    own = [name for model in first for name in _dotted_keys(model)]
+    return keys_named(key, own) or keys_named(key, _keys_of_variants())
+
+
+@cache
+def _keys_of_variants() -> list[str]:
+    """Return the keys of the configs of all variants."""
+    return list(dict.fromkeys(key for model in VARIANTS.values() for key in _dotted_keys(model)))
+
+
 def _with_hint(key: str, known: list[str]) -> ProblemText:
-    close = get_close_matches(key, known, n=1)
-    if not close:
-        folded = {name.lower().replace("_", ""): name for name in known}
-        close = [folded[match] for match in (key.lower().replace("_", ""),) if match in folded]
-    if close:
-        return "is unknown", f"did you mean {close[0]}?"
+    close = closest(key, known)
+    if close is not None:
+        return "is unknown", f"did you mean {close}?"
     return "is unknown", f"expected one of {', '.join(known)}" if known else "expected no key"
+
+
+def _dotted_keys(model: type[BaseModel], above: str = "") -> Iterator[str]:
+    """Yield the keys of a config as dotted texts, without those that are rarely meant."""
+    for name in model.model_fields:
+        if name in ("elements", "reference"):
+            continue
+        yield f"{above}{name}"
+        for section in _models_of(model, name):
+            yield from _dotted_keys(section, f"{above}{name}.")
 
 
 def _keys_at(model: type[BaseModel], path: Path) -> set[str]:
@@ -102,12 +139,22 @@ def _keys_at(model: type[BaseModel], path: Path) -> set[str]:
 
 def _models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseModel]]:
     field = owner.model_fields.get(str(key))
-    candidates = [field.annotation] if field is not None else []
+    candidates: list[Any] = []
+    if field is not None:
+        # A validator may take a mapping in place of the value, such as {deg: [0, 10, 0]}.
+        inputs = [getattr(data, "json_schema_input_type", None) for data in field.metadata]
+        candidates = [field.annotation, *inputs]
     while candidates:
         candidate: Any = candidates.pop()
         if isinstance(candidate, type) and issubclass(candidate, BaseModel):
             yield candidate
         candidates += getattr(candidate, "__args__", ())
+
+
+def did_you_mean(value: Any, choices: Iterable[str]) -> str:
+    """Return the end of a text that lists choices: a question, if a value is close to one."""
+    close = closest(value, choices) if isinstance(value, str) else None
+    return f", did you mean {close}?" if close is not None else ""
 
 
 def describe(value: Any) -> str:
@@ -144,6 +191,15 @@ def _wrong_type(expected: str) -> Callable[[Any], ProblemText]:
     return texts
 
 
+def _not_a_list(details: Any) -> ProblemText:
+    value, context = details["input"], details.get("ctx", {})
+    expected = f"expected {context.get('expected', 'a list of 3')}"
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if context.get("for_all") and is_number and value > 0:
+        expected += f"; [{', '.join([_number(value)] * 3)}] for all three axes"
+    return f"is {describe(value)}", expected
+
+
 def _not_whole(details: Any) -> ProblemText:
     value = details["input"]
     # The decimal point of 11.0 is the problem, so it is shown.
@@ -175,9 +231,7 @@ def _wrong_text_length(details: Any) -> ProblemText:
 def _not_a_choice(details: Any) -> ProblemText:
     value, wanted = details["input"], details["ctx"]["expected"].replace("'", "")
     choices = wanted.replace(" or ", ", ").split(", ")
-    close = get_close_matches(value, choices, n=1) if isinstance(value, str) else []
-    hint = f", did you mean {close[0]}?" if close else ""
-    return f"is {describe(value)}", f"expected {wanted}{hint}"
+    return f"is {describe(value)}", f"expected {wanted}{did_you_mean(value, choices)}"
 
 
 def _other_error(details: Any) -> ProblemText:
@@ -191,7 +245,7 @@ _TEXTS: dict[str, Callable[[Any], ProblemText]] = {
     "finite_number": _wrong_type("a finite number"),
     "int_type": _not_whole,
     "string_type": _wrong_type("a text"),
-    "tuple_type": _wrong_type("a list of 3"),
+    "tuple_type": _not_a_list,
     "model_type": _wrong_type("a mapping"),
     "greater_than": _out_of_bounds("greater than", "gt"),
     "greater_than_equal": _out_of_bounds("at least", "ge"),

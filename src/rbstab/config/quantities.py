@@ -42,13 +42,20 @@ _MAX_LISTED = 100
 """Entries of a list that are checked one by one. A list that is much too long has one problem."""
 
 
-def _list_of(size: int) -> BeforeValidator:
-    """Return a check that a value is a list, and not much longer than its correct size."""
+def _list_of(size: int, expected: str = "", *, for_all: bool = False) -> BeforeValidator:
+    """Return a check that a value is a list, and not much longer than its correct size.
+
+    Args:
+        size: The correct size.
+        expected: What is expected instead of another value; default: a list of that size.
+        for_all: Whether one number in place of the list is likely meant for all its entries.
+    """
 
     def check(value: Any) -> Any:
         # Otherwise pydantic would accept a set, whose order is arbitrary.
         if not isinstance(value, list | tuple):
-            raise PydanticCustomError("tuple_type", "not a list")
+            context = {"expected": expected or f"a list of {size}", "for_all": for_all}
+            raise PydanticCustomError("tuple_type", "not a list", context)
         if len(value) > _MAX_LISTED:
             raise value_error(f"has {len(value)} entries", f"expected {size}")
         return value
@@ -78,7 +85,8 @@ def components(size: int) -> Any:
     return Vector if size == 3 else Annotated[tuple[Real, ...], length, _list_of(size)]
 
 
-Diagonal = Annotated[tuple[Positive, ...], _THREE, _LIST]
+Diagonal = Annotated[tuple[Positive, ...], _THREE, _list_of(3, "three numbers", for_all=True)]
+"""Three positive numbers."""
 
 
 ROUND_OFF = 1e-15
@@ -125,14 +133,19 @@ def _shape_tag(value: Any) -> str:
     return SHAPE_TAGS[1] if rows else SHAPE_TAGS[0]
 
 
+_AS_MATRIX = _list_of(3, "three numbers or a 3x3 matrix", for_all=True)
+"""The check of the diagonal of a matrix: what is not a list of rows is read as a diagonal."""
+
 PositiveDefinite = Annotated[
-    Annotated[Diagonal, Tag(SHAPE_TAGS[0])] | Annotated[Matrix, Tag(SHAPE_TAGS[1])],
+    Annotated[tuple[Positive, ...], _THREE, _AS_MATRIX, Tag(SHAPE_TAGS[0])]
+    | Annotated[Matrix, Tag(SHAPE_TAGS[1])],
     Discriminator(_shape_tag),
 ]
 """A symmetric positive definite 3x3 matrix, given as its diagonal or as three rows."""
 
 Symmetric = Annotated[
-    Annotated[Vector, Tag(SHAPE_TAGS[0])] | Annotated[_SymmetricMatrix, Tag(SHAPE_TAGS[1])],
+    Annotated[tuple[Real, ...], _THREE, _AS_MATRIX, Tag(SHAPE_TAGS[0])]
+    | Annotated[_SymmetricMatrix, Tag(SHAPE_TAGS[1])],
     Discriminator(_shape_tag),
 ]
 """A symmetric 3x3 matrix, given as its diagonal or as three rows."""

@@ -33,7 +33,7 @@ from rbstab.config.quantities import (
     components,
     value_error,
 )
-from rbstab.config.section import FrozenMapping, Section, required, word_or_section
+from rbstab.config.section import OR_DEGREES, FrozenMapping, Section, required, word_or_section
 from rbstab.elements.registry import CONNECTORS
 from rbstab.mechanics.states import PITCH
 
@@ -58,8 +58,8 @@ class BodySection(Section):
 class HeldInitial(Section):
     """Initial state of a body held at its contact point; X and V follow (eq. 32)."""
 
-    orientation: Orientation = _zero_vector("Θ, rad")
-    angular_velocity: Vector = _zero_vector("Ω, rad/s, body")
+    orientation: Annotated[Orientation, OR_DEGREES] = _zero_vector("Θ, rad, or {deg: [...]}")
+    angular_velocity: Annotated[Vector, OR_DEGREES] = _zero_vector("Ω, rad/s, body, or {deg: ...}")
 
 
 class FreeInitial(HeldInitial):

@@ -1,11 +1,12 @@
 """The base class of the config models, and helpers for their fields."""
 
-from difflib import get_close_matches
+from math import radians
 from typing import Any, NoReturn
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from rbstab.config.quantities import value_error
+from rbstab.config.errors import closest
+from rbstab.config.quantities import Real, Vector, value_error
 
 
 class Section(BaseModel):
@@ -38,6 +39,45 @@ def required(description: str) -> Any:
     return Field(description=description)
 
 
+class Degrees(Section):
+    """Three angles in degrees, or three rates in degrees per second."""
+
+    deg: Vector = required("the same three numbers in degrees")
+
+
+class OneAngle(Section):
+    """An angle in degrees."""
+
+    deg: Real = required("the same number in degrees")
+
+
+def _or_degrees(section: type[Section], kind: Any) -> BeforeValidator:
+    """Return a validator that converts `{deg: ...}` to radians before all other checks.
+
+    So a config has radians only, and so has its identity.
+
+    Args:
+        section: The model of the value in degrees.
+        kind: The type of the value in radians, for the JSON Schema.
+    """
+
+    def in_radians(value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        degrees: Any = section.model_validate(value)
+        found = degrees.deg
+        return tuple(map(radians, found)) if isinstance(found, tuple) else radians(found)
+
+    return BeforeValidator(in_radians, json_schema_input_type=kind | section)
+
+
+OR_DEGREES = _or_degrees(Degrees, Vector)
+"""Lets a vector in radians, or in radians per second, be given as `{deg: [0, 10, 0]}`."""
+
+OR_ONE_ANGLE = _or_degrees(OneAngle, Real)
+"""Lets a number in radians be given as `{deg: 70}`."""
+
+
 def word_or_section(
     value: Any, words: tuple[str, ...], *sections: tuple[type[Section], str]
 ) -> Any:
@@ -58,9 +98,11 @@ def word_or_section(
         return value
     if isinstance(value, dict):
         # A misspelt key also selects its section, for a better message.
-        close = [match for key in value for match in get_close_matches(str(key), by_key, n=1)]
-        section = by_key[close[0]] if close else sections[0][0]
+        close = next(filter(None, (closest(str(key), by_key) for key in value)), None)
+        section = by_key[close] if close is not None else sections[0][0]
         return section.model_validate(value)
     if isinstance(value, str):
-        raise value_error(f"'{value}' is unknown", expected)
+        close = closest(value, words)
+        hint = f", did you mean {close}?" if close is not None else ""
+        raise value_error(f"'{value}' is unknown", expected + hint)
     raise value_error("is neither a word nor a mapping", expected)

@@ -33,7 +33,8 @@ def upgraded_text(path: Path) -> str | None:
     whole = read_text(path)
     text = whole.removeprefix(BYTE_ORDER_MARK)
     source = source_of(parse_source(text, str(path)))
-    embed_files(source, path.parent)
+    source.folder = path.parent
+    embed_files(source)
     config = validated(source)
     if config.schema_version == 2:
         return None

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from rbstab.elements.declarations import Gain
-from rbstab.elements.element import NO_STATE, Element, couple_on_body
+from rbstab.elements.element import Element, couple_on_body
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.states import PITCH
@@ -41,20 +41,30 @@ class SoftGuard(Element):
 
     def guards(self, motion: Motion, own: Array) -> Array:
         """θ2 - θ_s and -θ2 - θ_s, rad."""
-        angle = motion.Theta[PITCH]
-        return np.array([angle - self.soft_angle, -angle - self.soft_angle])
+        return self._beyond(motion.Theta[PITCH])
 
     def wrench(self, motion: Motion, own: Array) -> Wrench:
-        """-B' ∂U/∂Θ, N m, body."""
-        return couple_on_body(-(motion.B.T[:, PITCH] * self._slope(motion)))
+        """-B' ∂U/∂Θ, N m, body; the row of B for θ2 has unit length, so its size is |dU/dθ2|."""
+        return couple_on_body(-(motion.B.T[:, PITCH] * self.slope(motion.Theta[PITCH])))
 
-    def _slope(self, motion: Motion) -> Number:
-        """dU/dθ2, N m."""
+    def stored(self, motion: Motion, own: Array) -> Number:
+        """U(θ2), J."""
+        return self.energy(motion.Theta[PITCH])
+
+    def energy(self, angle: Number) -> Number:
+        """U at an angle θ2 that belongs to the modes, J."""
         raise NotImplementedError
 
-    def _excess(self, motion: Motion) -> tuple[Number, Number]:
+    def slope(self, angle: Number) -> Number:
+        """dU/dθ2 at an angle θ2 that belongs to the modes, N m; it never falls with θ2."""
+        raise NotImplementedError
+
+    def _beyond(self, angle: Number) -> Array:
+        return np.array([angle - self.soft_angle, -angle - self.soft_angle])
+
+    def _excess(self, angle: Number) -> tuple[Number, Number]:
         """(θ2 - θ_s)₊ and (-θ2 - θ_s)₊, rad."""
-        above, below = self.mode * self.guards(motion, NO_STATE)
+        above, below = self.mode * self._beyond(angle)
         return above, below
 
 
@@ -73,14 +83,14 @@ class StiffGuard(SoftGuard):
 
     stiffness: Number
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def energy(self, angle: Number) -> Number:
         """½ k (|θ2| - θ_s)₊², J."""
-        above, below = self._excess(motion)
+        above, below = self._excess(angle)
         return 0.5 * self.stiffness * (above * above + below * below)
 
-    def _slope(self, motion: Motion) -> Number:
+    def slope(self, angle: Number) -> Number:
         """k sgn(θ2) (|θ2| - θ_s)₊, N m."""
-        above, below = self._excess(motion)
+        above, below = self._excess(angle)
         return self.stiffness * (above - below)
 
 
@@ -104,11 +114,11 @@ class RepellingGuard(SoftGuard):
 
     couple: Number
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def energy(self, angle: Number) -> Number:
         """K (|θ2| - θ_s)₊, J."""
-        above, below = self._excess(motion)
+        above, below = self._excess(angle)
         return self.couple * (above + below)
 
-    def _slope(self, motion: Motion) -> Number:
+    def slope(self, angle: Number) -> Number:
         """K sgn(θ2) if |θ2| > θ_s, N m."""
         return self.couple * (self.mode[0] - self.mode[1])

@@ -3,9 +3,10 @@
 import hashlib
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.exact import ball, decimal_balls, decimals, in_balls, upper
 from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import problem_of, system_of
-from rbstab.config.load import acting_sections
+from rbstab.config.load import acting_sections, load_config
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import without_code
 from rbstab.experiment.proof_record import (
@@ -98,11 +99,17 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def prove(config: Config, problem: Problem | None = None, *, search_only: bool = False) -> Proof:
+def prove(
+    config: Config | str | Path | Mapping[str, Any],
+    problem: Problem | None = None,
+    *,
+    search_only: bool = False,
+) -> Proof:
     """Search for the rest states of a config, and prove that there are no others.
 
     Args:
-        config: The config; its initial state and its integration have no effect.
+        config: The config, or any argument that `load_config` takes; its initial state and its
+            integration have no effect.
         problem: The problem of the config, if it is built already.
         search_only: Whether to skip the proof.
     """
@@ -113,6 +120,7 @@ def prove(config: Config, problem: Problem | None = None, *, search_only: bool =
     from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
 
     start_time = time.perf_counter()
+    config = load_config(config)
     identity = proof_id(config)
     if system_of(config).supplies:
         return no_proof(identity, SUPPLIES, time.perf_counter() - start_time)

@@ -15,6 +15,7 @@ from pydantic import (
 )
 
 from rbstab.mechanics.numbers import Array
+from rbstab.store.cards import card, line
 
 if TYPE_CHECKING:
     from rbstab.analysis.proof.boxes import Boxes
@@ -212,6 +213,22 @@ class Proof(ProvedStates):
     seconds: float
     reduced_energy: ProvedEnergy | None = None
     unwrapped: UnwrappedStates | None = None
+
+    def __repr__(self) -> str:
+        """Return one line: the rest states, and how the proof ended."""
+        count = len(self.states)
+        found = f"{count} rest state{'' if count == 1 else 's'}"
+        ended = "proved to be all" if self.proved else self.outcome
+        return line("Proof", "", [found, ended, f"{self.examined} boxes"])
+
+    def _repr_html_(self) -> str:
+        """Return a card for notebooks, with the sentences of the proof."""
+        # Imported late: the sentences stand on this module.
+        from rbstab.experiment.stability import statements_of
+
+        sentences = [text.partition(": ") for text in statements_of(self)]
+        facts = [(name, text) for name, _, text in sentences]
+        return card("Proof", "Rest states and regions", facts)
 
     @property
     def has_barrier(self) -> bool:

@@ -15,10 +15,10 @@ from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.experiment.impact_record import impact_arrays
 from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
     has_no_potential,
+    impact_arrays,
     smooth_rest_system,
     switching_arrays,
 )

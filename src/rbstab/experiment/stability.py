@@ -80,6 +80,16 @@ def stability_of(
     return Stability(proof, tuple(linearisations), start, reached, convergence)
 
 
+def statements_of(proof: Proof) -> list[str]:
+    """Return sentences on a proof by itself, without a start."""
+    no_start = Stability(proof, (), 0.0, None)
+    return [
+        *_rest_state_sentences(proof),
+        *_region_sentences(no_start),
+        *_unwrapped_sentences(proof),
+    ]
+
+
 def kind_of(state: ProvedState) -> str:
     """Return the kind of a rest state: "stable" (an energy minimum), a saddle, or "maximum"."""
     return {0: "stable", 3: "maximum"}.get(state.index, f"saddle, index {state.index}")

@@ -1,15 +1,17 @@
-"""Quantities of a run with a sliding connector: its modes, switches and chatter."""
+"""Quantities of a run that switches: chatter of a sliding connector, impacts against a stop."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.integrate.impact_trace import ImpactTrace
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.integrate.switching.modes import Modes, connector_of, system_for_modes
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.coordinates import ReducedCoordinates
+from rbstab.systems.impact import stop_of
 from rbstab.systems.system import System
 
 
@@ -30,6 +32,28 @@ def switching_arrays(switches: SwitchTrace) -> dict[str, Array]:
         arrays["transition_time"] = np.array(times)
         arrays["transition_axis"] = np.array(axes) + 1
         arrays["transition_kind"] = np.array([str(kind) for kind in kinds], dtype=object)
+    return arrays
+
+
+def impact_arrays(system: System, impacts: ImpactTrace) -> dict[str, Array]:
+    """Return the arrays of an impact trace; impacts and rests only if there are any.
+
+    Args:
+        system: The system, which has a stop.
+        impacts: The trace.
+    """
+    stop = stop_of(system)
+    assert stop is not None
+    arrays = {
+        "stop_angle": np.array(stop.angle),
+        "impact_count": impacts.counts,
+        "impact_loss": impacts.lost,
+        "stop_contact": impacts.resting.astype(np.int8),
+    }
+    if len(impacts.times):
+        arrays |= {"impact_time": impacts.times, "impact_rate": impacts.rates}
+    if impacts.rests:
+        arrays["rest_begin"], arrays["rest_end"] = np.array(impacts.rests).T
     return arrays
 
 

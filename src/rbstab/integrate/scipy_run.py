@@ -90,7 +90,7 @@ class ScipyRun:
 
     def _integrate(self) -> None:
         times = self.problem.times.tolist()
-        if self.problem.method in INTERPOLATED:
+        if self.problem.method in INTERPOLATED and not self.breakpoints:
             for solver in self._steps_to(times[-1]):
                 self._interpolate(solver.dense_output(), solver.t)
             return

@@ -1,5 +1,7 @@
 """The rates of a system as SciPy's integrators call them, which can end a run at any call."""
 
+from copy import copy
+
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
@@ -37,21 +39,26 @@ class AuditedRates:
             if self._timed
             else StraightLine(System.audited_rates, system, size)
         )
+        self._finite_value = self._of.finite_value
 
     def __call__(self, y: Array, t: float = 0.0) -> Array:
         """Return the rates at an audited state of floats or complex numbers."""
-        return self._of(self._variables(y, t))
+        return self._of(np.append(y, t) if self._timed else y)
 
     def finite_value(self, y: Array, t: float = 0.0) -> Array | None:
         """Return the rates; None if they or y are not finite, or if there is no code for them."""
-        return self._of.finite_value(self._variables(y, t))
+        return self._finite_value(np.append(y, t) if self._timed else y)
 
     def by_numpy(self, y: Array, t: float = 0.0) -> Array:
         """Return the rates as numpy evaluates them."""
-        return self._of.by_numpy(self._variables(y, t))
+        return self._of.by_numpy(np.append(y, t) if self._timed else y)
 
-    def _variables(self, y: Array, t: float) -> Array:
-        return np.append(y, t) if self._timed else y
+    def in_modes_of(self, system: System) -> "AuditedRates":
+        """Return the rates of a system that differs from this one in its modes alone."""
+        other = copy(self)
+        other._of = self._of.in_modes_of(system)
+        other._finite_value = other._of.finite_value
+        return other
 
 
 def _rates_with_time(system: System, variables: Array) -> Array:

@@ -8,6 +8,7 @@ from rbstab.report.model.words import counted, untrusted
 from rbstab.report.reading.sources import Run, Sources
 from rbstab.report.runs.answers import answer_blocks
 from rbstab.report.runs.certificate_tables import certificate_section
+from rbstab.report.runs.claims import claims_section
 from rbstab.report.runs.config_tables import config_section
 from rbstab.report.runs.facts import RunFacts, facts_of
 from rbstab.report.runs.motion import animation_of
@@ -49,6 +50,7 @@ def _sections(sources: Sources, facts: Sequence[RunFacts]) -> Iterable[Section]:
     """Yield the sections: the answers, then the evidence, then the reference."""
     if facts:
         yield Section("summary", "Summary", answer_blocks(facts))
+        yield from _present(claims_section(facts))
         first, *others = run_sections(sources.runs)
         yield first
         yield Section("runs", "Runs", (summary_table(facts),))

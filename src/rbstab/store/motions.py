@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rbstab.store.cards import line
 from rbstab.store.result import Variable, dataset_of
 from rbstab.store.table import RUN
 
@@ -25,7 +26,7 @@ def coordinates_of(variables: Mapping[str, Variable]) -> list[str]:
     return sorted(names, key=lambda name: _ORDER.get(name, len(_ORDER)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Motions:
     """Motions of some runs at the same times. The motions of a single run have no dimension `run`.
 
@@ -35,7 +36,12 @@ class Motions:
     """
 
     variables: Mapping[str, Variable] = field(repr=False)
-    attributes: Mapping[str, str | int | float] = field(default_factory=dict)
+    attributes: Mapping[str, str | int | float] = field(default_factory=dict, repr=False)
+
+    def __repr__(self) -> str:
+        """Return one line: how many samples and arrays."""
+        samples = len(self["time"]) if "time" in self else 0
+        return line("Motions", "", [f"{samples} samples", f"{len(self.variables)} arrays"])
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the array with this name."""

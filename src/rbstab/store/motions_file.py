@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from rbstab.store.disk.atomic import atomic_file, write_all
 from rbstab.store.disk.existence import path_exists
-from rbstab.store.disk.seal import check_seal, format_seal, read_seal
+from rbstab.store.disk.seal import format_seal, read_seal
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.hdf5_layout import Layout, meant_bytes
+from rbstab.store.held_files import check_unchanged
 from rbstab.store.motions import Motions, coordinates_of
 from rbstab.store.opening import Hdf5Reader, open_hdf5
 from rbstab.store.result import Variable
@@ -90,7 +91,7 @@ def check_motions(path: Path, checksum: FileChecksum) -> None:
         NotAResultError: The file is damaged, or is a different file.
         StoreError: The file cannot be read.
     """
-    check_seal(path)
+    check_unchanged(path)
     if read_checksum(path) != checksum:
         raise NotAResultError(f"{path} is damaged: its content does not match its digest")
 

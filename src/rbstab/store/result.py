@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rbstab.store.cards import card, curve, line, optional_module
+
 if TYPE_CHECKING:
     import xarray
 
@@ -39,7 +41,14 @@ def check_shape(name: str, data: NDArray[Any], shape: tuple[int, ...]) -> None:
         raise ValueError(f"{name} has the shape {np.shape(data)} (expected {shape})")
 
 
-@dataclass(frozen=True)
+SHOWN = ("status", "verdict", "convergence", "variant", "engine")
+"""The attributes that a result shows of itself, if it has them."""
+
+CURVE = ("time", "lyapunov")
+"""The arrays of the curve that a result shows of itself."""
+
+
+@dataclass(frozen=True, repr=False)
 class Result:
     """The result of one run.
 
@@ -60,6 +69,26 @@ class Result:
 
     def __contains__(self, name: str) -> bool:
         return name in self.variables
+
+    def __repr__(self) -> str:
+        """Return one line: title, status, verdict, size."""
+        facts = [f"{name} {self.attributes[name]}" for name in SHOWN if name in self.attributes]
+        return line("Result", str(self.attributes.get("title", "")), [*facts, self._size()])
+
+    def _repr_html_(self) -> str:
+        """Return a card for notebooks: the same facts, and v over time."""
+        facts = [(name, str(self.attributes[name])) for name in SHOWN if name in self.attributes]
+        title = str(self.attributes.get("title", ""))
+        plot = ""
+        if all(name in self for name in CURVE):
+            x, y = (self.variables[name] for name in CURVE)
+            if x.data.ndim == 1 and x.data.shape == y.data.shape:
+                plot = curve(x.data, y.data, f"{CURVE[1]} [{y.unit}] over {CURVE[0]} [{x.unit}]")
+        return card("Result", title, [*facts, ("content", self._size())], plot)
+
+    def _size(self) -> str:
+        arrays = f"{len(self.variables)} arrays"
+        return f"{len(self['time'])} samples, {arrays}" if "time" in self else arrays
 
     @property
     def status(self) -> str:
@@ -101,12 +130,11 @@ def dataset_of(
         ImportError: xarray is not installed.
     """
     # Imported here because xarray is optional, and its import takes a second.
-    import xarray
-
+    package: Any = optional_module("xarray", "xarray")
     data = {
         name: (v.dimensions, v.data, {"units": v.unit, "long_name": v.long_name})
         for name, v in variables.items()
     }
     dimensions = {dimension for v in variables.values() for dimension in v.dimensions}
     coordinates = {name: data.pop(name) for name in list(data) if name in dimensions}
-    return xarray.Dataset(data, coords=coordinates, attrs=dict(attributes))
+    return package.Dataset(data, coords=coordinates, attrs=dict(attributes))

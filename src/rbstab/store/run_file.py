@@ -8,8 +8,9 @@ import h5py
 from rbstab.store.digest import digest_of
 from rbstab.store.disk.atomic import write_atomically
 from rbstab.store.disk.isolated_reading import IsolatedReader
-from rbstab.store.disk.seal import add_seal, check_seal, has_seal
+from rbstab.store.disk.seal import add_seal, has_seal
 from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.store.held_files import check_unchanged
 from rbstab.store.result import SCHEMA_VERSION, Result, Variable, check_shape, coordinate_name
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ def open_result(path: str | Path) -> Result:
     """
     path = Path(path)
     if has_seal(path):
-        check_seal(path)
+        check_unchanged(path)
         return _open_here(path)
     # Old files, and files changed by another program, have no seal. Only HDF5 can read the digest
     # in their attributes, and on a damaged file it may hang.

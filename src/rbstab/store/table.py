@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rbstab.store.cards import bar, card, line, optional_module
 from rbstab.store.result import Variable, check_shape
 
 if TYPE_CHECKING:
@@ -87,7 +88,11 @@ class TableHeader(NamedTuple):
     extras: Mapping[str, Variable] = MappingProxyType({})
 
 
-@dataclass(frozen=True)
+STATUS = "status"
+"""The column of flags that a table shows of itself."""
+
+
+@dataclass(frozen=True, repr=False)
 class Table:
     """Runs with consecutive numbers.
 
@@ -106,6 +111,36 @@ class Table:
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the data of a column, or of an extra array."""
         return self.arrays[name] if name in self.arrays else self.extras[name].data
+
+    def __repr__(self) -> str:
+        """Return one line: title, members, how many have each status."""
+        return line("Table", str(self.attributes.get("title", "")), self._facts())
+
+    def _repr_html_(self) -> str:
+        """Return a card for notebooks: the same facts, and a bar of the statuses."""
+        members, *statuses, columns = self._facts()
+        facts = [
+            ("members", members),
+            ("status", ", ".join(statuses) or "-"),
+            ("content", columns),
+        ]
+        title = str(self.attributes.get("title", ""))
+        return card("Table", title, facts, bar(self._counts()))
+
+    def _facts(self) -> list[str]:
+        counts = [f"{count} {word}" for word, count in self._counts().items()]
+        return [f"{len(self.arrays[RUN])} members", *counts, f"{len(self.layout)} columns"]
+
+    def _counts(self) -> dict[str, int]:
+        """Return how many runs have each word of the column `status`, without words that none has.
+
+        A table may have been read without that column.
+        """
+        if STATUS not in self.arrays or STATUS not in self.layout:
+            return {}
+        flags = self.layout[STATUS].flags
+        found = np.bincount(self.arrays[STATUS], minlength=len(flags))[: len(flags)]
+        return {word: int(n) for word, n in zip(flags, found, strict=True) if n}
 
     def words(self, name: str) -> NDArray[Any]:
         """Return the data of a column of flags as texts."""
@@ -126,8 +161,7 @@ class Table:
         Raises:
             ImportError: xarray is not installed.
         """
-        import xarray
-
+        package: Any = optional_module("xarray", "xarray")
         data: dict[str, Any] = {}
         for name, column in self.layout.items():
             dimensions = (RUN, *column.dimensions)
@@ -139,7 +173,7 @@ class Table:
             dimension: np.arange(1, length + 1)
             for dimension, length in dimensions_of(self.layout).items()
         }
-        return xarray.Dataset(data, coords=coordinates, attrs=dict(self.attributes))
+        return package.Dataset(data, coords=coordinates, attrs=dict(self.attributes))
 
 
 def check_columns(layout: Layout, arrays: Arrays) -> None:

@@ -9,8 +9,8 @@ import h5py
 import numpy as np
 
 from rbstab.store.digest import digest_of_table
-from rbstab.store.disk.seal import check_seal
 from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.store.held_files import check_unchanged
 from rbstab.store.opening import Hdf5Reader, open_hdf5
 from rbstab.store.result import Variable
 from rbstab.store.table import (
@@ -53,7 +53,7 @@ def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
     """
     identity = _identity(path)
     if identity not in _verified:
-        check_seal(path)
+        check_unchanged(path)
     with open_hdf5(path) as file:
         header, digests = _header(file)
         if identity not in _verified:

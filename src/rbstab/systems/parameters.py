@@ -8,6 +8,7 @@ same `structure`.
 
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import fields, is_dataclass, replace
+from functools import cache
 from numbers import Number
 from typing import Any
 
@@ -26,14 +27,7 @@ def parameters(system: System) -> dict[str, Array]:
         ValueError: Two parameters have the same name, because two elements have the same name.
     """
     by_name: dict[str, Array] = {}
-
-    def collect(name: str, value: Array) -> Array:
-        if name in by_name:
-            raise ValueError(f"two elements have the same name: {name} exists twice")
-        by_name[name] = value
-        return value
-
-    map_parameters(system, collect)
+    _collect(system, "", by_name)
     return by_name
 
 
@@ -48,14 +42,19 @@ def map_parameters(system: System, transform: Transform) -> System:
     return mapped
 
 
-def structure(system: System) -> Hashable:
+def structure(system: System, named: dict[str, Array] | None = None) -> Hashable:
     """Return a key for the equations of a system, independent of parameter values.
 
     Two systems with equal structure have the same equations, states and parameter names.
+
+    Args:
+        system: The system.
+        named: Its `parameters`, if they are known.
     """
+    named = parameters(system) if named is None else named
     owners = (system.coordinates, *system.elements)
     kinds = [(type(owner), *_functions(owner), *_parts(owner)) for owner in owners]
-    shapes = [(name, np.shape(value)) for name, value in parameters(system).items()]
+    shapes = [(name, value.shape) for name, value in named.items()]
     return tuple(kinds), tuple(shapes)
 
 
@@ -70,26 +69,61 @@ def _parts(owner: Any) -> Iterator[type]:
     return (type(value) for value in values if is_dataclass(value))
 
 
+def _collect(value: Any, name: str, found: dict[str, Array]) -> None:
+    """Add each parameter in a value to those found, as `_mapped` finds them."""
+    if isinstance(value, tuple):
+        for entry in value:
+            _collect(entry, name, found)
+        return
+    names = () if isinstance(value, np.ndarray) else _field_names(value.__class__)
+    if names:
+        owner = _owner(value, name)
+        for field in names:
+            _collect(getattr(value, field), _join(owner, field), found)
+    elif isinstance(value, np.ndarray) or not _is_kept(value):
+        if name in found:
+            raise ValueError(f"two elements have the same name: {name} exists twice")
+        found[name] = value if isinstance(value, np.ndarray) else _number(value)
+
+
 def _mapped(value: Any, name: str, transform: Transform) -> Any:
     """Return a value with each parameter in it replaced; `name` is the name of the value."""
     if isinstance(value, np.ndarray):
         return transform(name, value)
-    if isinstance(value, Number):
-        kind = complex if isinstance(value, complex) else float
-        return transform(name, np.array(value, dtype=kind))[()]
     if isinstance(value, tuple):
         return tuple(_mapped(entry, name, transform) for entry in value)
-    if is_dataclass(value) and not isinstance(value, type):
-        owner = name if isinstance(value, System) else getattr(value, "name", name)
+    names = _field_names(value.__class__)
+    if names:
+        owner = _owner(value, name)
         changes = {
-            field.name: _mapped(getattr(value, field.name), _join(owner, field.name), transform)
-            for field in fields(value)
+            field: _mapped(getattr(value, field), _join(owner, field), transform) for field in names
         }
         return replace(value, **changes)
-    if callable(value) or isinstance(value, str):
-        return value
+    return value if _is_kept(value) else transform(name, _number(value))[()]
+
+
+@cache
+def _field_names(kind: type) -> tuple[str, ...]:
+    """Return the names of the fields of a dataclass; () for any other type."""
+    return tuple(field.name for field in fields(kind)) if is_dataclass(kind) else ()
+
+
+def _owner(value: Any, name: str) -> str:
+    """Return the first part of the names of the parameters in a dataclass."""
+    return name if isinstance(value, System) else getattr(value, "name", name)
+
+
+def _is_kept(value: Any) -> bool:
+    """Return whether a value is no parameter: a function, a text, or a dataclass of no fields."""
+    return callable(value) or isinstance(value, str) or is_dataclass(value)
+
+
+def _number(value: Any) -> Array:
+    """Return a single number as an array of shape ()."""
+    if isinstance(value, Number):
+        return np.array(value, dtype=complex if isinstance(value, complex) else float)
     # The rest are numbers that Python does not recognize as such, for example symbols.
-    return transform(name, np.array(value, dtype=object))[()]
+    return np.array(value, dtype=object)
 
 
 def _join(owner: str, field: str) -> str:

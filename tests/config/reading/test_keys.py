@@ -36,6 +36,30 @@ def test_unknown(complaints, line, expected):
     assert message.startswith(expected)
 
 
+IN_ANOTHER_SECTION = [
+    ("mass: 3\n", "20:1: mass: is unknown (did you mean body.mass?)"),
+    ("Samples: 3\n", "20:1: Samples: is unknown (did you mean integration.samples?)"),
+    ("mas: 3\n", "20:1: mas: is unknown (did you mean body.mass?)"),
+    ("  mass: 3\n", "20:3: integration.mass: is unknown (did you mean body.mass?)"),
+    # Exact in another variant is nearer than K_t, which is close to it.
+    ("K_d: [1, 1, 1]\n", "20:1: K_d: is unknown (did you mean controller.K_d?)"),
+    ("slope: 1\n", "20:1: slope: is unknown (did you mean controller.surface.slope?)"),
+    # Printed reference values have an orientation too, but nobody means them.
+    (
+        "orientation: [0, 0, 0]\n",
+        "20:1: orientation: is unknown (did you mean initial.orientation?",
+    ),
+    ("K_c: 5\n", "20:1: K_c: is unknown (did you mean controller.K_c?)"),
+    ("x: 1\n", f"20:1: x: is unknown (expected one of {ROOT})"),
+]
+
+
+@pytest.mark.parametrize(("line", "expected"), IN_ANOTHER_SECTION)
+def test_a_key_of_another_section(complaints, line, expected):
+    (message,) = complaints(VISCO_ELASTIC + line)
+    assert message.startswith(expected)
+
+
 def test_unknown_in_a_flow_mapping(complaints):
     text = PERMANENT + "  coordinates: manifold\n  drift_control: {baumgarte: 5, rate: 1}\n"
     assert complaints(text) == [

@@ -20,7 +20,8 @@ REFUSED = [
     ),
     (
         "coordinates: manifold\n  drift_control: projektion",
-        f"19:18: integration.drift_control: 'projektion' is unknown ({CHOICES})",
+        f"19:18: integration.drift_control: 'projektion' is unknown "
+        f"({CHOICES}, did you mean projection?)",
     ),
     (
         "coordinates: manifold\n  drift_control: 5",

@@ -55,6 +55,7 @@ KIND = (
     "(expected kind: one of spring, visco-elastic, embedded, sliding, attitude, ligament, guard, "
     "input, python)"
 )
+SPRING = KIND.replace(")", ", did you mean spring?)")
 POSITIVE = "(expected a number greater than 0)"
 
 ALL_OF_THEM = [
@@ -64,7 +65,7 @@ ALL_OF_THEM = [
     "5:55: elements.strut.anchor[1]: is the text 'x' (expected a number)",
     "5:65: elements.strut.stiffnes: is unknown (did you mean stiffness?)",
     f"5:95: elements.strut.rest_length: is -1 {POSITIVE}",
-    f"6:6: elements.a: has an unknown kind {KIND}",
+    f"6:6: elements.a: has an unknown kind {SPRING}",
     "8:6: elements.c: is not a mapping (expected a mapping with the key kind)",
     "9:3: elements.gravity: is a name that every system uses (expected another name)",
     f"9:53: elements.gravity.L[2]: is -3 {POSITIVE}",
@@ -138,9 +139,14 @@ def test_at_most_a_hundred():
     assert len(load_config(config_data(many)).elements) == 100
 
 
-@pytest.mark.parametrize("kind", ["Spring", "spring ", "", 5, None, ["spring"], {"spring": 1}])
+@pytest.mark.parametrize("kind", ["zzz", "", 5, None, ["spring"], {"spring": 1}])
 def test_unknown_kinds(kind):
     assert problems(element(kind=kind)) == [f"elements.one: has an unknown kind {KIND}"]
+
+
+@pytest.mark.parametrize("kind", ["Spring", "spring ", "sprong"])
+def test_misspelt_kinds(kind):
+    assert problems(element(kind=kind)) == [f"elements.one: has an unknown kind {SPRING}"]
 
 
 def test_no_kind():

@@ -5,6 +5,7 @@ The numbers of a table are part of the config: neither its identity nor a stored
 
 import hashlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -196,7 +197,8 @@ def test_only_the_direction_counts():
         problem_of(load_config(driven({"a": couple(SIGNALS["sine"], direction=d)}))).system
         for d in ([1, -2, 2], [0.5, -1, 1])
     ]
-    directions = [system.elements[-1].direction for system in systems]
+    inputs: list[Any] = [system.elements[-1] for system in systems]
+    directions = [one.direction for one in inputs]
     np.testing.assert_allclose(directions[0], np.array([1, -2, 2]) / 3, rtol=1e-15)
     np.testing.assert_allclose(directions[0], directions[1], rtol=1e-15)
 
@@ -208,7 +210,7 @@ def test_a_seed_may_be_a_whole_float():
     assert ids[0] == ids[1] != ids[2]
 
 
-REFUSED = {
+REFUSED: dict[str, Any] = {
     "sliding": (
         {
             "controller": {
@@ -247,4 +249,4 @@ def test_units():
     assert unit_of("elements.a.amplitude", {("input", "force")}) == "N"
     assert unit_of("elements.a.amplitude", {("input", "body_couple")}) == "N m"
     assert unit_of("elements.a.signal.frequency", {("input", "force")}) == "Hz"
-    assert unit_of("elements.a.signal.seed", {("input", "force")}) == ""
+    assert unit_of("elements.a.signal.seed", {("input", "force")}) == "1"

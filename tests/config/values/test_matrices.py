@@ -7,6 +7,8 @@ from support.configs import edited
 INERTIA = "inertia: [10.0, 8.0, 0.4]"
 DAMPING = "L_r: [60, 60, 42]"
 
+NUMBERS = "expected three numbers or a 3x3 matrix"
+
 REFUSED = [
     ("[1, 2]", ["body.inertia: has 2 entries (expected 3)"]),
     ("[1, 2, 3, 4]", ["body.inertia: has 4 entries (expected 3)"]),
@@ -16,9 +18,13 @@ REFUSED = [
     ("[1, true, 1]", ["body.inertia[1]: is true (expected a number)"]),
     ("[[1, 0, 0]]", ["body.inertia: has 1 entry (expected 3)"]),
     ("[]", ["body.inertia: has 0 entries (expected 3)"]),
-    ("5", ["body.inertia: is 5 (expected a list of 3"]),
-    ("", ["body.inertia: is empty (expected a list of 3"]),
-    ("{xx: 1}", ["body.inertia: is a mapping (expected a list of 3"]),
+    ("5", [f"body.inertia: is 5 ({NUMBERS}; [5, 5, 5] for all three axes)"]),
+    ("0.1", [f"body.inertia: is 0.1 ({NUMBERS}; [0.1, 0.1, 0.1] for all three axes)"]),
+    ("-5", [f"body.inertia: is -5 ({NUMBERS})"]),
+    ("true", [f"body.inertia: is true ({NUMBERS})"]),
+    ("5 kg m^2", [f"body.inertia: is the text '5 kg m^2' ({NUMBERS})"]),
+    ("", [f"body.inertia: is empty ({NUMBERS})"]),
+    ("{xx: 1}", [f"body.inertia: is a mapping ({NUMBERS})"]),
     ("[[1, 0, 0], [0, 1, 0]]", ["body.inertia: has 2 entries (expected 3)"]),
     ("[[1, 0, 0], [0, 1], [0, 0, 1]]", ["body.inertia[1]: has 2 entries (expected 3)"]),
     ("[[1, 0, 0], [0, 1, 0], 1]", ["body.inertia[2]: is 1 (expected a list of 3)"]),

@@ -23,7 +23,7 @@ def test_numbers_reach_the_element(restitution):
     problem = problem_of(load_config(data({"end": stop(restitution, 0.7)})))
     (element,) = [one for one in problem.system.elements if isinstance(one, Stop)]
     numbers = parameters(problem.system)
-    assert (numbers["end.angle"], numbers["end.restitution"]) == (0.7, restitution)
+    assert [numbers["end.angle"], numbers["end.restitution"]] == [0.7, restitution]
     assert element.mode.tolist() == [0, 0]
 
 
@@ -71,7 +71,7 @@ def test_a_motion_starts_inside(pitch):
 
 
 def test_a_wrong_stop_hides_no_other_message():
-    found = said({"end": stop(angle="x")}, initial={"orientation": [0, "y", 0]})
+    found = said({"end": stop() | {"angle": "x"}}, initial={"orientation": [0, "y", 0]})
     assert [line.partition(":")[0] for line in found] == [
         "elements.end.angle",
         "initial.orientation[1]",

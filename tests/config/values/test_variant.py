@@ -5,10 +5,19 @@ from support.configs import VISCO_ELASTIC, edited
 
 ALL = "expected one of free, permanent, visco-elastic, embedded, sliding"
 
+VISCO = f"{ALL}, did you mean visco-elastic?"
+
 WRONG = [
     ("rigid", f"7:12: controller.variant: is the text 'rigid' ({ALL})"),
-    ("Free", f"7:12: controller.variant: is the text 'Free' ({ALL})"),
-    ("visco_elastic", f"7:12: controller.variant: is the text 'visco_elastic' ({ALL})"),
+    ("Free", f"7:12: controller.variant: is the text 'Free' ({ALL}, did you mean free?)"),
+    (
+        "visco_elastic",
+        f"7:12: controller.variant: is the text 'visco_elastic' ({VISCO})",
+    ),
+    (
+        "Visco Elastic",
+        f"7:12: controller.variant: is the text 'Visco Elastic' ({VISCO})",
+    ),
     ("[free]", f"7:12: controller.variant: is a list of 1 ({ALL})"),
     ("{free: 1}", f"7:12: controller.variant: is a mapping ({ALL})"),
     ("true", f"7:12: controller.variant: is true ({ALL})"),

@@ -181,9 +181,7 @@ def test_a_long_rest_does_not_drift(engine_name):
     config = hanging() | {"integration": settings}
     config["controller"] |= {"L_t": [0.1] * 3, "L_r": [0.1] * 3}
     config["initial"] = {"orientation": [0.0, ANGLE, 0.0], "angular_velocity": [0.3, 0.0, 0.3]}
-    from rbstab.integrate.engines import engine
-
-    found = engine(engine_name)(problem(config))
+    found = solution(problem(config), engine_name)
     assert found.status == "completed"
     assert (found.impacts.resting == 1).all()
     assert (found.states[:, 1] == ANGLE).all()

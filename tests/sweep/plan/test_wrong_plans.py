@@ -156,8 +156,11 @@ ENTRIES = [
         "body.mas: {values: [1]}",
         ["4:3: vary.body.mas: is not in the base (did you mean body.mass?)"],
     ),
-    ("K_r: {values: [1]}", [f"4:3: vary.K_r: cannot vary ({SECTIONS})"]),
-    ("body.mass[: {values: [1]}", [f"4:3: vary.body.mass[: cannot vary ({SECTIONS})"]),
+    ("K_r: {values: [1]}", ["4:3: vary.K_r: cannot vary (did you mean controller.K_r?)"]),
+    ("K_r[0]: {values: [1]}", ["4:3: vary.K_r[0]: cannot vary (did you mean controller.K_r[0]?)"]),
+    ("mass: {values: [1]}", ["4:3: vary.mass: cannot vary (did you mean body.mass?)"]),
+    ("samples: {values: [1]}", [f"4:3: vary.samples: cannot vary ({SECTIONS})"]),
+    ("body.mass[: {values: [1]}", ["4:3: vary.body.mass[: cannot vary (did you mean body.mass?)"]),
     ("integration.rtol: {values: [1]}", [f"4:3: vary.integration.rtol: cannot vary ({SECTIONS})"]),
     (
         "controller.K_r: {linspace: [1, 2, 3]}",
@@ -297,11 +300,13 @@ ENTRIES = [
         ],
     ),
     (
-        "controller.variant: {values: [free, rigid, 5]}",
+        "controller.variant: {values: [free, Sliding, rigid, 5]}",
         [
-            "4:39: vary.controller.variant.values[1]: is the text 'rigid'"
+            "4:39: vary.controller.variant.values[1]: is the text 'Sliding' (expected one of free,"
+            " permanent, visco-elastic, embedded, sliding, did you mean sliding?)",
+            "4:48: vary.controller.variant.values[2]: is the text 'rigid'"
             " (expected one of free, permanent, visco-elastic, embedded, sliding)",
-            "4:46: vary.controller.variant.values[2]: is 5"
+            "4:55: vary.controller.variant.values[3]: is 5"
             " (expected one of free, permanent, visco-elastic, embedded, sliding)",
         ],
     ),
@@ -423,7 +428,8 @@ def test_base(complaints, line, expected):
 def test_problems_of_the_base_are_told_at_their_place(complaints, tmp_path):
     (tmp_path / "wrong.yaml").write_text(edited("mass: 41.0", "mass: -1"))
     assert complaints(edited("visco-elastic.yaml", "wrong.yaml", PLAN), "controller.K_t=1") == [
-        "--set controller.K_t:1:16: controller.K_t: is 1 (expected a list of 3)",
+        "--set controller.K_t:1:16: controller.K_t: is 1 (expected three numbers or a "
+        "3x3 matrix; [1, 1, 1] for all three axes)",
         "wrong.yaml:3:9: body.mass: is -1 (expected a number greater than 0)",
     ]
     assert complaints(edited("visco-elastic.yaml", "wrong.yaml", PLAN), "body") == [

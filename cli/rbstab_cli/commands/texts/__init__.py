@@ -1,1 +1,1 @@
-"""Commands that write a text to start from, and compute nothing."""
+"""Commands that print a text for other programs, and compute nothing."""

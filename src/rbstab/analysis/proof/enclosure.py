@@ -91,6 +91,13 @@ class Enclosure:
         spread = np.einsum("mkj,mj->mk", np.abs(self.hessian), self.radius) + self.curvature
         return np.any(np.abs(self.gradient) > spread * ROUNDING_FACTOR, axis=1)
 
+    @property
+    def gradient_bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds on each component of the gradient over the box, shape (m, 3)."""
+        spread = np.einsum("mkj,mj->mk", np.abs(self.hessian), self.radius) + self.curvature
+        spread = spread * ROUNDING_FACTOR + 1e-15 * np.abs(self.gradient)
+        return self.gradient - spread, self.gradient + spread
+
     def preconditioned(self, inverse: Array) -> "PreconditionedGradient":
         """Return the bounds on Y∇U, with Y near H(m)⁻¹; the bounds hold for any finite Y."""
         Y, size = inverse, np.abs(inverse)

@@ -139,10 +139,12 @@ SIGNAL_UNITS = {
     "start": "s",
     "duration": "s",
     "times": "s",
+    "values": "1",
+    "seed": "1",
     "rate": "1/s",
     "correlation_time": "s",
 }
-"""The units of the keys that have one."""
+"""The units of the keys with numbers."""
 
 
 def signal_model(value: Any) -> type[Section] | None:

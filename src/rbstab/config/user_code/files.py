@@ -10,14 +10,13 @@ from rbstab.elements.user_code.declared import MAX_SOURCE, sha256
 from rbstab.files.regular_file import open_regular
 
 
-def embed_files(source: Source, folder: FilePath) -> None:
+def embed_files(source: Source) -> None:
     """Put the text of each element's file, its name and its SHA-256 into the data of a config.
 
     An element that has its `source` already stays as it is: its file may have changed since.
 
     Args:
         source: The config; a file that cannot be read becomes one of its problems.
-        folder: The folder to which the names of files are relative.
     """
     elements = source.data.get("elements") if isinstance(source.data, dict) else None
     for name, element in elements.items() if isinstance(elements, dict) else ():
@@ -25,7 +24,7 @@ def embed_files(source: Source, folder: FilePath) -> None:
             continue
         file = element.get("file")
         if isinstance(file, str) and file:
-            _embed(source, ("elements", name), element, folder / file)
+            _embed(source, ("elements", name), element, source.folder / file)
 
 
 def _embed(source: Source, path: Path, element: dict[str, Any], file: FilePath) -> None:

@@ -1,20 +1,22 @@
 """A barrier of θ2 with which every start in the range is proved to converge."""
 
 from collections.abc import Callable
-from itertools import chain, count
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.settling import settling_times
-from rbstab.config.load import changed_config, plain_data
 from rbstab.config.schema import Config
 from rbstab.experiment.proof import Proof, prove
 from rbstab.experiment.simulate import simulate
-from rbstab.experiment.summary import lyapunov_function_of, summary_of
+from rbstab.experiment.tuning.guarded_run import (
+    RunOutcome,
+    check_single,
+    guard_name,
+    outcome_of,
+    with_guard,
+)
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
 from rbstab.integrate.status import RunStatus
-from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
 
 LADDER = tuple(float(f"{digit}e{power}") for power in range(-2, 5) for digit in (1, 2, 5))
@@ -22,22 +24,6 @@ LADDER = tuple(float(f"{digit}e{power}") for power in range(-2, 5) for digit in 
 
 REFINEMENTS = 4
 """How often the gap below the first stiffness that is enough is halved, in logarithms."""
-
-
-class RunOutcome(NamedTuple):
-    """A run in a few numbers.
-
-    Attributes:
-        status: The status of the run.
-        largest_pitch: The largest |θ2|, rad.
-        settling_time: The time after which v stays below v(0)/1000, s; NaN if it does not.
-        largest_couple: The largest couple of the barrier, N m; 0 without one.
-    """
-
-    status: RunStatus
-    largest_pitch: float
-    settling_time: float
-    largest_couple: float
 
 
 class Guarded(NamedTuple):
@@ -77,6 +63,7 @@ def guard(config: Config, on_tried: Callable[[float, str], None] = lambda *_: No
     """
     _check_barriers(config)
     tried: dict[float, str] = {}
+    runs: dict[float, Result] = {}
     can_be_enough = True
 
     def is_enough(stiffness: float) -> bool:
@@ -86,7 +73,9 @@ def guard(config: Config, on_tried: Callable[[float, str], None] = lambda *_: No
         tried[stiffness] = _description(proof)
         # A form of the energy for which nothing is found is the same for all stiffnesses.
         can_be_enough = bool(proof.states or (proof.unwrapped and proof.unwrapped.states))
-        stays = bool(proof.every_start) and not _leaves_range(guarded)
+        if proof.every_start:
+            runs[stiffness] = simulate(guarded)
+        stays = stiffness in runs and not _leaves_range(runs[stiffness])
         if proof.every_start and not stays:
             tried[stiffness] += ", but the run leaves the range numerically (range_bound)"
         on_tried(stiffness, tried[stiffness])
@@ -95,32 +84,28 @@ def guard(config: Config, on_tried: Callable[[float, str], None] = lambda *_: No
     found = next((k for k in LADDER if can_be_enough and is_enough(k)), None)
     if found is not None and found != LADDER[0]:
         found = _refined(LADDER[LADDER.index(found) - 1], found, is_enough)
-    name = barrier_name(config)
-    given = _outcome(simulate(config), name)
+    name = guard_name(config, _is_barrier)
+    given = outcome_of(simulate(config), config, name)
     if found is None:
         return Guarded(None, None, tuple(tried.items()), given, None)
     guarded = with_barrier(config, found)
-    return Guarded(guarded, found, tuple(tried.items()), given, _outcome(simulate(guarded), name))
+    outcome = outcome_of(runs[found], guarded, name)
+    return Guarded(guarded, found, tuple(tried.items()), given, outcome)
 
 
 def _check_barriers(config: Config) -> None:
     """Reject a config with barriers that one barrier of θ2 would not replace."""
-    sections = config.elements.items()
-    barriers = {name: section for name, section in sections if _is_barrier(section.model_dump())}
-    if len(barriers) > 1:
-        raise UnsuitedConfigError(
-            f"elements: has the barriers {', '.join(barriers)} (expected one)"
-        )
-    for name, section in barriers.items():
-        if section.outer_stiffness:
+    check_single(config, _is_barrier, "barriers")
+    for name, section in config.elements.items():
+        if _is_barrier(section.model_dump()) and section.outer_stiffness:
             raise UnsuitedConfigError(
                 f"elements.{name}.outer_stiffness: is {section.outer_stiffness:g}, and no proof "
                 "takes it into account (expected 0)"
             )
 
 
-def _leaves_range(config: Config) -> bool:
-    return RunStatus(simulate(config).status) is RunStatus.RANGE_LEFT
+def _leaves_range(result: Result) -> bool:
+    return RunStatus(result.status) is RunStatus.RANGE_LEFT
 
 
 def _description(proof: Proof) -> str:
@@ -135,19 +120,8 @@ def _description(proof: Proof) -> str:
 
 def with_barrier(config: Config, stiffness: float) -> Config:
     """Return a config of schema version 2 with one barrier of this stiffness, N m."""
-    data: dict[str, Any] = plain_data(config) | {"schema_version": 2}
     barrier = {"kind": "guard", "method": "barrier", "stiffness": stiffness}
-    name = barrier_name(config)
-    elements = {n: e for n, e in data.get("elements", {}).items() if not _is_barrier(e)}
-    return changed_config(config, data | {"elements": elements | {name: barrier}})
-
-
-def barrier_name(config: Config) -> str:
-    """Return the name of the barrier of a config, or a free name for a new one."""
-    elements: dict[str, Any] = plain_data(config).get("elements", {})
-    names = [name for name, element in elements.items() if _is_barrier(element)]
-    possible = chain(["range"], (f"range_{number}" for number in count(2)))
-    return names[0] if names else next(name for name in possible if name not in elements)
+    return with_guard(config, barrier, _is_barrier)
 
 
 def _is_barrier(element: dict[str, Any]) -> bool:
@@ -165,23 +139,3 @@ def _refined(low: float, high: float, is_enough: Callable[[float], bool]) -> flo
         else:
             low = middle
     return high
-
-
-def _outcome(result: Result, name: str) -> RunOutcome:
-    v = lyapunov_function_of(result)
-    from_rest = result["orientation"][-1] - result["rest_orientation"]
-    settled = settling_times(result["time"], v[np.newaxis], from_rest[np.newaxis])
-    return RunOutcome(
-        RunStatus(result.status),
-        summary_of(result).largest_pitch,
-        float(settled[0]),
-        float(np.linalg.norm(_couples(result, name), axis=1).max(initial=0.0)),
-    )
-
-
-def _couples(result: Result, name: str) -> Array:
-    """Return the couple of the barrier at each sample, shape (n, 3), N m; (0, 3) without one."""
-    names = [str(name) for name in result["element"]] if "element" in result else []
-    if name not in names:
-        return np.zeros((0, 3))
-    return result["element_couple"][:, names.index(name)]

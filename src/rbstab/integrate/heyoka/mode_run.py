@@ -4,6 +4,7 @@ The modes are `par[]`: one compilation serves all modes. Each event function of 
 terminal event, so a step ends at the first switch in it. Then the driver sets the modes.
 """
 
+from bisect import bisect_right
 from dataclasses import replace
 from typing import Any
 
@@ -48,6 +49,8 @@ compile, and five times as long to run."""
 
 MUTED = 1e3
 """The offset of an event function that must not be found: with it, the function has no zero."""
+
+NOT_FINITE = hy.taylor_outcome.err_nf_state
 
 RANGE_END = 0
 """The index of the event of the range; those of the modes follow."""
@@ -144,6 +147,7 @@ class HeyokaModeRun:
         self.reached_breakpoints: list[float] = []
         settings = [problem.range_bound, self.scale, *self.offsets]
         self.values = np.concatenate([parameter_values(self.phase.system), settings])
+        self.muted = False
         self.steps = 0
         self.max_step = np.inf
         # A step and its begin may sum up to another last digit than that of a breakpoint.
@@ -196,8 +200,8 @@ class HeyokaModeRun:
             if self.steps >= self.problem.step_limit:
                 raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
             event = self._step(self.breakpoints[0] if self.breakpoints else last)
-            while len(self.samples) < len(times) and times[len(self.samples)] <= integrator.time:
-                t = times[len(self.samples)]
+            reached = bisect_right(times, integrator.time)
+            for t in times[len(self.samples) : reached]:
                 self._add_sample(t, self.phase.on_stop(integrator.update_d_output(t).copy()))
             if event == RANGE_END:
                 bound = self.problem.range_bound
@@ -211,11 +215,12 @@ class HeyokaModeRun:
                 raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
             if self.phase.rests:
                 integrator.state[:] = self.phase.on_stop(integrator.state.copy())
-            if event is not None or (self.margins < 0).any():
+            if event is not None or self.lowest < 0:
                 self._switch()
             if self.breakpoints and self.breakpoints[0] - integrator.time < self._spacing:
                 self._begin_leg(self.breakpoints.pop(0))
-            self._unmute()
+            if self.muted:
+                self._unmute()
 
     def _begin_leg(self, t: float) -> None:
         """Begin the legs of the inputs at a breakpoint."""
@@ -239,12 +244,13 @@ class HeyokaModeRun:
             length = min(self.max_step, last - begin)
             outcome, made = integrator.step(max_delta_t=length, write_tc=True)
             self.steps += 1
-            if outcome == hy.taylor_outcome.err_nf_state:
+            if outcome == NOT_FINITE:
                 self._return_to(begin, state)
                 raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
             self.margins = self.phase.margins(integrator.state)
-            shorter = abs(made) / STEP_REDUCTION if (self.margins < -MISSED).any() else None
-            if self.offsets.any():
+            self.lowest = np.fmin.reduce(self.margins)
+            shorter = abs(made) / STEP_REDUCTION if self.lowest < -MISSED else None
+            if self.muted:
                 shorter = self._muted_switch(begin, state, shorter)
             if shorter is None:
                 break
@@ -255,11 +261,11 @@ class HeyokaModeRun:
         # After a missed switch the steps grow again.
         self.max_step *= STEP_REDUCTION
         index = -1 - outcome.value
-        found = 0 <= index < len(integrator.t_events)
+        found = 0 <= index <= len(self.offsets)
         if found and made == 0.0 and index != RANGE_END:
             # The step began on a zero of the event function, as after a switch. If it is a double
             # zero, heyoka would find it for ever.
-            self.offsets[index - 1] = MUTED
+            self.offsets[index - 1], self.muted = MUTED, True
         return index if found else None
 
     def _return_to(self, time: float, state: Array) -> None:
@@ -334,19 +340,19 @@ class HeyokaModeRun:
         integrator.state[:] = state
         integrator.reset_cooldowns()
         self.margins = self.phase.margins(state)
+        self.lowest = np.fmin.reduce(self.margins)
         self.offsets[np.abs(self.margins) <= MISSED] = MUTED
         self._set_parameters()
 
     def _unmute(self) -> None:
         """Let event functions be found again that have left zero."""
-        muted = self.offsets != 0
-        if muted.any():
-            self.offsets[muted & (np.abs(self.margins) > MISSED)] = 0.0
-            self._set_parameters()
+        self.offsets[np.abs(self.margins) > MISSED] = 0.0
+        self._set_parameters()
 
     def _set_parameters(self) -> None:
         self.values[self.modes] = 0.5 * (1.0 + self.phase.signs)
         self.values[-len(self.offsets) :] = self.offsets
+        self.muted = bool(self.offsets.any())
         # heyoka has no `par[]` after the last one that the equations use.
         self.integrator.pars[:] = self.values[: len(self.integrator.pars)]
 

@@ -12,7 +12,7 @@ from rbstab.integrate.modes.impacts import Impacts
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.watched_rates import StopRun, audited_rates_of
+from rbstab.integrate.watched_rates import AuditedRates, StopRun, audited_rates_of
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import RedundantTiesError, after_events, at_start, slides
@@ -51,6 +51,7 @@ class Phase:
         system: The system, in these modes.
         guards: Its event functions, as a function of the audited state; None if they are not those
             of other modes.
+        rates: The audited rates of the system in other modes, if they are known.
 
     Attributes:
         system: The system.
@@ -59,10 +60,14 @@ class Phase:
         rests: Whether the body rests against its stop.
     """
 
-    def __init__(self, system: System, guards: StraightLine | None) -> None:
+    def __init__(
+        self, system: System, guards: StraightLine | None, rates: AuditedRates | None = None
+    ) -> None:
         size = system.audited_size
         self.system = system
-        self.audited_rates = audited_rates_of(system)
+        self.audited_rates = (
+            audited_rates_of(system) if rates is None else rates.in_modes_of(system)
+        )
         self.signs = 2.0 * np.array(modes_of(system)) - 1.0
         self._guards = guards or StraightLine(guards_at, system, size)
         stop = stop_of(system)
@@ -121,6 +126,7 @@ class Phases:
         differ = self.slides or stop_of(problem.system) is not None
         size = problem.system.audited_size
         self._guards = None if differ else StraightLine(guards_at, self._system, size)
+        self._rates: AuditedRates | None = None
         self._known: dict[Modes, Phase] = {}
         self.first = self.of(modes_of(self._system))
 
@@ -129,7 +135,9 @@ class Phases:
         if modes not in self._known:
             if len(self._known) == MAX_PHASES:
                 self._known.clear()
-            self._known[modes] = Phase(with_modes(self._system, modes), self._guards)
+            phase = Phase(with_modes(self._system, modes), self._guards, self._rates)
+            self._rates = phase.audited_rates
+            self._known[modes] = phase
         return self._known[modes]
 
     def after(self, phase: Phase, switched: list[int]) -> Phase:
@@ -147,6 +155,7 @@ class Phases:
         """Return a phase with the legs of the inputs that begin at a breakpoint."""
         assert self._schedule is not None
         self._system = self._schedule.system_at(self._system, t)
+        self._rates = None
         self._known.clear()
         return self.of(modes_of(phase.system))
 

@@ -8,6 +8,7 @@ diagonal gains) are constants: a third of the operations remains. The modes of e
 """
 
 import cmath
+import copy
 import math
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
@@ -18,7 +19,7 @@ import numpy as np
 from rbstab.integrate.straight_line.code import Evaluate, Prepare, compiled
 from rbstab.integrate.straight_line.number import Trace
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.modes import mode_parameters
+from rbstab.systems.modes import Modes, mode_parameters, modes_of
 from rbstab.systems.parameters import map_parameters, parameters, structure
 from rbstab.systems.schedule import leg_parameters
 from rbstab.systems.system import System
@@ -44,7 +45,16 @@ class StraightLine:
 
     def __init__(self, equations: Equations, system: System, size: int) -> None:
         self._equations, self._system = equations, system
-        self._by_kind = _prepared(equations, system, size)
+        self._code = _prepared(equations, system, size)
+        self._by_kind = {} if self._code is None else self._code.evaluations()
+
+    def in_modes_of(self, system: System) -> "StraightLine":
+        """Return the same equations of a system that differs from this one in its modes alone."""
+        other = copy.copy(self)
+        other._system = system
+        if self._code is not None:
+            other._by_kind = self._code.evaluations(modes_of(system))
+        return other
 
     def __call__(self, x: Array) -> Array:
         """Return the value, shape (n,), at a vector of floats or complex numbers."""
@@ -82,32 +92,53 @@ class _Recipe:
     system: System = field(compare=False)
 
 
-def _prepared(equations: Equations, system: System, size: int) -> dict[str, Evaluate]:
-    """Return the code for each kind of number of a vector, by numpy's character of its type."""
+@dataclass(frozen=True)
+class _Code:
+    """The code of equations with its inputs, and the places of the modes among them."""
+
+    prepare: Prepare
+    inputs: list[float]
+    mode_places: list[int]
+
+    def evaluations(self, modes: Modes = ()) -> dict[str, Evaluate]:
+        """Return the code for each kind of number of a vector, by numpy's character of its type.
+
+        Args:
+            modes: The modes, in the order of the elements; () for those of the inputs.
+        """
+        inputs = self.inputs.copy()
+        for place, mode in zip(self.mode_places, modes, strict=bool(modes)):
+            inputs[place] = mode
+        try:
+            real = self.prepare(inputs, math)
+            return {"d": real, "D": self.prepare(inputs, cmath)}
+        except (ArithmeticError, ValueError):
+            return {}
+
+
+def _prepared(equations: Equations, system: System, size: int) -> _Code | None:
+    """Return the code of equations with the parameters of a system; None if there is none."""
     try:
         named = parameters(system)
         flat = [np.ravel(value) for value in named.values()]
-        kind = structure(system)
+        kind = structure(system, named)
     except ValueError:
         # Two elements have the same name, and so their parameters have.
-        return {}
+        return None
     if any(value.dtype.kind not in "if" for value in flat):
-        return {}
+        return None
     values = np.concatenate(flat).astype(float)
     # One code serves all modes and all legs, so one of zero is an input as well.
-    changing = mode_parameters(system) | leg_parameters(system)
-    changes = [np.full(value.size, name in changing) for name, value in named.items()]
-    is_zero = (values == 0.0) & ~np.concatenate(changes)
-    recipe = _Recipe(equations, kind, size, tuple(is_zero.tolist()), system)
+    modes, legs = mode_parameters(system), leg_parameters(system)
+    sizes = [value.size for value in flat]
+    is_mode, is_leg = (np.repeat([name in of for name in named], sizes) for of in (modes, legs))
+    is_input = (values != 0.0) | is_mode | is_leg
+    recipe = _Recipe(equations, kind, size, tuple((~is_input).tolist()), system)
     prepare = _code(recipe)
     if prepare is None:
-        return {}
-    inputs = values[~is_zero].tolist()
-    try:
-        real = prepare(inputs, math)
-        return {"d": real, "D": prepare(inputs, cmath)}
-    except (ArithmeticError, ValueError):
-        return {}
+        return None
+    places = np.flatnonzero(is_mode[is_input]).tolist()
+    return _Code(prepare, values[is_input].tolist(), places)
 
 
 @lru_cache(MAX_CODES)

@@ -1,9 +1,7 @@
 """Numbers, lists and untrusted texts as plain text that is safe to show anywhere."""
 
 import math
-import shlex
 from collections.abc import Iterable
-from pathlib import Path
 
 from rbstab.config.errors import printable
 
@@ -44,9 +42,3 @@ def listed(words: Iterable[str], max_items: int = 6) -> str:
     every = list(words)
     more = f" and {len(every) - max_items} more" if len(every) > max_items else ""
     return ", ".join(every[:max_items]) + more
-
-
-def shell_word(path: Path) -> str:
-    """Quote a path for a shell; a leading dash gets `./`, so that it is not read as an option."""
-    name = str(path)
-    return shlex.quote(f"./{name}" if name.startswith("-") else name)

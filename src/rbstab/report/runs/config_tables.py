@@ -13,6 +13,9 @@ from rbstab.report.runs.facts import RunFacts
 MAX_RUN_COLUMNS = 6
 """Up to this many runs have a column each; with more, each has a row."""
 
+MAX_LISTED = 24
+"""The most entries of a list that are shown."""
+
 MAX_KEYS = 12
 """Maximum number of keys in the table with one row for each run."""
 
@@ -28,7 +31,7 @@ def config_section(facts: Sequence[RunFacts]) -> Section | None:
     Returns:
         The section; None if no config can be read.
     """
-    configs = {entry.run.label: _flat(entry.run.data) for entry in facts if entry.run.data}
+    configs = {entry.run.label: flat(entry.run.data) for entry in facts if entry.run.data}
     if not configs:
         return None
     keys = list(dict.fromkeys(k for config in configs.values() for k in config if _is_shown(k)))
@@ -42,7 +45,7 @@ def config_section(facts: Sequence[RunFacts]) -> Section | None:
         blocks += _differences(configs, differing)
     if equal:
         first = next(iter(configs.values()))
-        rows = tuple((Cell(_with_unit(key, configs)), _cell(first.get(key))) for key in equal)
+        rows = tuple((Cell(with_unit(key, configs)), _cell(first.get(key))) for key in equal)
         heading = "The resolved config" if len(configs) == 1 else "Equal in all runs"
         blocks.append(Table("equal", heading, (Head("key"), Head("value")), rows))
     if len(configs) < len(facts):
@@ -58,7 +61,7 @@ def _differences(configs: Mapping[str, Flat], keys: Sequence[str]) -> list[Block
     if len(configs) <= MAX_RUN_COLUMNS:
         rows = tuple(
             (
-                Cell(_with_unit(key, configs)),
+                Cell(with_unit(key, configs)),
                 *(_cell(config.get(key)) for config in configs.values()),
             )
             for key in keys
@@ -80,7 +83,7 @@ def _ranges(configs: Mapping[str, Flat], keys: Sequence[str]) -> Table:
         ends = (min(numbers), max(numbers)) if all_numbers else (None, None)
         count = len({json.dumps(value, default=str) for value in values})
         rows.append(
-            (Cell(_with_unit(key, configs)), Cell(str(count), float(count)), *map(_cell, ends))
+            (Cell(with_unit(key, configs)), Cell(str(count), float(count)), *map(_cell, ends))
         )
     return Table("varied", "Ranges of the keys that differ", heads, tuple(rows))
 
@@ -102,14 +105,14 @@ def _numeric(key: str, configs: Mapping[str, Flat]) -> bool:
     return all(_is_number(config.get(key)) for config in configs.values())
 
 
-def _flat(data: Mapping[str, Any], prefix: str = "") -> Flat:
+def flat(data: Mapping[str, Any], prefix: str = "") -> Flat:
     """Return the values of a config by dotted key, as on the command line; a list is one value."""
     values: Flat = {}
     for key, value in data.items():
         if not prefix and key in OMITTED_KEYS:
             continue
         name = f"{prefix}{key}"
-        values |= _flat(value, f"{name}.") if isinstance(value, dict) else {name: value}
+        values |= flat(value, f"{name}.") if isinstance(value, dict) else {name: value}
     return values
 
 
@@ -142,7 +145,8 @@ def _text_or_none(value: object) -> str | None:
     return None if value is None else str(value)
 
 
-def _with_unit(key: str, configs: Mapping[str, Flat]) -> str:
+def with_unit(key: str, configs: Mapping[str, Flat]) -> str:
+    """Return a key with its unit, for a table of configs."""
     unit = _unit(key, configs)
     return untrusted(f"{key} [{unit}]" if unit not in ("", "1") else key)
 
@@ -152,13 +156,23 @@ def _is_number(value: object) -> TypeGuard[int | float]:
 
 
 def _cell(value: object) -> Cell:
+    return Cell(value_text(value), float(value)) if _is_number(value) else Cell(value_text(value))
+
+
+def value_text(value: object) -> str:
+    """Return a value of a config as text that is safe to print; `NO_VALUE` for None."""
     if _is_number(value):
-        return Cell(number(value, 12), float(value))
-    return Cell(NO_VALUE if value is None else untrusted(_text(value)))
+        return number(value, 12)
+    return NO_VALUE if value is None else untrusted(_text(value))
 
 
 def _text(value: object) -> str:
-    """Return a config value as text."""
+    """Return a config value as text; only the ends of a long list, as of a table of an input."""
+    if isinstance(value, list) and len(value) > MAX_LISTED:
+        first, last = (
+            ", ".join(_text(entry) for entry in ends) for ends in (value[:3], value[-3:])
+        )
+        return f"[{first}, ..., {last}] ({len(value)} entries)"
     if isinstance(value, list):
         return f"[{', '.join(_text(entry) for entry in value)}]"
     return number(value, 12) if isinstance(value, float) else str(value)

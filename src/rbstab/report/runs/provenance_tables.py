@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rbstab.files.shell_words import shell_word
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
-from rbstab.report.model.words import NO_VALUE, listed, number, shell_word, untrusted
+from rbstab.report.model.words import NO_VALUE, listed, number, untrusted
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.tables import number_cell
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from rbstab.files.shell_words import shell_word
 from rbstab.report.model.document import Block, Cell, Head, Table
-from rbstab.report.model.words import shell_word
 from rbstab.report.sweeps.borders import notable
 from rbstab.report.sweeps.members import OUTCOMES, Members
 from rbstab.report.sweeps.parameters import shortened

@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
+from rbstab.files.shell_words import shell_word
 from rbstab.report.model.document import Cell, Head, Table
-from rbstab.report.model.words import counted, shell_word, untrusted
+from rbstab.report.model.words import counted, untrusted
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.table_entries import facts, number
 from rbstab.store.table import Table as Columns

@@ -2,6 +2,7 @@
 
 import os
 import stat
+import tempfile
 from contextlib import suppress
 from pathlib import Path
 
@@ -38,6 +39,28 @@ def check_writable(path: Path) -> None:
         reason = getattr(error, "strerror", None) or str(error)
     if reason is not None:
         raise StoreError(f"{path} cannot be written: {reason}")
+
+
+def check_folder(folder: Path) -> None:
+    """Check that files can be written in a folder, so that an error comes before the work.
+
+    Tried, and not only asked: for an administrator every folder seems writable. Nothing remains.
+
+    Args:
+        folder: The folder. It need not exist; then the nearest one above it is tried.
+
+    Raises:
+        StoreError: It is not a folder, or no file can be made in it.
+    """
+    try:
+        existing = folder.absolute()
+        while not existing.exists() and existing != existing.parent:
+            existing = existing.parent
+        with tempfile.TemporaryFile(dir=existing):
+            pass
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise StoreError(f"{folder} cannot be written: {reason}") from error
 
 
 def _reason_not_writable(path: Path) -> str | None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.store.cards import line
 from rbstab.store.disk.existence import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions import Motions, stack_motions
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SweepTraces:
     """The stored traces of a finished or unfinished sweep, made by `open_traces`.
 
@@ -62,6 +63,11 @@ class SweepTraces:
         if row == len(numbers) or numbers[row] != member:
             raise KeyError(f"member {member} has no trace in {self.folder.path}")
         return read_motions(self._file(shard), row)
+
+    def __repr__(self) -> str:
+        """Return one line: title, folder, how many members have a trace."""
+        title, count = self.folder.manifest.title, len(self)
+        return line("SweepTraces", title, [f"{count} members with traces", str(self.folder.path)])
 
     def __len__(self) -> int:
         return len(self.members)

@@ -45,17 +45,16 @@ def read_bases(
         changes: Texts `key=value` that replace single values of the base.
         code: What becomes of the code of users.
     """
-    found = _source_of_base(problems, folder)
-    if found is None:
+    source = _source_of_base(problems, folder)
+    if source is None:
         return {}
-    source, base_folder = found
     allowed = code is Code.ALLOWED
     bases: dict[str, Config] = {}
     by_variant: dict[str, list[ConfigProblem]] = {}
     wanted = tuple(dict.fromkeys(variants)) or ("",)
     try:
         override(source, changes)
-        embed_files(source, base_folder)
+        embed_files(source)
         for variant in wanted:
             try:
                 own = _with_variant(source, variant) if variant else source
@@ -77,21 +76,19 @@ def read_bases(
     return {} if by_variant else bases
 
 
-def _source_of_base(problems: ProblemCollector, folder: FilePath) -> tuple[Source, FilePath] | None:
-    """Return the source of the base, and the folder of its file, or that of the plan."""
+def _source_of_base(problems: ProblemCollector, folder: FilePath) -> Source | None:
     base = problems.source.data.get("base")
     if "base" not in problems.source.data:
         problems.add(("base",), "is missing", "it is required")
     elif isinstance(base, dict):
-        return _subsource(problems.source, "base"), folder
+        return _subsource(problems.source, "base")
     elif not isinstance(base, str) or not base:
         problems.add_unexpected(("base",), base, "the path of a config, or a config")
     elif "\0" in base or not (folder / base).is_file():
         expected = "expected the path of a config, relative to the plan"
         problems.add(("base",), f"is {describe(base)}, which is not a file", expected)
     else:
-        source = _read(problems, folder / base)
-        return None if source is None else (source, (folder / base).parent)
+        return _read(problems, folder / base)
     return None
 
 

@@ -1,12 +1,11 @@
 """Check the varied keys of a plan against its base, and against changes of the base."""
 
 from collections.abc import Iterable, Iterator
-from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
 
-from rbstab.config.errors import ConfigProblem, Location
+from rbstab.config.errors import ConfigProblem, Location, closest_keys
 from rbstab.config.messages import describe
 from rbstab.config.overrides import parse_key
 from rbstab.config.source import Path, key_of
@@ -108,8 +107,8 @@ def _hint(plan: Plan, varied: VariedKey) -> str:
         if section in template
         for path in _paths(template[section], (section,))
     }
-    close = get_close_matches(varied.key, sorted(known), n=1)
-    return f"did you mean {close[0]}?" if close else "expected a key of the config"
+    close = closest_keys(varied.key, sorted(known))
+    return f"did you mean {' or '.join(close)}?" if close else "expected a key of the config"
 
 
 def _paths(value: Any, path: Path) -> Iterator[Path]:

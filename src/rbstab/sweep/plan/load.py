@@ -7,6 +7,7 @@ from typing import Any
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import source_of
+from rbstab.config.schema import Experiment
 from rbstab.sweep.plan.axes import VARIANT, Axis
 from rbstab.sweep.plan.bases import Code, read_bases
 from rbstab.sweep.plan.designs import DESIGNS, Design, RandomDesign
@@ -27,6 +28,9 @@ from rbstab.sweep.plan.validity import problems_of_members
 KEYS = ("schema_version", "title", "base", "vary", "design", "members", "seed", "keep", "prove")
 """The keys of a plan."""
 
+PLAN_ONLY = {"base", "vary"}
+"""The keys that show that a file is a plan."""
+
 GRID = "grid"
 
 
@@ -36,8 +40,19 @@ def is_plan(path: FilePath) -> bool:
     Raises:
         ConfigError: The file cannot be read.
     """
+    return not PLAN_ONLY.isdisjoint(source_of(path).data)
+
+
+def is_config(path: FilePath) -> bool:
+    """Return whether a file is a config, valid or not: it has a section that no plan has.
+
+    Raises:
+        ConfigError: The file cannot be read.
+    """
     data = source_of(path).data
-    return "vary" in data or "base" in data
+    return PLAN_ONLY.isdisjoint(data) and not set(Experiment.model_fields).isdisjoint(
+        data.keys() - set(KEYS)
+    )
 
 
 def load_plan(

@@ -2,10 +2,9 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from difflib import get_close_matches
 from typing import Any, TypeVar
 
-from rbstab.config.errors import MAX_PROBLEMS, ConfigProblem
+from rbstab.config.errors import MAX_PROBLEMS, ConfigProblem, closest
 from rbstab.config.messages import describe
 from rbstab.config.source import Path, Source, key_of
 
@@ -54,9 +53,9 @@ class ProblemCollector:
         """Add a problem for each unknown key of a section."""
         for key in section:
             if key not in known:
-                close = get_close_matches(key, known, n=1)
+                close = closest(key, known)
                 one_of = f"expected one of {', '.join(known)}"
-                hint = f"did you mean {close[0]}?" if close else one_of
+                hint = f"did you mean {close}?" if close is not None else one_of
                 self.add((*path, key), "is unknown", hint, of_key=True)
 
     def read_number(self, path: Path, value: Any) -> float | None:

@@ -3,6 +3,7 @@
 import re
 from typing import Any
 
+from rbstab.config.messages import keys_like
 from rbstab.config.overrides import parse_key
 from rbstab.config.source import Path
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
@@ -75,8 +76,7 @@ def _axis(problems: ProblemCollector, name: str, value: Any) -> Axis | None:
 def _varied_key(problems: ProblemCollector, place: Path, key: str, value: Any) -> VariedKey | None:
     path = parse_key(key)
     if path is None or path[0] not in VARIED_SECTIONS:
-        sections = f"{', '.join(VARIED_SECTIONS[:-1])} or {VARIED_SECTIONS[-1]}"
-        problems.add(place, "cannot vary", f"expected a key of {sections}", of_key=True)
+        problems.add(place, "cannot vary", _expected_key(key), of_key=True)
         return None
     word = next(iter(value)) if isinstance(value, dict) and len(value) == 1 else ""
     scale = word == "scale"
@@ -96,6 +96,15 @@ def _varied_key(problems: ProblemCollector, place: Path, key: str, value: Any) -
     distribution = read_distribution(problems, inside, inner, names=path == VARIANT)
     own = place[:-1] if place[-1] == "each" else place
     return VariedKey(path, distribution, scale, own) if distribution is not None else None
+
+
+def _expected_key(key: str) -> str:
+    """Return what is expected instead of a key that is in none of the varied sections."""
+    sections = f"{', '.join(VARIED_SECTIONS[:-1])} or {VARIED_SECTIONS[-1]}"
+    name, bracket, index = key.partition("[")
+    entry = f"{bracket}{index}" if parse_key(key) is not None else ""
+    meant = [f"{k}{entry}" for k in keys_like(name) if k.partition(".")[0] in VARIED_SECTIONS]
+    return f"did you mean {' or '.join(meant)}?" if meant else f"expected a key of {sections}"
 
 
 def _check_lists(problems: ProblemCollector, axis: Axis, *, grid: bool) -> None:

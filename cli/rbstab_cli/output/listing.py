@@ -1,0 +1,66 @@
+"""Folders of results, printed as a table or as JSON."""
+
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rbstab.listing.folder import Entry
+
+
+def report_entries(folder: Path, *, as_json: bool) -> int:
+    """Print the runs and sweeps in a folder; return how many of them cannot be read.
+
+    Raises:
+        StoreError: The folder cannot be read.
+    """
+    from rbstab.config.errors import printable
+    from rbstab.listing.folder import entries_of, proofs_in
+
+    entries = entries_of(folder)
+    unread = [entry for entry in entries if entry.problem]
+    if as_json:
+        from rbstab_cli.output.json_output import print_json
+
+        print_json([_data(entry) for entry in entries])
+        return len(unread)
+    _print_table([entry for entry in entries if not entry.problem])
+    for entry in unread:
+        click.echo(printable(entry.problem), err=True)
+    if not entries:
+        click.echo(f"{folder} has no runs and no sweeps.", err=True)
+    proofs = proofs_in(folder)
+    if proofs:
+        click.echo(f"{proofs} stored proof{'s' if proofs > 1 else ''} in {folder / 'proofs'}")
+    return len(unread)
+
+
+def _print_table(entries: "list[Entry]") -> None:
+    from rbstab_cli.output.tables import add_row, new_table, print_table
+
+    if not entries:
+        return
+    words = ("kind", "status", "verdict", "converges")
+    table = new_table("name", *words, "age", "title", words=words, numbers=("age",))
+    now = time.time()
+    for entry in entries:
+        cells = (entry.status, entry.verdict, entry.converges, age(now - entry.modified))
+        add_row(table, str(entry.path), entry.kind, *cells, entry.title)
+    print_table(table)
+
+
+def age(seconds: float) -> str:
+    """Return a time since something as a whole number of its largest unit: 3 min, 5 h, 12 d."""
+    for unit, size in (("d", 86400), ("h", 3600), ("min", 60)):
+        if seconds >= size:
+            return f"{int(seconds // size)} {unit}"
+    return f"{max(int(seconds), 0)} s"
+
+
+def _data(entry: "Entry") -> dict[str, Any]:
+    modified = datetime.fromtimestamp(entry.modified, UTC).isoformat(timespec="seconds")
+    data = entry._asdict() | {"path": str(entry.path), "kind": str(entry.kind)}
+    return data | {"modified": modified, "problem": entry.problem or None}

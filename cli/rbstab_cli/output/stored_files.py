@@ -1,0 +1,149 @@
+"""What `rbstab show` prints of everything that is not the file of a run."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rbstab_cli import exit_codes
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+Facts = dict[str, Any]
+
+
+def show_other(path: Path, *, as_json: bool, as_config: bool) -> None:
+    """Print a sweep, a file in its folder, a proof, or a folder of results.
+
+    Raises:
+        StoreError: It cannot be read.
+        UsageError: It is a config or a plan; or it has no config to print.
+    """
+    from rbstab.files.shell_words import shell_word
+    from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
+
+    kind, word = kind_of(path), shell_word(path)
+    if kind is Kind.CONFIG:
+        raise click.UsageError(
+            f"{path} is a config or a plan, not a result. Look at it with an editor; check it: "
+            f"rbstab check {word}"
+        )
+    if as_config:
+        raise click.UsageError(f"{path} is a {kind}; only a run has a config to print")
+    if kind is Kind.FOLDER:
+        _show_folder(path, as_json=as_json)
+    elif kind is Kind.SWEEP:
+        _show_sweep(sweep_folder_of(path), as_json=as_json)
+    else:
+        read = {Kind.SHARD: _shard_facts, Kind.TRACES: _traces_facts, Kind.PROOF: _proof_facts}
+        _print_facts(read[kind](path), as_json=as_json)
+
+
+def _show_folder(path: Path, *, as_json: bool) -> None:
+    from rbstab_cli.output.listing import report_entries
+
+    if report_entries(path, as_json=as_json):
+        raise click.exceptions.Exit(exit_codes.STORAGE)
+
+
+def _show_sweep(folder: Path, *, as_json: bool) -> None:
+    from rbstab.files.shell_words import shell_word
+    from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SWEEP_FILE
+    from rbstab_cli.output.sweep_report import report_status
+
+    report_status(folder, as_json=as_json)
+    gathered = (folder / SWEEP_FILE).is_file()
+    following = (
+        f"report {shell_word(folder)}" if gathered else f"sweep {shell_word(folder / PLAN_FILE)}"
+    )
+    if not as_json:
+        click.echo(f"Next: rbstab {following}", err=True)
+
+
+def _shard_facts(path: Path) -> Facts:
+    from rbstab.listing.kinds import sweep_folder_of
+    from rbstab.store.errors import NotAResultError
+    from rbstab.sweep.folder.sweep_folder import read_folder
+    from rbstab.sweep.members.outcome import STATUSES
+
+    folder = read_folder(sweep_folder_of(path))
+    number = int(path.stem) if path.stem.isdigit() else folder.shards
+    table = folder.read(number) if number < folder.shards else None
+    if table is None:
+        raise NotAResultError(f"{path} is not a whole shard of the sweep {folder.path}")
+    first, stop = folder.bounds(number)
+    statuses = table["status"].tolist()
+    counts = {str(s): statuses.count(i) for i, s in enumerate(STATUSES) if i in statuses}
+    return {
+        "sweep": folder.manifest.title,
+        "folder": str(folder.path),
+        "shard": f"{number} of {folder.shards}, from 0",
+        "members": f"{first} to {stop - 1}",
+        **{f"members {status}": count for status, count in counts.items()},
+        "columns": ", ".join(table.layout),
+    }
+
+
+def _traces_facts(path: Path) -> Facts:
+    from rbstab.listing.kinds import sweep_folder_of
+    from rbstab.store.disk.isolated_reading import IsolatedReader
+    from rbstab.store.held_files import check_unchanged
+    from rbstab.store.motions_file import read_motions
+    from rbstab.sweep.folder.sweep_folder import read_folder
+
+    folder = read_folder(sweep_folder_of(path))
+    check_unchanged(path)
+    motions = IsolatedReader(read_motions)(path)
+    members = motions["run"].tolist()
+    return {
+        "sweep": folder.manifest.title,
+        "folder": str(folder.path),
+        "members": ", ".join(map(str, members[:10])) + (", ..." if len(members) > 10 else ""),
+        "motions": len(members),
+        "samples": len(motions["time"]),
+        "arrays": ", ".join(motions.variables),
+    }
+
+
+def _proof_facts(path: Path) -> Facts:
+    """Return the sentences of a proof of any kind, by its file's name."""
+    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.robust.record import BodiesRecord
+    from rbstab.experiment.robust.sentences import within_sentences
+    from rbstab.experiment.stability import statements_of
+    from rbstab.experiment.start_sets.starts_record import StartsProof
+    from rbstab.store.document import read_model
+
+    kind, _, _ = path.stem.rpartition("-")
+    if kind == "within":
+        bodies = read_model(path, BodiesRecord)
+        texts = [f"{t.key}={t.low}..{t.high}" for t in bodies.tolerances]
+        return _facts(
+            "proof for all bodies within tolerances", within_sentences(texts, bodies), bodies
+        )
+    if kind == "starts":
+        starts = read_model(path, StartsProof)
+        return _facts("proof for all starts within tolerances", [f"{starts.sentence}."], starts)
+    proof = read_model(path, Proof)
+    return _facts("proof of rest states and their regions", statements_of(proof), proof)
+
+
+def _facts(what: str, sentences: list[str], model: "BaseModel") -> Facts:
+    data = model.model_dump(mode="json", include={"id", "seconds"})
+    return {"kind": what, "statements": sentences, **data}
+
+
+def _print_facts(facts: Facts, *, as_json: bool) -> None:
+    if as_json:
+        from rbstab_cli.output.json_output import print_json
+
+        print_json(facts)
+        return
+    from rbstab_cli.output.tables import add_row, new_table, print_table
+
+    table = new_table("quantity", "value")
+    for name, value in facts.items():
+        for index, text in enumerate(value if isinstance(value, list) else [value]):
+            add_row(table, name if index == 0 else "", str(text))
+    print_table(table)

@@ -1,0 +1,53 @@
+"""Pictures of the tutorials: figures of the reports that their commands make.
+
+`make figures` runs this script. The configs are those on the pages.
+"""
+
+import re
+import sys
+import tempfile
+from contextlib import chdir
+from pathlib import Path
+
+from click.testing import CliRunner
+from PIL import Image
+
+from rbstab_cli.main import cli
+
+DOCS = Path(__file__).parents[1]
+PICTURES = DOCS / "pictures"
+SAVED = re.compile(r"```yaml\n(# (\w+\.yaml)\b.*?)```", flags=re.DOTALL)
+
+
+def run(*arguments: str) -> None:
+    """Run a command line of rbstab; end the script if it fails."""
+    done = CliRunner().invoke(cli, arguments)
+    if done.exit_code:
+        sys.exit(done.output)
+
+
+def save_configs(page: str) -> None:
+    """Save the configs of a page in the working folder."""
+    for text, name in SAVED.findall((DOCS / page).read_text(encoding="utf-8")):
+        Path(name).write_text(text, encoding="utf-8")
+
+
+def take(result: str, figure: str, name: str) -> None:
+    """Make a report in Markdown, and keep one of its pictures with 64 colours."""
+    run("report", result, "--format", "md", "-o", "report.md", "--force")
+    (picture,) = Path("report_files").glob(f"{figure}.*.png")
+    Image.open(picture).convert("RGB").quantize(64).save(PICTURES / name, optimize=True)
+
+
+def main() -> None:
+    """Run the tutorials as far as their pictures need it."""
+    with tempfile.TemporaryDirectory() as folder, chdir(folder):
+        save_configs("tutorial_sweep.md")
+        run("run", "box.yaml", "-q")
+        take("results/box.h5", "run-1-states", "tutorial_box.png")
+        run("sweep", "stiffness.yaml", "-q")
+        take("results/stiffness", "sweep-1-map", "tutorial_map.png")
+
+
+if __name__ == "__main__":
+    main()

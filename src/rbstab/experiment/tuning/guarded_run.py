@@ -1,0 +1,119 @@
+"""Configs with a guard of θ2, and what a guard does in a run."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import chain, count
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.settling import settling_times
+from rbstab.config.build import system_of
+from rbstab.config.load import changed_config, plain_data
+from rbstab.config.schema import Config
+from rbstab.elements.element import NO_STATE
+from rbstab.experiment.summary import lyapunov_function_of, summary_of
+from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.algebra import ZERO
+from rbstab.mechanics.motion import motion_from_centre
+from rbstab.mechanics.states import PITCH
+from rbstab.store.result import Result
+
+USUAL_NAME = "range"
+"""The name of a guard in a config that has none; with a number if another element has it."""
+
+Chosen = Callable[[dict[str, Any]], bool]
+"""Whether an element of a config, as plain data, is one to be replaced."""
+
+
+class RunOutcome(NamedTuple):
+    """A run in a few numbers.
+
+    Attributes:
+        status: The status of the run.
+        largest_pitch: The largest |θ2|, rad.
+        settling_time: The time after which v stays below v(0)/1000, s; NaN if it does not.
+        largest_couple: The largest couple of the guard, N m; 0 without one.
+    """
+
+    status: RunStatus
+    largest_pitch: float
+    settling_time: float
+    largest_couple: float
+
+
+def outcome_of(result: Result, config: Config, name: str) -> RunOutcome:
+    """Return the outcome of a run.
+
+    Args:
+        result: The run.
+        config: Its config.
+        name: The name of the guard, if the config has it.
+    """
+    v = lyapunov_function_of(result)
+    from_rest = result["orientation"][-1] - result["rest_orientation"]
+    settled = settling_times(result["time"], v[np.newaxis], from_rest[np.newaxis])
+    pitch = summary_of(result).largest_pitch
+    couple = couple_at(config, name, pitch) if name in config.elements else 0.0
+    return RunOutcome(RunStatus(result.status), pitch, float(settled[0]), couple)
+
+
+def couple_at(config: Config, name: str, pitch: float) -> float:
+    """Return the couple of a guard of θ2 at an angle θ2, N m.
+
+    It depends on θ2 alone and never falls with |θ2|: at the largest |θ2| it is the largest.
+    """
+    system = system_of(config)
+    element: Any = next(one for one in system.elements if one.name == name)
+    Z = np.zeros(12)
+    Z[PITCH] = pitch
+    motion = motion_from_centre(system.body, ZERO, Z)
+    if element.mode_count:
+        modes = (element.guards(motion, NO_STATE) > 0).astype(float)
+        element = replace(element, mode=modes)
+    with np.errstate(all="ignore"):
+        return float(np.linalg.norm(element.wrench(motion, NO_STATE).couple))
+
+
+def with_guard(config: Config, guard: dict[str, Any], chosen: Chosen) -> Config:
+    """Return a config of schema version 2 with one guard in place of the chosen elements."""
+    name = guard_name(config, chosen)
+    data = plain_data(config) | {"schema_version": 2}
+    return changed_config(config, data | {"elements": _others(data, chosen) | {name: guard}})
+
+
+def without_guard(config: Config, chosen: Chosen) -> Config:
+    """Return a config without the chosen elements; itself if it has none of them."""
+    data = plain_data(config)
+    others = _others(data, chosen)
+    return (
+        changed_config(config, data | {"elements": others})
+        if len(others) < len(config.elements)
+        else config
+    )
+
+
+def guard_name(config: Config, chosen: Chosen) -> str:
+    """Return the name of the first chosen element of a config, or a free name for a new one."""
+    elements: dict[str, Any] = plain_data(config).get("elements", {})
+    names = [name for name, element in elements.items() if chosen(element)]
+    possible = chain([USUAL_NAME], (f"{USUAL_NAME}_{number}" for number in count(2)))
+    return names[0] if names else next(name for name in possible if name not in elements)
+
+
+def check_single(config: Config, chosen: Chosen, what: str) -> None:
+    """Reject a config with several elements that one guard would replace.
+
+    Raises:
+        UnsuitedConfigError: The config has several.
+    """
+    elements: dict[str, Any] = plain_data(config).get("elements", {})
+    names = [name for name, element in elements.items() if chosen(element)]
+    if len(names) > 1:
+        raise UnsuitedConfigError(f"elements: has the {what} {', '.join(names)} (expected one)")
+
+
+def _others(data: dict[str, Any], chosen: Chosen) -> dict[str, Any]:
+    elements: dict[str, Any] = data.get("elements", {})
+    return {name: element for name, element in elements.items() if not chosen(element)}

@@ -1,0 +1,191 @@
+"""What is proved of a start with a soft guard of θ2: theorem 11, with its independent check."""
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.exact import in_balls
+from rbstab.analysis.proof.boxes import RANGE_END
+from rbstab.analysis.proof.regions.kept_range import (
+    BallGuard,
+    Border,
+    ball_guard,
+    border_of_pitch,
+    energy_at_most,
+    energy_bound,
+    nothing_rests_beyond,
+)
+from rbstab.analysis.proof_check.findings import UNWRAPPED
+from rbstab.config.build import problem_of
+from rbstab.config.schema import Config
+from rbstab.elements.registry import KINDS
+from rbstab.experiment.proof import OPEN_RANGE, enclosed_start, prove
+from rbstab.experiment.proof_record import Proof, ProvedState
+
+NOT_DECIDED = "not decided"
+
+
+class Unguarded(NamedTuple):
+    """A start without a guard, and what is proved of it.
+
+    Attributes:
+        proof: The rest states of the config without the guard.
+        border: The least energy on θ2 = ±π/2 without the guard.
+        energy: An upper bound of the energy at the start, J.
+        pitch: An upper bound of |θ2| at the start, rad.
+    """
+
+    proof: Proof
+    border: Border
+    energy: float
+    pitch: float
+
+    @property
+    def is_inside(self) -> bool:
+        """Whether the motion keeps the range without any guard."""
+        return self.energy < self.border.energy
+
+
+class NotDecidedError(Exception):
+    """Nothing can be proved of a start with a soft guard; the text is the reason."""
+
+
+class Kept(NamedTuple):
+    """What is proved of one start with one guard.
+
+    Attributes:
+        energy: An upper bound of the energy at the start, with that of the guard, J.
+        energy_bound: Motions with less energy keep the range, J.
+        nothing_beyond: Whether no rest state has |θ2| >= θ_s.
+        states: The rest states to one of which the motion converges; empty if it is not decided.
+        reason: Why it is not decided.
+    """
+
+    energy: float
+    energy_bound: float
+    nothing_beyond: bool
+    states: tuple[ProvedState, ...]
+    reason: str
+
+    @property
+    def convergence(self) -> str:
+        """Where the motion goes, as text."""
+        if not self.states:
+            return f"{NOT_DECIDED}: {self.reason}"
+        if len(self.states) > 1:
+            return f"to one of {len(self.states)} rest states: proved"
+        Theta = ", ".join(
+            f"{angle:.4g}" for angle in np.round(self.states[0].orientation, 12) + 0.0
+        )
+        return f"to the rest state at Θ = ({Theta}) rad: proved"
+
+
+def unguarded(config: Config) -> Unguarded:
+    """Prove what is needed of a config without its guard.
+
+    Raises:
+        NotDecidedError: The energy has no form that is proved, or no bounds.
+    """
+    problem = problem_of(config)
+    proof = prove(config, problem)
+    if proof.reduced_energy is None:
+        raise NotDecidedError(proof.outcome)
+    border = border_of_pitch(proof.reduced_energy.form)
+    if border is None:
+        raise NotDecidedError("θ1 and θ3 have no bound that is small enough for a proof")
+    assert problem.exact is not None
+    start = in_balls(partial(enclosed_start, problem.exact))
+    if start is None:
+        raise NotDecidedError("the energy at the start has no proved bound")
+    energy, low, high = start
+    pitch = float(max(-low[1], high[1]))
+    if not pitch <= OPEN_RANGE[1]:
+        raise NotDecidedError("the start is not in the range |θ2| < π/2")
+    return Unguarded(proof, border, energy, pitch)
+
+
+def guard_of(method: str, strength: float, soft_angle: float) -> BallGuard:
+    """Return a guard for proofs, by its method, strength (k or K) and soft angle."""
+    kind: Any = KINDS["guard"][method]
+    return ball_guard(kind, strength, soft_angle)
+
+
+def keeps_range(start: Unguarded, guard: BallGuard) -> bool:
+    """Return whether a motion with a guard is proved to keep the range."""
+    energy = np.nextafter(start.energy + energy_at_most(guard, start.pitch), np.inf)
+    return bool(energy < energy_bound(start.border, guard))
+
+
+def kept(start: Unguarded, method: str, strength: float, soft_angle: float) -> Kept:
+    """Return what is proved of a start with a guard that keeps the range, and is confirmed.
+
+    Raises:
+        NotDecidedError: The checker does not confirm that it keeps the range.
+    """
+    from rbstab.analysis.proof_check.soft_guards import check_soft_guard
+
+    guard, energy = guard_of(method, strength, soft_angle), start.proof.reduced_energy
+    assert energy is not None
+    nothing = nothing_rests_beyond(energy.form, start.border, guard, soft_angle)
+    bound = energy_bound(start.border, guard)
+    claim = {
+        "method": method,
+        "strength": strength,
+        "soft_angle": soft_angle,
+        "end": start.border.end.tolist(),
+        "border": start.border.energy,
+        "energy_bound": bound,
+        "nothing_beyond": nothing,
+    }
+    found = check_soft_guard(energy.model_dump(mode="json"), claim)
+    refused = {finding.claim: finding.text for finding in found if not finding.verified}
+    beyond = refused.pop("nothing at rest beyond", None)
+    if refused:
+        raise NotDecidedError(f"the checker refuses it: {' '.join(refused.values())}")
+    at_start = float(np.nextafter(start.energy + energy_at_most(guard, start.pitch), np.inf))
+    nothing = nothing and beyond is None
+    states, reason = _inner_states(start.proof, soft_angle, nothing_beyond=nothing)
+    return Kept(at_start, bound, nothing, states, reason)
+
+
+def _inner_states(
+    proof: Proof, soft_angle: float, *, nothing_beyond: bool
+) -> tuple[tuple[ProvedState, ...], str]:
+    """Return the rest states with the guard, or none and the reason why they are not known."""
+    wide = proof.unwrapped
+    if wide is None or not wide.proved:
+        return (), "the rest states for all real θ1 and θ3 are not proved"
+    if not nothing_beyond:
+        return (), "a rest state beyond the soft angle is not excluded"
+    low, high = -soft_angle * (1 - 1e-15), soft_angle * (1 - 1e-15)
+    inner = [s for s in wide.states if low < s.enclosure[0][1] and s.enclosure[1][1] < high]
+    outer = [s for s in wide.states if s.enclosure[0][1] > high or s.enclosure[1][1] < low]
+    if len(inner) + len(outer) != len(wide.states):
+        return (), "a rest state lies at the soft angle"
+    if not inner:
+        return (), "no rest state lies within the soft angle"
+    if not _rest_states_confirmed(proof):
+        return (), "the checker does not confirm the rest states"
+    return tuple(inner), ""
+
+
+def _rest_states_confirmed(proof: Proof) -> bool:
+    """Return whether the checker confirms all rest states for all real θ1 and θ3."""
+    from rbstab.analysis.proof_check.checker import check
+
+    data = proof.model_dump(mode="json")
+    for part in (data, data["unwrapped"]):
+        part |= {"region": None, "regions": []}
+    findings = [finding for finding in check(data) if finding.about == UNWRAPPED]
+    claims = {finding.claim for finding in findings}
+    wanted = {"ends", "rest states", "no other rest state"}
+    return wanted <= claims and all(finding.verified for finding in findings)
+
+
+def couple_bound(method: str, strength: float, soft_angle: float) -> float:
+    """Return a bound of the couple of a guard while |θ2| < π/2, N m."""
+    kind: Any = KINDS["guard"][method]
+    gains = {kind.gains[0].name: strength, "soft_angle": soft_angle}
+    guard = kind(name="guard", mode=np.array([1.0, 0.0]), **gains)
+    return float(guard.slope(RANGE_END[1]))

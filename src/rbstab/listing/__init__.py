@@ -1,0 +1,1 @@
+"""What stands in a folder of results, and how two results differ."""

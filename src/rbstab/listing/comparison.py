@@ -1,0 +1,146 @@
+"""How two runs, or two sweeps, differ: in what was run, and in what came out."""
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rbstab.config.errors import ConfigError
+from rbstab.config.source import parse_source
+from rbstab.report.model.words import NO_VALUE, number, untrusted
+from rbstab.report.reading.sources import Run, SweepFile, read_sources
+from rbstab.report.runs.config_tables import flat, value_text, with_unit
+from rbstab.store.errors import StoreError
+from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.gather import sweep_summary
+
+Outcome = dict[str, float | str]
+"""What came out of a run or a sweep: numbers or texts by their names with units."""
+
+
+class Row(NamedTuple):
+    """A quantity with its values in both results; ratio is the second over the first, or empty."""
+
+    name: str
+    first: str
+    second: str
+    ratio: str = ""
+
+
+class Comparison(NamedTuple):
+    """The differences of two results.
+
+    Attributes:
+        kind: "run" or "sweep".
+        inputs: The keys of the config, or of the plan, that differ.
+        outcomes: What came out, also where it is equal.
+        same_system: Whether body, gravity, controller and elements are equal. If not, v is another
+            function in each result, so that its values have no ratio.
+    """
+
+    kind: str
+    inputs: list[Row]
+    outcomes: list[Row]
+    same_system: bool
+
+
+SYSTEM = ("body", "gravity", "controller", "elements")
+"""The sections of a config that v depends on."""
+
+V_ROWS = ("v(0) [J]", "v(end) [J]")
+
+NO_RATIO = ("reached [s]", "largest |r| / v(0)")
+"""Numbers whose ratio says nothing."""
+
+
+def compare(first: Path, second: Path) -> Comparison:
+    """Compare two results.
+
+    Raises:
+        StoreError: One of them cannot be read; or one is a run and the other a sweep.
+    """
+    sources = [read_sources([path]) for path in (first, second)]
+    for source in sources:
+        for unread in source.unread:
+            raise StoreError(f"{unread.path}: {unread.reason}")
+    runs = [run for source in sources for run in source.runs]
+    sweeps = [sweep for source in sources for sweep in source.sweeps]
+    if len(runs) == 2:
+        return _comparison("run", [run.data for run in runs], [_of_run(run) for run in runs])
+    if len(sweeps) == 2:
+        return _comparison("sweep", list(map(_plan_of, sweeps)), list(map(_of_sweep, sweeps)))
+    raise StoreError(f"{first} and {second} are a run and a sweep, which have no common outcomes")
+
+
+def _comparison(
+    kind: str, inputs: Sequence[Mapping[str, Any]], outcomes: Sequence[Outcome]
+) -> Comparison:
+    (first, second), (one, other) = inputs, outcomes
+    same = all(first.get(section) == second.get(section) for section in SYSTEM)
+    without = NO_RATIO if same else (*NO_RATIO, *V_ROWS)
+    return Comparison(kind, _inputs(first, second), _rows(one, other, without), same)
+
+
+def _inputs(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[Row]:
+    """Return the keys that differ between two configs or plans."""
+    a, b = flat(first), flat(second)
+    configs = {"first": a, "second": b}
+    return [
+        Row(with_unit(key, configs), value_text(a.get(key)), value_text(b.get(key)))
+        for key in dict.fromkeys((*a, *b))
+        if a.get(key) != b.get(key)
+    ]
+
+
+def _rows(first: Outcome, second: Outcome, without: Collection[str]) -> list[Row]:
+    """Return the outcomes beside each other, without a ratio of those in `without`."""
+    rows = []
+    for name in dict.fromkeys((*first, *second)):
+        one, other = first.get(name, NO_VALUE), second.get(name, NO_VALUE)
+        ratio = ""
+        if isinstance(one, float) and isinstance(other, float) and one and name not in without:
+            ratio = number(other / one, 3)
+        rows.append(Row(name, _text(one), _text(other), ratio))
+    return rows
+
+
+def _text(value: float | str) -> str:
+    return number(value, 5) if isinstance(value, float) else untrusted(value)
+
+
+def _of_run(run: Run) -> Outcome:
+    result, s = run.result, run.summary
+    return {
+        "run id": result.run_id,
+        "status": result.status,
+        "verdict": str(result.attributes.get("verdict", NO_VALUE)),
+        "converges": str(result.attributes.get("convergence", NO_VALUE)),
+        "reached [s]": s.end_time,
+        "v(0) [J]": s.lyapunov_start,
+        "v(end) [J]": s.lyapunov_end,
+        "v below v(0)/1000 from [s]": run.settling_time,
+        "largest |E| [m]": s.peak_distance,
+        "largest |θ2| [rad]": s.largest_pitch,
+        "largest |r| / v(0)": s.relative_residual,
+    }
+
+
+def _of_sweep(sweep: SweepFile) -> Outcome:
+    found = sweep_summary(sweep.path)
+    return {
+        "members": str(found.members),
+        **{f"members {status}": str(count) for status, count in found.by_status.items()},
+        **{f"convergence {word}": str(count) for word, count in found.convergence.items()},
+        "members that settled": str(found.settled),
+        "settling time, median [s]": found.settling_median,
+        "largest |r| / v(0)": found.worst_residual,
+    }
+
+
+def _plan_of(sweep: SweepFile) -> dict[str, Any]:
+    """Return the plan in the file of a sweep; empty if it cannot be read."""
+    extras = read_table(sweep.path, ()).extras
+    try:
+        data = parse_source(str(extras["plan"].data.item()), "plan").data
+    except (ConfigError, KeyError):
+        return {}
+    return data if isinstance(data, dict) else {}

@@ -1,0 +1,117 @@
+"""The runs and sweeps in a folder of results, each with what it says of itself."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from rbstab.experiment.proof_cache import PROOFS
+from rbstab.integrate.status import RunStatus
+from rbstab.listing.kinds import Kind, kind_of
+from rbstab.store.disk.isolated_reading import IsolatedReader
+from rbstab.store.errors import StoreError
+from rbstab.store.run_file import open_result
+from rbstab.sweep.folder.gather import sweep_summary
+from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder
+
+NOT_KNOWN = "-"
+
+RUN_SUFFIX = ".h5"
+
+
+class Entry(NamedTuple):
+    """A run or a sweep in a folder.
+
+    Attributes:
+        path: Its file or folder.
+        kind: Whether it is a run or a sweep.
+        title: Its title; empty if it cannot be read.
+        status: How the run ended; how many members of a sweep completed.
+        verdict: The verdict of the certificate of a run.
+        converges: What is proved of the exact motion; how many members of a sweep are proved.
+        modified: When the file was written, s since the epoch.
+        problem: Why it cannot be read; empty if it was read.
+    """
+
+    path: Path
+    kind: Kind
+    title: str
+    status: str
+    verdict: str
+    converges: str
+    modified: float
+    problem: str = ""
+
+
+class _Said(NamedTuple):
+    """What a run or a sweep says of itself, as in `Entry`."""
+
+    title: str
+    status: str
+    verdict: str
+    converges: str
+
+
+def entries_of(folder: Path) -> list[Entry]:
+    """Return the runs and sweeps in a folder, the newest first. A sweep lists itself.
+
+    Raises:
+        StoreError: The folder cannot be read.
+    """
+    if kind_of(folder) is Kind.SWEEP:
+        return [_entry(folder, Kind.SWEEP)]
+    try:
+        paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
+    except OSError as error:
+        raise StoreError(f"{folder} cannot be read: {error.strerror or error}") from error
+    kinds = {path: kind_of(path) for path in paths}
+    found = [
+        _entry(path, kind)
+        for path, kind in kinds.items()
+        if kind is Kind.SWEEP or (kind is Kind.RUN and path.suffix == RUN_SUFFIX)
+    ]
+    return sorted(found, key=lambda entry: (-entry.modified, entry.path.name))
+
+
+def proofs_in(folder: Path) -> int:
+    """Return the number of stored proofs in a folder of results."""
+    try:
+        return sum(path.suffix == ".json" for path in (folder / PROOFS).iterdir())
+    except OSError:
+        return 0
+
+
+def _entry(path: Path, kind: Kind) -> Entry:
+    file = path / SWEEP_FILE if kind is Kind.SWEEP else path
+    try:
+        modified = (file if file.exists() else path).stat().st_mtime
+        # Anybody may have written a file, with a right seal too.
+        said: _Said = _sweep(path) if kind is Kind.SWEEP else _run(path)
+    except (StoreError, OSError) as error:
+        return Entry(path, kind, "", NOT_KNOWN, NOT_KNOWN, NOT_KNOWN, 0.0, str(error))
+    title, status, verdict, converges = said
+    return Entry(path, kind, title, status, verdict, converges, modified)
+
+
+def _read_run(path: Path) -> _Said:
+    result = open_result(path)
+    words = (result.attributes.get(name, NOT_KNOWN) for name in ("verdict", "convergence"))
+    return _Said(str(result.attributes["title"]), result.status, *map(str, words))
+
+
+_run = IsolatedReader(_read_run)
+
+_summary = IsolatedReader(sweep_summary)
+
+
+def _sweep(path: Path) -> _Said:
+    folder = read_folder(path)
+    manifest = folder.manifest
+    if not folder.sweep_file.is_file():
+        shards = f"{len(folder.stored_shards())} of {folder.shards} shards are stored"
+        return _Said(manifest.title, shards, NOT_KNOWN, NOT_KNOWN)
+    summary = _summary(folder.sweep_file)
+    completed = summary.by_status.get(str(RunStatus.COMPLETED), 0)
+    proved = sum(n for word, n in summary.convergence.items() if word.startswith("proved"))
+    converges = f"{proved} proved" if summary.convergence else NOT_KNOWN
+    return _Said(
+        manifest.title, f"{completed} of {summary.members} completed", NOT_KNOWN, converges
+    )

@@ -1,0 +1,52 @@
+"""The kinds of files and folders that a user may name, told by where they are and how they end."""
+
+from enum import StrEnum
+from pathlib import Path
+
+from rbstab.experiment.proof_cache import PROOFS
+from rbstab.store.disk.existence import path_exists
+from rbstab.store.shard_file import SHARD_SUFFIX
+from rbstab.sweep.folder.manifest import MANIFEST
+from rbstab.sweep.folder.sweep_folder import SHARDS, SWEEP_FILE, TRACES
+
+
+class Kind(StrEnum):
+    """What a path leads to."""
+
+    RUN = "run"
+    SWEEP = "sweep"
+    SHARD = "shard of a sweep"
+    TRACES = "traces of a sweep"
+    PROOF = "proof"
+    CONFIG = "config or plan"
+    FOLDER = "folder"
+
+
+def kind_of(path: Path) -> Kind:
+    """Return the kind of a path; a file of an unknown kind is treated as a run.
+
+    Raises:
+        StoreError: The path cannot be tested.
+    """
+    path_exists(path)
+    if path.is_dir():
+        return Kind.SWEEP if (path / MANIFEST).is_file() else Kind.FOLDER
+    folder = path.absolute().parent
+    in_sweep = (folder.parent / MANIFEST).is_file()
+    if path.name == SWEEP_FILE and (folder / MANIFEST).is_file():
+        return Kind.SWEEP
+    if in_sweep and folder.name == SHARDS and path.suffix == SHARD_SUFFIX:
+        return Kind.SHARD
+    if in_sweep and folder.name == TRACES:
+        return Kind.TRACES
+    if path.suffix == ".json" and folder.name == PROOFS:
+        return Kind.PROOF
+    is_yaml = path.suffix.lower() in (".yaml", ".yml") and path.is_file()
+    return Kind.CONFIG if is_yaml else Kind.RUN
+
+
+def sweep_folder_of(path: Path) -> Path:
+    """Return the folder of a sweep that a path of one of the kinds of sweeps belongs to."""
+    if path.is_dir():
+        return path
+    return path.parent if path.name == SWEEP_FILE else path.parent.parent

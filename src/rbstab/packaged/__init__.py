@@ -1,0 +1,1 @@
+"""Configs and plans that come with the program, to begin with."""

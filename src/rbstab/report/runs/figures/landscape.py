@@ -1,0 +1,116 @@
+"""The energy that a motion needs to turn to an angle θ2, with and without a barrier."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.proof.regions.profile import least_along_pitch
+from rbstab.experiment.proof import Proof
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.figure import Axis, Figure, Line, Mark, Panel, Points
+from rbstab.report.reading.sources import Run
+
+PITCH = np.linspace(-np.pi / 2, np.pi / 2, 241)
+"""rad."""
+
+LEAST_COLOUR = 6
+"""Number of the palette colour of energies: grey."""
+
+BARE, GUARDED = ("run without barrier", 1), ("run with barrier", 2)
+"""Names and colours of motions: the same in all panels, which have runs of their own."""
+
+HEADROOM = 1.15
+"""The figure ends at this multiple of the largest energy of a motion or of the border."""
+
+CAPTION = (
+    "Grey: the least stored energy at each angle θ2, over all real θ1 and θ3, without a barrier "
+    "and with one. A motion has at least this energy, so it stays above the curve. Coloured: the "
+    "energy of each run along its motion; it never grows. All energies are above that of the "
+    "lowest rest state. Without a barrier the curve is finite at θ2 = ±π/2: a motion with more "
+    "energy may leave the range there. A barrier raises the curve beyond all bounds, so that no "
+    "motion can."
+)
+
+
+class Landscape(NamedTuple):
+    """One body and controller, with its runs.
+
+    Attributes:
+        title: The heading of its panel.
+        bare: The proof without a barrier, if it is stored.
+        guarded: The proof with one, if it is stored.
+        bare_runs: Its runs without a barrier.
+        guarded_runs: Its runs with one.
+    """
+
+    title: str
+    bare: Proof | None
+    guarded: Proof | None
+    bare_runs: Sequence[Run]
+    guarded_runs: Sequence[Run]
+
+
+def landscape_figure(landscapes: Sequence[Landscape]) -> Figure:
+    """Return the figure, with a panel for each body."""
+    return Figure(
+        "energy-landscape",
+        "Energy that is needed to reach θ2",
+        tuple(_panel(landscape) for landscape in landscapes),
+        columns=min(3, len(landscapes)),
+        caption=CAPTION,
+    )
+
+
+def _panel(landscape: Landscape) -> Panel:
+    """Return the curves of one body, its rest states, and its runs above the curves."""
+    known = landscape.bare or landscape.guarded
+    assert known is not None
+    zero = known.states[0].energy if known.states else 0.0
+    curves = [(y - zero, label) for y, label in _profiles(landscape)]
+    motions = [
+        Line(run.result["orientation"][:, 1], _energies(run) - zero, label, colour)
+        for runs, (label, colour) in (
+            (landscape.bare_runs, BARE),
+            (landscape.guarded_runs, GUARDED),
+        )
+        for run in runs
+    ]
+    top = HEADROOM * max(_largest(curves[0][0]), *(_largest(line.y) for line in motions))
+    marks: list[Mark] = [
+        Line(PITCH, np.where(y <= top, y, np.nan), label, LEAST_COLOUR, dash)
+        for dash, (y, label) in enumerate(curves)
+    ]
+    marks += motions
+    proofs = [proof for proof in (landscape.bare, landscape.guarded) if proof is not None]
+    states = [state for proof in proofs for state in proof.states]
+    at = np.array([(state.orientation[1], state.energy - zero) for state in states]).reshape(-1, 2)
+    marks.append(Points(at[:, 0], at[:, 1], "rest state", LEAST_COLOUR))
+    return Panel(Axis("angle θ2", "rad"), Axis("energy", "J"), tuple(marks), landscape.title)
+
+
+def _profiles(landscape: Landscape) -> list[tuple[Array, str]]:
+    """Return the least energies along θ2 and their labels: without a barrier, and with it."""
+    found: list[tuple[Array, str]] = []
+    for proof, label in ((landscape.bare, ""), (landscape.guarded, "with barrier")):
+        if proof is None or proof.reduced_energy is None:
+            continue
+        form = proof.reduced_energy.form
+        if not found:
+            bare = replace(form, guard=None)
+            found.append((least_along_pitch(bare, PITCH), "least, without barrier"))
+        if label:
+            found.append((least_along_pitch(form, PITCH), "least, with barrier"))
+    return found
+
+
+def _energies(run: Run) -> Array:
+    """Return the sum of all energies of a run along its motion, J."""
+    total: Array = run.result["energy"].sum(axis=1)
+    return total
+
+
+def _largest(values: Array) -> float:
+    finite = values[np.isfinite(values)]
+    return float(finite.max(initial=0.0))

@@ -1,0 +1,107 @@
+"""Protects rest states of bodies with a stop: least energies with bounds on θ2, by SciPy."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from support.stops import stop
+from support.switching import data, problem
+
+from rbstab.analysis.approached_state import lyapunov_zero
+from rbstab.analysis.configuration import configurations
+from rbstab.analysis.linearisation import linearise
+from rbstab.analysis.rest_state import nearest_rest_state, rest_state_below
+
+INERTIA = [[1.0, 0.1, -0.2], [0.1, 1.5, 0.15], [-0.2, 0.15, 2.0]]
+
+
+def system(angle, load=9.81, variant="permanent", elements=None):
+    """Return a body without symmetry that its weight turns about θ2."""
+    gains = {"K_t": [40.0, 50, 60], "L_t": [9.0] * 3, "K_r": [9.0, 10, 11], "L_r": [3.0] * 3}
+    controller = {"variant": variant} | gains
+    if variant == "visco-elastic":
+        controller |= {"K_c": [900.0, 800, 700], "L_c": [9.0] * 3}
+    end = {} if angle is None else {"end": stop(0.5, angle)}
+    config = data(end | (elements or {}), controller=controller, gravity=[0.0, 0.0, -load])
+    config["body"] |= {"inertia": INERTIA, "contact_point": [-0.8, 0.1, -0.2]}
+    return problem(config).system
+
+
+def least(found, angle):
+    """Return the configuration of least energy with |θ2| <= θ_e."""
+    at_rest = configurations(found)
+    bounds = [(None, None)] * at_rest.size
+    bounds[1] = (-angle, angle)
+    options = {"ftol": 1e-15, "gtol": 1e-11, "maxiter": 5000}
+    q = at_rest.unloaded
+    for _ in range(3):
+        q = minimize(lambda x: float(at_rest.energy(x)), q, bounds=bounds, options=options).x
+    return q
+
+
+@pytest.mark.parametrize("variant", ["permanent", "visco-elastic", "free"])
+@pytest.mark.parametrize("angle", [0.1, 0.3, 1.5])
+def test_least_energy_inside_the_stop(variant, angle):
+    found = system(angle, variant=variant)
+    rest = nearest_rest_state(found)
+    assert rest.found
+    at_rest = configurations(found)
+    q = at_rest.configuration(rest.motion, rest.own)
+    np.testing.assert_allclose(q, least(found, angle), atol=3e-6)
+    assert rest.energy == pytest.approx(float(at_rest.energy(q)), rel=1e-14)
+    free = nearest_rest_state(system(None, variant=variant))
+    if abs(free.motion.Theta[1]) < angle:
+        np.testing.assert_allclose(rest.motion.Theta, free.motion.Theta, atol=1e-12)
+    else:
+        assert abs(q[1]) == angle
+        assert rest.energy > free.energy + 1e-3
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_motion_that_ends_against_its_stop_approaches_the_rest_state_there(side):
+    found = system(0.3, load=side * 12.0)
+    nearest = nearest_rest_state(found)
+    assert nearest.motion.Theta[1] == side * 0.3
+    y = configurations(found).state(np.array([0.1, side * 0.3, -0.1]))
+    zero = lyapunov_zero(found, found.motion(y), np.zeros(0), nearest)
+    assert zero.approached
+    assert zero.rest is nearest
+    assert zero.is_lowest
+
+
+def test_descent_that_touches_a_stop_and_leaves_it():
+    """From a state at the stop whose load pulls away, the descent goes back inside."""
+    found = system(1.4)
+    inside = nearest_rest_state(found)
+    assert abs(inside.motion.Theta[1]) < 1.3
+    for angle in (1.4, -1.4):
+        rest = rest_state_below(configurations(found), np.array([0.4, angle, -0.3]))
+        assert rest is not None
+        np.testing.assert_allclose(rest.motion.Theta, inside.motion.Theta, atol=1e-7)
+
+
+def test_linearisation_at_a_rest_against_the_stop():
+    """θ2 is held: its two eigenvalues are zero. The others are those of the held body."""
+    found = system(0.3)
+    rest = nearest_rest_state(found)
+    linear = linearise(found, rest.motion, rest.own)
+    values = linear.eigenvalues
+    assert (values == 0).sum() == 2
+    assert linear.growing == 0
+    # The other four: those of a body whose θ2 a stiff spring holds there.
+    strong = {"kind": "guard", "method": "stiff", "stiffness": 1e6, "soft_angle": 0.3}
+    stiff = system(None, elements={"end": strong})
+    there = nearest_rest_state(stiff)
+    others = linearise(stiff, there.motion, there.own).eigenvalues
+    slow = others[np.abs(others) < 100]
+    moving = values[values != 0]
+    assert len(slow) == len(moving) == 4
+    np.testing.assert_allclose(np.sort_complex(moving), np.sort_complex(slow), rtol=1e-4)
+    for value, mode in zip(values, linear.modes.T, strict=True):
+        if value != 0:
+            np.testing.assert_allclose(linear.matrix @ mode, value * mode, atol=1e-7)
+            assert abs(mode[1]) < 1e-14
+
+
+def test_no_rest_state():
+    rest = rest_state_below(configurations(system(0.3)), np.array([0.1, np.nan, 0.0]))
+    assert rest is None

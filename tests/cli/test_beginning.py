@@ -1,0 +1,131 @@
+"""Protects `rbstab init` and `rbstab examples`: what they write works; nothing is overwritten."""
+
+import shlex
+from pathlib import Path
+
+import pytest
+from cli.conftest import Invoke
+
+from rbstab.config.load import load_config
+
+FILES = ["README.md", "experiment.yaml", "sweep.yaml"]
+
+
+@pytest.fixture(autouse=True)
+def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def contents(folder: str) -> dict[str, str]:
+    return {str(p): p.read_text() for p in sorted(Path(folder).rglob("*")) if p.is_file()}
+
+
+def test_init_here(rbstab: Invoke) -> None:
+    done = rbstab("init")
+    assert done.exit_code == 0
+    assert done.stdout == ""
+    assert sorted(contents(".")) == FILES
+    assert done.stderr.endswith("Next: rbstab run experiment.yaml\n")
+    assert load_config("experiment.yaml").controller.variant == "visco-elastic"
+    assert rbstab("check", "experiment.yaml").exit_code == 0
+
+
+@pytest.mark.parametrize("variant", ["free", "permanent", "embedded", "sliding"])
+def test_init_of_a_variant_elsewhere(variant: str, rbstab: Invoke) -> None:
+    done = rbstab("init", "my first/one", "--variant", variant)
+    assert done.exit_code == 0
+    assert done.stderr.endswith("Next: cd 'my first/one' && rbstab run experiment.yaml\n")
+    assert load_config(Path("my first/one/experiment.yaml")).controller.variant == variant
+
+
+def test_init_of_an_unknown_variant(rbstab: Invoke) -> None:
+    done = rbstab("init", "--variant", "visco")
+    assert done.exit_code == 2
+    assert "'visco' is not one of free, permanent, " in done.stderr
+    assert done.stderr.endswith("Did you mean visco-elastic?\n")
+    assert contents(".") == {}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_init_overwrites_nothing(name: str, rbstab: Invoke) -> None:
+    Path(name).write_text("mine")
+    done = rbstab("init")
+    assert done.exit_code == 4
+    assert done.stderr == f"{name}: already exists; it is not overwritten\n"
+    assert contents(".") == {name: "mine"}
+
+
+def test_init_below_a_file(rbstab: Invoke) -> None:
+    Path("file").write_text("mine")
+    done = rbstab("init", "file/folder")
+    assert done.exit_code == 4
+    assert "file/folder/experiment.yaml cannot be written: Not a directory" in done.stderr
+
+
+def test_the_list_of_examples(rbstab: Invoke) -> None:
+    done = rbstab("examples")
+    assert done.exit_code == 0
+    lines = done.stdout.splitlines()
+    assert lines[0].split() == ["name", "kind", "title"]
+    assert " ".join(lines[2].split()) == (
+        "paper/case1_permanent config Case 1, permanently constrained body"
+    )
+    assert any(line.split()[:2] == ["sweeps/variants", "plan"] for line in lines[1:-1])
+    assert contents(".") == {}
+
+
+def test_a_copied_example_runs(rbstab: Invoke) -> None:
+    done = rbstab("examples", "case1_permanent")
+    assert done.exit_code == 0
+    assert list(contents(".")) == ["configs/paper/case1_permanent.yaml"]
+    line = done.stderr.splitlines()[-1].removeprefix("Next: rbstab ")
+    assert rbstab(*shlex.split(line)).exit_code == 0
+    assert Path("results/case1_permanent.h5").is_file()
+
+
+def test_a_copied_plan_finds_its_base(rbstab: Invoke) -> None:
+    done = rbstab("examples", "strut_stiffness", "-o", "my plans")
+    words = shlex.split(done.stderr.splitlines()[-1].removeprefix("Next: rbstab "))
+    assert words == ["sweep", "my plans/sweeps/strut_stiffness.yaml"]
+    assert rbstab(*words, "--dry-run", "--engine", "scipy").exit_code == 0
+
+
+def test_copies_that_exist(rbstab: Invoke) -> None:
+    rbstab("examples", "elements")
+    done = rbstab("examples", "strut_stiffness")
+    assert done.exit_code == 0
+    assert "configs/examples/elements.yaml is there already\n" in done.stderr
+    before = contents(".")
+    changed = Path("configs/examples/elements.yaml")
+    changed.write_text(changed.read_text() + "# mine\n")
+    done = rbstab("examples", "strut_stiffness", "joint")
+    assert done.exit_code == 4
+    assert done.stderr == f"{changed}: already exists; it is not overwritten\n"
+    assert contents(".").keys() == before.keys()
+    assert changed.read_text().endswith("# mine\n")
+
+
+def test_all_examples(rbstab: Invoke) -> None:
+    assert rbstab("examples", "--all").exit_code == 0
+    root = Path(__file__).parents[2]
+    copied = {path.removeprefix("configs/"): text for path, text in contents("configs").items()}
+    originals = {p.relative_to(root / "configs").as_posix() for p in root.glob("configs/**/*.yaml")}
+    assert set(copied) >= originals
+    for name in originals:
+        assert copied[name] == (root / "configs" / name).read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["examples", "case1_permanant"], "did you mean paper/case1_permanent?"),
+        (["examples", "--all", "joint"], "--all cannot be combined with NAME"),
+    ],
+)
+def test_wrong_words(arguments: list[str], message: str, rbstab: Invoke) -> None:
+    done = rbstab(*arguments)
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert contents(".") == {}

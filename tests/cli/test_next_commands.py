@@ -1,0 +1,144 @@
+"""Protects the way on after a slip or a finished command: what was meant, and the command that does
+it, with paths that can be pasted into a shell.
+"""
+
+import shlex
+import sys
+from pathlib import Path
+
+import pytest
+from cli.conftest import GOOD, Invoke
+
+from rbstab.store.errors import StoreError
+
+PLAN = "base: good.yaml\nvary: {body.mass: {values: [40, 41]}}\n"
+
+
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        ("swep", "No such command 'swep'. Did you mean sweep?"),
+        ("Report", "No such command 'Report'. Did you mean report?"),
+        ("good.yaml", "good.yaml is not a command. Run this config: rbstab run good.yaml"),
+        ("my case.yml", "Run this config: rbstab run 'my case.yml'"),
+        ("xyzzy", "No such command 'xyzzy'."),
+    ],
+)
+def test_an_unknown_command(word: str, message: str, rbstab: Invoke) -> None:
+    done = rbstab(word)
+    assert done.exit_code == 2
+    assert done.stderr.endswith(f"{message}\n")
+
+
+def test_options_of_the_program_are_not_commands(rbstab: Invoke) -> None:
+    done = rbstab("--vers")
+    assert "command" not in done.stderr.splitlines()[-1]
+
+
+@pytest.mark.usefixtures("folder")
+def test_sweep_is_given_a_config(rbstab: Invoke) -> None:
+    Path("a b.yaml").write_text(GOOD)
+    done = rbstab("sweep", "a b.yaml")
+    assert done.exit_code == 2
+    assert done.stderr == (
+        "a b.yaml:1:1: is a config (expected a plan with base and vary; "
+        "run it: rbstab run 'a b.yaml')\n"
+    )
+    assert not Path("results").exists()
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("text", ["title: x\n", "", "colour: red\n", "base: good.yaml\nbody: {}\n"])
+def test_what_is_neither_gets_all_problems_of_a_plan(text: str, rbstab: Invoke) -> None:
+    Path("x.yaml").write_text(text)
+    done = rbstab("sweep", "x.yaml")
+    assert done.exit_code == 2
+    assert "is a config" not in done.stderr
+    assert "vary: is missing" in done.stderr
+
+
+@pytest.mark.usefixtures("plan")
+def test_run_is_given_a_plan_whose_path_needs_quotes(rbstab: Invoke) -> None:
+    Path("-a b.yaml").write_text(PLAN)
+    done = rbstab("run", "--", "-a b.yaml")
+    assert "run all its members: rbstab sweep './-a b.yaml'; one: rbstab run" in done.stderr
+
+
+def test_the_next_command_after_a_run(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("run", "good.yaml", "-o", "my results")
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("Next: ")]
+    words = shlex.split(line.removeprefix("Next: "))
+    assert words[0] == "rbstab"
+    assert rbstab(*words[1:]).exit_code == 0
+
+
+@pytest.mark.usefixtures("plan", "use_fake_engine")
+def test_the_next_command_after_a_sweep(rbstab: Invoke) -> None:
+    done = rbstab("sweep", "plan.yaml", "-o", "my results")
+    assert done.stderr.endswith("Next: rbstab report 'my results/plan'\n")
+    assert "Next" not in rbstab("sweep", "plan.yaml", "-o", "my results", "-q").stderr
+
+
+@pytest.mark.usefixtures("plan", "use_fake_engine")
+def test_the_next_command_after_a_part(rbstab: Invoke) -> None:
+    done = rbstab("sweep", "plan.yaml", "-o", "my results", "--part", "1/1")
+    assert "run: rbstab gather 'my results/plan'\n" in done.stderr
+
+
+@pytest.mark.usefixtures("plan")
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /proc, where no folder can be made")
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "good.yaml"),
+        ("run", "good.yaml", "--prove"),
+        ("sweep", "plan.yaml"),
+        ("sweep", "plan.yaml", "--dry-run"),
+    ],
+    ids=" ".join,
+)
+def test_the_folder_is_tried_before_the_work(
+    arguments: tuple[str, ...], rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise AssertionError("the command began its work")
+
+    for name in (
+        "rbstab.experiment.run_to_file.simulate_problem",
+        "rbstab.experiment.proof_cache.proof_for",
+        "rbstab.sweep.sweep.sweep_to_folder",
+        "rbstab.sweep.execution.estimate.estimate",
+    ):
+        monkeypatch.setattr(name, fail)
+    done = rbstab(*arguments, "-o", "/proc/results")
+    assert done.exit_code == 4
+    assert done.stderr.startswith("error: /proc/results cannot be written: ")
+    assert done.stderr.endswith(". Nothing was run; -o names another folder.\n")
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_name_below_a_file(rbstab: Invoke) -> None:
+    done = rbstab("run", "good.yaml", "-o", str(Path("good.yaml", "results")))
+    assert done.exit_code == 4
+    assert "error: good.yaml/results cannot be written: Not a directory" in done.stderr
+
+
+@pytest.mark.usefixtures("folder")
+def test_stored_results_are_read_from_a_folder_that_cannot_be_written(
+    rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(folder: Path) -> None:
+        raise StoreError(f"{folder} cannot be written: tried")
+
+    assert rbstab("run", "good.yaml").exit_code == 0
+    monkeypatch.setattr("rbstab.store.disk.existence.check_folder", fail)
+    assert "already done" in rbstab("run", "good.yaml").stderr
+    Path("other.yaml").write_text(GOOD)
+    assert "cannot be written: tried" in rbstab("run", "good.yaml", "other.yaml").stderr
+
+
+def test_trying_a_folder_leaves_nothing(folder: Path) -> None:
+    from rbstab.store.disk.existence import check_folder
+
+    check_folder(folder / "a" / "b")
+    assert [path.name for path in folder.iterdir()] == ["good.yaml"]

@@ -1,0 +1,40 @@
+"""Protects what `rbstab show` says of impacts: their number, the energy they took, and a rest."""
+
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from support.stops import stop
+from support.switching import data
+
+import rbstab
+from rbstab_cli.main import cli
+
+
+@pytest.mark.parametrize("rests", [False, True])
+def test_show_counts_impacts(tmp_path: Path, rests: bool) -> None:
+    start = {"angular_velocity": [0, 1.3, 0]}
+    config = data({"end": stop(0.5)}, start, {"duration": 3.0})
+    if rests:
+        # Its weight presses the held body against the stop.
+        gains = {"K_t": [40.0] * 3, "L_t": [9.0] * 3, "K_r": [9.0] * 3, "L_r": [3.0] * 3}
+        config |= {"controller": {"variant": "permanent"} | gains, "gravity": [0.0, 0.0, -9.81]}
+        config["body"] |= {"contact_point": [-0.8, 0.1, -0.2]}
+    result = rbstab.simulate(rbstab.load_config(config))
+    path = tmp_path / "a.h5"
+    rbstab.write_result(path, result)
+    shown = CliRunner().invoke(cli, ["show", str(path)]).stdout
+    (line,) = re.findall(r"^ impacts +(.*?) *$", shown, flags=re.MULTILINE)
+    count, lost = len(result["impact_time"]), float(result["impact_loss"][-1])
+    assert bool(result["stop_contact"][-1]) == rests
+    expected = f"{count}, which took {lost:.4g} J"
+    if rests:
+        expected += f"; rests against the stop from t = {result['rest_begin'][-1]:.4g} s"
+    assert line == expected
+
+
+def test_show_says_nothing_without_a_stop(tmp_path: Path) -> None:
+    result = rbstab.simulate(rbstab.load_config(data({}, {}, {"duration": 0.1})))
+    rbstab.write_result(tmp_path / "a.h5", result)
+    assert "impacts " not in CliRunner().invoke(cli, ["show", str(tmp_path / "a.h5")]).stdout

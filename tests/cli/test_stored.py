@@ -1,0 +1,182 @@
+"""Protects `rbstab list`, `rbstab compare`, and `rbstab show` of all that is not a run."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from cli.conftest import Invoke
+
+from rbstab_cli.output.listing import age
+
+STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+
+
+@pytest.fixture(autouse=True)
+def results(folder: Path) -> Path:
+    """A copy of stored results in the working folder."""
+    shutil.copytree(STORED, "results")
+    for path in Path("results/runs").iterdir():
+        path.rename(Path("results") / path.name)
+    for path in list(Path("results/sweeps").iterdir()):
+        path.rename(Path("results") / path.name)
+    return Path("results")
+
+
+def test_list(rbstab: Invoke) -> None:
+    done = rbstab("list")
+    assert done.exit_code == 0
+    lines = [line.split() for line in done.stdout.splitlines()]
+    assert lines[0] == ["name", "kind", "status", "verdict", "converges", "age", "title"]
+    assert ["results/range_left.h5", "run", "range", "left", "consistent", "-"] in [
+        words[:6] for words in lines
+    ]
+    assert ["results/begun_map", "sweep", "2", "of", "4", "shards"] in [w[:6] for w in lines]
+    assert len(lines) == 1 + 9 + 4 + 2
+    assert lines[-1] == ["2", "stored", "proofs", "in", "results/proofs"]
+
+
+def test_list_as_json(rbstab: Invoke) -> None:
+    data = {entry["path"]: entry for entry in json.loads(rbstab("list", "--json").stdout)}
+    assert data["results/embedded.h5"]["kind"] == "run"
+    assert data["results/finished_map"]["status"] == "30 of 30 completed"
+    assert data["results/finished_map"]["problem"] is None
+    assert data["results/finished_map"]["modified"].endswith("+00:00")
+
+
+def test_list_names_what_cannot_be_read(rbstab: Invoke) -> None:
+    Path("results/bro\nken.h5").write_text("x")
+    done = rbstab("list")
+    assert done.exit_code == 4
+    assert done.stderr == "results/bro\\nken.h5 is damaged or is not HDF5\n"
+    assert "results/embedded.h5" in done.stdout
+
+
+def test_list_of_an_empty_folder_and_of_none(rbstab: Invoke) -> None:
+    Path("empty").mkdir()
+    done = rbstab("list", "empty")
+    assert (done.exit_code, done.stderr) == (0, "empty has no runs and no sweeps.\n")
+    done = rbstab("list", "none")
+    assert done.exit_code == 4
+    assert done.stderr == "error: none cannot be read: No such file or directory\n"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(-5, "0 s"), (59.9, "59 s"), (60, "1 min"), (7199, "1 h"), (86400 * 400, "400 d")],
+)
+def test_ages(seconds: float, text: str) -> None:
+    assert age(seconds) == text
+
+
+def test_compare_runs(rbstab: Invoke) -> None:
+    done = rbstab("compare", "results/embedded.h5", "results/free_gravity.h5")
+    assert done.exit_code == 0
+    lines = [line.split() for line in done.stdout.splitlines()]
+    assert lines[0] == ["config", "key", "embedded.h5", "free_gravity.h5"]
+    assert ["controller.variant", "embedded", "free"] in lines
+    assert ["outcome", "embedded.h5", "free_gravity.h5", "B/A"] in lines
+    assert "v(0) and v(end) have no ratio" in done.stderr
+
+
+def test_compare_equal_configs_and_equal_names(rbstab: Invoke) -> None:
+    Path("other").mkdir()
+    shutil.copy("results/embedded.h5", "other")
+    done = rbstab("compare", "results/embedded.h5", "other/embedded.h5")
+    assert done.stdout.startswith("The configs are equal.\n")
+    assert "results/embedded.h5 other/embedded.h5" in " ".join(done.stdout.split())
+    assert done.stderr == ""
+
+
+def test_compare_as_json(rbstab: Invoke) -> None:
+    words = ("compare", "results/finished_map", "results/finished_variants", "--json")
+    data = json.loads(rbstab(*words).stdout)
+    assert data["kind"] == "sweep"
+    assert {"name": "design", "first": "grid", "second": "random", "ratio": ""} in data["inputs"]
+
+
+def test_compare_a_run_and_a_sweep(rbstab: Invoke) -> None:
+    done = rbstab("compare", "results/embedded.h5", "results/finished_map")
+    assert done.exit_code == 4
+    assert "are a run and a sweep, which have no common outcomes" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("path", "expected"),
+    [
+        ("finished_map", ["done 30 (100.0%)"]),
+        ("finished_map/sweep.h5", ["done 30 (100.0%)"]),
+        ("begun_map", ["not done 14 46.67%"]),
+        ("finished_variants/shards/00000001.npy", ["members 4 to 7", "members completed 4"]),
+        ("finished_variants/traces/00000000.h5", ["members 0, 3", "motions 2"]),
+        (
+            "proofs/79c90c9baff47635e1a510648ffc0ccc.json",
+            ["kind proof of rest states and their regions", "statements Rest states: "],
+        ),
+        (".", ["results/embedded.h5 run completed consistent"]),
+    ],
+)
+def test_show_of_other_kinds(path: str, expected: list[str], rbstab: Invoke) -> None:
+    done = rbstab("show", str(Path("results") / path))
+    assert done.exit_code == 0, done.output
+    lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
+    for text in expected:
+        assert any(line.startswith(text) for line in lines), done.stdout
+    json.loads(rbstab("show", str(Path("results") / path), "--json").stdout)
+
+
+@pytest.mark.parametrize(
+    ("path", "command"),
+    [
+        ("finished_map", "Next: rbstab report results/finished_map\n"),
+        ("begun_map", "Next: rbstab sweep results/begun_map/plan.yaml\n"),
+    ],
+)
+def test_show_names_the_next_command_of_a_sweep(path: str, command: str, rbstab: Invoke) -> None:
+    assert rbstab("show", f"results/{path}").stderr == command
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["good.yaml"], 2, "is a config or a plan, not a result. Look at it with an editor; check"),
+        (["results/begun_map/plan.yaml"], 2, "check it: rbstab check results/begun_map/plan.yaml"),
+        (["results/finished_map", "--config"], 2, "is a sweep; only a run has a config to print"),
+        (["results/none.h5"], 4, "error: results/none.h5 cannot be read: No such file"),
+    ],
+)
+def test_show_of_what_has_nothing_to_show(
+    words: list[str], code: int, message: str, rbstab: Invoke
+) -> None:
+    done = rbstab("show", *words)
+    assert done.exit_code == code
+    assert message in done.stderr
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "finished_variants/shards/00000001.npy",
+        "finished_variants/traces/00000000.h5",
+        "proofs/79c90c9baff47635e1a510648ffc0ccc.json",
+        "finished_map/manifest.json",
+    ],
+)
+def test_show_of_damaged_files(path: str, rbstab: Invoke) -> None:
+    file = Path("results") / path
+    file.write_bytes(file.read_bytes()[:-50])
+    shown = file.parent if path.endswith("manifest.json") else file
+    done = rbstab("show", str(shown))
+    assert done.exit_code == 4
+    assert done.stderr.startswith("error: ")
+    assert "Traceback" not in done.output
+
+
+def test_show_of_proofs_within_tolerances(rbstab: Invoke) -> None:
+    words = ("stability", "good.yaml", "--no-run", "--within", "body.mass=±1%")
+    assert rbstab(*words).exit_code == 0
+    (proof,) = Path("results/proofs").glob("within-*.json")
+    shown = rbstab("show", str(proof))
+    assert shown.exit_code == 0
+    assert "proof for all bodies within tolerances" in shown.stdout
+    assert "one rest state, a minimum, proved" in shown.stdout

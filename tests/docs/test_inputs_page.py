@@ -1,0 +1,84 @@
+"""Protects `docs/inputs.md`: its example is the file, its keys and units are those of the program,
+and its commands run.
+"""
+
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import rbstab
+from rbstab.config.inputs.signals import SIGNAL_UNITS, SIGNALS
+from rbstab.elements.registry import KINDS
+from rbstab_cli.main import cli
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "inputs.md").read_text(encoding="utf-8")
+EXAMPLE = ROOT / "configs/examples/driven.yaml"
+
+
+def rows(heading: str) -> dict[str, str]:
+    """Return the rows of the tables below a heading, by the name in their first column."""
+    text = PAGE.split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    lines = [line for line in text.splitlines() if line.startswith("| `")]
+    found = {line.split("`")[1]: line for line in lines}
+    # The heads of tables that name a key.
+    return {name: line for name, line in found.items() if name not in {"quantity", "kind"}}
+
+
+def test_the_example_is_in_the_file() -> None:
+    (block,) = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.DOTALL)
+    assert block in EXAMPLE.read_text(encoding="utf-8")
+    inputs = [e for e in rbstab.load_config(EXAMPLE).elements.values() if e.kind == "input"]
+    assert block.count("kind: input") == len(inputs) == 3
+
+
+def test_each_quantity_has_its_row_with_its_unit_and_keys() -> None:
+    table = rows("The load")
+    for quantity, element in KINDS["input"].items():
+        units = {gain.name: gain.unit for gain in element.gains}
+        row = table.pop(str(quantity))
+        assert f" | {units['amplitude']} | " in row
+        assert row.rstrip(" |").endswith("body" if "body" in str(quantity) else "inertial")
+        assert ("point" in units) == ("at `point`" in row)
+    assert set(table) == {"point", "direction", "amplitude", "signal"}
+
+
+def test_each_signal_has_its_row_with_its_keys() -> None:
+    table = rows("The signal")
+    assert set(table) == set(SIGNALS)
+    for kind, model in SIGNALS.items():
+        for key in model.model_fields.keys() - {"kind", "source"}:
+            assert f"`{key}`" in table[kind]
+            unit = SIGNAL_UNITS.get(key)
+            assert unit in {None, "1"} or str(unit) in table[kind]
+
+
+def test_the_table_of_the_page_can_be_read(tmp_path: Path) -> None:
+    (text,) = re.findall(r"```csv\n(.*?)```", PAGE, flags=re.DOTALL)
+    (tmp_path / "t.csv").write_text(text, encoding="utf-8")
+    data = EXAMPLE.read_text(encoding="utf-8")
+    signal = "{kind: sine, frequency: 2.5}"
+    assert signal in data
+    config = tmp_path / "x.yaml"
+    config.write_text(data.replace(signal, "{kind: table, file: t.csv}"), encoding="utf-8")
+    signal = rbstab.load_config(config).elements["shake"].signal
+    assert signal.times == (0.0, 0.5, 2.0)
+
+
+def test_the_first_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "configs").symlink_to(ROOT / "configs")
+    monkeypatch.chdir(tmp_path)
+    block = re.findall(r"```console\n(.*?)```", PAGE, flags=re.DOTALL)[0]
+    for command in re.findall(r"^\$ rbstab (.*)$", block, flags=re.MULTILINE):
+        result = CliRunner().invoke(cli, command.split())
+        assert result.exit_code == 0, result.output
+    assert "What inputs supply" in (tmp_path / "results/driven.html").read_text(encoding="utf-8")
+
+
+def test_the_numbers_of_the_page_are_those_of_the_plans() -> None:
+    plans = re.findall(r"\$ rbstab sweep (\S+)", PAGE)
+    assert plans == ["configs/sweeps/shaken.yaml", "configs/sweeps/gusts.yaml"]
+    for path in plans:
+        assert (ROOT / path).is_file()

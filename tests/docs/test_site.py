@@ -1,0 +1,169 @@
+"""Protects the documentation site: it builds without a warning, its links lead somewhere, and what
+is made from the program is complete: functions, commands, gallery, drawing, numbers of members.
+"""
+
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+import yaml
+
+import rbstab
+from rbstab_cli.main import COMMANDS
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+BUILT_WITH = ("sphinx", "myst_parser", "furo", "sphinx_copybutton")
+
+
+def loaded(path: Path) -> ModuleType:
+    """Return a script of the documentation as a module."""
+    spec = importlib.util.spec_from_file_location(f"docs_{path.stem}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site, built as by `make docs`."""
+    for name in BUILT_WITH:
+        pytest.importorskip(name)
+    folder = tmp_path_factory.mktemp("site")
+    options = ["-q", "-W", "--keep-going", "-d", str(folder / "doctrees"), "-b", "html"]
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", *options, str(DOCS), str(folder / "html")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return folder / "html"
+
+
+@pytest.mark.heavy
+def test_links_inside_the_site_lead_somewhere(site: Path) -> None:
+    links = loaded(DOCS / "site_links.py")
+    assert links.broken(site) == []
+    page = site / "why.html"
+    page.write_text('<a href="nowhere.html">a</a><a href="index.html#nothing">b</a>')
+    assert links.broken(site) == ["why.html: index.html#nothing", "why.html: nowhere.html"]
+
+
+@pytest.mark.heavy
+def test_each_page_is_on_the_site(site: Path) -> None:
+    built = {path.stem for path in site.glob("*.html")}
+    assert {path.stem for path in DOCS.glob("*.md")} <= built
+    text = (site / "commands.html").read_text(encoding="utf-8")
+    for name in COMMANDS:
+        assert f'id="rbstab-{name}"' in text
+    assert "--prove" in text  # not a dash
+
+
+def test_sessions_wrap_sentences_and_keep_tables() -> None:
+    pytest.importorskip("pygments")
+    console = loaded(DOCS / "site_console.py")
+    sentence = "  This start:  proved: " + "word " * 30
+    table = " file   status   " + "v(0) [J]   " * 12
+    page = f"# A page\n\n```console\n$ {'x ' * 80}\n{sentence}\n{table}\n```\n\n{'y ' * 80}\n"
+    changed = console.wrapped(page)
+    assert changed.split() == page.split()
+    assert table in changed
+    assert f"$ {'x ' * 80}\n" in changed
+    assert f"\n{'y ' * 80}\n" in changed
+    (start,) = [line for line in changed.splitlines() if "This start" in line]
+    assert 80 < len(start) <= console.WIDTH
+    tokens = list(console.SessionLexer().get_tokens("$ ls -l\n # a\n\nb"))
+    assert "".join(text for _, text in tokens) == "$ ls -l\n # a\n\nb\n"
+    assert [text for kind, text in tokens if str(kind) == "Token.Generic.Prompt"] == ["$ "]
+
+
+def test_each_public_name_is_in_the_api_once() -> None:
+    page = (DOCS / "api.md").read_text(encoding="utf-8")
+    found = re.findall(r"\.\. auto(?:function|class|exception):: rbstab\.(\w+)$", page, re.M)
+    assert sorted(found) == sorted(rbstab.__all__)
+
+
+@pytest.mark.parametrize("name", rbstab.__all__)
+def test_each_public_name_has_a_docstring(name: str) -> None:
+    assert len(getattr(rbstab, name).__doc__ or "") > 20
+
+
+def test_the_gallery_has_each_config_with_its_picture() -> None:
+    gallery = loaded(DOCS / "figures" / "gallery.py")
+    page = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    assert gallery.filled(page) == page, "run docs/figures/gallery.py with the names of new configs"
+    shown = {path.stem for part in gallery.SHOWN_CONFIGS for path in gallery.configs(part)}
+    assert {path.stem for path in (DOCS / "pictures/gallery").glob("*.png")} == shown
+
+
+def test_pictures_are_small() -> None:
+    for path in (DOCS / "pictures").rglob("*.*"):
+        assert path.stat().st_size < 60_000, path
+
+
+def test_the_gallery_counts_the_members_of_each_plan() -> None:
+    page = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    rows = re.findall(
+        r"^\| \[(\w+)\]\(\.\./configs/sweeps/\1\.yaml\) .*\| ([\d,]+) \|$", page, re.M
+    )
+    plans = {path.stem for path in (ROOT / "configs/sweeps").glob("*.yaml")}
+    assert {name for name, _ in rows} == plans
+    for name, members in rows:
+        plan = rbstab.load_plan(ROOT / f"configs/sweeps/{name}.yaml")
+        assert plan.members == int(members.replace(",", "")), name
+
+
+def test_the_drawing_is_that_of_the_program() -> None:
+    done = subprocess.run(
+        [sys.executable, str(DOCS / "figures" / "system.py"), "-"],
+        capture_output=True,
+        encoding="utf-8",
+        check=True,
+    )
+    stored = (DOCS / "pictures" / "system.svg").read_text(encoding="utf-8")
+    number = re.compile(r"-?\d+\.\d+")
+    assert number.sub("#", stored) == number.sub("#", done.stdout), "run `make figures`"
+    found = [[float(n) for n in number.findall(text)] for text in (stored, done.stdout)]
+    assert found[0] == pytest.approx(found[1], abs=0.2)
+
+
+def test_the_citation_has_the_version() -> None:
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert f'version = "{citation["version"]}"' in (ROOT / "pyproject.toml").read_text()
+    assert citation["license"] in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_tutorials_use_one_box() -> None:
+    """Numbers of one tutorial are used in the others."""
+    pages = ["tutorial_first", "tutorial_stable", "tutorial_sweep", "choosing"]
+    texts = [(DOCS / f"{page}.md").read_text(encoding="utf-8") for page in pages]
+    boxes = [re.findall(r"```yaml\n(# box\.yaml.*?)```", text, re.S) for text in texts]
+    assert all(len(found) == 1 for found in boxes)
+    configs = [rbstab.load_config(yaml.safe_load(found[0])) for found in boxes]
+    assert all(config == configs[0] for config in configs)
+
+
+def test_each_fenced_block_is_closed_and_not_indented() -> None:
+    """Others are not executed: see `support/page_sessions.py`."""
+    for path in [*DOCS.glob("*.md"), ROOT / "README.md", ROOT / "results/README.md"]:
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"^[ >]+```", text, re.M), path
+        assert len(re.findall(r"^```", text, re.M)) % 2 == 0, path
+
+
+def test_the_workflow_tests_each_system_and_the_oldest_dependencies() -> None:
+    workflow = yaml.safe_load((ROOT / ".github/workflows/tests.yml").read_text(encoding="utf-8"))
+    systems = workflow["jobs"]["systems"]["strategy"]["matrix"]
+    assert {name.split("-")[0] for name in systems["os"]} == {"ubuntu", "macos", "windows"}
+    oldest = str(workflow["jobs"]["oldest"]["steps"])
+    assert "lowest-direct" in oldest
+    (floor,) = re.findall(r'requires-python = ">=([\d.]+)"', (ROOT / "pyproject.toml").read_text())
+    assert floor in systems["python"]
+    assert f"'{floor}'" in oldest

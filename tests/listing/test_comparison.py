@@ -1,0 +1,101 @@
+"""Protects the comparison of two results: all keys that differ and no others, outcomes that belong
+to their result, and no ratio of numbers that have no common meaning.
+"""
+
+from pathlib import Path
+
+import pytest
+from support.configs import VISCO_ELASTIC, plain
+
+from rbstab.config.load import load_config
+from rbstab.experiment.simulate import simulate
+from rbstab.experiment.summary import summary_of
+from rbstab.listing.comparison import Row, compare
+from rbstab.store.errors import StoreError
+from rbstab.store.run_file import write_result
+
+STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+
+SHORT = ("integration.duration=0.02", "integration.samples=5", "initial.angular_velocity=[1,2,3]")
+
+
+def run_file(folder: Path, name: str, *changes: str) -> Path:
+    result = simulate(load_config(plain(VISCO_ELASTIC), (*SHORT, *changes)))
+    write_result(folder / f"{name}.h5", result)
+    return folder / f"{name}.h5"
+
+
+@pytest.fixture
+def usual(tmp_path: Path) -> Path:
+    """A short run."""
+    return run_file(tmp_path, "usual")
+
+
+def named(rows: list[Row]) -> dict[str, Row]:
+    return {row.name: row for row in rows}
+
+
+def test_another_start(usual: Path, tmp_path: Path) -> None:
+    fast = run_file(tmp_path, "fast", "initial.angular_velocity=[2,4,6]")
+    found = compare(usual, fast)
+    assert found.kind == "run"
+    assert found.same_system
+    assert found.inputs == [Row("initial.angular_velocity [rad/s]", "[1, 2, 3]", "[2, 4, 6]")]
+    outcomes = named(found.outcomes)
+    # Twice the spin at the same place: four times the energy.
+    assert outcomes["v(0) [J]"].ratio == "4"
+    for row in outcomes.values():
+        assert row.ratio == "" or row.name in ("v(0) [J]", "v(end) [J]") or "[" in row.name
+
+
+def test_another_system_has_no_ratio_of_v(usual: Path, tmp_path: Path) -> None:
+    soft = run_file(tmp_path, "soft", "controller.K_c=[100,100,100]", "gravity=[0,0,-1]")
+    found = compare(usual, soft)
+    assert not found.same_system
+    assert [row.name for row in found.inputs] == ["gravity [m/s^2]", "controller.K_c [N/m]"]
+    outcomes = named(found.outcomes)
+    assert outcomes["v(0) [J]"].ratio == outcomes["v(end) [J]"].ratio == ""
+    assert outcomes["largest |E| [m]"].ratio != ""
+
+
+def test_the_numbers_are_those_of_their_run(usual: Path, tmp_path: Path) -> None:
+    from rbstab.store.run_file import open_result
+
+    fast = run_file(tmp_path, "fast", "initial.angular_velocity=[2,4,6]")
+    row = named(compare(fast, usual).outcomes)["largest |θ2| [rad]"]
+    peaks = [summary_of(open_result(path)).largest_pitch for path in (fast, usual)]
+    assert (row.first, row.second) == tuple(f"{peak:.5g}" for peak in peaks)
+    assert float(row.ratio) == pytest.approx(peaks[1] / peaks[0], rel=1e-2)
+
+
+def test_the_same_config(usual: Path, tmp_path: Path) -> None:
+    other = run_file(tmp_path, "other")
+    found = compare(usual, other)
+    assert found.inputs == []
+    assert all(row.first == row.second for row in found.outcomes)
+    assert compare(usual, usual) == found
+
+
+def test_sweeps() -> None:
+    folder = STORED / "sweeps"
+    found = compare(folder / "finished_map", folder / "finished_variants")
+    assert found.kind == "sweep"
+    inputs, outcomes = named(found.inputs), named(found.outcomes)
+    assert inputs["design"] == Row("design", "grid", "random")
+    assert "base.body.mass" not in " ".join(inputs)
+    assert outcomes["members completed"][1:3] == ("30", "20")
+    assert outcomes["convergence proved"][1:3] == ("4", "3")
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "reason"),
+    [
+        ("runs/embedded.h5", "sweeps/finished_map", "are a run and a sweep"),
+        ("runs/embedded.h5", "runs/missing.h5", "cannot be read"),
+        ("sweeps/begun_map", "sweeps/finished_map", "is not finished"),
+        ("runs", "sweeps/finished_map", "is a folder, but not a sweep"),
+    ],
+)
+def test_what_cannot_be_compared(first: str, second: str, reason: str) -> None:
+    with pytest.raises(StoreError, match=reason):
+        compare(STORED / first, STORED / second)

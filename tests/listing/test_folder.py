@@ -1,0 +1,88 @@
+"""Protects the list of a folder of results: each run and sweep once, with its own words; what
+cannot be read is named and hides nothing.
+"""
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from rbstab.listing.folder import Entry, entries_of, proofs_in
+from rbstab.listing.kinds import Kind
+from rbstab.store.errors import StoreError
+from rbstab.store.run_file import open_result, write_result
+
+STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with two runs, two sweeps, proofs, and files that are no results."""
+    for name in ("embedded", "range_left"):
+        shutil.copy(STORED / f"runs/{name}.h5", tmp_path)
+    for name in ("finished_variants", "begun_map"):
+        shutil.copytree(STORED / f"sweeps/{name}", tmp_path / name)
+    shutil.copytree(STORED / "proofs", tmp_path / "proofs")
+    (tmp_path / "report.html").write_text("<html>")
+    (tmp_path / ".hidden.h5").write_text("x")
+    (tmp_path / "other").mkdir()
+    return tmp_path
+
+
+def by_name(folder: Path) -> dict[str, Entry]:
+    return {entry.path.name: entry for entry in entries_of(folder)}
+
+
+def test_each_run_and_sweep_is_listed_once(folder: Path) -> None:
+    names = ["begun_map", "embedded.h5", "finished_variants", "range_left.h5"]
+    assert sorted(by_name(folder)) == names
+    assert proofs_in(folder) == 2
+    assert proofs_in(folder / "other") == 0
+
+
+def test_what_they_say_of_themselves(folder: Path) -> None:
+    found = by_name(folder)
+    run = found["range_left.h5"]
+    assert run[1:6] == (Kind.RUN, "Stored", "range left", "consistent", "-")
+    assert found["finished_variants"].status == "20 of 20 completed"
+    assert found["finished_variants"].converges == "3 proved"
+    assert found["begun_map"].status == "2 of 4 shards are stored"
+    assert found["begun_map"].kind is Kind.SWEEP
+
+
+def test_a_proved_run(folder: Path) -> None:
+    result = open_result(folder / "embedded.h5")
+    result.attributes["convergence"] = "proved"
+    write_result(folder / "proved.h5", result)
+    assert by_name(folder)["proved.h5"].converges == "proved"
+
+
+def test_the_newest_comes_first(folder: Path) -> None:
+    os.utime(folder / "embedded.h5", (2e9, 2e9))
+    os.utime(folder / "range_left.h5", (1e9, 1e9))
+    names = [entry.path.name for entry in entries_of(folder)]
+    assert names[0] == "embedded.h5"
+    assert names[-1] == "range_left.h5"
+    assert by_name(folder)["embedded.h5"].modified == 2e9
+
+
+def test_what_cannot_be_read_is_named_and_hides_nothing(folder: Path) -> None:
+    (folder / "broken.h5").write_text("x")
+    (folder / "finished_variants/manifest.json").write_text("{")
+    found = by_name(folder)
+    assert len(found) == 5
+    assert found["broken.h5"].problem == f"{folder / 'broken.h5'} is damaged or is not HDF5"
+    assert "is damaged" in found["finished_variants"].problem
+    assert [name for name, entry in found.items() if entry.problem == ""]
+
+
+def test_a_sweep_lists_itself(folder: Path) -> None:
+    (entry,) = entries_of(folder / "begun_map")
+    assert entry.title == "A map over spin, stored by rbstab 0.1.0"
+
+
+@pytest.mark.parametrize("name", ["missing", "report.html"])
+def test_no_folder(name: str, folder: Path) -> None:
+    with pytest.raises(StoreError, match="cannot be read"):
+        entries_of(folder / name)

@@ -1,0 +1,46 @@
+"""Protects how files and folders of results are told apart, by their places and names."""
+
+from pathlib import Path
+
+import pytest
+
+from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
+
+STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+
+SWEEP = STORED / "sweeps/finished_variants"
+
+KINDS = [
+    (STORED, Kind.FOLDER),
+    (STORED / "runs", Kind.FOLDER),
+    (STORED / "runs/embedded.h5", Kind.RUN),
+    (STORED / "runs/missing.h5", Kind.RUN),
+    (SWEEP, Kind.SWEEP),
+    (SWEEP / "sweep.h5", Kind.SWEEP),
+    (SWEEP / "plan.yaml", Kind.CONFIG),
+    (SWEEP / "shards/00000000.npy", Kind.SHARD),
+    (SWEEP / "traces/00000000.h5", Kind.TRACES),
+    (next((STORED / "proofs").glob("*.json")), Kind.PROOF),
+]
+
+
+@pytest.mark.parametrize(("path", "kind"), KINDS)
+def test_kinds(path: Path, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert kind_of(path) is kind
+    if path.parent.is_dir():
+        # A bare name in the working folder has the same kind.
+        monkeypatch.chdir(path.parent)
+        assert kind_of(Path(path.name)) is kind
+
+
+def test_names_alone_make_no_sweep(tmp_path: Path) -> None:
+    for name in ("sweep.h5", "shards/00000000.npy", "traces/00000000.h5"):
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.touch()
+        assert kind_of(path) is Kind.RUN
+
+
+@pytest.mark.parametrize("name", ["", "sweep.h5", "shards/00000000.npy", "traces/00000000.h5"])
+def test_the_folder_of_a_sweep(name: str) -> None:
+    assert sweep_folder_of(SWEEP / name) == SWEEP

@@ -1,0 +1,96 @@
+"""Protects the examples that come with the program: all are found, named, and copied as a whole."""
+
+from pathlib import Path
+
+import pytest
+
+import rbstab
+from rbstab.packaged import examples
+from rbstab.packaged.examples import (
+    UnknownExampleError,
+    described,
+    examples_folder,
+    examples_named,
+    files_of,
+    names,
+)
+
+ROOT = Path(__file__).parents[2]
+
+FILES = {path.relative_to(ROOT / "configs") for path in (ROOT / "configs").rglob("*.yaml")}
+
+
+def test_all_configs_and_plans_are_examples() -> None:
+    assert {Path(f"{name}.yaml") for name in names()} == FILES
+    assert examples_folder() == ROOT / "configs"
+
+
+def test_those_of_the_paper_come_first() -> None:
+    assert [name.partition("/")[0] for name in names()] == sorted(
+        (name.partition("/")[0] for name in names()), key=["paper", "examples", "sweeps"].index
+    )
+
+
+@pytest.mark.parametrize("name", names())
+def test_each_example_loads_as_what_it_is_called(name: str) -> None:
+    found = described(name)
+    assert found.is_plan == name.startswith("sweeps/")
+    if not found.is_plan:
+        assert rbstab.load_config(found.path).title == found.title
+
+
+def test_names() -> None:
+    assert examples_named("paper/case1_permanent") == ["paper/case1_permanent"]
+    assert examples_named("case1_permanent.yaml") == ["paper/case1_permanent"]
+    assert examples_named("examples/sliding/") == [n for n in names() if "sliding/" in n]
+    assert set(examples_named("paper")) == {n for n in names() if n.startswith("paper/")}
+    assert rbstab.example("joint") == ROOT / "configs/examples/joint.yaml"
+
+
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        ("case1_permanant", "did you mean paper/case1_permanent?"),
+        ("papr/case1_permanent", "did you mean paper/case1_permanent?"),
+        ("case1", "did you mean paper/case1_guarded or paper/case1_permanent?"),
+        ("zzz", "there is no example zzz"),
+        ("", "there is no example "),
+        ("../pyproject", "there is no example ../pyproject"),
+    ],
+)
+def test_unknown_names(word: str, message: str) -> None:
+    with pytest.raises(UnknownExampleError) as caught:
+        examples_named(word)
+    assert str(caught.value).endswith(message)
+
+
+def test_a_name_of_several() -> None:
+    with pytest.raises(UnknownExampleError, match=r"paper names \d+ examples: paper/case1_guarded"):
+        rbstab.example("paper")
+
+
+def test_a_plan_comes_with_its_base() -> None:
+    found = files_of(["sweeps/strut_stiffness"])
+    assert list(found) == [Path("examples/elements.yaml"), Path("sweeps/strut_stiffness.yaml")]
+    assert all(path == ROOT / "configs" / below for below, path in found.items())
+
+
+def test_files_that_are_named_by_named_files_come_too_and_no_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "configs"
+    (folder / "sweeps").mkdir(parents=True)
+    (folder / "data").mkdir()
+    (tmp_path / "secret.csv").write_text("1")
+    (folder / "data/push.csv").write_text("0, 0")
+    (folder / "data/other.csv").write_text("0, 0")
+    # A file that names itself, as a text may by chance, ends no search.
+    (folder / "config.yaml").write_text(
+        "title: config.yaml\nelements: {push: {file: data/push.csv}}\n"
+    )
+    (folder / "sweeps/plan.yaml").write_text(
+        "base: ../config.yaml\nvary: {a: [../../secret.csv, /etc/hosts, '', ..]}\n"
+    )
+    monkeypatch.setattr(examples, "examples_folder", lambda: folder)
+    found = files_of(["sweeps/plan"])
+    assert list(map(str, found)) == ["config.yaml", "data/push.csv", "sweeps/plan.yaml"]

@@ -1,0 +1,67 @@
+"""Protects the figure of what inputs supply: its curves add up to v, and passive runs have none."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.inputs import SINE, couple, driven, force
+
+from rbstab.experiment.simulate import simulate
+from rbstab.report.model.figure import Line
+from rbstab.report.reading.sources import Run
+from rbstab.report.runs.figures.energy import energy_figure
+from rbstab.report.runs.figures.lyapunov import decay_figure, supply_figures
+
+TIE = {
+    "kind": "visco-elastic",
+    "point": [0, 0, 0.1],
+    "anchor": [0, 0.1, 0],
+    "K_c": [50, 60, 70],
+    "L_c": [4, 5, 6],
+}
+
+
+def lines(panel):
+    """Return the curves of a panel."""
+    assert all(isinstance(mark, Line) for mark in panel.marks)
+    return [mark for mark in panel.marks if isinstance(mark, Line)]
+
+
+def run_of(elements):
+    result = simulate(driven(elements | {"foot": TIE}))
+    return Run(0, "run-1", "one", Path("one.h5"), result, None)
+
+
+@pytest.fixture(scope="module")
+def shaken():
+    ramp = {"kind": "ramp", "start": 0.2, "duration": 0.3}
+    return run_of({"push": force(ramp), "turn": couple(SINE)})
+
+
+def test_the_curves_add_up_to_v(shaken):
+    (figure,) = supply_figures(shaken)
+    v, supplied, lost = (mark.y for mark in lines(figure.panels[0]))
+    np.testing.assert_allclose(v, v[0] + supplied - lost, atol=1e-12)
+    assert (np.diff(lost) >= -1e-15).all()
+    assert np.abs(supplied).max() > 1e-3
+    *powers, dissipated = (mark.y for mark in lines(figure.panels[1]))
+    labels = [mark.label for mark in lines(figure.panels[1])]
+    assert labels == ["supplied by push", "supplied by turn", "dissipated"]
+    rate = shaken.result["lyapunov_rate"]
+    np.testing.assert_allclose(sum(powers) - dissipated, rate, atol=1e-12)
+
+
+def test_dissipation_is_not_minus_the_rate_where_inputs_supply(shaken):
+    labels = {panel.y.label: panel for panel in decay_figure([shaken]).panels}
+    assert "dissipated power -v'" not in labels
+    total = shaken.result["dissipation"].sum(axis=1)
+    np.testing.assert_array_equal(lines(labels["dissipated power"])[0].y, total)
+    assert "what is supplied minus v'" in energy_figure(shaken).caption
+
+
+def test_a_passive_run_has_no_such_figure():
+    passive = run_of({})
+    assert supply_figures(passive) == ()
+    assert "add up to -v'" in energy_figure(passive).caption
+    labels = [panel.y.label for panel in decay_figure([passive]).panels]
+    assert "dissipated power -v'" in labels

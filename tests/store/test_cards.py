@@ -1,0 +1,129 @@
+"""Protects what results show of themselves in the interpreter and in notebooks: one short line, and
+a card whose texts cannot become markup; and the message about a package that is missing.
+"""
+
+import re
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.results import result
+
+import rbstab
+from rbstab.store.cards import MAX_POINTS, bar, card, curve, optional_module
+from rbstab.store.result import Result
+
+STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+
+EVIL = '<script>alert("x")</script>\n\x1b[31m' + "y" * 1000
+
+
+class Tags(HTMLParser):
+    """The tags of an HTML text; every tag that is opened must be closed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.open: list[str] = []
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:
+        self.tags.append(tag)
+        self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: object) -> None:
+        self.tags.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def test_a_run() -> None:
+    opened = rbstab.open_result(STORED / "runs/embedded.h5")
+    shown = repr(opened)
+    assert shown.startswith('<rbstab.Result "Stored": status completed, verdict consistent, ')
+    assert re.search(r", \d+ samples, \d+ arrays>$", shown)
+    assert len(shown) < 200
+    page = opened._repr_html_()
+    assert "polyline" in Tags(page).tags
+    assert "lyapunov [J] over time [s]: " in page
+    assert ">consistent<" in page
+
+
+def test_a_sweep() -> None:
+    table = rbstab.open_sweep(STORED / "sweeps/finished_map")
+    title = "A map over spin, stored by rbstab 0.1.0"
+    assert repr(table) == f'<rbstab.Table "{title}": 30 members, 30 completed, 21 columns>'
+    page = table._repr_html_()
+    assert "rect" in Tags(page).tags
+    assert "30 completed" in page
+
+
+def test_traces_and_motions() -> None:
+    traces = rbstab.open_traces(STORED / "sweeps/finished_variants")
+    assert ": 7 members with traces, " in repr(traces)
+    assert re.fullmatch(r"<rbstab.Motions: 6 samples, \d+ arrays>", repr(traces.of(0)))
+
+
+def test_a_bare_result() -> None:
+    bare = Result({}, {}, "")
+    assert repr(bare) == "<rbstab.Result: 0 arrays>"
+    Tags(bare._repr_html_())
+
+
+def test_texts_cannot_become_markup_and_control_no_terminal() -> None:
+    odd = result()
+    odd.attributes.update({"title": EVIL, "verdict": EVIL})
+    assert repr(odd).isprintable()
+    assert len(repr(odd)) < 1000
+    page = odd._repr_html_()
+    assert "script" not in Tags(page).tags
+    assert "<script" not in page
+
+
+def test_a_curve_has_its_ends_and_its_peaks() -> None:
+    x = np.linspace(0, 1, 100_000)
+    y = np.zeros_like(x)
+    y[31_415] = 5.0
+    drawn = curve(x, y, "y")
+    points = re.findall(r"([\d.]+),([\d.]+)", drawn.partition('points="')[2].partition('"')[0])
+    assert len(points) <= MAX_POINTS + 2
+    assert points[0] == ("0.0", "90.0")
+    assert points[-1] == ("320.0", "90.0")
+    assert min(float(up) for _, up in points) == 0.0
+    assert "y: 0 to 5" in drawn
+
+
+@pytest.mark.parametrize("y", [[], [1.0], [np.nan, np.nan, 2.0]])
+def test_no_curve(y: list[float]) -> None:
+    assert curve(np.arange(len(y), dtype=float), np.array(y), "y") == ""
+
+
+def test_odd_curves() -> None:
+    for y in ([1.0, np.nan, 2.0], [3.0, 3.0, 3.0], [-1e308, 0, 1e308]):
+        Tags(curve(np.arange(3.0), np.array(y), "y"))
+    assert curve(np.zeros(3), np.arange(3.0), "y") == ""
+
+
+def test_a_bar_is_full() -> None:
+    widths = re.findall(r'<rect x="[\d.]+" width="([\d.]+)"', bar({"completed": 3, "failed": 1}))
+    assert widths == ["240.0", "80.0"]
+    assert bar({}) == ""
+
+
+def test_a_card_without_title() -> None:
+    assert "untitled" in card("Result", "", [])
+
+
+def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    message = r"needs the package xarray. Run: pip install 'rbstab\[xarray\]'"
+    with pytest.raises(ImportError, match=message):
+        result().to_xarray()
+    with pytest.raises(ImportError, match=message):
+        rbstab.open_sweep(STORED / "sweeps/finished_map").to_xarray()
+    with pytest.raises(ImportError, match="needs the package no_such_package"):
+        optional_module("no_such_package", "report")

@@ -8,8 +8,11 @@ from support.user_code import CUBIC, element_text, mine, write_template
 
 import rbstab
 from rbstab.analysis.proof.reduced_energy import NoEnergyReason
+from rbstab.config.elements import kind_of
+from rbstab.config.entries import entries_of
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
+from rbstab.config.units import unit_of
 from rbstab.experiment.convergence.convergence import Enclose, Undecided
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import proof_id, prove
@@ -205,3 +208,82 @@ def test_the_identity_of_a_proof_needs_no_code(folder):
     assert proof_id(read) == proof_id(config)
     (folder / "mine.py").write_text(TIE + "# another text\n")
     assert proof_id(load({"one": mine(**VALUES)}, controller=FREE)) != proof_id(config)
+
+
+OTHERS = {
+    "creep": {
+        "kind": "embedded",
+        "point": [0.1, 0.0, 0.2],
+        "anchor": [0.1, 0.0, 0.2],
+        "K_c": [40, 40, 40],
+        "L_c": [2, 2, 2],
+        "K_d": [20, 20, 20],
+        "L_d": [3, 3, 3],
+        "initial_state": [0.01, 0.0, -0.02],
+    },
+    "grip": {
+        "kind": "sliding",
+        "point": [0.0, 0.1, 0.0],
+        "anchor": [0.0, 0.1, 0.0],
+        "K_s": [1, 1, 1],
+        "surface": {"slope": 2.0},
+    },
+    "knock": {
+        "kind": "input",
+        "quantity": "force",
+        "point": [0.0, 0.0, 0.1],
+        "direction": [1, 0, 0],
+        "amplitude": 2.0,
+        "signal": {"kind": "pulse", "start": 0.5, "duration": 0.3},
+    },
+    "end": {"kind": "guard", "method": "stop", "angle": 1.0, "restitution": 0.5},
+}
+"""An element of each kind that has something of its own: states, modes, a supply, impacts."""
+
+MINE = mine(**VALUES) | {"file": "tie.py"}
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("beside", [("creep", "grip"), ("creep", "knock"), ("creep", "end")])
+def test_beside_the_other_kinds(beside, tmp_path):
+    """An element of a user acts beside each other kind as the same element of the program does."""
+    (tmp_path / "tie.py").write_text(TIE)
+    others = {name: OTHERS[name] for name in beside}
+    ours = {"tie": {"kind": "visco-elastic", **VALUES}}
+    results = [
+        rbstab.simulate(load(others | tie, controller=FREE)) for tie in (ours, {"tie": MINE})
+    ]
+    assert [result.status for result in results] == ["completed"] * 2
+    assert largest_difference(*results) < 1e-9
+    np.testing.assert_allclose(results[0]["creep.state"], results[1]["creep.state"], atol=1e-9)
+    assert results[1].attributes["verdict"] == results[0].attributes["verdict"]
+
+
+@pytest.mark.usefixtures("folder")
+def test_keys_beside_the_other_kinds(tmp_path):
+    """Entries, units and columns of all kinds in one config."""
+    (tmp_path / "tie.py").write_text(TIE)
+    config = load({"tie": MINE, **{name: OTHERS[name] for name in ("creep", "knock")}})
+    keys = {entry.key for entry in entries_of(config)}
+    units = {
+        "elements.tie.parameters.K_c[0][1]": "N/m",
+        "elements.creep.initial_state[2]": "m",
+        "elements.knock.signal.start": "s",
+        "elements.knock.amplitude": "N",
+    }
+    assert units.keys() <= keys
+    kinds = {name: kind_of(section) for name, section in config.elements.items()}
+    for key, unit in units.items():
+        assert unit_of(key.partition("[")[0], {kinds[key.split(".")[1]]}) == unit
+
+
+@pytest.mark.usefixtures("folder")
+def test_an_input_beside_code_decides_nothing(tmp_path):
+    (tmp_path / "tie.py").write_text(TIE)
+    config = load({"tie": MINE, "knock": OTHERS["knock"]}, controller=FREE)
+    assert prove(config).outcome.endswith(NoEnergyReason.USER_CODE.value)
+    within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
+    assert (within.proved, within.why) == (None, NoEnergyReason.USER_CODE.value)
+    found = rbstab.simulate(config, proof=prove(config), enclose=Enclose.TO_END)
+    assert found.attributes["convergence"] == "not decided"
+    assert "an element is code of a user" in str(found.attributes["convergence_reason"])

@@ -17,7 +17,7 @@ from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import acting_sections, load_config
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import without_code
+from rbstab.config.user_code.permission import has_code, without_code
 from rbstab.experiment.proof_record import (
     NO_STABILIZERS,
     SUPPLIES,
@@ -115,13 +115,15 @@ def prove(
     """
     # Imported late: a run usually reads a stored proof and makes none.
     from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
-    from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
+    from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
     from rbstab.analysis.proof.rest_states import rest_states
     from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
 
     start_time = time.perf_counter()
     config = load_config(config)
     identity = proof_id(config)
+    if has_code(config):
+        return no_proof(identity, NoEnergyReason.USER_CODE.value, time.perf_counter() - start_time)
     if system_of(config).supplies:
         return no_proof(identity, SUPPLIES, time.perf_counter() - start_time)
     exact = system_of(config, decimals)

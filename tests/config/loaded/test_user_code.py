@@ -163,7 +163,7 @@ def test_a_digest_pins_a_file(folder):
         ("parameters={}", "elements.mine.parameters.k: is missing (it is required)"),
         ("parameters.k=[1]", "elements.mine.parameters.k: is a list of 1 (expected a number)"),
         ("parameters.k=-1", "elements.mine.parameters.k: is -1 (expected a number greater than 0"),
-        ("parameters.kk=1", "elements.mine.parameters.kk: is unknown (did you mean k?)"),
+        ("parameters.kk=1", "elements.mine.parameters.kk: is unknown (expected one of k)"),
         ("parameters=5", "elements.mine.parameters: is not a mapping"),
         ("colour=red", "elements.mine.colour: is unknown (expected one of class, file, kind,"),
     ],

@@ -136,6 +136,22 @@ def test_what_is_not_the_class_that_was_read(text, problem):
         loaded(text)
 
 
+@pytest.mark.parametrize(
+    ("statement", "name"),
+    [
+        ("def supplied(self, motion, own): return 1.0", "supplied"),
+        ("holds = True", "holds"),
+        ("slides = True", "slides"),
+        ("timed = True", "timed"),
+    ],
+)
+def test_what_only_elements_of_the_program_state(statement, name):
+    """Such a class would need a hold, equivalent forces or the time; it would silently get none."""
+    text = SPRING.rstrip() + f"\n\n    {statement}\n"
+    with pytest.raises(UserCodeError, match=f"states `{name}`, which no element of a user can"):
+        loaded(text)
+
+
 def test_the_line_of_an_error():
     code = UserCode(
         element_text("def wrench(self, motion, own):\n    return motion.Y\n"), "mine.py"

@@ -8,6 +8,7 @@ import pytest
 from support.user_code import HEAD, SPRING, element_text
 
 from rbstab.elements.registry import NAMED_ELEMENTS
+from rbstab.elements.sliding_ties import SlidingTie
 from rbstab.elements.user_code.loaded import UserCode, element_class
 from rbstab.elements.user_code.template import TEMPLATE
 from rbstab.experiment.element_check import check
@@ -69,13 +70,27 @@ def force(formula, rest=STORED):
     )
 
 
-@pytest.mark.parametrize("kind", NAMED_ELEMENTS, ids=lambda kind: kind.__name__)
+OF_THE_MOTION = [
+    kind
+    for kind in NAMED_ELEMENTS
+    if not (kind.states or kind.supplies or kind.holds or issubclass(kind, SlidingTie))
+]
+"""The elements of the program that are as those of users: passive, and functions of the motion."""
+
+
+def test_most_elements_of_the_program_are_as_those_of_users():
+    assert {"Spring", "ViscoElasticTie", "AttitudeSpring", "Ligament", "Barrier"} <= {
+        kind.__name__ for kind in OF_THE_MOTION
+    }
+
+
+@pytest.mark.parametrize("kind", OF_THE_MOTION, ids=lambda kind: kind.__name__)
 def test_every_element_of_the_program_passes(kind):
     found = check_class(kind, NO_CODE)
     assert found.problems == ()
     assert AT_REST in found.passed
     assert IN_MOTION in found.passed
-    assert len(found.passed) == 7 + 2 * bool(kind.mode_count)
+    assert len(found.passed) == 8 + 2 * bool(kind.mode_count)
 
 
 RIGHT = {
@@ -119,6 +134,10 @@ def test_right_elements_of_users(name):
 
 
 WRONG = {
+    "time": (
+        force("-self.k * motion.X * (1 + motion.time)"),
+        "`wrench` depends on `motion.time`; only inputs of the program may",
+    ),
     "sign": (force("self.k * motion.X"), "the wrench on a body at rest is not the slope"),
     "factor": (force("-2 * self.k * motion.X"), "the wrench on a body at rest is not the slope"),
     "dropped axis": (

@@ -22,8 +22,9 @@ MAX_GAINS = 50
 MAX_MODES = 20
 
 RESERVED = frozenset(
-    {"name", "mode", "gains", "states", "mode_count", "state_size", "supplied"}
-    | {"wrench", "stored", "dissipated", "rates", "guards"}
+    {"name", "mode", "gains", "states", "own_states", "mode_count", "state_size", "from_user"}
+    | {"wrench", "stored", "dissipated", "supplied", "rates", "guards"}
+    | {"supplies", "holds", "slides", "timed"}
 )
 """Names of an element that no parameter can have."""
 
@@ -147,12 +148,16 @@ def _problems(gain: Gain) -> Iterator[tuple[str, str]]:
             yield f"{field} is {text!r:.50}", f"a text of at most {longest} characters"
     if gain.shape not in shapes:
         yield f"shape is {gain.shape!r:.50}", f"one of {', '.join(shapes)}"
+    if gain.shape == "direction" and gain.positive is False:
+        yield "direction has positive=False", "no `positive`: a direction has none"
     if not isinstance(gain.positive, bool) or not isinstance(gain.dissipates, bool):
         yield "positive or dissipates is not a truth value", "True or False"
     if gain.default is not None and not (gain.shape == "number" and _is_number(gain.default)):
         yield f"default is {gain.default!r:.50}", "a number that is not negative, for a number"
-    if gain.below is not None and not (gain.shape == "number" and _is_number(gain.below)):
-        yield f"bound `below` is {gain.below!r:.50}", "a positive number, for a number"
+    for field in ("below", "at_most"):
+        bound = getattr(gain, field)
+        if bound is not None and not (gain.shape == "number" and _is_number(bound)):
+            yield f"bound `{field}` is {bound!r:.50}", "a positive number, for a number"
 
 
 def _is_number(value: Any) -> bool:

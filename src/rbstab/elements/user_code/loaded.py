@@ -25,6 +25,10 @@ _RUNNING = RLock()
 """Held while a file runs: all threads must get the same class."""
 
 
+_OF_THE_PROGRAM = ("supplied", "timed", "holds", "slides")
+"""What no class of a user can state: it is passive, and depends on the motion alone."""
+
+
 class UserCodeError(Exception):
     """The code of a user fails, or is not an element.
 
@@ -92,6 +96,11 @@ def element_class(code: UserCode, class_name: str) -> type[Element]:
         raise UserCodeError(
             f"{class_name} has other gains, modes or states than those written in its class"
         )
+    for stated_name in _OF_THE_PROGRAM:
+        if getattr(found, stated_name) is not getattr(Element, stated_name):
+            raise UserCodeError(
+                f"{class_name} states `{stated_name}`, which no element of a user can have"
+            )
     names = ["name", *(gain.name for gain in stated.gains)]
     names += ["mode"] if stated.mode_count else []
 

@@ -119,6 +119,7 @@ def _checks(kind: type[Element], samples: list[Sample], code: UserCode) -> dict[
             samples, code
         ),
         "balls of python-flint pass": lambda: ball_problems(samples[:BALL_STATES], code),
+        "no statement depends on the time": each(_timed),
         "`stored` depends on no velocity": each(problems_of_velocities),
         AT_REST: each(problems_at_rest),
         IN_MOTION: each(problems_in_motion),
@@ -149,6 +150,16 @@ def _unusable(sample: Sample) -> Iterator[str]:
     ):
         if not np.isfinite(value).all():
             yield f"`{name}` is not finite"
+
+
+def _timed(sample: Sample) -> Iterator[str]:
+    """Yield a statement that depends on the time: only inputs may."""
+    element, motions = sample.element, [sample.system.motion(sample.y, t) for t in (0.0, 1.0)]
+    for name in ("wrench", "stored", "dissipated", "guards"):
+        own = np.zeros(0)
+        one, other = (np.ravel(getattr(element, name)(motion, own)) for motion in motions)
+        if np.any(one != other):
+            yield f"`{name}` depends on `motion.time`; only inputs of the program may"
 
 
 def _first(find: Find, code: UserCode) -> str | None:

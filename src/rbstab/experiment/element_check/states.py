@@ -90,10 +90,14 @@ def _random_gain(rng: np.random.Generator, gain: Gain) -> Any:
     if gain.shape == "matrix":
         root = rng.normal(size=(3, 3))
         return _positive_definite(rng) if gain.positive else root + root.T
+    if gain.shape == "direction":
+        direction = rng.normal(size=3)
+        return direction / np.linalg.norm(direction)
     size = 3 if gain.shape == "diagonal" else None
     positive = gain.positive or gain.default is not None
-    if gain.below is not None:
-        return gain.below * float(rng.uniform(0.2, 0.8))
+    bound = gain.below if gain.below is not None else gain.at_most
+    if bound is not None:
+        return bound * float(rng.uniform(0.2, 0.8))
     values = rng.uniform(0.5, 2.0, size) if positive else rng.normal(size=size)
     return values if size else float(values)
 

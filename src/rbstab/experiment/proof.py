@@ -81,17 +81,23 @@ START_RANGE = np.array([np.inf, np.pi / 2, np.inf])
 """rad: the same for all real θ1 and θ3."""
 
 
+SPRING_VERSION = 1
+"""The same for configs with a spring: before it, nothing was proved of them."""
+
+
 def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     """Return the identity of a proof: a digest of body, gravity, controller and version.
 
     From version 3 on it depends on the equations too, by their `fingerprint`: if the equations are
-    changed, older proofs are not found. With a barrier it has a further version.
+    changed, older proofs are not found. With a barrier, or a spring, it has a further version.
     """
     parts: list[Any] = [version, acting_sections(config)]
     if version >= FINGERPRINT_VERSION:
         parts.append(fingerprint(partial(system_of, config)))
     if any(element.kind == "guard" for element in config.elements.values()):
         parts.append(f"barrier {BARRIER_VERSION}")
+    if any(element.kind == "spring" for element in config.elements.values()):
+        parts.append(f"spring {SPRING_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 

@@ -64,11 +64,11 @@ def unwrapped_end(form: TrigonometricForm) -> Array | None:
     if compliance is None:
         return None
     turned = np.abs(form.quadratic[[0, 2], 1]) * RANGE_END[1]
-    load = np.abs(form.linear[[0, 2]]) + turned + form.trigonometric_bound(1)[[0, 2]]
+    load = np.abs(form.linear[[0, 2]]) + turned + form.steepest[[0, 2]]
     bound = compliance @ load * MARGIN
     # Wide enough that U is higher there than at θ2 = ±π/2; this needs no proof.
     top = form.value(np.array([[0.0, sign * np.pi / 2, 0.0] for sign in (-1, 1)])).max()
-    height = max(0.0, float(top)) + float(form.trigonometric_bound(0))
+    height = max(0.0, float(top)) + form.largest
     climb = np.sqrt(2.0 * height * np.diag(compliance))
     first, third = np.maximum(np.maximum(bound, climb), PI)
     return np.array([first, RANGE_END[1], third])

@@ -19,10 +19,12 @@ from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
 from rbstab.analysis.proof_check.lines import Line
+from rbstab.analysis.proof_check.slopes import largest_slope
 from rbstab.analysis.proof_check.trigonometric import (
     Axes,
     Ball,
     TrigonometricSum,
+    axes_of,
     rounded,
     square,
 )
@@ -114,9 +116,7 @@ class Energy:
         Raises:
             TooLongError: U was evaluated too often.
         """
-        self.evaluations += 1 + 2 * len(self.lines)
-        if self.evaluations > MOST_EVALUATIONS:
-            raise TooLongError(f"The check needs more than {MOST_EVALUATIONS:,} evaluations of U")
+        self._count()
         found = self.periodic.derivatives(Theta)
         slopes = [sum((row[j] * Theta[j] for j in AXES), arb(0)) for row in self.quadratic]
         for i in AXES:
@@ -124,10 +124,20 @@ class Energy:
             found[i,] += slopes[i] + self.linear[i]
             for j in range(i, 3):
                 found[i, j] += self.quadratic[i][j]
+        return self._with_lines(found, Theta)
+
+    def _with_lines(self, found: dict[Axes, Ball], Theta: Sequence[Ball]) -> dict[Axes, Ball]:
+        """Add the lines to derivatives at a ball of Θ."""
         for line in self.lines:
             for axes, value in line.derivatives(Theta).items():
                 found[axes] += value
         return found
+
+    def _count(self) -> None:
+        """Count one more evaluation of U."""
+        self.evaluations += 1 + 2 * len(self.lines)
+        if self.evaluations > MOST_EVALUATIONS:
+            raise TooLongError(f"The check needs more than {MOST_EVALUATIONS:,} evaluations of U")
 
     def end_before_barrier(self, first: Ball, third: Ball) -> float | None:
         """Return an angle from which on, up to π/2, U rises with |θ2|; None if none is found.
@@ -153,13 +163,26 @@ class Energy:
             return None
         inverse = k.inv()
         load = [
-            abs(self.linear[j]) + abs(Q[j][1]) * arb.pi() / 2 + self._steepest(j) for j in (0, 2)
+            abs(self.linear[j]) + abs(Q[j][1]) * arb.pi() / 2 + self._sharper(j) for j in (0, 2)
         ]
         return [sum((abs(inverse[i, j]) * load[j] for j in (0, 1)), arb(0)) for i in (0, 1)]
 
     def _steepest(self, axis: int) -> Ball:
         """Bound |∂p/∂θ| along an axis, with the periodic part p, lines included."""
         return sum((line.steepest(axis) for line in self.lines), self.periodic.steepest(axis))
+
+    def _sharper(self, axis: int) -> Ball:
+        """Bound |∂p/∂θ| for |θ2| <= π/2: with lines, the bounds of single terms are too large."""
+        single = self._steepest(axis)
+        if not self.lines:
+            return single
+
+        def periodic(Theta: Sequence[Ball]) -> dict[Axes, Ball]:
+            self._count()
+            return self._with_lines(self.periodic.derivatives(Theta), Theta)
+
+        found = largest_slope(periodic, axis)
+        return single if found is None or not found < single else found
 
 
 class Taylor:
@@ -273,8 +296,3 @@ class Taylor:
             return arb("nan")
         cubic = self.step.transpose() * self.change * self.step / 6
         return self.value - fall[0, 0] + cubic[0, 0]
-
-
-def axes_of(*axes: int) -> tuple[int, ...]:
-    """Return axes in rising order."""
-    return tuple(sorted(axes))

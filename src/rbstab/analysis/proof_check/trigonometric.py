@@ -21,6 +21,11 @@ ORDERS = {
 """The order of each derivative along each axis."""
 
 
+def axes_of(*axes: int) -> Axes:
+    """Return axes in rising order."""
+    return tuple(sorted(axes))
+
+
 def rounded(number: float) -> Ball:
     """Return a ball with all real numbers that round to a double."""
     return arb(number, abs(number) * 2.0**-53 + 5e-324)

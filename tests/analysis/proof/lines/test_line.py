@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 from support.held_springs import R, energy_of, held_system, length_of, random_springs
 
 from rbstab.analysis.proof.boxes import Boxes
-from rbstab.analysis.proof.enclosure import enclosure
+from rbstab.analysis.proof.enclosure import _at_centres, _over_boxes, enclosure
 from rbstab.analysis.proof.least_value import lower_bounds, upper_bounds
 from rbstab.analysis.proof.reduced_energy import reduced_energy
+from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
 seeds = st.integers(0, 2**32)
 STEP = 2.0**-40
@@ -126,3 +127,22 @@ def test_slopes_and_energies_have_the_bounds_of_lemma_7(seed):
     # The slope by θ1 is at most the distance of the point from the axis, and reaches much of it.
     assert np.abs(slope).max(axis=0)[0] >= 0.2 * line.steepest[0]
     assert length_of(spring, Theta[0]) ** 2 >= line.least
+
+
+def test_a_function_over_boxes_contains_its_values():
+    """From the centres and the third derivatives alone; a wave nearly reaches these bounds."""
+    coefficients = np.zeros((3, 3, 3))
+    coefficients[2, 0, 0], coefficients[0, 0, 0] = 1.0, 3.0
+    wave = TrigonometricForm(np.zeros((3, 3)), np.zeros(3), coefficients)
+    rng = np.random.default_rng(0)
+    centre, radius = rng.uniform(-3, 3, size=(50, 3)), np.full((50, 3), 0.05)
+    boxes = Boxes(centre - radius, centre + radius)
+    at_centres = _at_centres(wave, wave.basis(boxes.centre), boxes)
+    over = _over_boxes(at_centres, boxes.radius)
+    for end in (boxes.low, boxes.high):
+        exact = [part.values for part in wave.derivatives(wave.basis(end), end, 3)]
+        for part, values in zip(over, exact, strict=True):
+            assert np.all((part.low <= values) & (values <= part.high))
+    widths = [float(part.radius.max()) for part in over]
+    assert max(widths[1:]) < 0.06
+    assert widths[0] < 0.06

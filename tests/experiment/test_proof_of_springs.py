@@ -204,6 +204,38 @@ def test_bodies_within_tolerances_are_not_decided_with_a_spring():
     assert "spring" in within.why
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize("variant", ["free", "visco-elastic"])
+def test_a_search_of_a_body_that_is_not_held_finds_rest_states_of_a_tie(variant):
+    """With nearly no rest length a spring is a tie, of which all rest states are proved."""
+    connector = {"K_c": [500.0, 500.0, 500.0], "L_c": [30.0, 30.0, 30.0]}
+    controller = HELD | {"variant": variant, "K_r": [10.0, 10.0, 8.0]}
+    controller |= connector if variant == "visco-elastic" else {}
+    ends = {"point": [0.1, 0.2, -0.1], "anchor": [0.5, 0.1, 0.3]}
+    spring = SPRING | ends | {"rest_length": 1e-9, "stiffness": 700.0}
+    tie = TIE | ends | {"K_c": [700.0, 700.0, 700.0]}
+    config = load_config(config_data({"x": spring}, controller))
+    assert "depends on X" in prove(config).outcome
+    found = prove(config, search_only=True)
+    proved = prove(load_config(config_data({"x": tie}, controller)))
+    assert proved.proved
+    assert (found.proved, found.unique, found.region) == (False, None, None)
+    assert not any(state.proved or state.index_proved for state in found.states)
+    # It may miss some, as it does here; but it finds the minima, and nothing that is not there.
+    same = set()
+    for one in found.states:
+        place = [np.abs(np.subtract(one.orientation, x.orientation)).max() for x in proved.states]
+        other = proved.states[int(np.argmin(place))]
+        assert min(place) < 1e-6
+        np.testing.assert_allclose(one.position, other.position, atol=1e-6)
+        assert one.index == other.index
+        same.add(int(np.argmin(place)))
+    assert len(same) == len(found.states) > 1
+    assert same >= {k for k, other in enumerate(proved.states) if other.index == 0}
+    assert start_state(problem_of(config), found) is None
+    assert not verify(found, config).verified
+
+
 def test_only_ids_with_a_spring_have_its_version(monkeypatch):
     """Proofs that nothing is decided, made before springs were in proofs, are not found again."""
     configs = [load_config(config_data({"x": one}, HELD)) for one in (TIE, STRUT)]

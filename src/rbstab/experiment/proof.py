@@ -26,6 +26,7 @@ from rbstab.experiment.proof_record import (
     ProvedStates,
     no_proof,
     proof_record,
+    searched_record,
 )
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
@@ -112,7 +113,8 @@ def prove(config: Config, problem: Problem | None = None, *, search_only: bool =
     """
     # Imported late: a run usually reads a stored proof and makes none.
     from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
-    from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
+    from rbstab.analysis.proof.lines.searched import searched_rest_states
+    from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
     from rbstab.analysis.proof.rest_states import rest_states
     from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
 
@@ -136,6 +138,9 @@ def prove(config: Config, problem: Problem | None = None, *, search_only: bool =
             regions_of = _without_regions if wide is not None and wide.every_start else _regions_of
             found, unwrapped = regions_of(rest), None if wide is None else regions_of(wide)
     except NoReducedEnergy as error:
+        if search_only and error.reason is NoEnergyReason.FREE_LINES:
+            states = searched_rest_states(system)
+            return searched_record(identity, states, time.perf_counter() - start_time)
         seconds = time.perf_counter() - start_time
         return no_proof(identity, str(error), seconds)
     return proof_record(identity, found, unwrapped, time.perf_counter() - start_time)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rbstab.analysis.proof.boxes import Boxes
     from rbstab.analysis.proof.certified_region import CertifiedRegion, Face
     from rbstab.analysis.proof.lines.line import Line
+    from rbstab.analysis.proof.lines.searched import SearchedState
     from rbstab.analysis.proof.regions.minimum_regions import MinimumRegion
     from rbstab.analysis.proof.rest_states import RestPoint, RestStates
     from rbstab.analysis.proof.trigonometric import TrigonometricForm
@@ -272,6 +273,26 @@ def no_proof(identity: str, reason: str, seconds: float) -> Proof:
         states=(),
         region=None,
     )
+
+
+def searched_record(identity: str, states: "list[SearchedState]", seconds: float) -> Proof:
+    """Return the record of rest states that were looked for, where no energy of Θ alone exists."""
+    from rbstab.analysis.proof.boxes import box_around
+    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+    from rbstab.analysis.proof.rest_states import RestPoint
+
+    points = [
+        RestPoint(
+            one.state,
+            one.index,
+            box_around(one.state.motion.Theta, 0.0),
+            proved=False,
+            index_proved=False,
+        )
+        for one in states
+    ]
+    nothing = no_proof(identity, SearchOutcome.SEARCHED.value, seconds)
+    return nothing.model_copy(update={"states": tuple(_state(point) for point in points)})
 
 
 class Found(NamedTuple):

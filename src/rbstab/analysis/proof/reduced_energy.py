@@ -16,6 +16,7 @@ from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.elements.barrier import Barrier
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import has_modes
 from rbstab.systems.parameters import map_parameters
@@ -40,6 +41,10 @@ class NoEnergyReason(Enum):
     WEAK_BARRIER = "the barrier on θ2 is too weak: it acts only where doubles do not tell π/2 apart"
     NO_LENGTH = (
         "the line of a spring may have no length at some attitude, and then its force no direction"
+    )
+    FREE_LINES = (
+        "the body is not held, so the length of a spring depends on X; "
+        "`rbstab stability --search-only` looks for rest states"
     )
     LINES_OF_BODIES = "no proof for all bodies within tolerances takes a spring into account"
     BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
@@ -135,7 +140,11 @@ def _guard(barriers: Sequence[Barrier]) -> Guard | None:
 def _reduced(at_rest: Configurations, energy: Polynomial, guard: Guard | None) -> ReducedEnergy:
     """Return the reduced energy of a stored energy and a barrier."""
     if not energy.known:
-        raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
+        springs = any(isinstance(element, Spring) for element in at_rest.system.elements)
+        free = springs and not at_rest.held
+        raise NoReducedEnergy(
+            NoEnergyReason.FREE_LINES if free else NoEnergyReason.NOT_TRIGONOMETRIC
+        )
     reduced, minimizer = eliminated(energy)
     try:
         plain, lines = separated_lines(reduced)

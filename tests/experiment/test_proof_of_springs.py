@@ -126,6 +126,8 @@ def test_a_config_with_a_spring_is_proved_and_verified():
     assert proof.region is not None
     assert proof.region.proved
     assert start_state(problem_of(config), proof) == 1
+    # The test of every start has the range of all real θ1 and θ3, which takes long to check.
+    proof = proof.model_copy(update={"unwrapped": None})
     found = verify(proof, config)
     assert found.verified
     assert {"lines", "energy", "certified region"} <= {one.claim for one in found.findings}

@@ -27,6 +27,7 @@ from rbstab.experiment.proof_record import (
     ProvedStates,
     no_proof,
     proof_record,
+    searched_record,
 )
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
@@ -82,17 +83,23 @@ START_RANGE = np.array([np.inf, np.pi / 2, np.inf])
 """rad: the same for all real θ1 and θ3."""
 
 
+SPRING_VERSION = 1
+"""The same for configs with a spring: before it, nothing was proved of them."""
+
+
 def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     """Return the identity of a proof: a digest of body, gravity, controller and version.
 
     From version 3 on it depends on the equations too, by their `fingerprint`: if the equations are
-    changed, older proofs are not found. With a barrier it has a further version.
+    changed, older proofs are not found. With a barrier, or a spring, it has a further version.
     """
     parts: list[Any] = [version, acting_sections(config)]
     if version >= FINGERPRINT_VERSION:
         parts.append(fingerprint(partial(system_of, config)))
     if any(element.kind == "guard" for element in config.elements.values()):
         parts.append(f"barrier {BARRIER_VERSION}")
+    if any(element.kind == "spring" for element in config.elements.values()):
+        parts.append(f"spring {SPRING_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
@@ -113,7 +120,8 @@ def prove(
     """
     # Imported late: a run usually reads a stored proof and makes none.
     from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
-    from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
+    from rbstab.analysis.proof.lines.searched import searched_rest_states
+    from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
     from rbstab.analysis.proof.rest_states import rest_states
     from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
 
@@ -140,6 +148,9 @@ def prove(
             regions_of = _without_regions if wide is not None and wide.every_start else _regions_of
             found, unwrapped = regions_of(rest), None if wide is None else regions_of(wide)
     except NoReducedEnergy as error:
+        if search_only and error.reason is NoEnergyReason.FREE_LINES:
+            states = searched_rest_states(system)
+            return searched_record(identity, states, time.perf_counter() - start_time)
         seconds = time.perf_counter() - start_time
         return no_proof(identity, str(error), seconds)
     return proof_record(identity, found, unwrapped, time.perf_counter() - start_time)

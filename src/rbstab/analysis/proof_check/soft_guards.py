@@ -12,9 +12,9 @@ from flint import arb, ctx
 from rbstab.analysis.proof_check.boxes import Box, flat, shown
 from rbstab.analysis.proof_check.checker import FARTHEST_END, PRECISION
 from rbstab.analysis.proof_check.cover import cover
-from rbstab.analysis.proof_check.energy import Energy, TooLongError
+from rbstab.analysis.proof_check.energy import Energy, Taylor, TooLongError
 from rbstab.analysis.proof_check.findings import UNWRAPPED, Finding, Range, range_with
-from rbstab.analysis.proof_check.trigonometric import Ball, Taylor
+from rbstab.analysis.proof_check.trigonometric import Ball
 
 METHODS = ("stiff", "repelling")
 

@@ -134,3 +134,14 @@ def test_energy_holds_the_exact_one(variant, with_gravity):
     ball = in_balls(partial(exact))
     assert float(energy.low) <= float(ball.mid()) <= float(energy.high)
     assert 0 < energy.error < 1e-11 * abs(float(energy.value))
+
+
+def test_a_square_root_holds_all_values_within_the_error():
+    for value, error in [(2.0, 0.0), (2.0, 0.3), (1e-6, 9e-7), (3.7e8, 1.0)]:
+        found = Bounded(value, error).sqrt()
+        for x in (Fraction(value) - Fraction(error), Fraction(value) + Fraction(error)):
+            assert Fraction(float(found.low)) ** 2 <= x <= Fraction(float(found.high)) ** 2
+        assert found.error <= 1e-15 * (1 + value) + 1.001 * error / math.sqrt(value)
+    many = Bounded(np.array([4.0, 1.0, -1.0]), np.array([0.0, 1.0, 0.1])).sqrt()
+    assert many.value[0] == 2.0
+    assert many.error.tolist()[1:] == [math.inf, math.inf]

@@ -14,6 +14,7 @@ from cli.conftest import GOOD, Invoke, invoke
 from support.user_code import traitor
 
 import rbstab as package
+from rbstab.analysis.proof.reduced_energy import NoEnergyReason
 from rbstab.config.errors import ConfigError
 from rbstab.config.user_code.permission import CodeNotAllowedError
 from rbstab.elements.user_code import loaded
@@ -84,6 +85,8 @@ READING = [
     ("sweep", "--status", "results/plan"),
     ("cache",),
     ("schema",),
+    ("list", "results"),
+    ("compare", "results/traitor.h5", "results/traitor.h5"),
 ]
 
 
@@ -151,8 +154,7 @@ def test_python(marker: Path) -> None:
     assert config is not None
     with pytest.raises(CodeNotAllowedError):
         package.simulate(config)
-    with pytest.raises(CodeNotAllowedError):
-        package.prove(config)
+    assert package.prove(config).outcome.endswith(NoEnergyReason.USER_CODE.value)
     with pytest.raises(CodeNotAllowedError):
         gather_folder(Path("results/plan"))
     package.open_sweep("results/plan")
@@ -211,5 +213,8 @@ def test_every_command_that_builds_equations_has_the_option() -> None:
         "schema",
         "completion",
         "init",
+        "examples",
+        "list",
+        "compare",
     }
     assert reading | {module.__name__.rpartition(".")[2] for module in modules} == set(COMMANDS)

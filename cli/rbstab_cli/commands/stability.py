@@ -128,7 +128,8 @@ def _proof(config: "Config", problem: "Problem", results: Path, *, search_only: 
     try:
         if search_only:
             found = cached_proof(results, config)
-            return found or prove(config, problem, search_only=True)
+            decided = found is not None and (found.proved or found.states)
+            return found if found and decided else prove(config, problem, search_only=True)
         return proof_for(results, config, problem)
     except StoreError as error:
         # Print the proof although it cannot be read or stored.

@@ -104,6 +104,17 @@ class Bounded:
             return NotImplemented
         return self.inverse() * other
 
+    def sqrt(self) -> "Bounded":
+        """Return the square root; its error is infinite where the number may be zero.
+
+        √x - √v = (x - v)/(√x + √v), so the error is at most that of x, divided by √v.
+        """
+        least = self.value - SLACK * self.error
+        with np.errstate(all="ignore"):
+            value = np.sqrt(self.value)
+            error = np.divide(self.error, value) + UNIT * value + TINY
+        return Bounded(value, np.where(least > 0, error, np.inf))
+
     def sin(self) -> "Bounded":
         """Return the sine."""
         return self._both()[0]

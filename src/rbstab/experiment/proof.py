@@ -28,6 +28,7 @@ from rbstab.experiment.proof_record import (
     ProvedStates,
     no_proof,
     proof_record,
+    searched_record,
 )
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
@@ -83,18 +84,24 @@ START_RANGE = np.array([np.inf, np.pi / 2, np.inf])
 """rad: the same for all real θ1 and θ3."""
 
 
+SPRING_VERSION = 1
+"""The same for configs with a spring: before it, nothing was proved of them."""
+
+
 def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     """Return the identity of a proof: a digest of body, gravity, controller and version.
 
     From version 3 on it depends on the equations too, by their `fingerprint`: if the equations are
-    changed, older proofs are not found. With a barrier it has a further version. The code of users
-    is not run for it: their text is part of the elements.
+    changed, older proofs are not found. With a barrier, or a spring, it has a further version. The
+    code of users is not run for it: their text is part of the elements.
     """
     parts: list[Any] = [version, acting_sections(config)]
     if version >= FINGERPRINT_VERSION:
         parts.append(fingerprint(partial(system_of, without_code(config))))
     if any(element.kind == "guard" for element in config.elements.values()):
         parts.append(f"barrier {BARRIER_VERSION}")
+    if any(element.kind == "spring" for element in config.elements.values()):
+        parts.append(f"spring {SPRING_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
@@ -114,7 +121,7 @@ def prove(
         search_only: Whether to skip the proof.
     """
     # Imported late: a run usually reads a stored proof and makes none.
-    from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
+    from rbstab.analysis.proof.lines.searched import searched_rest_states
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
     from rbstab.analysis.proof.rest_states import rest_states
     from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
@@ -122,18 +129,9 @@ def prove(
     start_time = time.perf_counter()
     config = load_config(config)
     identity = proof_id(config)
-    if has_code(config):
-        return no_proof(identity, NoEnergyReason.USER_CODE.value, time.perf_counter() - start_time)
-    if system_of(config).supplies:
-        return no_proof(identity, SUPPLIES, time.perf_counter() - start_time)
-    exact = system_of(config, decimals)
-    if not damps_every_motion(exact):
-        seconds = time.perf_counter() - start_time
-        return no_proof(identity, NO_STABILIZERS, seconds)
-    indefinite = indefinite_parameter(exact)
-    if indefinite is not None:
-        seconds = time.perf_counter() - start_time
-        return no_proof(identity, f"{indefinite} is not positive definite", seconds)
+    why_not = _no_search(config)
+    if why_not is not None:
+        return no_proof(identity, why_not, time.perf_counter() - start_time)
     try:
         with np.errstate(all="ignore"):
             system = smooth_rest_system(problem or problem_of(config))
@@ -144,9 +142,28 @@ def prove(
             regions_of = _without_regions if wide is not None and wide.every_start else _regions_of
             found, unwrapped = regions_of(rest), None if wide is None else regions_of(wide)
     except NoReducedEnergy as error:
+        if search_only and error.reason is NoEnergyReason.FREE_LINES:
+            states = searched_rest_states(system)
+            return searched_record(identity, states, time.perf_counter() - start_time)
         seconds = time.perf_counter() - start_time
         return no_proof(identity, str(error), seconds)
     return proof_record(identity, found, unwrapped, time.perf_counter() - start_time)
+
+
+def _no_search(config: Config) -> str | None:
+    """Return why rest states are not searched for, or None; code of users does not run for it."""
+    from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
+    from rbstab.analysis.proof.reduced_energy import NoEnergyReason
+
+    if has_code(config):
+        return NoEnergyReason.USER_CODE.value
+    if system_of(config).supplies:
+        return SUPPLIES
+    exact = system_of(config, decimals)
+    if not damps_every_motion(exact):
+        return NO_STABILIZERS
+    indefinite = indefinite_parameter(exact)
+    return None if indefinite is None else f"{indefinite} is not positive definite"
 
 
 def _without_regions(rest: "RestStates") -> Found:

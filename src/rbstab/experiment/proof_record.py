@@ -1,9 +1,10 @@
 """A proof as plain data: its models, and their making from what was proved."""
 
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
     NonNegativeInt,
@@ -20,6 +21,8 @@ from rbstab.store.cards import card, line
 if TYPE_CHECKING:
     from rbstab.analysis.proof.boxes import Boxes
     from rbstab.analysis.proof.certified_region import CertifiedRegion, Face
+    from rbstab.analysis.proof.lines.line import Line
+    from rbstab.analysis.proof.lines.searched import SearchedState
     from rbstab.analysis.proof.regions.minimum_regions import MinimumRegion
     from rbstab.analysis.proof.rest_states import RestPoint, RestStates
     from rbstab.analysis.proof.trigonometric import TrigonometricForm
@@ -32,8 +35,8 @@ SUPPLIES = "an input supplies power"
 
 Triple = tuple[float, float, float]
 
-OF_BARRIERS = ("barrier", "every_start")
-"""Entries that a file has only with a barrier."""
+OF_ELEMENTS = ("barrier", "every_start", "lines")
+"""Entries that a file has only with a barrier or a spring."""
 
 
 class _Model(BaseModel):
@@ -41,9 +44,9 @@ class _Model(BaseModel):
 
     @model_serializer(mode="wrap")
     def _serialized(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what only a barrier has, so that all other files are as they were."""
+        """Leave out what only some elements have, so that all other files are as they were."""
         data: dict[str, Any] = handler(self)
-        return {key: data[key] for key in data if key not in OF_BARRIERS or data[key] is not None}
+        return {key: data[key] for key in data if key not in OF_ELEMENTS or data[key] is not None}
 
 
 class ProvedState(_Model):
@@ -106,25 +109,58 @@ class ProvedMinimum(_Model):
     pass_at: Triple | None
 
 
+Table = tuple[tuple[tuple[float, ...], ...], ...]
+"""C of a sum Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3), of shape (n, n, n) with an odd n."""
+
+
+def _checked(table: Table) -> Table:
+    """Raise `ValueError` if a table of coefficients has another shape."""
+    size = len(table)
+    rows = [row for block in table for row in block]
+    if size % 2 != 1 or any(len(part) != size for part in (*table, *rows)):
+        raise ValueError("the coefficients have another shape")
+    return table
+
+
+Coefficients = Annotated[Table, AfterValidator(_checked)]
+
+
+class ProvedLine(_Model):
+    """The length of a line in an energy: w √s(Θ), J, with s = Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3), m².
+
+    weight is w, N. Each number is the exact one rounded once.
+    """
+
+    weight: float
+    coefficients: Coefficients
+
+    @property
+    def line(self) -> "Line":
+        """The line, which can be evaluated with proved errors.
+
+        Raises:
+            NoLength: It may have no length.
+        """
+        from rbstab.analysis.proof.lines.shortest import line_of
+        from rbstab.analysis.proof.trigonometric import TrigonometricForm
+
+        C = np.array(self.coefficients)
+        return line_of(self.weight, TrigonometricForm(np.zeros((3, 3)), np.zeros(3), C))
+
+
 class ProvedEnergy(_Model):
     """The reduced energy U of a proof, J: ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3).
 
     t is [1, cos θ, sin θ, cos 2θ, ...]. With a barrier on θ2, U has the term ½ k tan² θ2 too, and
-    barrier is k, N m; None without one. Each number is the exact one rounded once.
+    barrier is k, N m; None without one. With springs, U has the lengths of their lines too; lines
+    is None without one. Each number is the exact one rounded once.
     """
 
     quadratic: tuple[Triple, Triple, Triple]
     linear: Triple
-    coefficients: tuple[tuple[tuple[float, ...], ...], ...]
+    coefficients: Coefficients
     barrier: PositiveFloat | None = None
-
-    @model_validator(mode="after")
-    def _check_shape(self) -> Self:
-        size = len(self.coefficients)
-        rows = [row for block in self.coefficients for row in block]
-        if size % 2 != 1 or any(len(part) != size for part in (*self.coefficients, *rows)):
-            raise ValueError("the coefficients have another shape")
-        return self
+    lines: tuple[ProvedLine, ...] | None = None
 
     @property
     def form(self) -> "TrigonometricForm":
@@ -134,7 +170,9 @@ class ProvedEnergy(_Model):
 
         quadratic, linear = np.array(self.quadratic), np.array(self.linear)
         guard = None if self.barrier is None else Guard(self.barrier)
-        return TrigonometricForm(quadratic, linear, np.array(self.coefficients), guard=guard)
+        lines = tuple(one.line for one in self.lines or ())
+        C = np.array(self.coefficients)
+        return TrigonometricForm(quadratic, linear, C, guard=guard, lines=lines)
 
 
 class ProvedStates(_Model):
@@ -257,6 +295,26 @@ def no_proof(identity: str, reason: str, seconds: float) -> Proof:
     )
 
 
+def searched_record(identity: str, states: "list[SearchedState]", seconds: float) -> Proof:
+    """Return the record of rest states that were looked for, where no energy of Θ alone exists."""
+    from rbstab.analysis.proof.boxes import box_around
+    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+    from rbstab.analysis.proof.rest_states import RestPoint
+
+    points = [
+        RestPoint(
+            one.state,
+            one.index,
+            box_around(one.state.motion.Theta, 0.0),
+            proved=False,
+            index_proved=False,
+        )
+        for one in states
+    ]
+    nothing = no_proof(identity, SearchOutcome.SEARCHED.value, seconds)
+    return nothing.model_copy(update={"states": tuple(_state(point) for point in points)})
+
+
 class Found(NamedTuple):
     """What was proved in one range of Θ.
 
@@ -289,7 +347,7 @@ def proof_record(identity: str, found: Found, unwrapped: Found | None, seconds: 
     return Proof(
         id=identity,
         seconds=seconds,
-        reduced_energy=_energy(found.rest.energy.form),
+        reduced_energy=energy_of(found.rest.energy.form),
         unwrapped=wide,
         **_entries(found),
     )
@@ -353,12 +411,18 @@ def _minimum(region: "MinimumRegion", end: Array) -> ProvedMinimum:
     )
 
 
-def _energy(form: "TrigonometricForm") -> ProvedEnergy:
+def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
+    """Return a reduced energy as plain data."""
     return ProvedEnergy(
         quadratic=form.quadratic.tolist(),
         linear=form.linear.tolist(),
         coefficients=form.coefficients.tolist(),
         barrier=None if form.guard is None else form.guard.stiffness,
+        lines=tuple(
+            ProvedLine(weight=line.weight, coefficients=line.square.coefficients.tolist())
+            for line in form.lines
+        )
+        or None,
     )
 
 

@@ -74,3 +74,17 @@ def test_numbers_whose_error_would_be_lost_are_refused(other):
 
 def test_a_division_by_a_number_that_may_be_zero_is_not_finite():
     assert not (1.0 / Dual(arb(0, 1))).value.is_finite()
+
+
+def test_a_square_root_has_its_slope_and_stays_off_the_branch_cut():
+    root = Dual(arb(9), {1: arb(5)}).sqrt()
+    assert float(root.value) == 3
+    assert float(root.slopes[1]) == pytest.approx(5 / 6)
+    series = Dual(arb_series([4, 1])).sqrt().value
+    assert [float(series[0]), float(series[1])] == [2.0, 0.25]
+    # A small disc about 4 is the square of one about 2; one about 1 that contains 0 has no root.
+    near = Dual(acb(arb(4, 0.01), arb(0, 0.01)), {0: acb(1)}).sqrt()
+    assert near.value.contains(2)
+    assert near.slopes[0].contains(arb(1) / 4)
+    for value in (acb(arb(1, 2), arb(0, 1)), acb(arb(-1), arb(0, 1e-9)), arb(1, 2)):
+        assert not Dual(value).sqrt().value.is_finite()

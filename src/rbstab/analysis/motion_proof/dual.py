@@ -99,6 +99,15 @@ class Dual:
         """Return the cosine."""
         return self._both()[1]
 
+    def sqrt(self) -> "Dual":
+        """Return the square root; it is no number where the value may be zero, or no root smooth.
+
+        A complex ball must not touch the branch cut, as the root is not analytic there.
+        """
+        root = _root(self.value)
+        factor = 1 / (2 * root) if self.slopes else None
+        return Dual(root, {index: slope * factor for index, slope in self.slopes.items()})
+
     def _both(self) -> "tuple[Dual, Dual]":
         if self._sine_and_cosine is None:
             sine, cosine = self.value.sin_cos()
@@ -107,6 +116,12 @@ class Dual:
                 Dual(cosine, {index: -sine * slope for index, slope in self.slopes.items()}),
             )
         return self._sine_and_cosine
+
+
+def _root(value: Value) -> Value:
+    from flint import acb  # imported late, as in `_exact`
+
+    return value.sqrt(analytic=True) if isinstance(value, acb) else value.sqrt()
 
 
 def _sum(first: Slopes, second: Slopes) -> Slopes:

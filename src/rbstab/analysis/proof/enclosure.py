@@ -8,6 +8,8 @@ T bounds the third derivatives over the box: it is their absolute value at m, pl
 bound on the fourth derivatives. Every bound includes the largest rounding error of the evaluation
 at m (`Derivatives.error`) and of the sums here (`ROUNDING_FACTOR`).
 
+Lines add theirs: at m, and bounds on the third ones over the box (`Line.of_square`).
+
 A barrier on θ2 adds its derivatives. Near ±π/2 they change so fast that Taylor's theorem needs thin
 boxes. There the exact bounds of its energy and slope over the box are sharper.
 """
@@ -18,6 +20,8 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.guard import Guard
+from rbstab.analysis.proof.lines.intervals import Intervals, total
+from rbstab.analysis.proof.lines.line import known
 from rbstab.analysis.proof.trigonometric import ROUND_OFF, TrigonometricForm, along_second
 from rbstab.mechanics.numbers import Array
 
@@ -244,6 +248,8 @@ def _plus(values: Array, error: Array, low: Array, high: Array) -> tuple[Array, 
 
 def _bare_enclosure(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
     """Compute the bounds of a form without a barrier."""
+    if form.lines:
+        return _enclosure_with_lines(form, boxes)
     radius = boxes.radius
     value, gradient, hessian, third = form.rigorous(boxes.centre, 3)
     drift = np.einsum("kijl,ml->mkij", form.fourth_derivative_bound, radius)
@@ -257,6 +263,50 @@ def _bare_enclosure(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
         hessian.error,
         (np.abs(third.values) + third.error + drift) * ROUNDING_FACTOR,
     )
+
+
+def _enclosure_with_lines(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
+    """Compute the bounds of a form with lines; terms of opposite signs are taken together."""
+    radius, t = boxes.radius, form.basis(boxes.centre)
+    parts = [_at_centres(form, t, boxes)]
+    for line in form.lines:
+        s = _at_centres(line.square, t, boxes)
+        parts.append([*line.of_square(s[:3]), line.of_square(_over_boxes(s, radius))[3]])
+    value, gradient, hessian, third = (total(part) for part in zip(*parts, strict=True))
+    return Enclosure(
+        radius,
+        value.middle,
+        value.radius,
+        gradient.middle,
+        gradient.radius,
+        hessian.middle,
+        hessian.radius,
+        third.size,
+    )
+
+
+def _at_centres(form: TrigonometricForm, t: Array, boxes: Boxes) -> list[Intervals]:
+    """Return a form without its lines, and its derivatives; those of order 3 over the boxes."""
+    found = [known(one) for one in form.derivatives(t, boxes.centre, 3)]
+    drift = np.einsum("kijl,ml->mkij", form.fourth_derivative_bound, boxes.radius)
+    found[3] = Intervals(found[3].middle, (found[3].radius + drift) * ROUNDING_FACTOR)
+    return found
+
+
+def _over_boxes(found: list[Intervals], radius: Array) -> list[Intervals]:
+    """Return a function and its derivatives over boxes, by the mean value theorem.
+
+    Args:
+        found: Those of order 0 to 2 at the centres, and those of order 3 over the boxes.
+        radius: The radii of the boxes, shape (m, 3).
+    """
+    over = [found[3]]
+    for order in (2, 1, 0):
+        reach = radius.reshape(-1, *[1] * order, 3)
+        spread = (over[0].size * reach).sum(axis=-1)
+        part = found[order]
+        over.insert(0, Intervals(part.middle, (part.radius + spread) * ROUNDING_FACTOR))
+    return over
 
 
 def inverses(matrices: Array) -> Array:

@@ -48,7 +48,7 @@ def least_value(form: TrigonometricForm, box: Boxes, box_limit: int) -> LeastVal
     value, Theta = local_minimum(form, box, box.centre[0])
     pending, finished_bound, examined, highest = box, np.inf, 0, value
     # Even in the smallest boxes, rounding lowers the bounds by this much.
-    round_off = 8 * float(form.round_off[0])
+    round_off = 8 * form.noise[0]
     while len(pending) and examined < box_limit:
         batch, pending = pending[-BATCH:], pending[:-BATCH]
         examined += len(batch)

@@ -33,9 +33,9 @@ def form_of(polynomial: Polynomial) -> TrigonometricForm:
     )
     quadratic, linear = np.zeros((3, 3)), np.zeros(3)
     exact: dict[Exponents, Fraction] = {}
-    for (angles, sines, cosines, lengths, parameters), value in terms:
+    for (angles, sines, cosines, *others), value in terms:
         coefficient = fraction(value)
-        if any(lengths + parameters):
+        if any(map(any, others)):
             raise NotTrigonometric
         if sum(angles) == 0:
             _add_product(exact, coefficient, sines, cosines)

@@ -35,34 +35,41 @@ def fraction(number: "fmpq") -> Fraction:
 
 
 class Powers(NamedTuple):
-    """The powers of a term: of each θ, sin θ, cos θ, x and z."""
+    """The powers of a term: of each θ, sin θ, cos θ, x, z and ℓ."""
 
     angles: tuple[int, ...]
     sines: tuple[int, ...]
     cosines: tuple[int, ...]
     lengths: tuple[int, ...]
     parameters: tuple[int, ...]
+    roots: tuple[int, ...]
 
 
 class Ring:
     """The polynomials in some angles, their sines and cosines, some lengths and some parameters.
 
+    A square root of a polynomial in sines and cosines is one more variable ℓ, if there is one left:
+    ℓ² is that polynomial, its `squares` entry. Else the root is the unknown value.
+
     Args:
         angles: The number of angles θ.
         lengths: The number of further variables x, which have no sine.
         parameters: The number of variables z in [-1, 1] that place a body in a box of bodies.
+        roots: The largest number of variables ℓ.
     """
 
-    def __init__(self, angles: int, lengths: int, parameters: int = 0) -> None:
+    def __init__(self, angles: int, lengths: int, parameters: int = 0, roots: int = 0) -> None:
         self.angles, self.lengths, self.parameters = angles, lengths, parameters
+        self.roots = roots
+        self.squares: list[Polynomial] = []
 
     @cached_property
     def context(self) -> "fmpq_mpoly_ctx":
-        """The variables in flint's order: all θ, all sin θ, all cos θ, all x, all z."""
+        """The variables in flint's order: all θ, all sin θ, all cos θ, all x, all z, all ℓ."""
         from flint import Ordering, fmpq_mpoly_ctx
 
         kinds = {"theta": self.angles, "s": self.angles, "c": self.angles, "x": self.lengths}
-        kinds["z"] = self.parameters
+        kinds |= {"z": self.parameters, "l": self.roots}
         names = [f"{kind}{index}" for kind, count in kinds.items() for index in range(count)]
         return fmpq_mpoly_ctx.get(names, Ordering.lex)
 
@@ -91,7 +98,8 @@ class Ring:
         """Return the powers of a term by kind of variable."""
         n, last = self.angles, 3 * self.angles + self.lengths
         angles, sines, cosines = powers[:n], powers[n : 2 * n], powers[2 * n : 3 * n]
-        return Powers(angles, sines, cosines, powers[3 * n : last], powers[last:])
+        end = last + self.parameters
+        return Powers(angles, sines, cosines, powers[3 * n : last], powers[last:end], powers[end:])
 
     def parameter(self, index: int) -> "Polynomial":
         """Return one of the variables z."""
@@ -103,6 +111,20 @@ class Ring:
             divisor = divisor.leading_coefficient() if divisor.is_constant() else 0
         return dividend * (1 / divisor) if divisor != 0 else None
 
+    def root_of(self, value: "Polynomial") -> "fmpq_mpoly | None":
+        """Return the variable ℓ of the square root of a known polynomial; None if there is none."""
+        for powers, _ in value.terms():
+            term = self.split(powers)
+            if any(term.angles + term.lengths + term.parameters + term.roots):
+                return None
+        places = (k for k, square in enumerate(self.squares) if square.value == value.value)
+        place = next(places, len(self.squares))
+        if place == self.roots:
+            return None
+        if place == len(self.squares):
+            self.squares.append(value)
+        return self.context.gens()[3 * self.angles + self.lengths + self.parameters + place]
+
     def angle_of(self, value: "fmpq_mpoly") -> int | None:
         """Return the index of the angle that a polynomial equals, or None if it equals no angle."""
         generators = self.context.gens()[: self.angles]
@@ -113,7 +135,8 @@ class Polynomial:
     """One polynomial, or the unknown value.
 
     A division by a polynomial that is not constant gives the unknown value, and so does the sine of
-    a sum. It may occur (the rate matrix B has 1/cos θ2), but an energy must not depend on it.
+    a sum, and a square root for which the ring has no variable. It may occur (the rate matrix B has
+    1/cos θ2), but an energy must not depend on it.
 
     Args:
         ring: The ring.
@@ -173,8 +196,8 @@ class Polynomial:
         return self._sine_or_cosine(1)
 
     def sqrt(self) -> "Polynomial":
-        """Return the unknown value."""
-        return Polynomial(self.ring, None)
+        """Return the square root: a variable ℓ, or the unknown value."""
+        return Polynomial(self.ring, self.ring.root_of(self) if self.known else None)
 
     def _sine_or_cosine(self, kind: int) -> "Polynomial":
         index = None if self.value is None else self.ring.angle_of(self.value)

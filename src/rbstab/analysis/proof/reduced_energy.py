@@ -9,11 +9,14 @@ import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.proof.guard import Guard, exact_number, separated
+from rbstab.analysis.proof.lines.separate import separated_lines
+from rbstab.analysis.proof.lines.shortest import NoLength
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.elements.barrier import Barrier
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import has_modes
 from rbstab.systems.parameters import map_parameters
@@ -40,6 +43,14 @@ class NoEnergyReason(Enum):
         "the energy is not a quadratic function of Θ plus a polynomial in its sines and cosines"
     )
     WEAK_BARRIER = "the barrier on θ2 is too weak: it acts only where doubles do not tell π/2 apart"
+    NO_LENGTH = (
+        "the line of a spring may have no length at some attitude, and then its force no direction"
+    )
+    FREE_LINES = (
+        "the body is not held, so the length of a spring depends on X; "
+        "`rbstab stability --search-only` looks for rest states"
+    )
+    LINES_OF_BODIES = "no proof for all bodies within tolerances takes a spring into account"
     BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
     OUTER_BARRIER = "no proof takes a guard of θ1 and θ3 (outer_stiffness) into account"
 
@@ -94,17 +105,30 @@ def reduced_energy(system: System, exact_system: ExactSystem | None = None) -> R
     """
     reject_switching(system)
     at_rest = configurations(system)
-    ring = Ring(3, at_rest.size - 3)
     try:
-        if exact_system is None:
-            exact = map_parameters(at_rest.system, lambda _, value: ring.constants(value))
-        else:
-            exact = configurations(exact_system(ring.decimals)).system
-        without, barriers = separated(exact)
-        guard = _guard(barriers)
-        return _reduced(at_rest, Configurations(without).energy(ring.variables()), ring, guard)
+        energy, guard = _stored_energy(at_rest, exact_system, roots=0)
+        if not energy.known:
+            # At most one length for each element; a ring without them is faster.
+            roots = len(system.elements)
+            energy, guard = _stored_energy(at_rest, exact_system, roots)
+        return _reduced(at_rest, energy, guard)
     except OverflowError as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_FINITE) from error
+
+
+def _stored_energy(
+    at_rest: Configurations, exact_system: ExactSystem | None, roots: int
+) -> tuple[Polynomial, Guard | None]:
+    """Return Π without barriers, in a ring with square roots, and the sum of the barriers."""
+    ring = Ring(3, at_rest.size - 3, roots=roots)
+    if exact_system is None:
+        exact = map_parameters(at_rest.system, lambda _, value: ring.constants(value))
+    else:
+        exact = configurations(exact_system(ring.decimals)).system
+    without, barriers = separated(exact)
+    guard = _guard(barriers)
+    energy: Any = Configurations(without).energy(ring.variables())
+    return energy if isinstance(energy, Polynomial) else ring.constant(energy), guard
 
 
 def _guard(barriers: Sequence[Barrier]) -> Guard | None:
@@ -117,21 +141,24 @@ def _guard(barriers: Sequence[Barrier]) -> Guard | None:
     return Guard(float(sum(stiffnesses))) if any(stiffnesses) else None
 
 
-def _reduced(
-    at_rest: Configurations, energy: Any, ring: Ring, guard: Guard | None
-) -> ReducedEnergy:
-    """Return the reduced energy of a stored energy: a polynomial, or a number, and a barrier."""
-    if not isinstance(energy, Polynomial):
-        energy = ring.constant(energy)
+def _reduced(at_rest: Configurations, energy: Polynomial, guard: Guard | None) -> ReducedEnergy:
+    """Return the reduced energy of a stored energy and a barrier."""
     if not energy.known:
-        raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
+        springs = any(isinstance(element, Spring) for element in at_rest.system.elements)
+        free = springs and not at_rest.held
+        raise NoReducedEnergy(
+            NoEnergyReason.FREE_LINES if free else NoEnergyReason.NOT_TRIGONOMETRIC
+        )
     reduced, minimizer = eliminated(energy)
     try:
+        plain, lines = separated_lines(reduced)
         return ReducedEnergy(
             at_rest,
-            replace(form_of(reduced), guard=guard),
+            replace(form_of(plain), guard=guard, lines=lines),
             tuple(form_of(entry) for entry in minimizer),
         )
+    except NoLength as error:
+        raise NoReducedEnergy(NoEnergyReason.NO_LENGTH) from error
     except NotTrigonometric as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
 

@@ -150,7 +150,7 @@ def end_before_barrier(form: TrigonometricForm, end: Array) -> Array:
     if form.guard is None:
         return end
     steepest = np.abs(form.quadratic[1]) @ end + abs(form.linear[1])
-    steepest += form.trigonometric_bound(1)[1]
+    steepest += form.steepest[1]
     angle = form.guard.end_beyond(float(steepest) * ROUNDING_FACTOR)
     if angle is None:
         raise NoReducedEnergy(NoEnergyReason.WEAK_BARRIER)

@@ -40,7 +40,7 @@ def search(
     random = np.random.default_rng(seed).uniform(-end, end, size=(starts, 3))
     points = np.concatenate([np.zeros((1, 3)), random])
     Theta, last = newton(form, points)
-    at_round_off = np.abs(form.approximate(Theta, 1)[1]) <= form.round_off[1]
+    at_round_off = np.abs(form.approximate(Theta, 1)[1]) <= form.noise[1]
     inside = np.all(np.abs(Theta) < end, axis=1)
     converged = inside & ((last < CONVERGED_STEP) | np.all(at_round_off, axis=1))
     # If several results count as one zero, keep the result with the shortest last step.

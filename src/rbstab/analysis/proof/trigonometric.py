@@ -1,8 +1,8 @@
 """Quadratics plus trigonometric polynomials in three angles, with all their derivatives.
 
 f(Θ) = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3) with t = [1, cos θ, sin θ, cos 2θ, ...].
-A barrier adds its energy, a function of θ2 (`guard`). Each evaluation takes many points at once and
-bounds the rounding errors of its results.
+A barrier adds its energy, a function of θ2 (`guard`), and springs add the lengths of their lines
+(`lines`). Each evaluation takes many points at once and bounds the rounding errors of its results.
 """
 
 from collections.abc import Iterable
@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.proof.guard import Guard
+from rbstab.analysis.proof.lines.intervals import Intervals
+from rbstab.analysis.proof.lines.line import Line
 from rbstab.mechanics.numbers import Array
 
 ROUND_OFF = 2.0**-53
@@ -47,8 +49,10 @@ class TrigonometricForm:
         coefficients: C, shape (n, n, n), with n = 2k + 1 for the highest multiple k of an angle.
         reach: The bounds on round-off hold for angles up to this, rad. Sine and cosine have an
             error of u at any angle (`rigorous_basis`); only the quadratic part grows.
-        guard: The barrier on θ2 whose energy is added to f; None without one. `round_off` and the
-            bounds for all points are those of f alone.
+        guard: The barrier on θ2 whose energy is added to f; None without one.
+        lines: The lines whose energies w √s(Θ) are added to f.
+
+    `round_off`, `fourth_derivative_bound` and `trigonometric_bound` are those of f alone.
     """
 
     quadratic: Array
@@ -56,6 +60,7 @@ class TrigonometricForm:
     coefficients: Array
     reach: float = MAX_ANGLE
     guard: Guard | None = None
+    lines: tuple[Line, ...] = ()
 
     @cached_property
     def _multiples(self) -> Array:
@@ -84,6 +89,9 @@ class TrigonometricForm:
                 found, self.guard.approximate(Theta[:, 1], order), strict=True
             ):
                 values[along_second(values)] += added
+        for line in self.lines:
+            parts = zip(found, line.approximate(Theta, order), strict=True)
+            found = [values + added for values, added in parts]
         return found
 
     def rigorous(self, Theta: Array, order: int) -> list[Derivatives]:
@@ -93,7 +101,12 @@ class TrigonometricForm:
             Theta: The points, shape (m, 3), within ±`reach`.
             order: At most 3.
         """
-        found = self.derivatives(rigorous_basis(Theta, self._multiples[-1]), Theta, order)
+        found = self.derivatives(self.basis(Theta), Theta, order)
+        for line in self.lines:
+            found = [
+                _with_interval(one, added)
+                for one, added in zip(found, line.at(Theta, order), strict=True)
+            ]
         if self.guard is None:
             return found
         return [
@@ -101,8 +114,15 @@ class TrigonometricForm:
             for one, low, high in zip(found, *self.guard.at(Theta[:, 1], order), strict=True)
         ]
 
+    def basis(self, Theta: Array) -> Array:
+        """Return t with proved errors, wide enough for f and its lines, shape (m, 3, n)."""
+        squares = [line.square for line in self.lines]
+        highest = max(form._multiples[-1] for form in (self, *squares))
+        return rigorous_basis(Theta, highest)
+
     def derivatives(self, t: Array, Theta: Array, order: int) -> list[Derivatives]:
-        """Return the derivatives of order 0 to `order`, from t of shape (m, 3, n)."""
+        """Return the derivatives of f of order 0 to `order`, from t of shape (m, 3, n or more)."""
+        t = t[:, :, : len(self.coefficients)]
         sums = _mixed_derivatives(self.coefficients, self._differentiation, t, order)
         found = []
         for level in range(order + 1):
@@ -143,6 +163,29 @@ class TrigonometricForm:
         return roundings * ROUND_OFF * magnitudes + np.finfo(float).tiny
 
     @cached_property
+    def noise(self) -> tuple[float, Array]:
+        """The size of round-off in the energy, J, and in its slopes, shape (3,).
+
+        It ends searches, and is not proved. `round_off` is, for f alone.
+        """
+        value, slope = float(self.round_off[0]), self.round_off[1]
+        for line in self.lines:
+            value, slope = value + line.noise[0], slope + line.noise[1]
+        return value, slope
+
+    @cached_property
+    def steepest(self) -> Array:
+        """Bounds on the slopes of all but the quadratic part and the guard, shape (3,), J/rad."""
+        lines = sum((line.steepest for line in self.lines), start=np.zeros(3))
+        return (self.trigonometric_bound(1) + lines) * (1 + 1e-12)
+
+    @cached_property
+    def largest(self) -> float:
+        """A bound on the magnitude of all but the quadratic part and the guard, J."""
+        lines = sum(line.largest for line in self.lines)
+        return (float(self.trigonometric_bound(0)) + lines) * (1 + 1e-12)
+
+    @cached_property
     def fourth_derivative_bound(self) -> Array:
         """Bounds on the fourth derivatives at any point, shape (3, 3, 3, 3)."""
         return self.trigonometric_bound(4)
@@ -177,6 +220,14 @@ def _plus(found: Derivatives, low: Array, high: Array) -> Derivatives:
     wider = (high - low + ROUND_OFF * np.abs(total)) * (1 + 1e-12) + np.finfo(float).tiny
     values[place] = total
     error[place[1:]] += wider.max(initial=0.0)
+    return Derivatives(values, error * (1 + 1e-12))
+
+
+def _with_interval(found: Derivatives, added: Intervals) -> Derivatives:
+    """Add proved bounds at each point; the error is the largest of all points."""
+    values = found.values + added.middle
+    wider = (added.radius + 2 * ROUND_OFF * np.abs(values)) * (1 + 1e-12) + np.finfo(float).tiny
+    error = found.error + wider.max(axis=0, initial=0.0)
     return Derivatives(values, error * (1 + 1e-12))
 
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from rbstab.analysis.proof.boxes import PI, RANGE_END
+from rbstab.analysis.proof.lines.slopes import steepest_periodic
 from rbstab.analysis.proof.reduced_energy import ReducedEnergy
 from rbstab.analysis.proof.rest_states import RestStates, end_before_barrier, proved_rest_states
 from rbstab.analysis.proof.search import search
@@ -18,6 +19,9 @@ from rbstab.mechanics.numbers import Array
 
 BOX_LIMIT = 16_000
 """The number of boxes at which the proof stops. A soft body may have hundreds of rest states."""
+
+BOX_LIMIT_WITH_LINES = 100_000
+"""The same for an energy with springs, whose boxes are smaller."""
 
 MARGIN = 1.001
 """Factor on the bounds of θ1 and θ3, so that no rest state is near the border."""
@@ -45,7 +49,8 @@ def unwrapped_rest_states(rest: RestStates) -> RestStates | None:
     wide = replace(form, reach=max(form.reach, float(end.max())))
     energy = ReducedEnergy(rest.energy.configurations, wide, rest.energy.minimizer)
     known = [point.Theta for point in rest.states if point.proved]
-    return proved_rest_states(energy, end, [*known, *search(wide, end=end)], BOX_LIMIT)
+    limit = BOX_LIMIT_WITH_LINES if form.lines else BOX_LIMIT
+    return proved_rest_states(energy, end, [*known, *search(wide, end=end)], limit)
 
 
 def unwrapped_end(form: TrigonometricForm) -> Array | None:
@@ -64,14 +69,21 @@ def unwrapped_end(form: TrigonometricForm) -> Array | None:
     if compliance is None:
         return None
     turned = np.abs(form.quadratic[[0, 2], 1]) * RANGE_END[1]
-    load = np.abs(form.linear[[0, 2]]) + turned + form.trigonometric_bound(1)[[0, 2]]
+    load = np.abs(form.linear[[0, 2]]) + turned + _steepest(form)
     bound = compliance @ load * MARGIN
     # Wide enough that U is higher there than at θ2 = ±π/2; this needs no proof.
     top = form.value(np.array([[0.0, sign * np.pi / 2, 0.0] for sign in (-1, 1)])).max()
-    height = max(0.0, float(top)) + float(form.trigonometric_bound(0))
+    height = max(0.0, float(top)) + form.largest
     climb = np.sqrt(2.0 * height * np.diag(compliance))
     first, third = np.maximum(np.maximum(bound, climb), PI)
     return np.array([first, RANGE_END[1], third])
+
+
+def _steepest(form: TrigonometricForm) -> Array:
+    """Bound the slopes of the periodic part by θ1 and θ3, shape (2,), J/rad."""
+    if not form.lines:
+        return form.steepest[[0, 2]]
+    return np.array([steepest_periodic(form, axis) for axis in (0, 2)])
 
 
 def _compliance(block: Array) -> Array | None:

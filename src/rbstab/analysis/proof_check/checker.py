@@ -11,7 +11,7 @@ from flint import arb, ctx
 
 from rbstab.analysis.proof_check.boxes import Box, box_between, shown, within
 from rbstab.analysis.proof_check.cover import cover
-from rbstab.analysis.proof_check.energy import Ball, Energy, Taylor, TooLongError
+from rbstab.analysis.proof_check.energy import Energy, Taylor, TooLongError
 from rbstab.analysis.proof_check.findings import (
     IN_RANGE,
     UNWRAPPED,
@@ -21,6 +21,7 @@ from rbstab.analysis.proof_check.findings import (
 )
 from rbstab.analysis.proof_check.regions import Region
 from rbstab.analysis.proof_check.rest_states import RestState, domain, faults, proved_states
+from rbstab.analysis.proof_check.trigonometric import Ball
 
 PRECISION = 128
 """Bits of a ball."""
@@ -47,6 +48,10 @@ def check(proof: Mapping[str, Any]) -> list[Finding]:
             U = Energy(proof["reduced_energy"])
         except ValueError as error:
             return [Finding(IN_RANGE, "energy", False, f"{error}.")]
+        lines = _lines(U)
+        findings += lines
+        if not all(finding.verified for finding in lines):
+            return findings
         try:
             for finding in _all_findings(U, proof):
                 findings.append(finding)
@@ -86,6 +91,18 @@ def _findings_between(
     text = f"U rises with |θ2| from {end:.6g} rad on: no rest state is there."
     yield Finding(name, "barrier", True, text)
     yield from _findings(U, claims, range_with(name, (first, arb(end), third), guarded=True))
+
+
+def _lines(U: Energy) -> list[Finding]:
+    """Check that each line has a length at each attitude, so that U is smooth."""
+    if not U.lines:
+        return []
+    covers = {f"line {k}": line.lengths() for k, line in enumerate(U.lines, start=1)}
+    wrong = [name for name, found in covers.items() if found.open is not None]
+    text = "Each line has a length at each attitude."
+    if wrong:
+        text = f"That {', '.join(wrong)} has a length at each attitude could not be confirmed."
+    return [Finding(IN_RANGE, "lines", not wrong, text, covers)]
 
 
 def _every_start(U: Energy, claims: Mapping[str, Any], found: Sequence[Finding]) -> Finding:

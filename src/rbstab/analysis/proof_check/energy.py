@@ -2,8 +2,9 @@
 
     U = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3),    t = [1, cos θ, sin θ, cos 2θ, ...]
 
-With a barrier, U has the term ½ k tan² θ2 too, which is infinite at ±π/2. All its derivatives by θ2
-are monotonic functions of |θ2|, so balls need only the ends of an interval.
+Springs add the lengths of their lines (`lines.py`). With a barrier, U has the term ½ k tan² θ2 too,
+which is infinite at ±π/2. All its derivatives by θ2 are monotonic functions of |θ2|, so balls need
+only the ends of an interval.
 
 A ball (python-flint's `arb`) is a number with a bound on its error. Each result contains the exact
 value for every U whose numbers round to the stored doubles.
@@ -12,50 +13,38 @@ value for every U whose numbers round to the stored doubles.
 import copy
 import math
 from collections.abc import Mapping, Sequence
-from itertools import combinations_with_replacement, product
 from typing import Any
 
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
-
-Ball = Any
-
-Axes = tuple[int, ...]
-"""The axes of a derivative, in rising order."""
+from rbstab.analysis.proof_check.lines import Line
+from rbstab.analysis.proof_check.slopes import largest_slope
+from rbstab.analysis.proof_check.trigonometric import (
+    Axes,
+    Ball,
+    TrigonometricSum,
+    axes_of,
+    rounded,
+    square,
+)
 
 MOST_MULTIPLES = 4
 """The largest multiple of an angle in U. A proof has 2: U is quadratic in the rotation matrix."""
 
 MOST_EVALUATIONS = 3_000_000
-"""So often U is evaluated at most; this takes five to ten minutes."""
+"""So often U is evaluated at most; this takes five to ten minutes. A line counts as two."""
 
-
-_ORDERS = {
-    axes: tuple(axes.count(axis) for axis in AXES)
-    for order in range(4)
-    for axes in combinations_with_replacement(AXES, order)
-}
-"""The order of each derivative along each axis."""
+MOST_LINES = 100
 
 
 class TooLongError(Exception):
     """The check takes too long."""
 
 
-def rounded(number: float) -> Ball:
-    """Return a ball with all real numbers that round to a double."""
-    return arb(number, abs(number) * 2.0**-53 + 5e-324)
-
-
 def symmetric(radius: float) -> Ball:
     """Return the ball about 0 with a radius, rounded up."""
     return arb(0, math.nextafter(radius, math.inf))
-
-
-def square(number: Ball) -> Ball:
-    """Return x². python-flint's `x**2` is NaN for a ball about 0."""
-    return number * number
 
 
 def barrier(stiffness: Ball, angle: Ball) -> list[Ball]:
@@ -70,28 +59,20 @@ def barrier(stiffness: Ball, angle: Ball) -> list[Ball]:
     return [stiffness * term for term in terms]
 
 
-def basis(angle: Ball, highest: int) -> list[list[Ball]]:
-    """Return the derivatives of t of order 0 to 3, for multiples of an angle up to `highest`."""
-    rows = [[arb(int(order == 0))] for order in range(4)]
-    for k in range(1, highest + 1):
-        sine, cosine = (k * angle).sin_cos()
-        turns = [cosine, -sine, -cosine, sine]  # the derivatives of cos; those of sin lag by one
-        for order, row in enumerate(rows):
-            row += [k**order * turns[order], k**order * turns[order - 1]]
-    return rows
-
-
 class Energy:
     """U with all its derivatives up to order 3.
 
     Args:
-        data: `reduced_energy` of a proof: quadratic, linear and coefficients, and perhaps barrier.
+        data: `reduced_energy` of a proof: quadratic, linear and coefficients, and perhaps barrier
+            and lines.
 
     Attributes:
         stiffness: k of a barrier on θ2, a ball; None without one.
+        lines: The lines whose lengths are in U.
 
     Raises:
-        ValueError: Q is not symmetric, U has large multiples of an angle, or k is not positive.
+        ValueError: Q is not symmetric, U has large multiples of an angle, k is not positive, or
+            there are too many lines.
     """
 
     def __init__(self, data: Mapping[str, Any]) -> None:
@@ -107,10 +88,10 @@ class Energy:
         self.stiffness = None if stiffness is None else rounded(stiffness)
         self.quadratic = [[rounded(entry) for entry in row] for row in Q]
         self.linear = [rounded(entry) for entry in data["linear"]]
-        self.layers = [
-            arb_mat([[rounded(entry) for entry in row] for row in layer])
-            for layer in data["coefficients"]
-        ]
+        if len(data.get("lines") or ()) > MOST_LINES:
+            raise ValueError(f"The reduced energy has more than {MOST_LINES} lines")
+        self.periodic = TrigonometricSum(data["coefficients"])
+        self.lines = [Line(one) for one in data.get("lines") or ()]
         self.evaluations = 0
 
     def derivatives(self, Theta: Sequence[Ball]) -> dict[tuple[int, ...], Ball]:
@@ -135,22 +116,28 @@ class Energy:
         Raises:
             TooLongError: U was evaluated too often.
         """
-        self.evaluations += 1
-        if self.evaluations > MOST_EVALUATIONS:
-            raise TooLongError(f"The check needs more than {MOST_EVALUATIONS:,} evaluations of U")
-        first, second, third = (arb_mat(basis(angle, len(self.layers) // 2)) for angle in Theta)
-        third = third.transpose()
-        # All derivatives along axes 2 and 3, one row for each t_a.
-        rows = arb_mat([(second * layer * third).entries() for layer in self.layers])
-        table = first * rows
-        found = {axes: table[p, 4 * q + r] for axes, (p, q, r) in _ORDERS.items()}
+        self._count()
+        found = self.periodic.derivatives(Theta)
         slopes = [sum((row[j] * Theta[j] for j in AXES), arb(0)) for row in self.quadratic]
         for i in AXES:
             found[()] += (slopes[i] / 2 + self.linear[i]) * Theta[i]
             found[i,] += slopes[i] + self.linear[i]
             for j in range(i, 3):
                 found[i, j] += self.quadratic[i][j]
+        return self._with_lines(found, Theta)
+
+    def _with_lines(self, found: dict[Axes, Ball], Theta: Sequence[Ball]) -> dict[Axes, Ball]:
+        """Add the lines to derivatives at a ball of Θ."""
+        for line in self.lines:
+            for axes, value in line.derivatives(Theta).items():
+                found[axes] += value
         return found
+
+    def _count(self) -> None:
+        """Count one more evaluation of U."""
+        self.evaluations += 1 + 2 * len(self.lines)
+        if self.evaluations > MOST_EVALUATIONS:
+            raise TooLongError(f"The check needs more than {MOST_EVALUATIONS:,} evaluations of U")
 
     def end_before_barrier(self, first: Ball, third: Ball) -> float | None:
         """Return an angle from which on, up to π/2, U rises with |θ2|; None if none is found.
@@ -176,22 +163,26 @@ class Energy:
             return None
         inverse = k.inv()
         load = [
-            abs(self.linear[j]) + abs(Q[j][1]) * arb.pi() / 2 + self._steepest(j) for j in (0, 2)
+            abs(self.linear[j]) + abs(Q[j][1]) * arb.pi() / 2 + self._sharper(j) for j in (0, 2)
         ]
         return [sum((abs(inverse[i, j]) * load[j] for j in (0, 1)), arb(0)) for i in (0, 1)]
 
     def _steepest(self, axis: int) -> Ball:
-        """Bound |∂p/∂θ| along an axis.
+        """Bound |∂p/∂θ| along an axis, with the periodic part p, lines included."""
+        return sum((line.steepest(axis) for line in self.lines), self.periodic.steepest(axis))
 
-        The terms with the same multiples of the angles are a product of the (at most eight)
-        coefficients and three unit vectors [cos, sin], so the norm of the coefficients bounds them.
-        """
-        squares: dict[tuple[int, ...], Ball] = {}
-        for a, layer in enumerate(self.layers):
-            for b, c in product(range(len(self.layers)), repeat=2):
-                multiples = ((a + 1) // 2, (b + 1) // 2, (c + 1) // 2)
-                squares[multiples] = squares.get(multiples, arb(0)) + square(layer[b, c])
-        return sum((k[axis] * total.abs_upper().sqrt() for k, total in squares.items()), arb(0))
+    def _sharper(self, axis: int) -> Ball:
+        """Bound |∂p/∂θ| for |θ2| <= π/2: with lines, the bounds of single terms are too large."""
+        single = self._steepest(axis)
+        if not self.lines:
+            return single
+
+        def periodic(Theta: Sequence[Ball]) -> dict[Axes, Ball]:
+            self._count()
+            return self._with_lines(self.periodic.derivatives(Theta), Theta)
+
+        found = largest_slope(periodic, axis)
+        return single if found is None or not found < single else found
 
 
 class Taylor:
@@ -305,8 +296,3 @@ class Taylor:
             return arb("nan")
         cubic = self.step.transpose() * self.change * self.step / 6
         return self.value - fall[0, 0] + cubic[0, 0]
-
-
-def axes_of(*axes: int) -> tuple[int, ...]:
-    """Return axes in rising order."""
-    return tuple(sorted(axes))

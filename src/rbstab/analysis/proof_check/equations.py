@@ -12,7 +12,8 @@ from flint import arb, arb_mat
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.exact import decimal_balls, in_balls
-from rbstab.analysis.proof_check.energy import Ball, Energy
+from rbstab.analysis.proof_check.energy import Energy
+from rbstab.analysis.proof_check.trigonometric import Ball
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 

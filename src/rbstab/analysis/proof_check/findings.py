@@ -8,7 +8,7 @@ from flint import arb
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
 from rbstab.analysis.proof_check.cover import Cover
-from rbstab.analysis.proof_check.energy import Ball
+from rbstab.analysis.proof_check.trigonometric import Ball
 
 IN_RANGE = "the range of eq. 5"
 UNWRAPPED = "all θ1 and θ3"

@@ -8,8 +8,9 @@ from typing import Any
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box, box_between, touches
-from rbstab.analysis.proof_check.energy import Energy, Taylor, square
+from rbstab.analysis.proof_check.energy import Energy, Taylor
 from rbstab.analysis.proof_check.findings import Range
+from rbstab.analysis.proof_check.trigonometric import square
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,9 @@ from flint import arb, ctx
 from rbstab.analysis.proof_check.boxes import Box, flat, shown
 from rbstab.analysis.proof_check.checker import FARTHEST_END, PRECISION
 from rbstab.analysis.proof_check.cover import cover
-from rbstab.analysis.proof_check.energy import Ball, Energy, Taylor, TooLongError
+from rbstab.analysis.proof_check.energy import Energy, Taylor, TooLongError
 from rbstab.analysis.proof_check.findings import UNWRAPPED, Finding, Range, range_with
+from rbstab.analysis.proof_check.trigonometric import Ball
 
 METHODS = ("stiff", "repelling")
 
@@ -44,7 +45,8 @@ def decimal(number: float) -> Ball:
 
 def _findings(U: Energy, claim: Mapping[str, Any]) -> Iterator[Finding]:
     strength, soft_angle = (decimal(claim[key]) for key in ("strength", "soft_angle"))
-    sound = claim["method"] in METHODS and U.stiffness is None and strength > 0
+    plain = U.stiffness is None and not U.lines
+    sound = claim["method"] in METHODS and plain and strength > 0
     if not (sound and soft_angle > 0 and soft_angle < arb.pi() / 2):
         text = "The guard is not one that adds energy beyond an angle between 0 and π/2."
         yield Finding(UNWRAPPED, "soft guard", False, text)

@@ -26,7 +26,6 @@ from rbstab.analysis.motion_proof.rounding import magnitude_of
 from rbstab.analysis.motion_proof.step import StateSet
 from rbstab.config.build import start_of
 from rbstab.config.schema import Config
-from rbstab.elements.spring import Spring
 from rbstab.experiment.convergence.convergence import Convergence, Enclose, Undecided
 from rbstab.experiment.convergence.decisions import (
     COMMAND,
@@ -128,9 +127,7 @@ def prove_convergence(
     brief = enclose is Enclose.BRIEFLY
     limits = limits or Limits(BRIEF_STEPS if brief else MAX_STEPS)
     refused, to_end = refusal(problem, proof), enclose is Enclose.TO_END
-    # No enclosure takes a square root: its discs must not touch the branch cut.
-    has_root = any(isinstance(element, Spring) for element in problem.system.elements)
-    if refused is not None and (not to_end or has_root or refused.reason in NOT_ENCLOSED):
+    if refused is not None and (not to_end or refused.reason in NOT_ENCLOSED):
         return MotionProof(replace(refused, enclosed=_reached(enclose, refused)), None)
     with proof_precision():
         start = _exact_start(config, problem)

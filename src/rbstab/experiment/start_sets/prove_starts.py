@@ -22,7 +22,8 @@ from rbstab.analysis.motion_proof.sets.set_motion import (
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
-from rbstab.experiment.convergence.convergence import Convergence
+from rbstab.elements.spring import Spring
+from rbstab.experiment.convergence.convergence import Convergence, Undecided
 from rbstab.experiment.convergence.decisions import convergence_in, refusal
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
 from rbstab.experiment.proof_record import Proof
@@ -39,6 +40,8 @@ from rbstab.processes.workers import worker_pool
 
 MAX_PARTS = 64
 """The most parts into which the starts are divided: a limit that is the same on every machine."""
+
+SPRINGS = "sets of starts are not followed with a spring: a length is a square root"
 
 Progress = Callable[[float, int], None]
 """Called with the fraction of the starts that is proved, and the number of parts to be followed."""
@@ -93,7 +96,10 @@ def prove_starts(  # noqa: PLR0913 (options by name)
         progress: Called after each part that is decided.
     """
     begin = time.perf_counter()
-    refused = refusal(problem_of(config), proof)
+    problem = problem_of(config)
+    refused = refusal(problem, proof)
+    if refused is None and any(isinstance(one, Spring) for one in problem.system.elements):
+        refused = Convergence(None, why=SPRINGS, reason=Undecided.NO_REGION)
     parts: list[ProvedPart] = []
     examined, steps, given_up = 0, 0, 0
     waiting, why = ([], refused.why) if refused is not None else _all_starts(config, tolerances)

@@ -91,6 +91,8 @@ def unguarded(config: Config) -> Unguarded:
     proof = prove(config, problem)
     if proof.reduced_energy is None:
         raise NotDecidedError(proof.outcome)
+    if proof.reduced_energy.form.lines:
+        raise NotDecidedError("a soft guard beside springs has no proof")
     border = border_of_pitch(proof.reduced_energy.form)
     if border is None:
         raise NotDecidedError("θ1 and θ3 have no bound that is small enough for a proof")

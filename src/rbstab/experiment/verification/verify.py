@@ -4,13 +4,12 @@ from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
 from rbstab.analysis.exact import decimals
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.proof import PROOF_VERSION, Proof, proof_id
+from rbstab.experiment.proof_record import energy_of
 from rbstab.experiment.switching_record import smooth_rest_system
 
 if TYPE_CHECKING:
@@ -88,13 +87,7 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     except NoReducedEnergy as error:
         yield Finding(CONFIG, "energy", False, f"The config has no reduced energy: {error}.")
         return
-    form = stored.form
-    pairs = [
-        (found.quadratic, form.quadratic),
-        (found.linear, form.linear),
-        (found.coefficients, form.coefficients),
-    ]
-    same = all(np.array_equal(one, other) for one, other in pairs) and found.guard == form.guard
+    same = energy_of(found).model_dump() == stored.model_dump()
     same = same and agrees_with_equations(stored.model_dump(mode="json"), exact)
     text = "The energy U of the proof is that of the config: all its coefficients agree."
     if not same:

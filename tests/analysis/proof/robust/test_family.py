@@ -260,7 +260,7 @@ def value_of(polynomial, Theta, z):
     """Return a polynomial without lengths at some points, for one z."""
     total = np.zeros(len(Theta))
     for powers, coefficient in polynomial.terms():
-        angles, sines, cosines, _, parameters = polynomial.ring.split(powers)
+        angles, sines, cosines, _, parameters, _ = polynomial.ring.split(powers)
         waves = Theta**angles * np.sin(Theta) ** sines * np.cos(Theta) ** cosines
         weight = np.prod(z ** np.array(parameters)) * float(coefficient.p) / float(coefficient.q)
         total = total + weight * np.prod(waves, axis=1)

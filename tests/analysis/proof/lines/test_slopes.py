@@ -1,0 +1,36 @@
+"""Protects the bound on the slope of the periodic part, from which all rest states are bounded."""
+
+import numpy as np
+import pytest
+from support.held_springs import held_system, random_springs
+
+from rbstab.analysis.proof.boxes import RANGE_END
+from rbstab.analysis.proof.lines.slopes import FACTOR, steepest_periodic
+from rbstab.analysis.proof.reduced_energy import reduced_energy
+from rbstab.analysis.proof.unwrapped import unwrapped_end
+
+
+@pytest.mark.parametrize("axis", [0, 2])
+def test_the_bound_is_above_all_slopes_but_not_by_much(axis):
+    springs = random_springs(np.random.default_rng(3), 2)
+    form = reduced_energy(held_system(springs)).form
+    bound = steepest_periodic(form, axis)
+    Theta = np.random.default_rng(0).uniform(-1, 1, size=(40_000, 3)) * RANGE_END
+    slope = form.approximate(Theta, 1)[1] - Theta @ form.quadratic - form.linear
+    most = np.abs(slope[:, axis]).max()
+    assert most <= bound <= 1.1 * FACTOR * most
+    # The bounds of single terms are much larger.
+    assert bound < 0.8 * form.steepest[axis]
+
+
+@pytest.mark.heavy
+def test_the_end_follows_from_the_sharper_bound():
+    springs = random_springs(np.random.default_rng(3), 2)
+    form = reduced_energy(held_system(springs, 3.0)).form
+    end = unwrapped_end(form)
+    assert end is not None
+    loads = [steepest_periodic(form, axis) for axis in (0, 2)]
+    stiffness = form.quadratic[np.ix_([0, 2], [0, 2])]
+    np.testing.assert_allclose(np.diag(stiffness), [1200.0, 960.0])
+    assert np.all(end[[0, 2]] >= np.array(loads) / np.diag(stiffness))
+    assert np.all(end[[0, 2]] < form.steepest[[0, 2]] / np.diag(stiffness) + 6)

@@ -1,0 +1,56 @@
+"""Protects the checker's bound on slopes, and that it takes none where it finds none."""
+
+import numpy as np
+import pytest
+from flint import arb, ctx
+from support.held_springs import held_system, random_springs
+from support.proofs import proof_of
+
+from rbstab.analysis.proof_check import slopes
+from rbstab.analysis.proof_check.energy import Energy
+from rbstab.analysis.proof_check.slopes import largest_slope
+from rbstab.analysis.proof_check.trigonometric import TrigonometricSum
+
+
+@pytest.fixture(autouse=True)
+def _precision():
+    with ctx.workprec(128):
+        yield
+
+
+def wave():
+    """Return the derivatives of 3 cos θ1 cos θ3 + sin θ2, whose slopes are at most 3, 1 and 3."""
+    coefficients = np.zeros((3, 3, 3))
+    coefficients[1, 0, 1], coefficients[0, 2, 0] = 3.0, 1.0
+    return TrigonometricSum(coefficients.tolist()).derivatives
+
+
+@pytest.mark.parametrize(("axis", "most"), [(0, 3.0), (1, 1.0), (2, 3.0)])
+def test_the_largest_slope_of_a_wave_is_bounded(axis, most):
+    bound = largest_slope(wave(), axis)
+    assert bound is not None
+    assert most <= float(bound) <= slopes.FACTOR * most * (1 + 1e-12)
+
+
+def test_no_bound_is_made_up(monkeypatch):
+    monkeypatch.setattr(slopes, "BOX_LIMIT", 3)
+    assert largest_slope(wave(), 0) is None
+
+    def unbounded(Theta):
+        return {axes: arb("nan") for axes in wave()(Theta)}
+
+    monkeypatch.setattr(slopes, "BOX_LIMIT", 50)
+    assert largest_slope(unbounded, 0) is None
+
+
+@pytest.mark.heavy
+def test_confinement_holds_and_falls_back_to_single_terms(monkeypatch):
+    (spring,) = random_springs(np.random.default_rng(1), 1)
+    U = Energy(proof_of(held_system([spring], 2.0), box_limit=1)["reduced_energy"])
+    monkeypatch.setattr(slopes, "FACTOR", 1.5)  # faster
+    sharp = U.confinement()
+    monkeypatch.setattr(slopes, "BOX_LIMIT", 1)
+    single = U.confinement()
+    assert sharp is not None
+    assert single is not None
+    assert all(0 < one < other for one, other in zip(sharp, single, strict=True))

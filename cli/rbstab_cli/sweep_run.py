@@ -12,7 +12,7 @@ from rbstab_cli import exit_codes
 
 if TYPE_CHECKING:
     from rbstab.sweep.sweep import Sweep
-    from rbstab_cli.output.sweep_progress import ProgressPrinter
+    from rbstab_cli.output.sweeps.sweep_progress import ProgressPrinter
 
 SweepTask = Callable[["ProgressPrinter", Event], "Sweep"]
 """Runs or gathers a sweep. It calls the printer with each event, and stops once `Event` is set."""
@@ -37,8 +37,8 @@ def run_task(
     """
     from rbstab.sweep.execution.work_queue import ExecutorError
     from rbstab_cli.interrupts import graceful_interrupts
-    from rbstab_cli.output.sweep_progress import progress_printer
-    from rbstab_cli.output.sweep_report import report_sweep
+    from rbstab_cli.output.sweeps.sweep_progress import progress_printer
+    from rbstab_cli.output.sweeps.sweep_report import report_sweep
 
     stop, interrupted = Event(), Event()
     try:

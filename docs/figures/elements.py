@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from rbstab.elements.attitude_spring import AttitudeSpring
-from rbstab.elements.barrier import Barrier
 from rbstab.elements.element import NO_STATE, Element
-from rbstab.elements.stop import Stop
+from rbstab.elements.guards.barrier import Barrier
+from rbstab.elements.guards.stop import Stop
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import motion_from_centre
 

@@ -45,6 +45,7 @@ def section(path: Path) -> str:
     (title,) = re.findall(r"^title: (.*)$", text, flags=re.MULTILINE)
     words = " ".join(line.lstrip("# ") for line in text.split("\n") if line.startswith("#"))
     inside = path.relative_to(ROOT).as_posix()
+    allowed = " --allow-python" if "kind: python" in text else ""
     picture = f"pictures/gallery/{path.stem}.png"
     return f"""### {title}
 
@@ -53,7 +54,7 @@ def section(path: Path) -> str:
 {words}
 
 ```console
-$ rbstab run {inside}
+$ rbstab run {inside}{allowed}
 ```
 
 [{inside}](../{inside})
@@ -93,7 +94,8 @@ def stills(axes: Any, result: rbstab.Result, config: Any) -> None:
 
 def picture(path: Path) -> plt.Figure:
     """Return the picture of a config: stills, angles, energy."""
-    config = rbstab.load_config(path)
+    # The elements of users among them are ours.
+    config = rbstab.load_config(path, allow_python=True)
     result = rbstab.simulate(config)
     t = result["time"]
     figure, (left, middle, right) = plt.subplots(1, 3, figsize=(9, 2.6), layout="constrained")

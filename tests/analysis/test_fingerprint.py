@@ -13,9 +13,9 @@ from rbstab.analysis.fingerprint import P, Residue, fingerprint, residue
 from rbstab.config.build import system_of
 from rbstab.config.schema import Config
 from rbstab.elements.attitude_spring import AttitudeSpring
-from rbstab.elements.barrier import Barrier
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.spring import Spring
 from rbstab.elements.visco_elastic import ViscoElasticTie

@@ -18,9 +18,9 @@ from rbstab.store.disk.lock import locked
 from rbstab.store.shard_file import read_shard
 from rbstab.sweep.execution.estimate import Estimate
 from rbstab.sweep.members.outcome import COLUMNS
-from rbstab_cli.output import sweep_progress
-from rbstab_cli.output.sweep_progress import RATE_WINDOW, Rate, duration
-from rbstab_cli.output.sweep_report import size
+from rbstab_cli.output.sweeps import sweep_progress
+from rbstab_cli.output.sweeps.sweep_progress import RATE_WINDOW, Rate, duration
+from rbstab_cli.output.sweeps.sweep_report import size
 
 PLAN = """\
 title: Spins

@@ -128,7 +128,7 @@ def test_each_drawing_is_an_image_with_colours_for_both_modes(drawings: ModuleTy
 def test_the_curves_are_the_energies_of_the_page(drawings: ModuleType) -> None:
     """The energies of the drawings have the closed forms that the page prints."""
     from rbstab.elements.attitude_spring import AttitudeSpring
-    from rbstab.elements.barrier import Barrier
+    from rbstab.elements.guards.barrier import Barrier
 
     angles = np.linspace(-1.2, 1.2, 7)
     turned = AttitudeSpring(name="", K=20 * np.eye(3), L=np.eye(3))

@@ -14,9 +14,9 @@ from support.pose import angles, attitude, turned
 from support.systems import random_body, random_state, random_system, random_Z
 
 from rbstab.elements.attitude_spring import AttitudeSpring
-from rbstab.elements.barrier import Barrier
 from rbstab.elements.element import NO_STATE
 from rbstab.elements.embedded import EmbeddedConnector, EmbeddedTie
+from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.spring import Spring
 from rbstab.elements.visco_elastic import ViscoElasticConnector, ViscoElasticTie
 from rbstab.mechanics.motion import motion_from_centre

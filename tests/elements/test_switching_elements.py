@@ -14,8 +14,8 @@ from support.switching import random_guard, random_ligament
 from support.systems import random_body, random_Z
 
 from rbstab.elements.element import NO_STATE
+from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
 from rbstab.elements.registry import NAMED_ELEMENTS
-from rbstab.elements.soft_guards import RepellingGuard, StiffGuard
 from rbstab.mechanics.attitude import rotation
 from rbstab.mechanics.motion import motion_from_centre
 

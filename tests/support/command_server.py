@@ -35,7 +35,7 @@ MODULES = (
     "rbstab.report.writers.pdf",
     "rbstab.report.writers.text",
     "rbstab.sweep.sweep",
-    "rbstab_cli.output.sweep_report",
+    "rbstab_cli.output.sweeps.sweep_report",
 )
 
 CLOCKS = ("fpdf.fpdf", "rbstab.experiment.provenance", "rbstab.report.build")

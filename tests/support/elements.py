@@ -10,11 +10,11 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from rbstab.elements.attitude_spring import AttitudeSpring
-from rbstab.elements.barrier import Barrier
 from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedTie
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.inputs.loads import Input
 from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
 from rbstab.elements.registry import ELEMENTS, NAMED_ELEMENTS

@@ -7,8 +7,8 @@ from mpmath import mp
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
+from rbstab.elements.guards.soft_guards import StiffGuard
 from rbstab.elements.ligament import Ligament
-from rbstab.elements.soft_guards import StiffGuard
 from rbstab.integrate.engines import engine
 
 ENGINES = ("scipy", "heyoka")

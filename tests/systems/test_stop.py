@@ -14,7 +14,7 @@ from support.differences import along, derivative
 from support.systems import random_body, random_elements, random_Z
 
 from rbstab.elements.element import couple_on_body
-from rbstab.elements.stop import Stop
+from rbstab.elements.guards.stop import Stop
 from rbstab.mechanics import pitch
 from rbstab.mechanics.motion import Wrench, motion_from_centre, motion_from_contact
 from rbstab.systems.coordinates import (

@@ -11,7 +11,7 @@ from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, QUIET
 
 if TYPE_CHECKING:
     from rbstab.sweep.sweep import Sweep
-    from rbstab_cli.output.sweep_progress import ProgressPrinter
+    from rbstab_cli.output.sweeps.sweep_progress import ProgressPrinter
     from rbstab_cli.sweep_run import SweepTask
 
 

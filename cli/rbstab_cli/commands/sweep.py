@@ -157,7 +157,7 @@ def command(
     part = part or old_part
     try:
         if status_of is not None:
-            from rbstab_cli.output.sweep_report import report_status
+            from rbstab_cli.output.sweeps.sweep_report import report_status
 
             report_status(status_of, as_json=as_json)
         elif plan is not None:
@@ -187,7 +187,7 @@ def command(
                     comparison_worker=worker,
                 )
                 if dry_run:
-                    from rbstab_cli.output.sweep_report import report_estimate
+                    from rbstab_cli.output.sweeps.sweep_report import report_estimate
 
                     report_estimate(loaded, folder, options, as_json=as_json)
                 else:
@@ -274,7 +274,7 @@ def _sweep(
     prove: bool,
 ) -> None:
     from rbstab.sweep.sweep import sweep_to_folder
-    from rbstab_cli.output.sweep_answers import prove_members
+    from rbstab_cli.output.sweeps.sweep_answers import prove_members
     from rbstab_cli.sweep_run import run_task
 
     with ExitStack() as stack:

@@ -50,7 +50,7 @@ def _show_folder(path: Path, *, as_json: bool) -> None:
 def _show_sweep(folder: Path, *, as_json: bool) -> None:
     from rbstab.files.shell_words import shell_word
     from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SWEEP_FILE
-    from rbstab_cli.output.sweep_report import report_status
+    from rbstab_cli.output.sweeps.sweep_report import report_status
 
     report_status(folder, as_json=as_json)
     gathered = (folder / SWEEP_FILE).is_file()

@@ -8,18 +8,18 @@ needs one file and its line in `KINDS`.
 from typing import Any
 
 from rbstab.elements.attitude_spring import AttitudeSpring
-from rbstab.elements.barrier import Barrier
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedConnector, EmbeddedTie
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.guards.barrier import Barrier
+from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
+from rbstab.elements.guards.stop import Stop
 from rbstab.elements.inputs.loads import BodyCoupleInput, BodyForceInput, CoupleInput, ForceInput
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.sliding_ties import CrossingTie, FilippovTie, LayeredTie, SlidingTie
-from rbstab.elements.soft_guards import RepellingGuard, StiffGuard
 from rbstab.elements.spring import Spring
-from rbstab.elements.stop import Stop
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector, ViscoElasticTie
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.elements.stop import Stop
+from rbstab.elements.guards.stop import Stop
 from rbstab.mechanics import pitch
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH

@@ -20,7 +20,7 @@ from rbstab.analysis.proof.guard import Guard
 from rbstab.analysis.proof.least_value import lower_bounds, upper_bounds
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
-from rbstab.elements.barrier import Barrier
+from rbstab.elements.guards.barrier import Barrier
 from rbstab.mechanics.motion import Motion
 
 seeds = st.integers(0, 2**32)

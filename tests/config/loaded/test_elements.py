@@ -18,7 +18,7 @@ from rbstab.config.build import system_of
 from rbstab.config.entries import entries_of, replaced, value_at
 from rbstab.config.load import load_config, resolved, resolved_yaml, run_id
 from rbstab.elements.attitude_spring import AttitudeSpring
-from rbstab.elements.barrier import Barrier
+from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.spring import Spring
 from rbstab.elements.visco_elastic import ViscoElasticTie
 

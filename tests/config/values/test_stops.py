@@ -7,7 +7,7 @@ from support.switching import data, guard
 from rbstab.config.build import problem_of
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config
-from rbstab.elements.stop import Stop
+from rbstab.elements.guards.stop import Stop
 from rbstab.systems.parameters import parameters
 
 

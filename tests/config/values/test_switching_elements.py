@@ -8,9 +8,9 @@ from support.switching import data, guard, ligament
 from rbstab.config.build import problem_of
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config, resolved
-from rbstab.elements.barrier import Barrier
+from rbstab.elements.guards.barrier import Barrier
+from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
 from rbstab.elements.ligament import Ligament
-from rbstab.elements.soft_guards import RepellingGuard, StiffGuard
 from rbstab.systems.parameters import parameters
 
 

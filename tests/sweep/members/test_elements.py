@@ -206,9 +206,16 @@ def complaint(vary, base=None):
 @pytest.mark.parametrize(
     ("key", "expected"),
     [
-        ("elements.strut.stifness", "is not in the base (did you mean elements.strut.stiffness?)"),
+        (
+            "elements.strut.stifness",
+            "is not in the base "
+            "(did you mean elements.range.stiffness or elements.strut.stiffness?)",
+        ),
         ("elements.strat.damping", "is not in the base (did you mean elements.strut.damping?)"),
-        ("elements.strut.point[3]", "is not in the base (did you mean elements.strut.point[2]?)"),
+        (
+            "elements.strut.point[3]",
+            "is not in the base (did you mean elements.strut.point[2] or elements.tie.point[2]?)",
+        ),
     ],
 )
 def test_keys_that_do_not_exist_get_a_hint(key, expected):

@@ -1,4 +1,6 @@
-"""The energy of a barrier on θ2 (`elements/barrier.py`), with proved bounds, and its separation.
+"""The energy of a barrier on θ2 with proved bounds, and its separation.
+
+The barrier is that of `elements/guards/barrier.py`.
 
 With t = tan θ2 the energy is k P(t), and dt/dθ2 = 1 + t². So each derivative by θ2 is k times a
 polynomial in t, by the rule P -> P'(1 + t²). All coefficients are positive, and the powers are all
@@ -16,7 +18,7 @@ import numpy as np
 
 from rbstab.analysis.exact import fraction_ball, upper
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
-from rbstab.elements.barrier import Barrier, energy_of_tangent
+from rbstab.elements.guards.barrier import Barrier, energy_of_tangent
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 

@@ -14,7 +14,7 @@ from rbstab.analysis.proof.lines.shortest import NoLength
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
-from rbstab.elements.barrier import Barrier
+from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array

@@ -4,8 +4,8 @@ import math
 from typing import Any, NamedTuple
 
 from rbstab.config.schema import Config
+from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.elements.registry import KINDS
-from rbstab.elements.soft_guards import SoftGuard
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.tuning.guarded_run import (
     RunOutcome,

@@ -25,7 +25,7 @@ from rbstab.analysis.proof.regions.kept_range import (
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config, plain_data
-from rbstab.elements.soft_guards import RepellingGuard, StiffGuard
+from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
 
 PAPER = Path(__file__).parents[4] / "configs" / "paper"
 CASES = ["case1_permanent", "case2_visco_elastic", "case3_embedded"]

@@ -20,7 +20,7 @@ from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.least_value import least_value
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.unwrapped import unwrapped_end
-from rbstab.elements.soft_guards import SoftGuard
+from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.mechanics.numbers import Array
 
 BATCH = 2048

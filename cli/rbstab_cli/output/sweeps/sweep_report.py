@@ -115,7 +115,7 @@ def report_estimate(plan: "Plan", path: Path, options: "SweepOptions", *, as_jso
     from rbstab.processes.processors import processor_count
     from rbstab.sweep.execution.estimate import estimate
     from rbstab.sweep.members.engines import factory_for
-    from rbstab_cli.output.sweep_progress import duration
+    from rbstab_cli.output.sweeps.sweep_progress import duration
 
     members, done = _member_counts(plan, path, options)
     threads = options.threads or processor_count()

@@ -1,0 +1,1 @@
+"""What the commands of sweeps print: progress, outcomes, and what is proved."""

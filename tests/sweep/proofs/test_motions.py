@@ -12,17 +12,19 @@ from support.valleys import TWO_VALLEYS
 
 import rbstab
 from rbstab.config.build import problem_of
+from rbstab.experiment.convergence.convergence import Undecided
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.convergence.many_motions import ManyMotions
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_file
 from rbstab.integrate.engines import engine
+from rbstab.report.sweeps.proofs import REASONS
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import plan_id
 from rbstab.sweep.proofs import motions
-from rbstab.sweep.proofs.columns import MOTION_COLUMNS, MOTION_PROOFS
+from rbstab.sweep.proofs.columns import FIRST_UNDECIDED, MOTION_COLUMNS, MOTION_PROOFS
 from rbstab.sweep.proofs.motions import MotionProver
 
 EXAMPLES = Path(__file__).parents[3] / "configs" / "examples"
@@ -218,3 +220,26 @@ def test_an_engine_without_proofs_gets_them(tmp_path):
     plan = spun([12.0])
     run_sweep(tmp_path / "sweep", plan, factory=FakeEngine)
     assert rbstab.open_sweep(tmp_path / "sweep").words("convergence").tolist() == ["proved"]
+
+
+def test_every_reason_has_a_code_and_words():
+    """Otherwise a member that is not decided for this reason could not be stored, or reported."""
+    enclosed = {str(reason) for reason in Undecided if reason is not Undecided.OUTSIDE}
+    assert enclosed <= set(MOTION_PROOFS)
+    assert set(REASONS) == set(MOTION_PROOFS[FIRST_UNDECIDED:])
+
+
+def test_driven_members_are_not_decided():
+    base = {"schema_version": 2, **paper_config("free", **SHORT)}
+    base["elements"] = {
+        "wind": {
+            "kind": "input",
+            "quantity": "couple",
+            "direction": [0, 0, 1],
+            "amplitude": 1.0,
+            "signal": {"kind": "constant"},
+        }
+    }
+    vary = {"elements.wind.amplitude": {"values": [1.0, 2.0]}}
+    plan = load_plan({"base": base, "vary": vary, "prove": "motion"})
+    assert words(columns_of(plan)) == ["input"] * 2

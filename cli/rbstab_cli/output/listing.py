@@ -39,15 +39,16 @@ def report_entries(folder: Path, *, as_json: bool) -> int:
 
 
 def _print_table(entries: "list[Entry]") -> None:
+    from rbstab.experiment.answers.words import word_of
     from rbstab_cli.output.tables import add_row, new_table, print_table
 
     if not entries:
         return
-    words = ("kind", "status", "verdict", "converges")
+    words = ("kind", "status", "checks", "converges")
     table = new_table("name", *words, "age", "title", words=words, numbers=("age",))
     now = time.time()
     for entry in entries:
-        cells = (entry.status, entry.verdict, entry.converges, age(now - entry.modified))
+        cells = (entry.status, word_of(entry.verdict), entry.converges, age(now - entry.modified))
         add_row(table, str(entry.path), entry.kind, *cells, entry.title)
     print_table(table)
 

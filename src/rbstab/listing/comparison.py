@@ -112,7 +112,7 @@ def _of_run(run: Run) -> Outcome:
     return {
         "run id": result.run_id,
         "status": result.status,
-        "verdict": str(result.attributes.get("verdict", NO_VALUE)),
+        "checks": word_of(str(result.attributes.get("verdict", NO_VALUE))),
         "converges": str(result.attributes.get("convergence", NO_VALUE)),
         "reached [s]": s.end_time,
         "v(0) [J]": s.lyapunov_start,

@@ -142,10 +142,10 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
     failed = [line for line in failed if line.check not in {GLOBAL_STABILITY, CERTIFIED_REGION}]
     if failed:
         line = failed[0]
-        sentence = (
-            f"the check {line.check} of the computed run failed: {line.quantity} is "
-            f"{line.value:.3g} (bound {line.bound:.3g})"
-        )
+        what = f"the check {line.check} of the computed run failed"
+        if line.check == "damping":
+            what = "v is no Lyapunov function of this run"
+        sentence = f"{what}: {line.quantity} is {line.value:.3g} (bound {line.bound:.3g})"
         return Answer(Sureness.NOT_DECIDED, sentence)
     if status == RunStatus.RANGE_LEFT:
         return Answer(Sureness.SEEN, f"the computed motion left the range of θ2 at t = {end:.4g} s")

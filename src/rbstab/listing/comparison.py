@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
+from rbstab.experiment.answers.words import word_of
 from rbstab.report.model.words import NO_VALUE, number, untrusted
 from rbstab.report.reading.sources import Run, SweepFile, read_sources
 from rbstab.report.runs.config_tables import flat, value_text, with_unit

@@ -27,8 +27,8 @@ def test_list(rbstab: Invoke) -> None:
     done = rbstab("list")
     assert done.exit_code == 0
     lines = [line.split() for line in done.stdout.splitlines()]
-    assert lines[0] == ["name", "kind", "status", "verdict", "converges", "age", "title"]
-    assert ["results/range_left.h5", "run", "range", "left", "consistent", "-"] in [
+    assert lines[0] == ["name", "kind", "status", "checks", "converges", "age", "title"]
+    assert ["results/range_left.h5", "run", "range", "left", "seen", "-"] in [
         words[:6] for words in lines
     ]
     assert ["results/begun_map", "sweep", "2", "of", "4", "shards"] in [w[:6] for w in lines]
@@ -113,7 +113,7 @@ def test_compare_a_run_and_a_sweep(rbstab: Invoke) -> None:
             "proofs/79c90c9baff47635e1a510648ffc0ccc.json",
             ["kind proof of rest states and their regions", "statements Rest states: "],
         ),
-        (".", ["results/embedded.h5 run completed consistent"]),
+        (".", ["results/embedded.h5 run completed seen"]),
     ],
 )
 def test_show_of_other_kinds(path: str, expected: list[str], rbstab: Invoke) -> None:

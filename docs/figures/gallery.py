@@ -29,6 +29,9 @@ SHOWN_CONFIGS = {
 }
 """The configs of each part of the page, in `configs`."""
 
+ROUND_OFF = 1e-9
+"""rad; smaller angles are shown as zero."""
+
 COLOURS = ("#0072b2", "#d55e00", "#009e73")
 STILLS, SHOWN = 6, 0.6
 """Number of stills of the body, and the fraction of the motion's way to rest that they show."""
@@ -46,6 +49,7 @@ def section(path: Path) -> str:
     words = " ".join(line.lstrip("# ") for line in text.split("\n") if line.startswith("#"))
     inside = path.relative_to(ROOT).as_posix()
     picture = f"pictures/gallery/{path.stem}.png"
+    option = " --allow-python" if "kind: python" in text else ""
     return f"""### {title}
 
 ![{title}: stills of the body, its angles over time, and its energy as it falls]({picture})
@@ -53,7 +57,7 @@ def section(path: Path) -> str:
 {words}
 
 ```console
-$ rbstab run {inside}
+$ rbstab run {inside}{option}
 ```
 
 [{inside}](../{inside})
@@ -93,7 +97,8 @@ def stills(axes: Any, result: rbstab.Result, config: Any) -> None:
 
 def picture(path: Path) -> plt.Figure:
     """Return the picture of a config: stills, angles, energy."""
-    config = rbstab.load_config(path)
+    # The configs of this repository are trusted.
+    config = rbstab.load_config(path, allow_python=True)
     result = rbstab.simulate(config)
     t = result["time"]
     figure, (left, middle, right) = plt.subplots(1, 3, figsize=(9, 2.6), layout="constrained")
@@ -101,6 +106,8 @@ def picture(path: Path) -> plt.Figure:
     for axis in range(3):
         middle.plot(t, result["orientation"][:, axis], color=COLOURS[axis], label=f"θ{axis + 1}")
     middle.set(xlabel="t [s]", title="angles [rad]")
+    if np.abs(result["orientation"]).max() < ROUND_OFF:
+        middle.set_ylim(-0.1, 0.1)
     middle.legend(frameon=False, ncols=3, fontsize=8, loc="best", handlelength=1)
     v = np.maximum(result["lyapunov"], 1e-12 * result["lyapunov"][0])
     right.semilogy(t, v, color=COLOURS[0])

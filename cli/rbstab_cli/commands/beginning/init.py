@@ -51,7 +51,7 @@ def _known_variant(context: click.Context, _parameter: click.Parameter, name: st
 def command(
     context: click.Context, folder: Path, variant: str, element: Path | None, force: bool
 ) -> None:
-    """Write a first config, a plan, and what to try with them.
+    """Write a first config and a plan, or a template of an element of your own.
 
     DIR is the folder of the files, by default the current one; it is made if it is missing. The
     files are experiment.yaml, sweep.yaml and README.md. No such file is ever overwritten: if one of

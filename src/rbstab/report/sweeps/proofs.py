@@ -35,8 +35,8 @@ REASONS = {
     "sliding": "the force of a sliding connector jumps",
     "failed": "the proof ended with an error",
     "switches": "an element switches",
-    "input": "an input supplies power",
     "user code": "an element is code of a user",
+    "input": "an input supplies power",
 }
 """The reasons why a member is not decided, by the words of the column `motion_proof`."""
 

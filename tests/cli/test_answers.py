@@ -49,7 +49,7 @@ def test_nothing_is_proved_twice(
 
 def test_no_proof_on_request(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("run", "good.yaml", "--no-prove")
-    assert "  This start:  seen: " in done.stdout
+    assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
     assert "  Every start: not decided: " in done.stdout
     assert not (folder / "results/proofs").exists()
 
@@ -74,7 +74,7 @@ def test_a_run_without_its_proof_is_kept(
     done = rbstab("run", "good.yaml")
     assert done.exit_code == 4
     assert "good.yaml: the proof cannot be written" in done.stderr
-    assert "  This start:  seen: " in done.stdout
+    assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
     assert Path("results/good.h5").is_file()
 
 
@@ -88,7 +88,7 @@ def test_an_interrupted_proof_loses_no_run(
     done = rbstab("run", "good.yaml")
     assert done.exit_code == 130
     assert "Interrupted: 1 of 1 runs are stored; not all of their proofs are." in done.stderr
-    assert "  This start:  seen: " in done.stdout
+    assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
 
 
 def test_several_runs_have_a_table_of_words(folder: Path, rbstab: Invoke) -> None:

@@ -89,7 +89,7 @@ def test_a_proof_that_came_after_the_run_is_used():
 
 def test_a_motion_that_is_not_at_rest_by_the_end_is_not_said_to_be():
     this_start, _ = answer_of(rbstab.simulate(config_of(integration__duration=0.1)))
-    assert this_start.sureness is Sureness.SEEN
+    assert this_start.sureness is Sureness.NOT_DECIDED
     assert "it is not at rest by t = 0.1 s" in this_start.sentence
 
 
@@ -120,7 +120,7 @@ def test_a_run_that_leaves_the_range():
         integration__range_bound=0.01,
     )  # fmt: skip
     this_start, _ = answer_of(rbstab.simulate(config))
-    assert this_start.sureness is Sureness.SEEN
+    assert this_start.sureness is Sureness.NOT_DECIDED
     assert "left the range of θ2 at t = " in this_start.sentence
 
 

@@ -136,39 +136,36 @@ def _proved(found: Convergence, count: int | None) -> str:
 
 
 def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
-    """Return what was seen of the computed motion."""
+    """Return what was seen of the computed motion: only one at rest was seen to come to rest."""
     status, end = result.status, float(result["time"][-1])
     failed = [line for line in lines.values() if line.verdict == Verdict.VIOLATED]
     failed = [line for line in failed if line.check not in {GLOBAL_STABILITY, CERTIFIED_REGION}]
+    settled = settling_time_of(result)
     if failed:
         line = failed[0]
         what = f"the check {line.check} of the computed run failed"
         if line.check == "damping":
             what = "v is no Lyapunov function of this run"
-        sentence = f"{what}: {line.quantity} is {line.value:.3g} (bound {line.bound:.3g})"
-        return Answer(Sureness.NOT_DECIDED, sentence)
-    if status == RunStatus.RANGE_LEFT:
-        return Answer(Sureness.SEEN, f"the computed motion left the range of θ2 at t = {end:.4g} s")
-    if status != RunStatus.COMPLETED:
-        return Answer(Sureness.NOT_DECIDED, f"the run ended early: {status} at t = {end:.4g} s")
-    if not lines:
-        return Answer(Sureness.NOT_DECIDED, "the result has no certificate")
-    return Answer(Sureness.SEEN, _seen_of_completed(result, end))
-
-
-def _seen_of_completed(result: Result, end: float) -> str:
-    """Return what was seen of a computed motion that reached its end, s."""
-    if result.attributes.get("verdict") == Verdict.DRIVEN:
-        return f"inputs drive the computed motion to t = {end:.4g} s"
-    settled = settling_time_of(result)
-    if not math.isnan(settled):
-        return f"the computed motion is at rest from t = {settled:.4g} s on ({SETTLED})"
-    v = lyapunov_function_of(result)
-    begin, last = float(v[0]), float(v[-1])
-    return (
-        f"the Lyapunov function v fell from {begin:.4g} J to {last:.4g} J along the computed run; "
-        f"it is not at rest by t = {end:.4g} s"
-    )
+        why = f"{what}: {line.quantity} is {line.value:.3g} (bound {line.bound:.3g})"
+    elif status == RunStatus.RANGE_LEFT:
+        why = f"the computed motion left the range of θ2 at t = {end:.4g} s"
+    elif status != RunStatus.COMPLETED:
+        why = f"the run ended early: {status} at t = {end:.4g} s"
+    elif not lines:
+        why = "the result has no certificate"
+    elif result.attributes.get("verdict") == Verdict.DRIVEN:
+        why = f"inputs drive the computed motion to t = {end:.4g} s"
+    elif not math.isnan(settled):
+        text = f"the computed motion is at rest from t = {settled:.4g} s on ({SETTLED})"
+        return Answer(Sureness.SEEN, text)
+    else:
+        v = lyapunov_function_of(result)
+        begin, last = float(v[0]), float(v[-1])
+        why = (
+            f"the Lyapunov function v fell from {begin:.4g} J to {last:.4g} J along the computed "
+            f"run; it is not at rest by t = {end:.4g} s"
+        )
+    return Answer(Sureness.NOT_DECIDED, why)
 
 
 def _why_not_proved(found: Convergence | None, region: CertificateLine | None) -> str:

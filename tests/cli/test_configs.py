@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import rbstab
-from rbstab.analysis.lyapunov import relative_residual
 from rbstab.config.build import config_warnings
 from rbstab.config.controllers import SlidingController
+from rbstab.experiment.summary import summary_of
 
 ROOT = Path(__file__).parents[2] / "configs"
 CONFIGS = sorted(path for path in ROOT.rglob("*.yaml") if path.parent.name != "sweeps")
@@ -27,13 +27,16 @@ LEAVES_RANGE = ROOT / "examples" / "stability" / "fast.yaml"
     ids=[str(path.relative_to(ROOT)) for path in CONFIGS if path != LEAVES_RANGE],
 )
 def test_every_config_runs_and_closes_its_audit(path: Path) -> None:
-    result = rbstab.simulate(path)
+    # The elements of users among them are ours.
+    result = rbstab.simulate(rbstab.load_config(path, allow_python=True))
     assert result.status == "completed", result.attributes["status_detail"]
-    residual = relative_residual(result["energy_residual"], result["lyapunov"], result["energy"])
+    residual = summary_of(result).relative_residual
     # Implicit steps are of first order, also where the motion is smooth.
     assert residual < (1e-3 if "implicit" in path.stem else 1e-9)
+    if result.attributes["verdict"] == "driven":
+        return
     kinetic = result["energy"][:, 0]
-    assert kinetic[-1] < 1e-2 * kinetic[0]
+    assert kinetic[-1] < 1e-2 * kinetic.max()
     assert result["lyapunov"][-1] < result["lyapunov"][0]
 
 

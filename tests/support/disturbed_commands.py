@@ -37,11 +37,13 @@ class Case:
     Args:
         words: The command.
         before: Commands that have run in the folder. `other.yaml` has always run.
+        first: A command that does the first part of the work; its files may be there as well.
         fake_members: Members of a sweep with made up numbers; its shards are not gathered yet.
     """
 
     words: Words
     before: tuple[Words, ...] = ()
+    first: Words = ()
     fake_members: int = 0
 
 
@@ -68,7 +70,10 @@ SWEEP = (
 
 CASES = {
     "run": Case(("run", "--no-prove", "case.yaml", "-q")),
-    "run --prove": Case(("run", "case.yaml", "--prove", "-q")),
+    # The run is stored before its proof is begun.
+    "run --prove": Case(
+        ("run", "case.yaml", "--prove", "-q"), first=("run", "--no-prove", "case.yaml", "-q")
+    ),
     "run --force": Case(
         ("run", "--no-prove", "case.yaml", "--force", "-q"),
         (("run", "--no-prove", "case.yaml", "--set", "body.mass=50", "-q"),),
@@ -106,6 +111,13 @@ class Undisturbed:
             run_sweep(path, plan_of(case.fake_members), shard_size=1000)
             (path / "sweep.h5").unlink()
         self.before = contents(self.template)
+        self.first: dict[str, Content] = {}
+        if case.first:
+            begun = folder / "begun"
+            self.copy_to(begun)
+            ended = server.run(begun, *case.first)
+            assert ended.code == 0, ended
+            self.first = contents(begun)
         done = folder / "done"
         self.copy_to(done)
         ended = server.run(done, *case.words)
@@ -129,7 +141,7 @@ class Undisturbed:
         """Assert that every file is an earlier one or a right new one, and none is lost."""
         found = contents(folder)
         for name, content in found.items():
-            right = content in (self.before.get(name), self.after.get(name))
+            right = content in (self.before.get(name), self.first.get(name), self.after.get(name))
             # An earlier result may have been moved aside.
             assert right or content in self.before.values(), name
         # The pictures of an older report are removed when the new one is complete.

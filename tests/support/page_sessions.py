@@ -70,6 +70,7 @@ NOT_EXECUTED: dict[str, dict[str, str]] = {
         "#!/bin/bash": "needs Slurm",
         "export": "sets a variable of the shell",
     },
+    "docs/own_elements.md": {"class Rope": "shows two of the statements of a class"},
     "docs/performance.md": {"rbstab sweep p.yaml": "a measurement of minutes"},
 }
 """What is not run, by page (`*`: any): the beginning of a command or of a block, and the reason."""

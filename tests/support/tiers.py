@@ -3,7 +3,8 @@
 `tests/data/seconds.json` has the mean time of a case of each test, where it matters; `make
 test-times` writes it. A test whose cases together take longer than a limit gets a marker: `slow` or
 `heavy`. Where a few of its cases use each value of each parameter and are below the limit, they run
-without the marker.
+without the marker. A test that takes longer still keeps some cases, at least one; the others get
+the marker `long`.
 """
 
 import json
@@ -18,6 +19,9 @@ SECONDS_FILE = Path(__file__).parents[1] / "data" / "seconds.json"
 
 LIMITS = {"slow": 0.4, "heavy": 1.25}
 """s: by marker, the longest time of all cases of a test without it."""
+
+LONGEST = 20.0
+"""s: the longest time of the cases of a test that are not `long`, unless one case takes longer."""
 
 SEEDS = ("rng", "seed")
 """Parameters of which any value will do."""
@@ -56,6 +60,13 @@ def mark_by_time(items: list[Item], seconds: Seconds) -> None:
             for number, item in enumerate(group):
                 if number not in kept:
                     item.add_marker(getattr(pytest.mark, marker))
+        for item in group[within(LONGEST, each, len(group)) :]:
+            item.add_marker(pytest.mark.long)
+
+
+def within(limit: float, each: float, count: int) -> int:
+    """Return how many of some cases run within a limit, at least one."""
+    return count if each * count <= limit else max(1, int(limit / each))
 
 
 def values_of(item: Item) -> Case:

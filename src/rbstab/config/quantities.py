@@ -69,9 +69,16 @@ Vector = Annotated[tuple[Real, ...], _THREE, _LIST]
 """Three finite numbers."""
 
 
+SMALLEST_SQUARE, LARGEST_SQUARE = 1e-200, 1e200
+"""Bounds on the square of the length of a direction: beyond them it is zero or infinite soon."""
+
+
 def _check_direction(vector: Any) -> Any:
     if not any(vector):
         raise value_error("is zero, which has no direction", "expected a vector of any length")
+    square = sum(entry * entry for entry in vector)
+    if not SMALLEST_SQUARE < square < LARGEST_SQUARE:
+        raise value_error("is too long or too short for a direction", "expected a vector near 1")
     return vector
 
 

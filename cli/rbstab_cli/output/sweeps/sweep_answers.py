@@ -30,11 +30,13 @@ def prove_members(plan: "Plan", results: Path, *, quiet: bool) -> None:
     Raises:
         StoreError: A proof cannot be written.
     """
-    from rbstab.sweep.proofs.convergence import keep_proofs, shares_proof
+    from rbstab.sweep.proofs.convergence import keep_proofs, shares_proof, undecided_reason
     from rbstab_cli.output.progress import working
 
     if not any(shares_proof(plan, variant) for variant in plan.variants):
-        click.echo(f"Convergence: not proved; {OWN_BODIES}.")
+        reasons = [undecided_reason(plan, variant) for variant in plan.variants]
+        why = OWN_BODIES if None in reasons else "; ".join(dict.fromkeys(filter(None, reasons)))
+        click.echo(f"Convergence: not proved; {why}.")
         return
     with working("proofs of rest states", wanted=not quiet):
         keep_proofs(plan, results)
@@ -53,10 +55,10 @@ def _counted(plan: "Plan", results: Path) -> list[str]:
     codes = ProvedConvergence(plan, results).of(0, plan.members).codes
     counts = Counter(codes.tolist())
     sentences = {
-        PROVED: "proved for {} members: they start in a certified region",
-        FALSE: "proved to be false for {} members: there is no rest state",
-        NOT_PROVED: "not proved for {} members: they start outside of every certified region; the "
-        "key prove of a plan encloses their motions",
-        NO_PROOF: "not proved for {} members: no proof covers them",
+        PROVED: "proved for {} of the members: they start in a certified region",
+        FALSE: "proved to be false for {} of the members: there is no rest state",
+        NOT_PROVED: "not proved for {} of the members: they start outside of every certified "
+        "region; the key prove of a plan encloses their motions",
+        NO_PROOF: "not proved for {} of the members: no proof covers them",
     }
     return [text.format(counts[code]) for code, text in sentences.items() if counts[code]]

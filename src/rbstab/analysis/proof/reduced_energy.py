@@ -32,6 +32,7 @@ class NoEnergyReason(Enum):
     NO_POTENTIAL = "the connector's force on the surface s = F + κE has no potential"
     NOT_SMOOTH = "the energy K_s|E| of the sliding connector has no gradient at E = 0"
     SWITCHES = "an element switches, so its energy is not one formula for all attitudes"
+    SUPPLIES = "an input supplies power"
     USER_CODE = (
         "an element is code of a user, and no proof knows that it computes the same formula for "
         "all numbers"
@@ -164,9 +165,11 @@ def _reduced(at_rest: Configurations, energy: Polynomial, guard: Guard | None) -
 
 
 def reject_switching(system: System) -> None:
-    """Raise `NoReducedEnergy` if an element of a system switches, or its connector slides."""
+    """Raise `NoReducedEnergy` if an element switches, slides, supplies power, or is a user's."""
     if any(element.from_user for element in system.elements):
         raise NoReducedEnergy(NoEnergyReason.USER_CODE)
+    if system.supplies:
+        raise NoReducedEnergy(NoEnergyReason.SUPPLIES)
     if has_modes(system):
         raise NoReducedEnergy(NoEnergyReason.SWITCHES)
     for element in system.elements:

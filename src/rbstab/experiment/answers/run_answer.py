@@ -194,6 +194,8 @@ def _every_start(
         if found is not None and found.bound == math.inf:
             return Answer(Sureness.PROVED, EVERY_START)
         keeps = "that stays in the range, and away from θ2 = ±π/2,"
+        if proof is not None and proof.has_barrier:
+            keeps = "that stays in the range, which a barrier keeps away from θ2 = ±π/2,"
         return Answer(Sureness.PROVED, f"every motion {keeps} converges to the only rest state")
     if line.verdict == Verdict.VIOLATED:
         return Answer(Sureness.FALSE, _counterexample(int(line.value), proof))

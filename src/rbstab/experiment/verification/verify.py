@@ -72,6 +72,10 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
         text = f"The config has no reduced energy: {NoEnergyReason.USER_CODE.value}."
         yield Finding(CONFIG, "energy", False, text)
         return
+    if system_of(config).supplies:
+        text = f"The config has no reduced energy: {NoEnergyReason.SUPPLIES.value}."
+        yield Finding(CONFIG, "energy", False, text)
+        return
     system = system_of(config, decimals)
     indefinite, damped = indefinite_parameter(system), damps_every_motion(system)
     text = "Mass, inertia and damping are positive definite."

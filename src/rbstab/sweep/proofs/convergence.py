@@ -10,7 +10,7 @@ import numpy as np
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.entries import is_of_initial_state
 from rbstab.config.user_code.permission import has_code
-from rbstab.elements.sliding import SlidingConnector
+from rbstab.experiment.convergence.decisions import not_enclosed
 from rbstab.experiment.proof import Proof, has_no_rest_state
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.switching_record import smooth_rest_system
@@ -27,7 +27,6 @@ from rbstab.sweep.proofs.columns import (
 )
 from rbstab.sweep.proofs.robust import RobustProofs
 from rbstab.sweep.proofs.starts import ProvedStarts
-from rbstab.systems.modes import has_modes
 
 
 class EnergyBound(NamedTuple):
@@ -96,7 +95,7 @@ class ProvedConvergence:
         self._robust = {
             variant: RobustProofs(plan, variant, results)
             for variant in plan.variants
-            if variant not in shared and not _is_undecided(plan, variant)
+            if variant not in shared and undecided_reason(plan, variant) is None
         }
         self.bounds = {
             variant: bound
@@ -190,19 +189,21 @@ def keep_proofs(plan: Plan, results: Path) -> None:
 
 def shares_proof(plan: Plan, variant: str) -> bool:
     """Return whether one proof of rest states says something about all members of a variant."""
-    return not _is_undecided(plan, variant) and all(
+    return undecided_reason(plan, variant) is None and all(
         is_of_initial_state(varied.path) for varied in plan.varied_keys_of(variant)
     )
 
 
-def _is_undecided(plan: Plan, variant: str) -> bool:
-    """Whether no theorem decides the motions of a variant, because of what acts on the body."""
+def undecided_reason(plan: Plan, variant: str) -> str | None:
+    """Return why no theorem decides the motions of a variant, or None if one may.
+
+    The reason is what acts on the body.
+    """
     if has_code(plan.base_of(variant)):
         # It may be a stored plan, whose code must not run.
-        return True
-    system = plan.initial_value_problems[variant].system
-    slides = any(isinstance(element, SlidingConnector) for element in system.elements)
-    return slides or system.supplies or has_modes(system)
+        return "an element is code of a user, and no proof evaluates it"
+    found = not_enclosed(plan.initial_value_problems[variant])
+    return None if found is None else found.why
 
 
 def _is_known(proof: Proof) -> bool:

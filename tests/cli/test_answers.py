@@ -21,10 +21,10 @@ def done(folder: Path, rbstab: Invoke) -> Result:
 
 def test_the_answers_come_last(done: Result) -> None:
     assert done.exit_code == 0, done.output
-    head, *_, this_start, every_start = done.stdout.rstrip().splitlines()
+    head, *_, this_start, whole_range = done.stdout.rstrip().splitlines()
     assert head.split()[:2] == ["file", "status"]
     assert this_start.startswith("  This start:  proved: ")
-    assert every_start.startswith("  Every start: proved: ")
+    assert whole_range.startswith("  Whole range: proved: ")
 
 
 def test_what_is_proved_is_stored(done: Result, folder: Path) -> None:
@@ -50,7 +50,7 @@ def test_nothing_is_proved_twice(
 def test_no_proof_on_request(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("run", "good.yaml", "--no-prove")
     assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
-    assert "  Every start: not decided: " in done.stdout
+    assert "  Whole range: not decided: " in done.stdout
     assert not (folder / "results/proofs").exists()
 
 
@@ -58,7 +58,7 @@ def test_the_answers_of_json(folder: Path, rbstab: Invoke) -> None:
     (data,) = json.loads(rbstab("run", "good.yaml", "--json").stdout)
     assert {question: answer["word"] for question, answer in data["answers"].items()} == {
         "this_start": "proved",
-        "every_start": "proved",
+        "whole_range": "proved",
     }
     shown = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
     assert shown["answers"] == data["answers"]

@@ -37,16 +37,16 @@ def proved(folder: Path, once: tuple[Path, Result]) -> Result:
 
 def test_the_answers_stand_below_the_table(proved: Result, rbstab: Invoke) -> None:
     done = proved
-    *_, file, this_start, every_start = done.stdout.strip().splitlines()
+    *_, file, this_start, whole_range = done.stdout.strip().splitlines()
     assert file == "results/good.h5"
     begin = (
         "  This start:  proved: the exact motion converges to the only rest state: it is inside "
     )
     assert this_start.startswith(begin + "the certified region from t = 0.35")
-    assert every_start.startswith("  Every start: proved: every motion that stays in the range")
+    assert whole_range.startswith("  Whole range: proved: every motion that stays in the range")
     shown = rbstab("show", "results/good.h5")
     _, *answers = shown.stdout.splitlines()[:3]
-    assert answers == [this_start, every_start]
+    assert answers == [this_start, whole_range]
     assert "converges to rest state 1: proved" in shown.stdout
     assert "J < 1020.4" in shown.stdout
     assert " steps, " in shown.stdout
@@ -87,7 +87,7 @@ def test_without_a_proof_the_reason_is_given(folder: Path, rbstab: Invoke) -> No
     found = json.loads(done.stdout)[0]["convergence"]
     assert found["proved"] is None
     assert "rbstab run --prove" in found["why"]
-    assert "Every start: not decided" in rbstab("run", "good.yaml", "--no-prove").stdout
+    assert "Whole range: not decided" in rbstab("run", "good.yaml", "--no-prove").stdout
 
 
 def test_the_end_needs_the_proof(folder: Path, rbstab: Invoke) -> None:

@@ -71,6 +71,10 @@ NOT_EXECUTED: dict[str, dict[str, str]] = {
         "export": "sets a variable of the shell",
     },
     "docs/own_elements.md": {"class Rope": "shows two of the statements of a class"},
+    "docs/reports.md": {
+        "rbstab run configs/paper/*.yaml configs/examples/stability": "its exit code is 3",
+        "rbstab report results/*.h5": "needs those results",
+    },
     "docs/performance.md": {"rbstab sweep p.yaml": "a measurement of minutes"},
 }
 """What is not run, by page (`*`: any): the beginning of a command or of a block, and the reason."""

@@ -19,7 +19,7 @@ def print_answer(answer: "RunAnswer") -> None:
     """Print the answers of a run, a line for each question."""
     for question, found in (
         ("This start", answer.this_start),
-        ("Every start", answer.every_start),
+        ("Whole range", answer.whole_range),
     ):
         word = click.style(f"{found.sureness}:", fg=COLOURS.get(str(found.sureness)))
         click.echo(f"  {question + ':':<13}{word} {found.sentence}.")
@@ -47,7 +47,7 @@ def print_answers(answers: "list[tuple[Path, RunAnswer]]") -> None:
 def _print_words(answers: "list[tuple[Path, RunAnswer]]") -> None:
     from rbstab_cli.output.tables import add_row, new_table, print_table
 
-    words = ("this start comes to rest", "every start does")
+    words = ("this start comes to rest", "every motion in the range does")
     table = new_table("file", *words, words=words)
     for path, answer in answers:
         add_row(table, str(path), *(str(found.sureness) for found in answer))

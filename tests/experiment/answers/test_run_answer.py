@@ -48,13 +48,13 @@ SOFT = {"controller__K_r": [40.0, 40.0, 32.0]}
 def test_a_start_inside_of_the_certified_region():
     config = config_of()
     proof = prove(config)
-    this_start, every_start = answer_of(rbstab.simulate(config, proof=proof), proof)
+    this_start, whole_range = answer_of(rbstab.simulate(config, proof=proof), proof)
     assert str(this_start) == (
         "proved: the exact motion converges to the only rest state: it starts inside the certified "
         "region"
     )
-    assert every_start.sureness is Sureness.PROVED
-    assert "that stays in the range" in every_start.sentence
+    assert whole_range.sureness is Sureness.PROVED
+    assert "that stays in the range" in whole_range.sentence
 
 
 def test_a_start_outside_is_seen_until_its_motion_is_enclosed():
@@ -70,12 +70,12 @@ def test_a_start_outside_is_seen_until_its_motion_is_enclosed():
 
 
 def test_without_a_proof_nothing_is_proved():
-    this_start, every_start = answer_of(rbstab.simulate(config_of()))
+    this_start, whole_range = answer_of(rbstab.simulate(config_of()))
     assert this_start.sureness is Sureness.SEEN
     assert this_start.sentence.startswith("the computed motion is at rest from t = ")
     assert "Not proved: " in this_start.sentence
-    assert "rbstab run --prove" in every_start.sentence
-    assert every_start.sureness is Sureness.NOT_DECIDED
+    assert "rbstab run --prove" in whole_range.sentence
+    assert whole_range.sureness is Sureness.NOT_DECIDED
 
 
 def test_a_proof_that_came_after_the_run_is_used():
@@ -98,10 +98,10 @@ def test_a_second_rest_state_is_a_counterexample():
     proof = prove(config)
     assert len(proof.states) > 1
     result = rbstab.simulate(config, proof=proof)
-    _, every_start = answer_of(result, proof)
-    assert every_start.sureness is Sureness.FALSE
+    _, whole_range = answer_of(result, proof)
+    assert whole_range.sureness is Sureness.FALSE
     first, *_ = proof.states[1].orientation
-    assert f"Θ = ({first:.4g}, " in every_start.sentence
+    assert f"Θ = ({first:.4g}, " in whole_range.sentence
     # Without the proof its numbers are unknown, but not that it exists.
     _, without = answer_of(result)
     assert without.sureness is Sureness.FALSE

@@ -1,4 +1,4 @@
-"""The answer of a run: does this start come to rest, and does every start?"""
+"""The answer of a run: does this start come to rest, and every motion that stays in the range?"""
 
 import math
 from typing import TYPE_CHECKING, NamedTuple
@@ -49,11 +49,11 @@ class RunAnswer(NamedTuple):
 
     Attributes:
         this_start: Whether the motion from this start comes to rest.
-        every_start: Whether all motions of this body with this controller do.
+        whole_range: Whether every motion that stays in the range does.
     """
 
     this_start: Answer
-    every_start: Answer
+    whole_range: Answer
 
 
 def answer_of(result: Result, proof: "Proof | None" = None) -> RunAnswer:
@@ -75,7 +75,7 @@ def _answer(
 ) -> RunAnswer:
     return RunAnswer(
         _this_start(result, found, lines),
-        _every_start(found, lines.get(GLOBAL_STABILITY), proof),
+        _whole_range(found, lines.get(GLOBAL_STABILITY), proof),
     )
 
 
@@ -182,7 +182,7 @@ def _why_not_proved(found: Convergence | None, region: CertificateLine | None) -
     return f"{margin}{found.why}"
 
 
-def _every_start(
+def _whole_range(
     found: Convergence | None, line: CertificateLine | None, proof: "Proof | None"
 ) -> Answer:
     if line is None or (line.verdict == Verdict.UNKNOWN and math.isnan(line.value)):

@@ -18,7 +18,7 @@ MAX_CARDS = 6
 
 QUESTIONS = {
     "this_start": "From this start: does it come to rest?",
-    "every_start": "From every start in the range?",
+    "whole_range": "Does every motion that stays in the range?",
 }
 """What a run is asked; the names are those of `RunAnswer`."""
 
@@ -39,15 +39,15 @@ def answer_sentence(facts: Sequence[RunFacts]) -> str:
     early = listed(f"{n} {status}" for status, n in ended.items() if status != RunStatus.COMPLETED)
     ending = f" Ended early: {early}." if early else ""
     this = Counter(str(entry.answer.this_start.sureness) for entry in facts)
-    every = Counter(str(entry.answer.every_start.sureness) for entry in facts)
+    every = Counter(str(entry.answer.whole_range.sureness) for entry in facts)
     if len(facts) == 1:
         return (
             f"Comes to rest from this start: {_only(this)}. "
-            f"From every start in the range: {_only(every)}.{ending}"
+            f"Every motion that stays in the range: {_only(every)}.{ending}"
         )
     return (
         f"{counted(len(facts), 'run')}. Comes to rest from its start: {_counts(this)}. "
-        f"From every start in the range: {_counts(every)}.{ending}"
+        f"Every motion that stays in the range: {_counts(every)}.{ending}"
     )
 
 

@@ -19,7 +19,7 @@ CENTIMETRES = 100.0
 HEADS = (
     Head("run"),
     Head("this start"),
-    Head("every start"),
+    Head("whole range"),
     Head("status"),
     Head("at rest from", "s", numbers=True),
     Head("peak E1", "cm", numbers=True),
@@ -36,7 +36,8 @@ HEADS = (
 )
 
 NOTE = (
-    "This start and every start: how sure it is that the motion comes to rest. A computed run is "
+    "This start and whole range: how sure it is that the motion from this start, and every motion "
+    "that stays in the range of the Euler angles, comes to rest. A computed run is "
     f"at rest from the time after which v stays below {SETTLED_FRACTION:g} v(0). "
     "Peak E1, E2 and E3 are the displacements of the contact point farthest from zero, by axis. "
     "v is the Lyapunov function, and r = v(t) - v(0) - ∫v' dt is the energy residual. |r| is "

@@ -96,7 +96,7 @@ def test_a_test_is_marked_by_the_time_of_all_its_cases():
         assert marks_of(cases) == [expected] * 4
 
 
-@pytest.mark.parametrize(("each", "count"), [(5.0, 4), (5.1, 3), (19.0, 1), (21.0, 1)])
+@pytest.mark.parametrize(("each", "count"), [(2.5, 4), (2.6, 3), (9.0, 1), (11.0, 1)])
 def test_some_cases_of_the_longest_tests_are_run_for_every_change(each, count):
     cases = [Collected(f"tests/a.py::test_b[{n}]", x=n) for n in range(4)]
     mark_by_time(cases, {"a.py": {"test_b": each}})

@@ -24,6 +24,9 @@ from rbstab.store.result import Variable
 if TYPE_CHECKING:
     from rbstab.experiment.proof import Proof
 
+GLOBAL_STABILITY, CERTIFIED_REGION = "global stability", "certified region"
+"""Names of the checks that only a proof decides."""
+
 GROUP = "certificate"
 """Name of the group of a result file that holds the certificate."""
 
@@ -86,9 +89,9 @@ def proved_checks(problem: Problem, proof: "Proof | None") -> list[Check]:
     The first concerns all motions, the second the start of the problem.
     """
     stable = Check(
-        "global stability", Verdict.UNKNOWN, np.nan, 1.0, np.nan, "rest states in the range"
+        GLOBAL_STABILITY, Verdict.UNKNOWN, np.nan, 1.0, np.nan, "rest states in the range"
     )
-    region = Check("certified region", Verdict.UNKNOWN, np.nan, np.nan, np.nan, "v(0), J")
+    region = Check(CERTIFIED_REGION, Verdict.UNKNOWN, np.nan, np.nan, np.nan, "v(0), J")
     if proof is None or not (proof.states or proof.proved):
         return [stable, region]
     # Imported late: most runs have no proof.

@@ -163,10 +163,10 @@ def line(check, verdict, value, bound):
         (line("damping", "violated", 0.0, 0.0), "false", "0 ≤ 0"),
         (line("global stability", "certified", 1, 1), "proved", "1 = 1"),
         (line("global stability", "violated", 3, 1), "false", "3 ≠ 1"),
-        (line("global stability", "unknown", np.nan, 1), "not decided", "no proof is stored"),
+        (line("global stability", "unknown", np.nan, 1), "not decided", "nothing is proved"),
         (line("certified region", "certified", 12.3, 50.0), "proved", "12.3 < 50"),
         (line("certified region", "unknown", 12.36, 4.935), "not decided", "12.36 ≥ 4.935"),
-        (line("certified region", "unknown", np.nan, np.nan), "not decided", "no proof is stored"),
+        (line("certified region", "unknown", np.nan, np.nan), "not decided", "nothing is proved"),
     ],
 )
 def test_checks_in_words(given, word, text):

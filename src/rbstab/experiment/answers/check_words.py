@@ -4,6 +4,7 @@ import math
 
 from rbstab.analysis.certificate import Verdict
 from rbstab.experiment.answers.words import Sureness, word_of
+from rbstab.experiment.run_certificate import CERTIFIED_REGION, GLOBAL_STABILITY
 from rbstab.experiment.stored_certificate import CertificateLine
 
 RELATIONS = {
@@ -13,13 +14,15 @@ RELATIONS = {
     "positive": ("≥", "<"),
     "derivative": ("≤", ">"),
     "computed motion": ("≤", ">"),
-    "global stability": ("=", "≠"),
-    "certified region": ("<", "≥"),
+    "supply": ("≤", ">"),
+    "breakpoints": ("≤", ">"),
+    GLOBAL_STABILITY: ("=", "≠"),
+    CERTIFIED_REGION: ("<", "≥"),
 }
 """By check: the relation of value and bound where the check holds, and where it does not."""
 
-NO_PROOF = "no proof is stored"
-"""What is said of a check that only a proof decides, if there is none."""
+NO_PROOF = "nothing is proved"
+"""What is said of a check that only a proof decides, if there is none, or if it decides nothing."""
 
 
 def word_of_check(line: CertificateLine) -> str:
@@ -27,7 +30,7 @@ def word_of_check(line: CertificateLine) -> str:
 
     A start outside of the certified region is no counterexample: nothing follows from it.
     """
-    if line.check == "certified region" and line.verdict == Verdict.VIOLATED:
+    if line.check == CERTIFIED_REGION and line.verdict == Verdict.VIOLATED:
         return str(Sureness.NOT_DECIDED)
     return word_of(line.verdict)
 
@@ -35,9 +38,9 @@ def word_of_check(line: CertificateLine) -> str:
 def comparison(line: CertificateLine) -> str:
     """Return the value of a check beside its bound, such as "1.4e-14 ≤ 1e-08"."""
     if math.isnan(line.value):
-        return NO_PROOF if line.check in {"global stability", "certified region"} else "no number"
+        return NO_PROOF if line.check in {GLOBAL_STABILITY, CERTIFIED_REGION} else "no number"
     value = f"{line.value:.4g}"
-    if math.isnan(line.bound) or line.check not in RELATIONS:
+    if not math.isfinite(line.bound) or line.check not in RELATIONS:
         return value
     holds, fails = RELATIONS[line.check]
     return f"{value} {holds if _holds(line, holds) else fails} {line.bound:.4g}"

@@ -15,7 +15,11 @@ from rbstab.experiment.convergence.convergence import (
     Enclose,
     stored_convergence,
 )
-from rbstab.experiment.run_certificate import proved_checks
+from rbstab.experiment.run_certificate import (
+    CERTIFIED_REGION,
+    GLOBAL_STABILITY,
+    proved_checks,
+)
 from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
 from rbstab.experiment.summary import lyapunov_function_of, settling_time_of
 from rbstab.integrate.status import RunStatus
@@ -23,9 +27,6 @@ from rbstab.store.result import Result
 
 if TYPE_CHECKING:
     from rbstab.experiment.proof_record import Proof, ProvedState
-
-GLOBAL_STABILITY, CERTIFIED_REGION = "global stability", "certified region"
-"""Names of the checks that a proof decides."""
 
 SETTLED = f"v stays below v(0)/{1 / SETTLED_FRACTION:g}"
 """What "at rest" means for a computed run."""

@@ -29,6 +29,13 @@ MEANINGS = {
 }
 """What each word means, to be printed where the words first stand."""
 
+
+def meanings() -> str:
+    """Return a sentence that says what the words mean."""
+    words = "; ".join(f"{word}: {meaning}" for word, meaning in MEANINGS.items())
+    return f"{words[:1].upper()}{words[1:]}."
+
+
 _OF_VERDICTS = {
     Verdict.CERTIFIED: Sureness.PROVED,
     Verdict.CONSISTENT: Sureness.SEEN,

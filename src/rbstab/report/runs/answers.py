@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import Answer
-from rbstab.experiment.answers.words import MEANINGS, Sureness
+from rbstab.experiment.answers.words import Sureness, meanings
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Card, Cards, Statement
 from rbstab.report.model.words import NO_VALUE, counted, listed, number
@@ -26,11 +26,9 @@ QUESTIONS = {
 def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
     """Return the sentence, the cards, and what the words mean."""
     sentences = answer_sentence(facts), *_first_at_rest(facts)
-    note = "; ".join(f"{word}: {MEANINGS[word]}" for word in Sureness)
-    note = f"{note[:1].upper()}{note[1:]}."
     if len(facts) > MAX_CARDS:
-        return (*sentences, note)
-    return (*sentences, Cards("answers", tuple(_card(entry) for entry in facts), note))
+        return (*sentences, meanings())
+    return (*sentences, Cards("answers", tuple(_card(entry) for entry in facts), meanings()))
 
 
 def answer_sentence(facts: Sequence[RunFacts]) -> str:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rbstab.experiment.answers.words import MEANINGS, Sureness
+from rbstab.experiment.answers.words import Sureness, meanings
 from rbstab.report.model.document import Block, Card, Cards, Statement
 from rbstab.report.model.words import counted, number
 from rbstab.report.sweeps.conditions.comparison import compared_quantities, ranking
@@ -20,9 +20,8 @@ def answer_blocks(name: str, label: str, members: Members) -> list[Block]:
         members: Its members.
     """
     card = Card(label, (_rest(members), _range(members)), _facts(members), target=f"{name}-members")
-    note = "; ".join(f"{word}: {MEANINGS[word]}" for word in Sureness)
-    note = f"{note[:1].upper()}{note[1:]}."
-    return [*ranking(members, compared_quantities(members)), Cards(f"{name}-answer", (card,), note)]
+    cards = Cards(f"{name}-answer", (card,), meanings())
+    return [*ranking(members, compared_quantities(members)), cards]
 
 
 def _rest(members: Members) -> Statement:
@@ -31,7 +30,8 @@ def _rest(members: Members) -> Statement:
     total, convergence = len(members), members.convergence
     proved, false = (int(np.count_nonzero(convergence == code)) for code in (PROVED, FALSE))
     settled = members.outcomes == OUTCOMES.index(SETTLED)
-    seen = int(np.count_nonzero(settled & (convergence != PROVED)))
+    undecided = (convergence != PROVED) & (convergence != FALSE)
+    seen = int(np.count_nonzero(settled & undecided))
     parts = []
     if proved or (convergence != NO_PROOF).any():
         parts.append(f"{proved} of {total} are proved to converge to a rest state")
@@ -56,8 +56,10 @@ def _word(total: int, proved: int, false: int, seen: int) -> tuple[str, str]:
     if false:
         return str(Sureness.FALSE), "bad"
     if proved:
-        return f"{100 * proved / total:.3g} % {Sureness.PROVED}", ""
-    return (str(Sureness.SEEN), "") if seen else (str(Sureness.NOT_DECIDED), "")
+        return f"{proved} of {total} {Sureness.PROVED}", ""
+    if seen == total:
+        return str(Sureness.SEEN), ""
+    return (f"{seen} of {total} {Sureness.SEEN}" if seen else str(Sureness.NOT_DECIDED)), ""
 
 
 def _range(members: Members) -> Statement:

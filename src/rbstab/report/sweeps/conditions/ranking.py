@@ -98,15 +98,18 @@ def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bo
     if found.median == 0 or (sampled and not found.is_sure):
         pair = f"{labels[best]} and {labels[second]}"
         return (
-            f"{_capital(name)}: no difference between {pair} in the median of {found.pairs} pairs."
+            f"{_capital(name)}: no sure difference between {pair} (median of {found.pairs} pairs)."
         )
     more = f" (the next of {len(labels)})" if len(labels) > 2 else ""
     by = f"{number(-found.median)} {unit}".rstrip()
     ends = f"{number(-found.high)} to {number(-found.low)} {unit}".rstrip()
     interval = f", {CONFIDENCE:.0%} interval {ends}" if sampled else ""
+    without = len(values) - found.pairs
+    left_out = f" ({without} pairs without a value are left out)" if without else ""
     return (
         f"{_capital(name)}: smaller with {labels[best]} than with {labels[second]}{more} in "
-        f"{100 * found.negative:.3g} % of {found.pairs} pairs; by {by} in the median{interval}."
+        f"{100 * found.negative:.3g} % of {found.pairs} pairs; by {by} in the median"
+        f"{interval}{left_out}."
     )
 
 

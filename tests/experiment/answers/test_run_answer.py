@@ -124,6 +124,24 @@ def test_a_run_that_leaves_the_range():
     assert "left the range of θ2 at t = " in this_start.sentence
 
 
+def test_no_command_is_named_that_could_prove_nothing():
+    """A driven run has no proof of its rest states, and `--prove` would make none."""
+    config = config_of()
+    push = {
+        "kind": "input",
+        "quantity": "couple",
+        "direction": [0, 1, 0],
+        "amplitude": 1,
+        "signal": {"kind": "sine", "frequency": 1},
+    }
+    driven = rbstab.load_config({**PERMANENT, "schema_version": 2, "elements": {"push": push}})
+    assert "--prove" in answer_of(rbstab.simulate(config)).whole_range.sentence
+    whole_range = answer_of(rbstab.simulate(driven)).whole_range
+    assert whole_range.sureness is Sureness.NOT_DECIDED
+    assert "supply power" in whole_range.sentence
+    assert "--prove" not in whole_range.sentence
+
+
 def test_a_failed_check_of_the_computed_run_comes_first():
     result = rbstab.simulate(config_of())
     verdicts = result["certificate/verdict"].copy()

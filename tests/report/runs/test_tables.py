@@ -150,11 +150,11 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     assert not any(isinstance(block, Cards) for block in more)
 
 
-def test_a_card_shows_the_level_of_the_region(path, tmp_path):
-    store_proof(tmp_path, made_config(), 1, level=1234.5)
+def test_a_card_shows_the_margin_to_the_region(path, tmp_path):
+    store_proof(tmp_path, made_config(), 1, level=4 * V_START)
     *_, cards = answer_blocks(facts(path))
     assert isinstance(cards, Cards)
-    assert dict(cards.cards[0].facts)["c*"] == "1234 J"
+    assert dict(cards.cards[0].facts)["v(0)/c*"] == "0.25"
 
 
 @pytest.mark.parametrize(

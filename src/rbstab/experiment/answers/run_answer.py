@@ -76,7 +76,7 @@ def _answer(
 ) -> RunAnswer:
     return RunAnswer(
         _this_start(result, found, lines),
-        _whole_range(found, lines.get(GLOBAL_STABILITY), proof),
+        _whole_range(result, found, lines.get(GLOBAL_STABILITY), proof),
     )
 
 
@@ -146,7 +146,7 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
         line = failed[0]
         what = f"the check {line.check} of the computed run failed"
         if line.check == "damping":
-            what = "v is no Lyapunov function of this run"
+            what = "the stored energy v is no Lyapunov function of this run"
         why = f"{what}: {line.quantity} is {line.value:.3g} (bound {line.bound:.3g})"
     elif status == RunStatus.RANGE_LEFT:
         why = f"the computed motion left the range of θ2 at t = {end:.4g} s"
@@ -184,8 +184,15 @@ def _why_not_proved(found: Convergence | None, region: CertificateLine | None) -
 
 
 def _whole_range(
-    found: Convergence | None, line: CertificateLine | None, proof: "Proof | None"
+    result: Result,
+    found: Convergence | None,
+    line: CertificateLine | None,
+    proof: "Proof | None",
 ) -> Answer:
+    if result.attributes.get("verdict") == Verdict.DRIVEN:
+        return Answer(
+            Sureness.NOT_DECIDED, "inputs supply power: nothing is proved of such motions"
+        )
     if line is None or (line.verdict == Verdict.UNKNOWN and math.isnan(line.value)):
         why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} makes it"
         if proof is not None:

@@ -134,6 +134,22 @@ class Statement(NamedTuple):
     tone: str = ""
 
 
+@dataclass(frozen=True, eq=False)
+class Sketch:
+    """A small picture on a card: curves in a frame without axes.
+
+    Args:
+        caption: What is drawn, from which value to which, with units.
+        curves: Each a label ("" for a single curve) and its points in the unit square, of shape
+            (n, 2); a point that is not finite is a gap.
+        marks: Points that stand out, in the unit square, shape (k, 2).
+    """
+
+    caption: str
+    curves: tuple[tuple[str, Array], ...]
+    marks: Array | None = None
+
+
 class Card(NamedTuple):
     """What a reader wants to know first of a run or a sweep.
 
@@ -142,12 +158,14 @@ class Card(NamedTuple):
         statements: The answers, the most important one first.
         facts: A few numbers, each with its name.
         target: The anchor of the section with the details; "" for none.
+        sketch: A small picture; None for none.
     """
 
     title: str
     statements: tuple[Statement, ...]
     facts: tuple[tuple[str, str], ...] = ()
     target: str = ""
+    sketch: Sketch | None = None
 
 
 @dataclass(frozen=True)

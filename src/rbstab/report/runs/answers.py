@@ -8,12 +8,13 @@ from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness, meanings
 from rbstab.integrate.status import RunStatus
-from rbstab.report.model.document import Block, Card, Cards, Statement
+from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
 from rbstab.report.model.words import NO_VALUE, counted, listed, number
 from rbstab.report.runs.facts import RunFacts
+from rbstab.report.runs.sketches import decay_sketches
 from rbstab.report.runs.tables import ANSWER_TONES
 
-MAX_CARDS = 6
+MAX_CARDS = 12
 """If there are more runs, their answers stand in the table of runs only."""
 
 QUESTIONS = {
@@ -28,7 +29,9 @@ def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
     sentences = answer_sentence(facts), *_first_at_rest(facts)
     if len(facts) > MAX_CARDS:
         return (*sentences, meanings())
-    return (*sentences, Cards("answers", tuple(_card(entry) for entry in facts), meanings()))
+    sketches = decay_sketches([entry.run for entry in facts])
+    cards = tuple(_card(entry, sketch) for entry, sketch in zip(facts, sketches, strict=True))
+    return (*sentences, Cards("answers", cards, meanings()))
 
 
 def answer_sentence(facts: Sequence[RunFacts]) -> str:
@@ -57,8 +60,8 @@ def _first_at_rest(facts: Sequence[RunFacts]) -> tuple[str, ...]:
         return ()
     (first, label), (last, _) = settled[0], settled[-1]
     return (
-        f"At rest first: {label}, from {number(first)} s on; the last of {len(settled)} from "
-        f"{number(last)} s on (v stays below v(0)/{1 / SETTLED_FRACTION:g}).",
+        f"At rest first: {label}, from {number(first)} s on; the last from {number(last)} s on "
+        f"(v stays below v(0)/{1 / SETTLED_FRACTION:g}).",
     )
 
 
@@ -71,7 +74,7 @@ def _counts(words: Counter[str]) -> str:
     return ", ".join(f"{words[word]} {word}" for word in Sureness if words[word])
 
 
-def _card(facts: RunFacts) -> Card:
+def _card(facts: RunFacts, sketch: Sketch | None) -> Card:
     statements = tuple(
         _statement(QUESTIONS[name], answer) for name, answer in facts.answer._asdict().items()
     )
@@ -80,20 +83,26 @@ def _card(facts: RunFacts) -> Card:
     numbers = {
         "at rest from": settled if settled == NO_VALUE else f"{settled} s",
         "v(0)": f"{number(s.lyapunov_start)} J",
-        "c*": _level(facts),
+        "v(0)/c*": _margin(facts),
         "peak |E|": f"{number(s.peak_distance)} m",
         "peak |θ2|": f"{number(s.largest_pitch)} rad",
         "ended": status if status != RunStatus.COMPLETED else "",
         "warnings": str(len(facts.attribute("warnings").splitlines()) or ""),
     }
     shown = tuple((name, text) for name, text in numbers.items() if text)
-    return Card(facts.run.label, statements, shown, target="certificates")
+    return Card(facts.run.label, statements, shown, target="certificates", sketch=sketch)
 
 
-def _level(facts: RunFacts) -> str:
-    """Return the level of the certified region of the lowest rest state, or ""."""
+def _margin(facts: RunFacts) -> str:
+    """Return v(0) over the level c* of the certified region, or "" if no level is proved.
+
+    The start is inside the region where this is below 1. Above 1 nothing follows from it.
+    """
     region = None if facts.proof is None else facts.proof.region
-    return f"{number(region.lower_bound)} J" if region is not None and region.lower_bound else ""
+    start = facts.run.summary.lyapunov_start
+    if region is None or not region.lower_bound or not math.isfinite(start):
+        return ""
+    return f"{number(start / region.lower_bound)}"
 
 
 def _statement(question: str, answer: Answer) -> Statement:

@@ -6,8 +6,10 @@ from rbstab.experiment.answers.words import Sureness, meanings
 from rbstab.report.model.document import Block, Card, Cards, Statement
 from rbstab.report.model.words import counted, number
 from rbstab.report.sweeps.conditions.comparison import compared_quantities, ranking
+from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
 from rbstab.report.sweeps.quantities import peak_displacement, settling_time
+from rbstab.report.sweeps.sketches import rest_sketch
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
 
 
@@ -19,7 +21,13 @@ def answer_blocks(name: str, label: str, members: Members) -> list[Block]:
         label: Its label.
         members: Its members.
     """
-    card = Card(label, (_rest(members), _range(members)), _facts(members), target=f"{name}-members")
+    card = Card(
+        label,
+        (_rest(members), _range(members)),
+        _facts(members),
+        target=f"{name}-members",
+        sketch=rest_sketch(members, paired_conditions_of(members)),
+    )
     cards = Cards(f"{name}-answer", (card,), meanings())
     return [*ranking(members, compared_quantities(members)), cards]
 

@@ -16,8 +16,10 @@ from markupsafe import Markup
 
 from rbstab.report.model.document import Animation, Cards, Report, Table
 from rbstab.report.model.figure import Figure
+from rbstab.report.model.palette import colour
 from rbstab.report.writers.plotly_figures.renderer import JSON, plotly_data
 from rbstab.report.writers.plotly_figures.text import packed_array
+from rbstab.report.writers.sketches import svg
 
 SCRIPTS = ("theme", "tables", "time", "figures", "scene", "motions", "start")
 """Names of the scripts of the page, in the order in which they run."""
@@ -38,6 +40,10 @@ def page(report: Report) -> str:
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.tests["figure"] = lambda block: isinstance(block, Figure)
     environment.tests["cards"] = lambda block: isinstance(block, Cards)
+    environment.filters["breakable"] = _breakable
+    # The SVG escapes its texts itself.
+    environment.globals["sketch_svg"] = lambda sketch: Markup(svg(sketch))  # noqa: S704
+    environment.globals["sketch_colour"] = colour
     environment.tests["animation"] = lambda block: isinstance(block, Animation)
     blocks = [block for section in report.sections for block in section.blocks]
     script = "".join(_template(f"{name}.js") for name in SCRIPTS)
@@ -55,6 +61,12 @@ def page(report: Report) -> str:
     )
     # A file name may contain bytes that are not valid UTF-8.
     return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def _breakable(text: str) -> Markup:
+    """Return a label that may be broken after an underscore, rather than anywhere."""
+    # `join` escapes the parts.
+    return Markup("_<wbr>").join(text.split("_"))
 
 
 def _animation_data(animation: Animation) -> JSON:

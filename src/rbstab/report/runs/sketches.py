@@ -1,0 +1,81 @@
+"""The small pictures on the cards of runs: how v decays."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.experiment.summary import lyapunov_function_of
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.document import Sketch
+from rbstab.report.model.words import number
+from rbstab.report.reading.sources import Run
+
+LOWEST = 1e-8
+"""v / v(0) below which a decay is not drawn: there round-off would fill the picture."""
+
+
+def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
+    """Return v(t)/v(0) of each run, with a dot from which on it is at rest.
+
+    All have the same scales, so that they can be compared: logarithmic in v, or linear if inputs
+    supply power to a run, since its v need not decay. There is None for a run whose v(0) is not
+    above zero, or that has fewer than two samples.
+    """
+    decays = [_decay_of(run) for run in runs]
+    drawn = [decay for decay in decays if decay is not None]
+    if not drawn:
+        return [None] * len(runs)
+    linear = any(decay.is_driven for decay in drawn)
+    end = max(float(decay.time[-1]) for decay in drawn)
+    ratios = np.concatenate([decay.ratio for decay in drawn])
+    high = max(float(np.nanmax(ratios)), 1.0)
+    low = 0.0 if linear else float(np.nanmin(np.maximum(ratios, LOWEST)))
+    settled = " Dot: at rest from there on." if any(decay.settled for decay in drawn) else ""
+    caption = (
+        f"v(t)/v(0) from {number(low)} to {number(high)}, {'linear' if linear else 'logarithmic'}; "
+        f"{number(end)} s.{settled}"
+    )
+
+    def heights(ratio: Array) -> Array:
+        if linear:
+            return ratio / high
+        with np.errstate(all="ignore"):
+            span = math.log(high / low) or 1.0
+            return np.log(np.maximum(ratio, LOWEST) / low) / span
+
+    def sketch(decay: _Decay | None) -> Sketch | None:
+        if decay is None:
+            return None
+        y = heights(decay.ratio)
+        dot = np.array([decay.settled]) if decay.settled else np.zeros(0)
+        dots = np.interp(dot, decay.time, y)
+        curve = np.column_stack([decay.time / end, y])
+        return Sketch(caption, (("", curve),), np.column_stack([dot / end, dots]))
+
+    return [sketch(decay) for decay in decays]
+
+
+class _Decay(NamedTuple):
+    """v / v(0) of a run; NaN where v is not above zero.
+
+    time counts from the start, s. settled is the time from which on the run is at rest, 0 if none.
+    """
+
+    time: Array
+    ratio: Array
+    settled: float
+    is_driven: bool
+
+
+def _decay_of(run: Run) -> _Decay | None:
+    time = np.asarray(run.result["time"], dtype=float)
+    v = np.asarray(lyapunov_function_of(run.result), dtype=float)
+    if len(time) < 2 or not (np.isfinite(v[0]) and v[0] > 0 and time[-1] > time[0]):
+        return None
+    with np.errstate(all="ignore"):
+        ratio = v / v[0]
+    ratio = np.where(np.isfinite(ratio) & (ratio > 0), ratio, np.nan)
+    settled = 0.0 if math.isnan(run.settling_time) else run.settling_time - float(time[0])
+    return _Decay(time - time[0], ratio, settled, run.is_driven)

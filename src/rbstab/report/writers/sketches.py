@@ -1,0 +1,60 @@
+"""Sketches as SVG, in the colours of the figures."""
+
+from html import escape
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.document import Sketch
+from rbstab.report.model.palette import colour
+from rbstab.report.writers.decimate import kept_points
+
+WIDTH, HEIGHT = 300.0, 72.0
+"""The frame, in units of the picture."""
+
+MARGIN = 4.0
+"""Room around the frame for marks on it."""
+
+FRAME = "#8888"
+"""Grey that is visible on light and dark pages."""
+
+
+def svg(sketch: Sketch) -> str:
+    """Return a sketch as an SVG element; its caption is its text for those who do not see it."""
+    parts = [
+        f'<path d="M0 0V{HEIGHT:g}H{WIDTH:g}" fill="none" stroke="{FRAME}" stroke-width="1"/>',
+    ]
+    for index, (_, points) in enumerate(sketch.curves):
+        path = _path(points)
+        if path:
+            parts.append(
+                f'<path d="{path}" fill="none" stroke="{colour(index)}" stroke-width="1.6" '
+                'stroke-linejoin="round"/>'
+            )
+    for x, y in _placed(sketch.marks if sketch.marks is not None else np.zeros((0, 2))).tolist():
+        parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{colour(1)}"/>')
+    label = escape(sketch.caption)
+    box = f"{-MARGIN:g} {-MARGIN:g} {WIDTH + 2 * MARGIN:g} {HEIGHT + 2 * MARGIN:g}"
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" role="img" aria-label="{label}">'
+        f"{''.join(parts)}</svg>"
+    )
+
+
+def _placed(points: Array) -> Array:
+    """Return points of the unit square in the frame, where y points down."""
+    return np.column_stack([points[:, 0] * WIDTH, (1.0 - points[:, 1]) * HEIGHT])
+
+
+def _path(points: Array) -> str:
+    """Return a curve in the notation of SVG paths, with its gaps."""
+    placed = _placed(points)
+    kept = kept_points(placed[:, 0], placed[:, 1], tolerance=np.array([0.2, 0.2]))
+    commands, drawing = [], False
+    for x, y in placed[kept].tolist():
+        if not (np.isfinite(x) and np.isfinite(y)):
+            drawing = False
+            continue
+        commands.append(f"{'L' if drawing else 'M'}{x:.1f} {y:.1f}")
+        drawing = True
+    return "".join(commands)

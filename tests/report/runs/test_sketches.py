@@ -1,0 +1,98 @@
+"""The pictures on the cards of runs: straight lines for exponential decays, on common scales."""
+
+import math
+
+import numpy as np
+import pytest
+from support.made_runs import DECAY, V_START, made_file, made_result
+
+from rbstab.report.reading.sources import read_sources
+from rbstab.report.runs.sketches import LOWEST, decay_sketches
+from rbstab.store.run_file import write_result
+
+END = 2.0
+"""s: the duration of a made up run."""
+
+
+def run_of(path):
+    [run] = read_sources([path]).runs
+    return run
+
+
+def with_v(path, change):
+    """Write a made up run with another v, and return it as a source of a report."""
+    result = made_result()
+    v = result.variables["lyapunov"]
+    data = change(result["time"], v.data.copy())
+    result.variables["lyapunov"] = v._replace(data=data)
+    write_result(path, result)
+    return run_of(path)
+
+
+def sketches_of(*runs):
+    """Return the sketches of runs that all have one."""
+    found = [sketch for sketch in decay_sketches(runs) if sketch is not None]
+    assert len(found) == len(runs)
+    return found
+
+
+def dots(sketch):
+    assert sketch.marks is not None
+    return sketch.marks.tolist()
+
+
+@pytest.fixture
+def run(tmp_path):
+    return run_of(made_file(tmp_path / "a.h5"))
+
+
+def test_an_exponential_decay_is_a_straight_line_from_corner_to_corner(run):
+    (sketch,) = sketches_of(run)
+    ((label, points),) = sketch.curves
+    assert label == ""
+    assert points[:, 0] == pytest.approx(np.linspace(0, 1, 401))
+    assert points[:, 1] == pytest.approx(1 - points[:, 0])
+    assert sketch.caption.startswith("v(t)/v(0) from 1.125e-07 to 1, logarithmic; 2 s.")
+    assert math.exp(-DECAY * END) == pytest.approx(1.125e-7, rel=1e-3)
+
+
+def test_the_dot_stands_where_the_run_is_at_rest(run):
+    (sketch,) = sketches_of(run)
+    ((across, up),) = dots(sketch)
+    # v = v(0)/1000 at t = ln(1000)/8; the settling time is found between samples of 5 ms.
+    assert across == pytest.approx(math.log(1000) / DECAY / END, abs=0.005 / END)
+    assert up == pytest.approx(1 - across, abs=1e-6)
+    assert sketch.caption.endswith("Dot: at rest from there on.")
+
+
+def test_all_runs_have_the_scale_of_the_lowest(run, tmp_path):
+    slow = with_v(tmp_path / "slow.h5", lambda t, _: V_START * np.exp(-t))
+    fast, other = sketches_of(run, slow)
+    assert fast.caption == other.caption
+    ((_, points),) = other.curves
+    # One decade of the slow run is as high as one of the fast run.
+    assert points[-1, 1] == pytest.approx(1 - 1 / DECAY)
+    assert not dots(other)
+
+
+def test_round_off_is_not_drawn(tmp_path):
+    def change(t, v):
+        v[t > 1.0] = 1e-20 * V_START
+        v[-1] = -1e-21
+        return v
+
+    (sketch,) = sketches_of(with_v(tmp_path / "a.h5", change))
+    ((_, points),) = sketch.curves
+    assert f"from {LOWEST:.4g} to 1" in sketch.caption
+    assert points[-2, 1] == 0
+    assert np.isnan(points[-1, 1])
+
+
+@pytest.mark.parametrize("start", [0.0, math.nan, -1.0])
+def test_a_run_without_a_positive_start_has_no_picture(run, start, tmp_path):
+    def change(_, v):
+        v[0] = start
+        return v
+
+    assert decay_sketches([with_v(tmp_path / "b.h5", change), run])[0] is None
+    assert decay_sketches([with_v(tmp_path / "c.h5", change)]) == [None]

@@ -255,9 +255,47 @@ def test_nothing_is_wider_than_a_telephone(opened: Opened) -> None:
     for name in ("over-time", "maps", "counts"):
         drawn(page, name)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
-    # The table is wider; it scrolls in its own box, which the keyboard can focus.
-    box = page.locator(".scroll")
-    assert box.evaluate("e => e.scrollWidth > e.clientWidth && e.tabIndex === 0")
+    # The table has room for some of its columns. All of them scroll in their own box, which the
+    # keyboard can focus.
+    box, columns = page.locator(".scroll"), page.locator("thead th:visible")
+    assert box.evaluate("e => e.scrollWidth <= e.clientWidth && e.tabIndex === 0")
+    total, first = page.locator("thead th").count(), columns.count()
+    assert 2 <= first < total
+    button, bar = page.locator(".columns button"), page.locator(".columns")
+    expect(button).to_have_text(f"Show all {total} columns")
+    expect(bar).not_to_contain_text("Scroll")
+    button.click()
+    expect(columns).to_have_count(total)
+    assert box.evaluate("e => e.scrollWidth > e.clientWidth")
+    expect(bar).to_contain_text("Scroll sideways to see all columns.")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    button.click()
+    expect(columns).to_have_count(first)
+
+
+def test_columns_come_with_the_width_of_the_window(opened: Opened) -> None:
+    heads = tuple(Head(f"column {k}") for k in range(9))
+    rows = tuple(tuple(Cell(f"value {row}") for _ in heads) for row in range(80))
+    table = Table("wide", "A wide and long table", heads, rows)
+    page = opened(replace(report(), sections=(Section("s", "S", (table,)),)))
+    columns, bar = page.locator("thead th:visible"), page.locator(".columns")
+    wide = columns.count()
+    assert 2 < wide < 9
+    expect(bar).to_contain_text("80 rows: scroll down to see all.")
+    page.set_viewport_size({"width": 700, "height": 900})
+    expect(columns).not_to_have_count(wide)
+    assert 2 <= columns.count() < wide
+    page.set_viewport_size({"width": 1200, "height": 900})
+    expect(columns).to_have_count(wide)
+    # Each row has as many cells as the head.
+    assert page.locator("tbody tr").last.locator(":scope > :visible").count() == wide
+
+
+def test_a_table_that_fits_says_nothing(opened: Opened) -> None:
+    table = Table("small", "Small", (Head("a"), Head("b")), ((Cell("1"), Cell("2")),))
+    page = opened(replace(report(), sections=(Section("s", "S", (table,)),)))
+    expect(page.locator("tbody td")).to_be_visible()
+    expect(page.locator(".columns")).to_be_hidden()
 
 
 def test_long_words_break_in_their_cell(opened: Opened) -> None:

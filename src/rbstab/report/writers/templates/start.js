@@ -11,6 +11,7 @@ function observe(element, callback) {
 for (const note of document.querySelectorAll(".scriptless")) note.remove();
 followTheme();
 document.querySelectorAll(".table table").forEach(makeSortable);
+document.querySelectorAll(".table .scroll").forEach(fitColumns);
 for (const box of document.querySelectorAll(".drawing")) {
   const { layout, narrow } = drawings[box.dataset.name];
   box.style.minHeight = `${(isNarrow(box) ? narrow : layout).height}px`;

@@ -13,7 +13,15 @@ SCALE = "viridis"
 It is perceptually uniform, and readable with any kind of colour vision.
 """
 
+GAPS = ("#B4B4B4", "#6E6E6E", "#D9D9D9", "#8F8F8F")
+"""Tones of the cells of a map that have no value, by the reason; the colour map has no grey."""
+
 
 def colour(number: int) -> str:
     """Return the colour with the given number."""
     return COLOURS[number % len(COLOURS)]
+
+
+def gap_tone(number: int) -> str:
+    """Return the tone of the cells without a value for the reason with the given number."""
+    return GAPS[number % len(GAPS)]

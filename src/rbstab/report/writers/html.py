@@ -19,7 +19,10 @@ from rbstab.report.model.figure import Figure
 from rbstab.report.writers.plotly_figures.renderer import JSON, plotly_data
 from rbstab.report.writers.plotly_figures.text import packed_array
 
-SCRIPTS = ("theme", "tables", "time", "figures", "scene", "motions", "start")
+SCRIPTS = (
+    *("theme", "tables", "time", "arrays", "figures", "cells", "csv"),
+    *("scene", "motions", "start"),
+)
 """Names of the scripts of the page, in the order in which they run."""
 
 

@@ -1,0 +1,61 @@
+"""The colour ranges of maps: common to maps that are compared, and not stretched over nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rbstab.report.model.figure import Cells
+from rbstab.report.model.words import number
+
+ONE_COLOUR = 0.01
+"""Values that differ by less than this fraction of the largest one have one colour.
+
+Gains, inertia and initial states of a real body are not known better than to about 1 %. Colours
+for smaller differences would suggest a structure that decides nothing; the numbers are shown.
+"""
+
+
+def on_one_scale(maps: list[Cells]) -> list[Cells]:
+    """Return the maps of one quantity with a common colour scale."""
+    if maps[0].scale.categories or maps[0].span is not None:
+        return maps
+    ends = _ends(maps)
+    if ends is None:
+        return maps
+    if has_one_colour(maps):
+        # The middle of the scale for all of them.
+        middle = 0.5 * (ends[0] + ends[1])
+        ends = (min(0.5 * middle, 1.5 * middle), max(0.5 * middle, 1.5 * middle))
+    return [replace(cells, span=ends) for cells in maps]
+
+
+def has_one_colour(maps: list[Cells]) -> bool:
+    """Return whether the values of maps of one quantity are too close to need more than a colour.
+
+    A share and a map of words keep their scale.
+    """
+    ends = _ends(maps)
+    given = maps[0].scale.categories or maps[0].scale.log or maps[0].span is not None
+    if given or ends is None:
+        return False
+    return ends[1] - ends[0] < ONE_COLOUR * max(abs(ends[0]), abs(ends[1]))
+
+
+def one_colour_note(maps: list[Cells]) -> str:
+    """Return a sentence on maps with one colour; "" for others."""
+    ends = _ends(maps)
+    if ends is None or not has_one_colour(maps):
+        return ""
+    scale = maps[0].scale
+    unit = "" if scale.unit in ("", "1") else f" {scale.unit}"
+    return (
+        f"{scale.label}: all values are from {number(ends[0])} to {number(ends[1])}{unit}. They "
+        f"differ by less than {ONE_COLOUR:.0%}, so they have one colour."
+    )
+
+
+def _ends(maps: list[Cells]) -> tuple[float, float] | None:
+    """Return the smallest and the largest value; None without values."""
+    values = np.concatenate([np.asarray(cells.values, dtype=float).ravel() for cells in maps])
+    finite = values[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if len(finite) else None

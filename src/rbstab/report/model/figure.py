@@ -166,7 +166,7 @@ class CellMembers:
         shown: Number of the member that stands for the cell, shape (m, n); -1 without a member.
         role: What that member is in a cell of several: "nearest to the median".
         gaps: Why a cell has no value, as an index in `reasons`, shape (m, n); -1: it has a value.
-        reasons: The reasons that occur.
+        reasons: The reasons; not all of them need to occur.
     """
 
     counts: Array

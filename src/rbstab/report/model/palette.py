@@ -13,8 +13,11 @@ SCALE = "viridis"
 It is perceptually uniform, and readable with any kind of colour vision.
 """
 
-GAPS = ("#B4B4B4", "#6E6E6E", "#D9D9D9", "#8F8F8F")
-"""Tones of the cells of a map that have no value, by the reason; the colour map has no grey."""
+GREY = "#808080"
+"""The colour of the cells of a map that have no value; the colour map has no grey."""
+
+GAPS = (0.15, 0.3, 0.5, 0.75)
+"""Opacities of these cells, by the reason: on a light page and on a dark one they stand back."""
 
 
 def colour(number: int) -> str:
@@ -22,6 +25,6 @@ def colour(number: int) -> str:
     return COLOURS[number % len(COLOURS)]
 
 
-def gap_tone(number: int) -> str:
-    """Return the tone of the cells without a value for the reason with the given number."""
-    return GAPS[number % len(GAPS)]
+def gap_opacity(number: int) -> float:
+    """Return the opacity of the cells without a value for the reason with the given number."""
+    return GAPS[min(number, len(GAPS) - 1)]

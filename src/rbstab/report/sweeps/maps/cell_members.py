@@ -27,18 +27,18 @@ def quantity_members(
     shown = _first(grid)
     finite = np.isfinite(own)
     cells, numbers = grid.cells[finite], grid.chosen[finite]
-    with np.errstate(invalid="ignore"):
-        distance = np.abs(own[finite] - values.ravel()[cells])
-    # The nearest member of each cell comes first; of several, the one with the lowest number.
-    order = np.lexsort((numbers, distance, cells))
-    occupied, first = np.unique(cells[order], return_index=True)
-    shown[occupied] = numbers[order][first]
+    # A cell with too few values has no median; its first member then stands for it.
+    distance = np.nan_to_num(np.abs(own[finite] - values.ravel()[cells]), nan=0.0)
+    nearest = np.full(len(shown), np.inf)
+    np.minimum.at(nearest, cells, distance)
+    is_nearest = distance == nearest[cells]
+    _set_first(shown, cells[is_nearest], numbers[is_nearest])
     outcomes = members.outcomes[grid.chosen]
     # A member that did not complete has no value for that reason, another one for the quantity's.
-    codes = np.where(outcomes > 1, outcomes, len(OUTCOMES))
-    reasons = (*OUTCOMES, quantity.missing)
-    gaps = _gaps(grid, values, reasons, np.where(finite, -1, codes))
-    return CellMembers(grid.counts.reshape(grid.shape), shown.reshape(grid.shape), NEAREST, *gaps)
+    codes = np.where(outcomes > 1, outcomes, 0)
+    gaps, reasons = _gaps(grid, values, quantity.missing, np.where(finite, -1, codes))
+    counts = grid.counts.reshape(grid.shape)
+    return CellMembers(counts, shown.reshape(grid.shape), NEAREST, gaps, reasons)
 
 
 def share_members(grid: MapGrid, values: Array, reason: str = "no value") -> CellMembers:
@@ -50,38 +50,43 @@ def share_members(grid: MapGrid, values: Array, reason: str = "no value") -> Cel
         reason: Why a cell with enough members may have no value.
     """
     codes = np.zeros(len(grid.chosen), dtype=int)
-    gaps = _gaps(grid, values, (reason,), codes)
+    gaps, reasons = _gaps(grid, values, reason, codes)
     shown = _first(grid).reshape(grid.shape)
-    return CellMembers(grid.counts.reshape(grid.shape), shown, FIRST, *gaps)
+    return CellMembers(grid.counts.reshape(grid.shape), shown, FIRST, gaps, reasons)
 
 
 def _first(grid: MapGrid) -> Array:
     """Return the lowest number of the members in each cell, row by row; -1 without a member."""
     shown = np.full(grid.shape[0] * grid.shape[1], -1)
-    occupied, first = np.unique(grid.cells, return_index=True)
-    shown[occupied] = grid.chosen[first]
+    _set_first(shown, grid.cells, grid.chosen)
     return shown
 
 
+def _set_first(result: Array, cells: Array, values: Array) -> None:
+    """Set each cell of the result to the first of its values."""
+    # Of several assignments to one place, the last one holds.
+    result[cells[::-1]] = values[::-1]
+
+
 def _gaps(
-    grid: MapGrid, values: Array, reasons: tuple[str, ...], of_member: Array
+    grid: MapGrid, values: Array, missing: str, of_member: Array
 ) -> tuple[Array, tuple[str, ...]]:
-    """Return why each cell has no value, as an index in the reasons that occur, and these reasons.
+    """Return why each cell has no value, as an index in the reasons, and the reasons.
+
+    The reasons have the same place in all maps, so that they have the same tone.
 
     Args:
         grid: The grid of the map.
         values: The value of each cell, shape (rows, columns).
-        reasons: The reasons of members.
-        of_member: The reason of each chosen member; -1 where it has a value.
+        missing: Why a member that completed may have no value.
+        of_member: 0 for a member without a value that completed; its outcome, from 2 on, for one
+            that did not; -1 where it has a value.
     """
     counts = grid.counts
     gaps = np.full(len(counts), -1)
-    missing = of_member >= 0
-    occupied, first = np.unique(grid.cells[missing], return_index=True)
-    gaps[occupied] = of_member[missing][first]
-    gaps[counts < grid.min_members] = len(reasons)
-    words = (*reasons, f"fewer than {grid.min_members} members")
+    without = of_member >= 0
+    _set_first(gaps, grid.cells[without], of_member[without])
+    gaps[counts < grid.min_members] = 1
     gaps[np.isfinite(values.ravel()) | (counts == 0)] = -1
-    occurring = np.unique(gaps[gaps >= 0])
-    gaps = np.where(gaps < 0, -1, np.searchsorted(occurring, gaps))
-    return gaps.reshape(grid.shape), tuple(words[k] for k in occurring.tolist())
+    few = f"fewer than {grid.min_members} members"
+    return gaps.reshape(grid.shape), (missing, few, *OUTCOMES[2:])

@@ -139,7 +139,8 @@ def _along(
     places: Array, groups: Array, values: Array, is_share: bool
 ) -> tuple[Array, Array, Array, Array]:
     """Return the median of the parameter in each group, and low, middle and high of the values."""
-    order = np.argsort(groups, kind="stable")
+    # Numbers of 16 bits are sorted in linear time.
+    order = np.argsort(groups.astype(np.int16), kind="stable")
     starts = np.flatnonzero(np.diff(groups[order], prepend=-1))
     rows = []
     for own in np.split(order, starts[1:]):
@@ -155,8 +156,8 @@ def _along(
 
 def _caption(*, is_share: bool, bands: bool) -> str:
     line, area = ("share", WILSON) if is_share else ("median", BETWEEN)
-    band = f", with their {area}" if bands else ""
+    shown = f"the {line} and the {area} of each are" if bands else f"the {line} of each is"
     return (
-        f"The members are divided into groups along each parameter; shown is the {line} of each "
-        f"group{band}. The parameter that explains most is first."
+        f"The members are divided into groups along each parameter; {shown} drawn. The parameter "
+        "that explains most is first."
     )

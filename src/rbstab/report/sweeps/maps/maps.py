@@ -25,6 +25,9 @@ MEMBERS_PER_CELL = 20
 MAX_SAMPLED_CELLS = 100
 """Maximum number of cells along an axis of sampled values."""
 
+START_ENERGY = "start-energy"
+"""v(0) has no maps by condition: each condition has its own v, so that colours mean nothing."""
+
 MIN_SAMPLED_FOR_MAPS = 320
 """Fewer sampled members are drawn as points; a map would have too few cells."""
 
@@ -73,7 +76,8 @@ def _grid_maps(what: Mapped, free: list[Parameter]) -> list[Block]:
             f" Each cell shows the share or the median of its members over all values of {names}."
         )
     axes = (binned(first), binned(second))
-    figures = map_figures(Mapped(name, members, slices), axes, caption.strip())
+    left_out = (START_ENERGY,) if len(what.slices) > 1 else ()
+    figures = map_figures(Mapped(name, members, slices), axes, caption.strip(), left_out=left_out)
     return [*_single_outcome(members), *figures]
 
 
@@ -102,7 +106,8 @@ def _sample_maps(what: Mapped, free: list[Parameter]) -> list[Block]:
     few = {n: found for n, found in explained.items() if not found[1] >= MIN_EXPLAINED}
     if few:
         blocks.append(_left_out((first, second), few))
-    return blocks + map_figures(what, cells, caption, left_out=few)
+    left_out = {*few, *((START_ENERGY,) if len(slices) > 1 else ())}
+    return blocks + map_figures(what, cells, caption, left_out=left_out)
 
 
 def _left_out(over: tuple[Parameter, Parameter], few: dict[str, tuple[str, float]]) -> str:

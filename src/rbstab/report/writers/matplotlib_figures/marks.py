@@ -25,7 +25,7 @@ from rbstab.report.model.figure import (
     Points,
     Stack,
 )
-from rbstab.report.model.palette import COLOURS, SCALE, colour, gap_tone
+from rbstab.report.model.palette import COLOURS, GREY, SCALE, colour, gap_opacity
 from rbstab.report.writers.colour_scale import cell_edges, gap_label, scale_ends, scale_ticks
 
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1.2, 1.6)), (0, (6, 2, 1.2, 2)))
@@ -161,7 +161,7 @@ def _gaps(cells: Cells, axes: Axes, edges: tuple[Array, Array]) -> dict[str, Art
     for number, reason in enumerate(cells.members.reasons):
         own = cells.members.gaps == number
         if own.any():
-            tint = gap_tone(number)
+            tint = mpl.colors.to_rgba(GREY, gap_opacity(number))
             shown = np.ma.masked_where(~own, np.zeros(own.shape))
             axes.pcolormesh(*edges, shown, rasterized=True, cmap=ListedColormap([tint]))
             handles[gap_label(reason)] = Patch(color=tint)

@@ -77,7 +77,13 @@ class PanelGrid:
     @property
     def bar_is_above(self) -> bool:
         """Whether the panels' common colour bar is above them: on a phone, for want of width."""
-        return self.figure.shares_scale and self.columns == 1
+        return self.has_common_bar and self.columns == 1
+
+    @property
+    def has_common_bar(self) -> bool:
+        """Whether all panels share one colour bar; maps of words have a legend instead."""
+        marks = (mark for panel in self.figure.panels for mark in panel.marks)
+        return self.figure.shares_scale and not any(map(_is_of_words, marks))
 
     @property
     def titles(self) -> str:
@@ -94,7 +100,7 @@ class PanelGrid:
         """Return the horizontal domain of a panel, in fractions of the width inside the margins."""
         inner = self.width - LEFT - RIGHT
         gap = CLOSE if "y" in self.titles else LEFT + RIGHT
-        common = self.figure.shares_scale and not self.bar_is_above
+        common = self.has_common_bar and not self.bar_is_above
         pitch = (inner + gap - (COLORBAR if common else 0)) / self.columns
         begin = (number % self.columns) * pitch
         end = begin + pitch - gap - (0 if self.figure.shares_scale else self._bar_width(number))
@@ -148,7 +154,8 @@ class PanelGrid:
     def _bar_width(self, number: int) -> int:
         """Return the space for colour bars beside the panels of a column, px; all are aligned."""
         column = self.figure.panels[number % self.columns :: self.columns]
-        maps = [(m, panel) for panel in column for m in panel.marks if isinstance(m, Cells)]
+        marks = [(mark, panel) for panel in column for mark in panel.marks]
+        maps = [one for one in marks if isinstance(one[0], Cells) and not _is_of_words(one[0])]
         if not maps:
             return 0
         return COLORBAR - (0 if any(has_bar_title(*one) for one in maps) else BAR_TITLE)
@@ -170,6 +177,10 @@ class PanelGrid:
     def below(self) -> int:
         """Space below the lowest row, px."""
         return self._row_heights(self.rows - 1)[2]
+
+
+def _is_of_words(mark: Mark) -> bool:
+    return isinstance(mark, Cells) and bool(mark.scale.categories)
 
 
 def has_bar_title(mark: Mark, panel: Panel) -> bool:
@@ -215,7 +226,10 @@ def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
     if "x" in grid.figure.shared and number:
         position["matches"] = "x"
     if "x" in grid.titles:
-        position |= {"title": {"text": ""}, "showticklabels": grid.is_lowest(number)}
+        position |= {
+            "title": {"text": ""},
+            "showticklabels": grid.columns == 1 or grid.is_lowest(number),
+        }
     if grid.figure.shares_time:
         if number:
             position["matches"] = "x"

@@ -19,13 +19,12 @@ from rbstab.report.model.figure import (
     Points,
     Stack,
 )
-from rbstab.report.model.palette import SCALE, colour, gap_tone
+from rbstab.report.model.palette import GREY, SCALE, colour, gap_opacity
 from rbstab.report.writers.colour_scale import cell_edges, gap_label, scale_ends, scale_ticks
 from rbstab.report.writers.plotly_figures.text import (
     escaped,
     packed_array,
     packed_integers,
-    tick_label,
 )
 
 JSON = dict[str, Any]
@@ -158,7 +157,7 @@ def _(mark: Band, panel: Panel) -> list[JSON]:
         tint = colour(mark.colour)
         line = {"width": 0, "color": tint}
         trace = _scatter(mark.label, x, _positive_on_log(panel.y, y), mode="lines", line=line)
-        fill = {"fill": "toself", "fillcolor": _translucent(tint), "hoverinfo": "skip"}
+        fill = {"fill": "toself", "fillcolor": _translucent(tint, 0.25), "hoverinfo": "skip"}
         traces.append(trace | fill)
     return traces
 
@@ -173,7 +172,33 @@ def _(mark: Cells, panel: Panel) -> list[JSON]:
         "y": packed_array(cell_edges(mark.y, panel.y)),
     }
     # The script of the page shows what a cell holds; texts of all cells would need megabytes.
-    return [edges | {"z": packed_array(shown), "hoverinfo": "none"}, *_gaps(mark, edges)]
+    cells = edges | {"z": packed_array(shown), "hoverinfo": "none"}
+    return [cells, *_gaps(mark, edges), *_words(mark)]
+
+
+def _words(mark: Cells) -> list[JSON]:
+    """Return traces without points, for the legend entries of the words of a map."""
+    present = np.unique(mark.values[np.isfinite(mark.values)]).astype(int)
+    tones = _tones(mark.scale)
+    return [
+        {
+            "type": "scatter",
+            "x": [None],
+            "y": [None],
+            "mode": "markers",
+            **_legend_entry(word),
+            "fillcolor": tones[number],
+            "marker": {"color": tones[number], "symbol": "square", "size": 10},
+            "hoverinfo": "skip",
+        }
+        for number, word in enumerate(mark.scale.categories)
+        if number in present
+    ]
+
+
+def _tones(scale: Axis) -> list[str]:
+    """Return the colours of the words of a map."""
+    return [colour(number) for number in scale.colours or range(len(scale.categories))]
 
 
 def _gaps(mark: Cells, edges: JSON) -> list[JSON]:
@@ -186,7 +211,7 @@ def _gaps(mark: Cells, edges: JSON) -> list[JSON]:
         | _legend_entry(gap_label(reason))
         | {
             "z": packed_integers((gaps == number).astype(int)),
-            "colorscale": [[0, "rgba(0,0,0,0)"], [1, gap_tone(number)]],
+            "colorscale": [[0, "rgba(0,0,0,0)"], [1, _translucent(GREY, gap_opacity(number))]],
             "zmin": 0,
             "zmax": 1,
             "showscale": False,
@@ -207,21 +232,14 @@ def colour_axis(mark: Mark, *, titled: bool = True) -> JSON:
     if not isinstance(mark, Cells):
         return {}
     scale = mark.scale
+    if scale.categories:
+        # The legend has the words; beside a bar, long ones have no room.
+        tones = _tones(scale)
+        count = len(tones)
+        steps = [[end / count, tones[n]] for n in range(count) for end in (n, n + 1)]
+        return {"colorscale": steps, "cmin": -0.5, "cmax": count - 0.5, "showscale": False}
     title = escaped(scale.text) if titled else ""
     bar: JSON = {"title": {"text": title, "side": "right"}, "outlinewidth": 0}
-    if scale.categories:
-        count = len(scale.categories)
-        colours = scale.colours or tuple(range(count))
-        steps = [
-            [end / count, colour(colours[number])]
-            for number in range(count)
-            for end in (number, number + 1)
-        ]
-        ticks = {
-            "tickvals": list(range(count)),
-            "ticktext": [tick_label(label) for label in scale.categories],
-        }
-        return {"colorscale": steps, "cmin": -0.5, "cmax": count - 0.5, "colorbar": bar | ticks}
     low, high = scale_ends(mark)
     labels = scale_ticks(low, high, log=scale.log)
     places, ends = np.array(list(labels)), np.array([low, high])
@@ -272,6 +290,6 @@ def _log10(values: Array) -> Array:
     return np.log10(positive)
 
 
-def _translucent(tint: str) -> str:
+def _translucent(tint: str, opacity: float = 0.35) -> str:
     red, green, blue = (int(tint[begin : begin + 2], 16) for begin in (1, 3, 5))
-    return f"rgba({red}, {green}, {blue}, 0.35)"
+    return f"rgba({red}, {green}, {blue}, {opacity})"

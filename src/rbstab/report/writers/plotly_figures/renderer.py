@@ -93,10 +93,12 @@ def _layout(figure: Figure, grid: PanelGrid, shapes: list[JSON], scales: dict[st
         "meta": {"axes": axis_keys(len(figure.panels)), "time": figure.shares_time},
     }
     for name, scale in scales.items():
-        bar = scale["colorbar"] | grid.colorbar(name)
-        if grid.bar_is_above:
-            bar["title"] = bar["title"] | {"side": "top"}
-        layout[name] = scale | {"colorbar": bar}
+        layout[name] = scale
+        if "colorbar" in scale:
+            bar = scale["colorbar"] | grid.colorbar(name)
+            if grid.bar_is_above:
+                bar["title"] = bar["title"] | {"side": "top"}
+            layout[name] = scale | {"colorbar": bar}
     return layout
 
 

@@ -13,6 +13,7 @@ const column = (packed) => Array.from(numbersOf(packed), (value) => digits(value
 /** Return the rows of a trace: x, y, low, high and value of each point. */
 function traceRows(name, trace, axes) {
   const { mark, panel } = trace.meta;
+  // More traces of a map are cells without a value, and words of the legend.
   if (mark === "cells") return trace.coloraxis ? cellRows(name, panel) : [];
   const [x, y] = [column(trace.x), column(trace.y)];
   if (mark === "bars") {

@@ -147,6 +147,13 @@ function addLegend(box) {
   const legend = box.parentElement.querySelector(".legend");
   for (const entry of [...data, ...layout.shapes]) {
     if (!entry.showlegend) continue;
+    if (entry.type === "scatter" && entry.meta.mark === "cells") {
+      // A word of a map: there is no curve to hide.
+      const word = document.createElement("span");
+      word.append(swatch(entry), entry.legendgroup);
+      legend.append(word);
+      continue;
+    }
     const button = document.createElement("button");
     button.type = "button";
     button.setAttribute("aria-pressed", "true");

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.report.model.figure import Cells
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.figure import Axis, Cells
 from rbstab.report.model.words import number
 
 ONE_COLOUR = 0.01
@@ -19,7 +20,7 @@ def on_one_scale(maps: list[Cells]) -> list[Cells]:
     """Return the maps of one quantity with a common colour scale."""
     if maps[0].scale.categories or maps[0].span is not None:
         return maps
-    ends = _ends(maps)
+    ends = _ends(_values(maps))
     if ends is None:
         return maps
     if has_one_colour(maps):
@@ -34,28 +35,40 @@ def has_one_colour(maps: list[Cells]) -> bool:
 
     A share and a map of words keep their scale.
     """
-    ends = _ends(maps)
-    given = maps[0].scale.categories or maps[0].scale.log or maps[0].span is not None
-    if given or ends is None:
-        return False
-    return ends[1] - ends[0] < ONE_COLOUR * max(abs(ends[0]), abs(ends[1]))
+    given = maps[0].scale.categories or maps[0].span is not None
+    return not given and is_narrow(_values(maps), maps[0].scale)
 
 
 def one_colour_note(maps: list[Cells]) -> str:
     """Return a sentence on maps with one colour; "" for others."""
-    ends = _ends(maps)
-    if ends is None or not has_one_colour(maps):
+    if not has_one_colour(maps):
         return ""
-    scale = maps[0].scale
-    unit = "" if scale.unit in ("", "1") else f" {scale.unit}"
+    return f"One colour for {narrow_note(_values(maps), maps[0].scale)}"
+
+
+def is_narrow(values: Array, axis: Axis) -> bool:
+    """Return whether finite values on an axis differ by too little to be worth a picture."""
+    ends = _ends(values)
+    if axis.log or ends is None:
+        return False
+    return ends[1] - ends[0] < ONE_COLOUR * max(abs(ends[0]), abs(ends[1]))
+
+
+def narrow_note(values: Array, axis: Axis) -> str:
+    """Return the end of a sentence on such values: their name, range, and the rule."""
+    low, high = _ends(values) or (float("nan"), float("nan"))
+    unit = "" if axis.unit in ("", "1") else f" {axis.unit}"
     return (
-        f"{scale.label}: all values are from {number(ends[0])} to {number(ends[1])}{unit}. They "
-        f"differ by less than {ONE_COLOUR:.0%}, so they have one colour."
+        f"{axis.label}: all values are from {number(low)} to {number(high)}{unit}, which is less "
+        f"than {ONE_COLOUR:.0%} apart."
     )
 
 
-def _ends(maps: list[Cells]) -> tuple[float, float] | None:
-    """Return the smallest and the largest value; None without values."""
-    values = np.concatenate([np.asarray(cells.values, dtype=float).ravel() for cells in maps])
+def _values(maps: list[Cells]) -> Array:
+    return np.concatenate([np.asarray(cells.values, dtype=float).ravel() for cells in maps])
+
+
+def _ends(values: Array) -> tuple[float, float] | None:
+    """Return the smallest and the largest finite value; None without values."""
     finite = values[np.isfinite(values)]
     return (float(finite.min()), float(finite.max())) if len(finite) else None

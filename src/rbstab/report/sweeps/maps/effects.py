@@ -13,6 +13,7 @@ from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.fractions import fraction
 from rbstab.report.sweeps.influence import correlation_ratio, groups_of
 from rbstab.report.sweeps.maps.cell_values import counted_outcome
+from rbstab.report.sweeps.maps.colour_ranges import is_narrow, narrow_note
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantities import mapped, varies
@@ -65,6 +66,9 @@ def effect_figures(
     groups = [[_groups(p, chosen) for _, chosen in parts] for p in free]
     blocks: list[Block] = []
     for key, axis, values, is_share in _shown(members):
+        if not is_share and is_narrow(values, axis):
+            blocks.append(f"There is no figure of effects on {narrow_note(values, axis)}")
+            continue
         effects = [_effect(p, own, parts, values) for p, own in zip(free, groups, strict=True)]
         order = np.argsort([-effect.ratio for effect in effects], kind="stable").tolist()
         seen = [k for k in order if effects[k].ratio > OVER_CHANCE * effects[k].chance]
@@ -156,7 +160,7 @@ def _along(
 
 def _caption(*, is_share: bool, bands: bool) -> str:
     line, area = ("share", WILSON) if is_share else ("median", BETWEEN)
-    shown = f"the {line} and the {area} of each are" if bands else f"the {line} of each is"
+    shown = f"the {line} ({area}: the band) of each is" if bands else f"the {line} of each is"
     return (
         f"The members are divided into groups along each parameter; {shown} drawn. The parameter "
         "that explains most is first."

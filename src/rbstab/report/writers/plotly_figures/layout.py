@@ -143,9 +143,9 @@ class PanelGrid:
         if "x" in self.titles:
             place = {"x": self._right / 2, "xanchor": "center", "y": 0, "yanchor": "top"}
             found.append(common | place | {"text": escaped(first.x.text), "yshift": -TICKS + 2})
-        if "y" in self.titles:
+        if "y" in self.titles and self.rows > 1:
             place = {"x": 0, "xanchor": "center", "y": 0.5, "yanchor": "middle", "textangle": -90}
-            found.append(common | place | {"text": escaped(first.y.text), "xshift": -LEFT + 16})
+            found.append(common | place | {"text": escaped(first.y.text), "xshift": -LEFT + 12})
         return found
 
     def _panels(self, row: int) -> tuple[Panel, ...]:
@@ -218,7 +218,11 @@ def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
         if "y" in grid.figure.shared and number:
             position["matches"] = "y"
         if "y" in grid.titles:
-            position |= {"title": {"text": ""}, "showticklabels": number % grid.columns == 0}
+            first = number % grid.columns == 0
+            position["showticklabels"] = first
+            # In one row the first panel has the title: it moves aside for wide tick labels.
+            if grid.rows > 1 or not first:
+                position["title"] = {"text": ""}
         return position
     position = {"anchor": y, "domain": grid.x_domain(number)}
     if panel.equal:

@@ -18,6 +18,7 @@ from support.sections import figures_in
 
 from rbstab.report.model.figure import (
     Axis,
+    Band,
     Bars,
     Cells,
     Figure,
@@ -69,6 +70,7 @@ SIGNATURES = {
     Stack: Stack(X, np.column_stack([Y, -X, X]), ("a", "b", "c")),
     Bars: Bars(X, np.arange(6.0), "bars"),
     Intervals: Intervals(X, Y, Y - 0.1, Y + 0.2, "intervals"),
+    Band: Band(X, Y + 1.0, Y + 2.0, "band"),
     Cells: Cells(X, X, np.outer(X, X), Axis("product", "J")),
     Level: Level(0.7, "level"),
 }

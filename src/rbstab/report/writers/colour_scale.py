@@ -47,7 +47,8 @@ def scale_ticks(low: float, high: float, *, log: bool) -> dict[float, str]:
     step = _step(low, high)
     digits = max(6, int(np.ceil(np.log10(max(abs(low), abs(high)) / step))) + 1)
     multiples = range(int(np.ceil(low / step)), int(np.floor(high / step)) + 1)
-    return {n * step: f"{n * step:.{digits}g}" for n in multiples}
+    # Round-off must not carry a tick beyond an end.
+    return {min(max(n * step, low), high): f"{n * step:.{digits}g}" for n in multiples}
 
 
 def cell_edges(centres: Array, axis: Axis) -> Array:

@@ -41,7 +41,7 @@ NO_LEVEL = (
 WORDS = ("outcome", "basins", "proofs")
 """Names of the maps of words, or of shares: these have no extremes to mark."""
 
-WHITE = "A cell in the colour of the page has no member."
+EMPTY = "An empty cell has no member."
 
 
 class Mapped(NamedTuple):
@@ -75,10 +75,10 @@ def map_figures(
     quantities = [q for q in mapped(members) if varies(q.values) and q.name not in left_out]
     over = f"over {axes[0].axis.label} and {axes[1].axis.label}"
     by_slice = [_maps_of(members, grid, quantities, left_out) for grid in grids]
-    white = any((grid.counts == 0).any() for grid in grids)
+    has_empty = any((grid.counts == 0).any() for grid in grids)
     blocks: list[Block] = list(_sentences(members, {q.name for q in quantities}))
 
-    notes = [caption, WHITE] if white else [caption]
+    notes = [caption, EMPTY] if has_empty else [caption]
     if len(slices) == 1:
         maps = by_slice[0]
         if not maps:

@@ -45,7 +45,9 @@ def _rows(mark: Mark, panel: Panel) -> Iterator[tuple[Any, ...]]:
     """Yield series, x, y, low, high and value of each point of a mark."""
     match mark:
         case Line() | Points():
-            yield from ((mark.label, *point, "", "", "") for point in _columns(mark.x, mark.y))
+            for x, y in _columns(mark.x, mark.y):
+                place = _named(x, panel.x.categories), _named(y, panel.y.categories)
+                yield (mark.label, *place, "", "", "")
         case Stack():
             for label, part in zip(mark.labels, mark.parts.T, strict=True):
                 yield from ((label, *point, "", "", "") for point in _columns(mark.x, part))
@@ -74,4 +76,4 @@ def _columns(*arrays: Any) -> Iterator[tuple[Any, ...]]:
 
 
 def _named(value: float, categories: tuple[str, ...]) -> float | str:
-    return categories[int(value)] if categories and value == value // 1 else value
+    return categories[int(value)] if value in range(len(categories)) else value

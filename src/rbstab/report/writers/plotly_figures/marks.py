@@ -178,6 +178,8 @@ def _(mark: Cells, panel: Panel) -> list[JSON]:
 
 def _words(mark: Cells) -> list[JSON]:
     """Return traces without points, for the legend entries of the words of a map."""
+    if not mark.scale.categories:
+        return []
     present = np.unique(mark.values[np.isfinite(mark.values)]).astype(int)
     tones = _tones(mark.scale)
     return [

@@ -265,9 +265,10 @@ def test_arrays_that_maps_have_in_common_are_given_once() -> None:
     numbers = np.arange(9).reshape(3, 3)
     members = CellMembers(np.ones((3, 3), int), numbers, "", np.full((3, 3), -1))
     whole = compared_maps(2)
+    maps = [mark for panel in whole.panels for mark in panel.marks if isinstance(mark, Cells)]
     panels = tuple(
-        replace(panel, marks=tuple(replace(m, members=members) for m in panel.marks))
-        for panel in whole.panels
+        replace(panel, marks=(replace(cells, members=members),))
+        for panel, cells in zip(whole.panels, maps, strict=True)
     )
     found = page_data(replace(whole, panels=panels, command="run --member"))
     first, second = found["cells"]

@@ -2,6 +2,7 @@
 
 import csv
 import re
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 
@@ -12,8 +13,8 @@ from support.browser import Opened
 from support.made_sweeps import SPIN, code, write_sweep
 from support.pages import report as plain_report
 
-from rbstab.report.model.document import Report
-from rbstab.report.model.figure import Figure
+from rbstab.report.model.document import Report, Section
+from rbstab.report.model.figure import Axis, Figure, Panel, Stack
 from rbstab.report.sweeps.sections import sweep_sections
 from rbstab.report.writers.figure_files.data import csv_of
 
@@ -181,6 +182,16 @@ def test_the_button_gives_the_data_of_any_figure(opened: Opened, name: str) -> N
     assert missing == []
     kinds = {(row[0], row[3]) for row in expected}
     assert {(row[0], row[3]) for row in found} == kinds
+
+
+def test_a_stack_gives_its_parts_whole(opened: Opened) -> None:
+    # The page draws the halves above and below zero apart.
+    parts = np.array([[1.0, -2.0], [-3.0, 4.0]])
+    panel = Panel(Axis("t"), Axis("e"), (Stack(np.array([0.0, 1.0]), parts, ("a", "b")),))
+    figure = Figure("stack", "A stack", (panel,))
+    page = opened(replace(plain_report(), sections=(Section("s", "S", (figure,)),)))
+    values = [(row[3], float(row[5])) for row in downloaded(page, "stack")[1:]]
+    assert sorted(values) == [("a", -3), ("a", 1), ("b", -2), ("b", 4)]
 
 
 def test_the_data_of_maps_is_whole(opened: Opened, sweep: Report) -> None:

@@ -93,3 +93,20 @@ def test_maps_have_their_values(folder: Path, rbstab: Invoke) -> None:
         "1,a,b,peak [m],1.0,4.0,,,nan",
         "1,a,b,peak [m],2.0,4.0,,,0.4",
     ]
+
+
+def test_bands_have_their_ends_and_categories_their_names() -> None:
+    from rbstab.report.model.figure import Axis, Band, Figure, Panel, Points
+    from rbstab.report.writers.figure_files.data import csv_of
+
+    x = np.array([1.0, 0.0])
+    band = Band(x, np.array([2.0, 3.0]), np.array([5.0, 7.0]), "between")
+    points = Points(x, np.array([0.0, 4.0]), "ends")
+    panel = Panel(Axis("a"), Axis("b", categories=("good", "bad")), (band, points))
+    rows = csv_of(Figure("f", "F", (panel,))).splitlines()[1:]
+    assert rows == [
+        "1,a,b,between,1.0,,2.0,5.0,",
+        "1,a,b,between,0.0,,3.0,7.0,",
+        "1,a,b,ends,1.0,good,,,",
+        "1,a,b,ends,0.0,4.0,,,",
+    ]

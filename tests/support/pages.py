@@ -15,6 +15,7 @@ from rbstab.report.model.document import (
 )
 from rbstab.report.model.figure import (
     Axis,
+    Band,
     Bars,
     Cells,
     Figure,
@@ -93,6 +94,12 @@ def figures() -> tuple[Figure, ...]:
                 (
                     Bars(np.array([0.0, 1.0, 3.0]), np.array([4.0, 2.0]), "all"),
                     Level(1.5, "", True),
+                    Band(
+                        np.array([0.5, 1.0, 2.0]),
+                        np.array([1.0, 2.0, 1.5]),
+                        np.array([2.0, 2.5, 4.0]),
+                        "between",
+                    ),
                 ),
             ),
             Panel(

@@ -9,7 +9,7 @@ from support.made_sweeps import GRID, SPIN, code
 from support.sections import tables, texts
 
 from rbstab.report.sweeps.borders import border_pairs, notable
-from rbstab.report.sweeps.notable import replay_command
+from rbstab.report.sweeps.notable import member_command
 from rbstab.report.sweeps.sections import sweep_sections
 from rbstab.sweep.proofs.convergence import EnergyBound
 
@@ -141,7 +141,7 @@ def test_the_command_is_quoted(tmp_path, folder):
     (tmp_path / folder).mkdir()
     plan = tmp_path / folder / "plan.yaml"
     plan.write_text("")
-    command = replay_command(tmp_path / folder / "sweep.h5", 7)
+    command = f"{member_command(tmp_path / folder / 'sweep.h5')} 7"
     assert shlex.split(command) == ["rbstab", "run", str(plan), "--member", "7"]
 
 

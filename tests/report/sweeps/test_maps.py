@@ -8,7 +8,8 @@ from support.made_sweeps import GRID, SPIN, code
 from support.sections import figures_in
 
 from rbstab.report.model.figure import Cells, Line, Points
-from rbstab.report.sweeps.maps.cell_values import contour_line, map_grid, medians, shares
+from rbstab.report.sweeps.maps.cell_grid import map_grid
+from rbstab.report.sweeps.maps.cell_values import contour_line, medians, shares
 from rbstab.report.sweeps.parameters import binned
 from rbstab.report.sweeps.sections import sweep_sections
 

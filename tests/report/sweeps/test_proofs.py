@@ -6,7 +6,8 @@ from support.made_sweeps import GRID
 from support.sections import check_sections, figures_in, tables, texts
 
 from rbstab.report.model.figure import Cells
-from rbstab.report.sweeps.maps.cell_values import map_grid, proof_cells
+from rbstab.report.sweeps.maps.cell_grid import map_grid
+from rbstab.report.sweeps.maps.cell_values import proof_cells
 from rbstab.report.sweeps.parameters import binned
 from rbstab.report.sweeps.proofs import MEANINGS, REASONS, proof_codes
 from rbstab.report.sweeps.sections import sweep_sections

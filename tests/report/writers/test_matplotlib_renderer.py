@@ -18,7 +18,9 @@ from support.sections import figures_in
 
 from rbstab.report.model.figure import (
     Axis,
+    Band,
     Bars,
+    CellMembers,
     Cells,
     Figure,
     Intervals,
@@ -69,6 +71,7 @@ SIGNATURES = {
     Stack: Stack(X, np.column_stack([Y, -X, X]), ("a", "b", "c")),
     Bars: Bars(X, np.arange(6.0), "bars"),
     Intervals: Intervals(X, Y, Y - 0.1, Y + 0.2, "intervals"),
+    Band: Band(X, Y + 1.0, Y + 2.0, "band"),
     Cells: Cells(X, X, np.outer(X, X), Axis("product", "J")),
     Level: Level(0.7, "level"),
 }
@@ -363,3 +366,29 @@ def test_pyplot_is_not_imported():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize(("shared", "bars", "titles"), [("xy", 1, 1), ("", 3, 3)])
+def test_maps_that_compare_share_titles_scales_and_one_colour_bar(shared, bars, titles):
+    cells = [Cells(X, X, np.outer(X, X) * n, Axis("z"), (0.0, 9.0)) for n in (1, 2, 3)]
+    panels = tuple(Panel(Axis("across", "m"), Axis("up", "s"), (c,), "map") for c in cells)
+    drawing = draw_figure(Figure("f", "F", panels, 3, shared=shared))
+    assert len(drawing.axes) == 3 + bars
+    own = [axes.get_xlabel() for axes in drawing.axes[:3] if axes.get_xlabel()]
+    common = [drawing.get_supxlabel()] if drawing.get_supxlabel() else []
+    assert len(own + common) == titles
+    assert all(len(axes.get_yticks()) >= 3 for axes in drawing.axes[3:])
+
+
+def test_cells_without_a_value_and_words_stand_in_the_legend():
+    members = CellMembers(np.ones((1, 3), int), np.zeros((1, 3), int), "", np.array([[-1, 0, 1]]))
+    members = replace(members, reasons=("not settled", "range left"))
+    cells = Cells(np.arange(3.0), np.arange(1.0), np.array([[1.0, np.nan, np.nan]]), Axis("z"))
+    drawing = draw_figure(figure_of(replace(cells, members=members)))
+    assert legend_of(drawing) == ["no value: not settled", "no value: range left"]
+
+
+def test_marks_on_a_map_do_not_widen_it():
+    cells = Cells(np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.eye(2), Axis("z"))
+    axes = axes_of(figure_of(cells, Points(np.array([1.0]), np.array([2.0]), "largest")))
+    assert (axes.get_xlim(), axes.get_ylim()) == ((-0.5, 1.5), (-1.0, 3.0))

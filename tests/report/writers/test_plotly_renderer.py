@@ -1,6 +1,7 @@
 """Protects the figures drawn by plotly: valid keys, curves, maps, legends, and any texts."""
 
 import base64
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,23 @@ import plotly.graph_objects as go
 import pytest
 from support.pages import HOSTILE, figures
 
-from rbstab.report.model.figure import Axis, Bars, Cells, Figure, Level, Line, Panel, Stack
+from rbstab.report.model.figure import (
+    Axis,
+    Band,
+    Bars,
+    CellMembers,
+    Cells,
+    Figure,
+    Level,
+    Line,
+    Panel,
+    Points,
+    Stack,
+)
+from rbstab.report.model.palette import colour
+from rbstab.report.writers.plotly_figures.page_data import page_data
 from rbstab.report.writers.plotly_figures.renderer import plotly_data
-from rbstab.report.writers.plotly_figures.text import packed_array
+from rbstab.report.writers.plotly_figures.text import packed_array, packed_integers
 
 
 def unpacked(array: dict[str, Any]) -> Any:
@@ -124,10 +139,15 @@ def test_each_word_of_a_map_has_its_own_colour() -> None:
     )
     found = drawing_of(cells)
     scale = found["layout"]["coloraxis"]
-    assert scale["colorbar"]["ticktext"] == ["a", "b", "c"]
     tones = [scale["colorscale"][2 * n][1] for n in range(3)]
     assert len(set(tones)) == 3
-    assert [text.split(": ")[1] for text in found["data"][0]["text"][0]] == ["a", "c"]
+    # The legend has the words that occur, in their colours; there is no colour bar.
+    legend = {e["name"]: e["marker"]["color"] for e in found["data"] if e["showlegend"]}
+    assert legend == {"a": tones[0], "c": tones[2]}
+    assert not scale["showscale"]
+    own = replace(cells, scale=replace(cells.scale, colours=(5, 0, 1)))
+    chosen = drawing_of(own)["layout"]["coloraxis"]["colorscale"]
+    assert [tone for _, tone in chosen[::2]] == [colour(5), colour(0), colour(1)]
 
 
 def test_a_scale_spans_what_is_shown_or_what_it_is_told() -> None:
@@ -152,6 +172,112 @@ def test_a_logarithmic_scale_has_its_ticks_at_round_numbers(end: float) -> None:
     )
     inside = [tick for tick in bar["tickvals"] if np.log10(0.5) <= tick <= np.log10(end)]
     assert 2 <= len(inside) <= 12
+
+
+def test_cells_without_a_value_have_a_tone_for_each_reason() -> None:
+    gaps = np.array([[-1, 0], [2, 2]])
+    members = CellMembers(np.ones((2, 2), int), np.arange(4).reshape(2, 2), "", gaps, tuple("abc"))
+    values = np.array([[1.0, np.nan], [np.nan, np.nan]])
+    middles = np.arange(2.0)
+    _, first, third = drawing_of(Cells(middles, middles, values, Axis("z"), None, members))["data"]
+    assert (first["name"], third["name"]) == ("no value: a", "no value: c")
+    assert unpacked(first["z"]).tolist() == [[0, 1], [0, 0]]
+    assert unpacked(third["z"]).tolist() == [[0, 0], [1, 1]]
+    assert first["colorscale"][1] != third["colorscale"][1]
+
+
+def test_a_band_is_closed_and_divided_at_its_gaps() -> None:
+    low = np.array([0.0, 1.0, np.nan, 3.0, 4.0])
+    one, two = drawing_of(Band(np.arange(5.0), low, low + 10, "band"))["data"]
+    assert unpacked(one["x"]).tolist() == [0, 1, 1, 0]
+    assert unpacked(one["y"]).tolist() == [0, 1, 11, 10]
+    assert unpacked(two["x"]).tolist() == [3, 4, 4, 3]
+    assert [one["showlegend"], two["showlegend"]] == [True, False]
+
+
+def compared_maps(count: int, **options: Any) -> Figure:
+    middles = np.arange(3.0)
+    axes = Axis("across", "m"), Axis("up", "s")
+    panels = tuple(
+        Panel(*axes, (Cells(middles, middles, np.full((3, 3), n), Axis("z"), (0.0, 9.0)),), str(n))
+        for n in range(count)
+    )
+    return Figure("f", "F", panels, 3, **options)
+
+
+def test_maps_that_compare_share_titles_scales_and_one_colour_bar() -> None:
+    found = plotly_data(compared_maps(5, shared="xy"))
+    for name in ("layout", "narrow"):
+        layout = found[name]
+        assert [key for key in layout if key.startswith("coloraxis")] == ["coloraxis"]
+        for axis in (layout[f"{letter}axis{n}"] for letter in "xy" for n in range(2, 6)):
+            assert axis["matches"] in ("x", "y")
+            assert axis["tickfont"] == layout["xaxis"]["tickfont"]
+    assert {e["coloraxis"] for e in found["data"]} == {"coloraxis"}
+    wide = found["layout"]
+    titles = [wide[key]["title"]["text"] for key in wide["meta"]["axes"]]
+    assert titles == [""] * 10
+    shown = [note["text"] for note in wide["annotations"]]
+    assert shown[-2:] == ["across [m]", "up [s]"]
+    # The lowest panel of each column has tick labels, and the first of each row.
+    assert [wide[f"xaxis{n or ''}"]["showticklabels"] for n in ("", 2, 3, 4, 5)] == [
+        *(False, False, True, True, True)
+    ]
+    assert [wide[f"yaxis{n or ''}"]["showticklabels"] for n in ("", 2, 3, 4, 5)] == [
+        *(True, False, False, True, False)
+    ]
+
+
+def test_panels_that_do_not_compare_keep_their_own() -> None:
+    layout = plotly_data(compared_maps(2))["layout"]
+    assert "coloraxis2" in layout
+    assert "matches" not in layout["xaxis2"]
+    assert layout["xaxis2"]["title"]["text"] == "across [m]"
+
+
+def test_a_colour_bar_does_not_repeat_the_title_of_its_panel() -> None:
+    middles = np.arange(2.0)
+    cells = Cells(middles, middles, np.eye(2), Axis("time", "s"))
+    for title, expected in (("time [s]", ""), ("free", "time [s]")):
+        figure = Figure("f", "F", (Panel(PLAIN, PLAIN, (cells,), title),))
+        bar = plotly_data(figure)["layout"]["coloraxis"]["colorbar"]
+        assert bar["title"]["text"] == expected
+
+
+def test_a_map_ends_where_its_cells_do() -> None:
+    cells = Cells(np.array([1.0, 100.0]), np.array([1.0, 3.0]), np.eye(2), Axis("z"))
+    point = Points(np.array([100.0]), np.array([3.0]), "largest")
+    layout = drawing_of(cells, point, x=Axis("x", log=True))["layout"]
+    # Of a logarithmic axis plotly takes the exponents.
+    assert layout["xaxis"]["range"] == pytest.approx([-1, 3])
+    assert layout["yaxis"]["range"] == [0, 4]
+
+
+@pytest.mark.parametrize(("low", "high", "kind"), [(-1, 1, "i1"), (0, 300, "i2"), (-1, 9**5, "i4")])
+def test_whole_numbers_take_few_bytes(low: int, high: int, kind: str) -> None:
+    values = np.array([[low, high, 0]])
+    packed = packed_integers(values)
+    assert packed["dtype"] == kind
+    np.testing.assert_array_equal(unpacked(packed), values)
+
+
+def test_arrays_that_maps_have_in_common_are_given_once() -> None:
+    numbers = np.arange(9).reshape(3, 3)
+    members = CellMembers(np.ones((3, 3), int), numbers, "", np.full((3, 3), -1))
+    whole = compared_maps(2)
+    maps = [mark for panel in whole.panels for mark in panel.marks if isinstance(mark, Cells)]
+    panels = tuple(
+        replace(panel, marks=(replace(cells, members=members),))
+        for panel, cells in zip(whole.panels, maps, strict=True)
+    )
+    found = page_data(replace(whole, panels=panels, command="run --member"))
+    first, second = found["cells"]
+    assert first == second
+    # Columns and rows have the same centres here.
+    assert first["x"] == first["y"]
+    assert len(found["arrays"]) == 4
+    assert unpacked(found["arrays"][first["shown"]]).tolist() == numbers.tolist()
+    assert found["command"] == "run --member"
 
 
 def test_a_level_goes_through_the_whole_panel() -> None:

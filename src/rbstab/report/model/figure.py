@@ -23,6 +23,7 @@ class Axis:
         log: Whether it is logarithmic; values at or below zero are then not drawn.
         categories: Labels of the positions 0, 1, 2, ... on an axis of categories; () for numbers.
         ends: The ends of the axis; None for those of the data.
+        colours: Numbers of the colours of the categories in the palette; (): 0, 1, 2, ...
     """
 
     label: str
@@ -30,6 +31,7 @@ class Axis:
     log: bool = False
     categories: tuple[str, ...] = ()
     ends: tuple[float, float] | None = None
+    colours: tuple[int, ...] = ()
 
     @property
     def text(self) -> str:
@@ -69,7 +71,9 @@ class Points:
         label: Their name in the legend.
         colour: Number of their colour in the palette.
         symbol: Number of their symbol: 0 disc, then cross, open square, open diamond.
-        texts: Hover text of each point, shown by HTML pages only; () for none.
+        texts: Hover text of each point, shown by HTML pages only; () for none. Lines end with a
+            line feed.
+        members: Number of the member of a sweep that each point shows; () for none.
     """
 
     x: Array
@@ -78,6 +82,7 @@ class Points:
     colour: int = 0
     symbol: int = 0
     texts: tuple[str, ...] = ()
+    members: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +139,44 @@ class Intervals:
 
 
 @dataclass(frozen=True, eq=False)
+class Band:
+    """The area between two curves.
+
+    Args:
+        x: Shape (n,).
+        low: The lower curve, shape (n,); NaN makes a gap.
+        high: The upper curve, shape (n,).
+        label: Its name in the legend.
+        colour: Number of its colour in the palette.
+    """
+
+    x: Array
+    low: Array
+    high: Array
+    label: str = ""
+    colour: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class CellMembers:
+    """The members of a sweep in the cells of a map.
+
+    Args:
+        counts: Number of members in each cell, integers, shape (m, n).
+        shown: Number of the member that stands for the cell, shape (m, n); -1 without a member.
+        role: What that member is in a cell of several: "nearest to the median".
+        gaps: Why a cell has no value, as an index in `reasons`, shape (m, n); -1: it has a value.
+        reasons: The reasons; not all of them need to occur.
+    """
+
+    counts: Array
+    shown: Array
+    role: str
+    gaps: Array
+    reasons: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
 class Cells:
     """A map (heat map) over two quantities.
 
@@ -143,6 +186,7 @@ class Cells:
         values: Shape (m, n); NaN leaves a cell empty.
         scale: The axis of the colours; with `categories`, values are their integer positions.
         span: The values at both ends of the colour scale; None: the smallest and the largest value.
+        members: The members in the cells; None if the map is not of a sweep.
     """
 
     x: Array
@@ -150,6 +194,7 @@ class Cells:
     values: Array
     scale: Axis
     span: tuple[float, float] | None = None
+    members: CellMembers | None = None
 
 
 @dataclass(frozen=True)
@@ -167,7 +212,7 @@ class Level:
     vertical: bool = False
 
 
-Mark = Line | Points | Stack | Bars | Intervals | Cells | Level
+Mark = Line | Points | Stack | Bars | Intervals | Band | Cells | Level
 
 
 @dataclass(frozen=True)
@@ -202,6 +247,9 @@ class Figure:
         caption: Explanation for the reader; "" for none.
         shares_time: Whether x is the time of a run in all panels. They then zoom together, and an
             HTML page moves its time cursor over them.
+        shared: The axes that all panels have in common: "xy", "y" or "". These have the same ends
+            and one title. Maps in such panels that have the same scale share one colour bar.
+        command: The command that runs a member of the sweep; its number follows. "" for none.
     """
 
     name: str
@@ -211,3 +259,13 @@ class Figure:
     source: str = ""
     caption: str = ""
     shares_time: bool = False
+    shared: str = ""
+    command: str = ""
+
+    @property
+    def shares_scale(self) -> bool:
+        """Whether the maps of all panels have one colour bar in common."""
+        maps = [mark for panel in self.panels for mark in panel.marks if isinstance(mark, Cells)]
+        scales = {(cells.scale, cells.span) for cells in maps}
+        alike = len(scales) == 1 and (maps[0].span is not None or bool(maps[0].scale.categories))
+        return bool(self.shared) and len(maps) == len(self.panels) > 1 and alike

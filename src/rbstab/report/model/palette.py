@@ -13,7 +13,18 @@ SCALE = "viridis"
 It is perceptually uniform, and readable with any kind of colour vision.
 """
 
+GREY = "#808080"
+"""The colour of the cells of a map that have no value; the colour map has no grey."""
+
+GAPS = (0.15, 0.3, 0.5, 0.75)
+"""Opacities of these cells, by the reason: on a light page and on a dark one they stand back."""
+
 
 def colour(number: int) -> str:
     """Return the colour with the given number."""
     return COLOURS[number % len(COLOURS)]
+
+
+def gap_opacity(number: int) -> float:
+    """Return the opacity of the cells without a value for the reason with the given number."""
+    return GAPS[min(number, len(GAPS) - 1)]

@@ -45,7 +45,7 @@ class Influence:
             if varies(quantity.values):
                 quantities[quantity.axis.label] = quantity.values
         self.labels = tuple(quantities)
-        self.groups = [_groups(p) for p in self.parameters]
+        self.groups = [groups_of(p, np.arange(len(members))) for p in self.parameters]
         rows = [[correlation_ratio(g, y) for y in quantities.values()] for g in self.groups]
         self.ratios = np.array(rows).reshape(len(rows), len(quantities))
 
@@ -95,14 +95,20 @@ def correlation_ratio(groups: Array, values: Array) -> float:
     return between / float((deviations**2).sum())
 
 
-def _groups(parameter: Parameter) -> Array:
-    """Return the number of the group of each member.
+def groups_of(parameter: Parameter, chosen: Array, groups: int | None = None) -> Array:
+    """Return the number of the group of each chosen member along a parameter.
 
     A group is one entry of a short list, or a range between quantiles.
+
+    Args:
+        parameter: The parameter.
+        chosen: The numbers of the members, shape (n,).
+        groups: The number of ranges of sampled values, at most `BINS`; None: as many as have
+            `MIN_GROUP_SIZE` members.
     """
-    values = parameter.values
+    values = parameter.values[chosen]
     if parameter.listed and len(parameter.entries) <= BINS:
         return np.searchsorted(parameter.entries, values)
-    bins = max(2, min(BINS, len(values) // MIN_GROUP_SIZE))
+    bins = max(2, min(BINS, groups or len(values) // MIN_GROUP_SIZE))
     edges = np.quantile(values, np.linspace(0, 1, bins + 1)[1:-1])
     return np.searchsorted(edges, values, side="right")

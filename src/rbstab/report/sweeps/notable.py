@@ -24,16 +24,15 @@ MAX_COLUMNS = 4
 """Up to this many parameters have a column each; more share one column."""
 
 
-def replay_command(path: Path, member: int) -> str:
-    """Return the command that runs a member of a sweep as a single run.
+def member_command(path: Path) -> str:
+    """Return the command that runs a member of a sweep as a single run; its number follows.
 
     Args:
         path: The file of the sweep. If no plan is beside it, the command names PLAN.yaml.
-        member: The number of the member.
     """
     plan = path.parent / PLAN_FILE
     plan_name = shell_word(plan) if plan.is_file() else "PLAN.yaml"
-    return f"rbstab run {plan_name} --member {member}"
+    return f"rbstab run {plan_name} --member"
 
 
 def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
@@ -54,7 +53,7 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
     table = Table(f"{name}-notable", "Notable members", heads, rows)
     sentence = (
         "Any member can be rerun as a single run, which stores its full trajectory. "
-        f"For the first member of the table: {replay_command(path, reasons[0][1])}"
+        f"For the first member of the table: {member_command(path)} {reasons[0][1]}"
     )
     return [sentence, table]
 

@@ -1,12 +1,12 @@
 """Quantities of members that maps, curves and distributions show."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
-from rbstab.report.sweeps.members import Members
+from rbstab.report.sweeps.members import UNSETTLED, Members
 
 LOG_AXIS_RATIO = 30.0
 """The axis is logarithmic if the 98% quantile exceeds the 2% quantile by more than this factor."""
@@ -20,17 +20,20 @@ class MemberQuantity:
         name: A short name, part of the names of figures.
         axis: Its label and unit.
         values: Shape (n,); NaN where a member has no value.
+        missing: Why a member that completed may have no value.
     """
 
     name: str
     axis: Axis
     values: Array
+    missing: str = "no value"
 
 
 def settling_time(members: Members) -> MemberQuantity:
     """Return the time from which v stays below v(0)/1000, for completed members that settled."""
     values = np.where(members.completed, members.column("settling_time"), np.nan)
-    return _quantity("settling-time", "settling time of v", "s", values)
+    found = _quantity("settling-time", "settling time of v", "s", values)
+    return replace(found, missing=UNSETTLED)
 
 
 def peak_displacement(members: Members) -> MemberQuantity:
@@ -57,7 +60,7 @@ def start_over_level(members: Members) -> MemberQuantity | None:
         return None
     with np.errstate(all="ignore"):
         values = members.column("lyapunov_start") / members.level
-    return _quantity("start-over-level", "v(0) / c*", "", values)
+    return replace(_quantity("start-over-level", "v(0) / c*", "", values), missing="no proof of c*")
 
 
 def proved_time(members: Members) -> MemberQuantity | None:
@@ -65,7 +68,8 @@ def proved_time(members: Members) -> MemberQuantity | None:
     if "proved_time" not in members.table.layout:
         return None
     label = "inside a certified region from t ="
-    return MemberQuantity("proved-time", Axis(label, "s"), _finite(members.column("proved_time")))
+    values = _finite(members.column("proved_time"))
+    return MemberQuantity("proved-time", Axis(label, "s"), values, "not proved")
 
 
 def mapped(members: Members) -> list[MemberQuantity]:

@@ -10,7 +10,7 @@ from rbstab.report.sweeps.distributions import distribution_blocks
 from rbstab.report.sweeps.fractions import fraction_blocks
 from rbstab.report.sweeps.maps.maps import map_blocks
 from rbstab.report.sweeps.members import Members, read_members
-from rbstab.report.sweeps.notable import notable_blocks
+from rbstab.report.sweeps.notable import member_command, notable_blocks
 from rbstab.report.sweeps.overview import overview_table, varied_table
 from rbstab.report.sweeps.proofs import proof_blocks
 
@@ -33,7 +33,7 @@ def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
     name = sweep.name
     parts: list[tuple[str, str, list[Block]]] = [
         ("", untrusted(members.table.attributes.get("title", "")), _answers(sweep, members)),
-        ("maps", "maps", map_blocks(name, members)),
+        ("maps", "maps", map_blocks(name, members, member_command(sweep.path))),
         ("distributions", "distributions", distribution_blocks(name, members)),
         ("comparison", "comparison", comparison_blocks(name, members)),
         ("members", "notable members", notable_blocks(name, members, sweep.path)),

@@ -21,7 +21,10 @@ from rbstab.report.writers.plotly_figures.renderer import JSON, plotly_data
 from rbstab.report.writers.plotly_figures.text import packed_array
 from rbstab.report.writers.sketches import svg
 
-SCRIPTS = ("theme", "tables", "columns", "time", "figures", "scene", "motions", "start")
+SCRIPTS = (
+    *("theme", "tables", "columns", "time", "arrays", "figures", "cells", "csv"),
+    *("scene", "motions", "start"),
+)
 """Names of the scripts of the page, in the order in which they run."""
 
 

@@ -1,7 +1,6 @@
 """Values of the cells of a map, computed from members."""
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from contourpy import contour_generator
@@ -10,54 +9,18 @@ from scipy import ndimage
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Cells, Line
 from rbstab.report.sweeps.basins import Basins
-from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
-from rbstab.report.sweeps.parameters import BinnedAxis
+from rbstab.report.sweeps.maps.cell_grid import MapGrid
+from rbstab.report.sweeps.maps.cell_members import quantity_members, share_members
+from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
 from rbstab.report.sweeps.proofs import proof_codes
 from rbstab.report.sweeps.quantities import MemberQuantity
 from rbstab.sweep.proofs.columns import PROVED
 
-MIN_MEMBERS = 5
-"""A cell of sampled values with fewer members stays empty: its value would be unreliable."""
+OUTCOME_COLOURS = {SETTLED: 0, UNSETTLED: 5, "range left": 1}
+"""Colours of outcomes: blue for what is well or still open, red for what is not."""
 
-
-class MapGrid(NamedTuple):
-    """Two axes divided into cells, and the members in the cells.
-
-    chosen are the numbers of the members, in ascending order. cells has the index of the cell of
-    each of them, counted row by row.
-    """
-
-    x: BinnedAxis
-    y: BinnedAxis
-    chosen: Array
-    cells: Array
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """The numbers of rows and columns."""
-        return len(self.y.middles), len(self.x.middles)
-
-    @property
-    def counts(self) -> Array:
-        """The number of members in each cell, row by row."""
-        return np.bincount(self.cells, minlength=self.shape[0] * self.shape[1])
-
-    @property
-    def is_single(self) -> bool:
-        """Whether no cell has more than one member."""
-        return int(self.counts.max(initial=0)) <= 1
-
-    @property
-    def min_members(self) -> int:
-        """The number of members that a cell needs to have a value."""
-        return MIN_MEMBERS if self.x.sampled or self.y.sampled else 1
-
-
-def map_grid(x: BinnedAxis, y: BinnedAxis, chosen: Array | None = None) -> MapGrid:
-    """Return the grid of two axes with the chosen members (their numbers; None: all)."""
-    chosen = np.arange(len(x.indices)) if chosen is None else chosen
-    cells = y.indices[chosen] * len(x.middles) + x.indices[chosen]
-    return MapGrid(x, y, chosen, cells)
+FAILED_COLOUR = 3
+"""The colour of all other outcomes: runs that failed."""
 
 
 def medians(grid: MapGrid, values: Array) -> Array:
@@ -90,9 +53,11 @@ def shares(grid: MapGrid, fulfilled: Array) -> Array:
     return result.reshape(grid.shape)
 
 
-def quantity_cells(grid: MapGrid, quantity: MemberQuantity) -> Cells:
+def quantity_cells(members: Members, grid: MapGrid, quantity: MemberQuantity) -> Cells:
     """Return a map of the median of a quantity in each cell; one member is its own median."""
-    return _cells(grid, medians(grid, quantity.values), quantity.axis)
+    values = medians(grid, quantity.values)
+    found = quantity_members(members, grid, quantity, values)
+    return Cells(grid.x.middles, grid.y.middles, values, quantity.axis, members=found)
 
 
 def counted_outcome(members: Members) -> tuple[str, Array]:
@@ -114,7 +79,8 @@ def outcome_cells(members: Members, grid: MapGrid) -> Cells:
     occurring = np.flatnonzero(members.outcome_counts)
     indices = np.searchsorted(occurring, members.outcomes).astype(float)
     words = tuple(OUTCOMES[code] for code in occurring.tolist())
-    return _cells(grid, medians(grid, indices), Axis("outcome", categories=words))
+    colours = tuple(OUTCOME_COLOURS.get(word, FAILED_COLOUR) for word in words)
+    return _cells(grid, medians(grid, indices), Axis("outcome", categories=words, colours=colours))
 
 
 def basin_cells(basins: Basins, grid: MapGrid) -> Cells:
@@ -127,7 +93,8 @@ def basin_cells(basins: Basins, grid: MapGrid) -> Cells:
         scale = Axis("share that approaches rest state 1")
         return replace(_cells(grid, shares(grid, basins.codes == 0), scale), span=(0.0, 1.0))
     codes = np.where(basins.codes < 0, np.nan, basins.codes)
-    return _cells(grid, medians(grid, codes), Axis("approaches", categories=basins.labels))
+    scale = Axis("approaches", categories=basins.labels)
+    return _cells(grid, medians(grid, codes), scale, "no rest state was found")
 
 
 def proof_cells(members: Members, grid: MapGrid) -> Cells:
@@ -165,5 +132,7 @@ def contour_line(grid: MapGrid, values: Array, level: float, label: str) -> Line
     return Line(points[:, 0], points[:, 1], label=label, colour=1)
 
 
-def _cells(grid: MapGrid, values: Array, scale: Axis) -> Cells:
-    return Cells(grid.x.middles, grid.y.middles, values, scale)
+def _cells(grid: MapGrid, values: Array, scale: Axis, missing: str = "no value") -> Cells:
+    """Return a map of shares or words; missing is why a cell of members may have no value."""
+    found = share_members(grid, values, missing)
+    return Cells(grid.x.middles, grid.y.middles, values, scale, members=found)

@@ -1,22 +1,24 @@
 """Figures of maps: a panel for each quantity, or for each slice of one quantity."""
 
-from dataclasses import replace
+from collections.abc import Collection
+from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.report.model.document import Block
-from rbstab.report.model.figure import Cells, Figure, Mark, Panel, Points
+from rbstab.report.model.figure import Cells, Figure, Mark, Panel
 from rbstab.report.sweeps.basins import basins_of
 from rbstab.report.sweeps.conditions.paired_conditions import Slice
+from rbstab.report.sweeps.maps.cell_grid import MapGrid, map_grid
 from rbstab.report.sweeps.maps.cell_values import (
-    MapGrid,
     basin_cells,
     contour_line,
-    map_grid,
     outcome_cells,
     proof_cells,
     quantity_cells,
 )
+from rbstab.report.sweeps.maps.colour_ranges import has_one_colour, on_one_scale, one_colour_note
+from rbstab.report.sweeps.maps.marked import extremes, member_points, value_text
 from rbstab.report.sweeps.members import OUTCOMES, Members
 from rbstab.report.sweeps.parameters import BinnedAxis, Parameter
 from rbstab.report.sweeps.proofs import proof_codes
@@ -36,97 +38,141 @@ NO_LEVEL = (
 )
 
 
+WORDS = ("outcome", "basins", "proofs")
+"""Names of the maps of words, or of shares: these have no extremes to mark."""
+
+EMPTY = "An empty cell has no member."
+
+
+class Mapped(NamedTuple):
+    """What is mapped: the name of a sweep, its members, and the members of each map.
+
+    With several slices, each quantity has its own figure with a map for each slice.
+    """
+
+    name: str
+    members: Members
+    slices: list[Slice]
+
+
 def map_figures(
-    name: str,
-    members: Members,
+    what: Mapped,
     axes: tuple[BinnedAxis, BinnedAxis],
-    slices: list[Slice],
     caption: str,
+    *,
+    left_out: Collection[str] = (),
 ) -> list[Block]:
     """Return maps of the outcomes, and of the quantities that vary.
 
     Args:
-        name: The name of the sweep.
-        members: The members.
+        what: The members, and those of each map.
         axes: The axes of the maps.
-        slices: The members of each map; with several slices each quantity has its own figure.
         caption: The caption of the figures.
+        left_out: Names of maps that are not drawn.
     """
+    name, members, slices = what
     grids = [map_grid(*axes, chosen=part.chosen) for part in slices]
-    quantities = [q for q in mapped(members) if varies(q.values)]
+    quantities = [q for q in mapped(members) if varies(q.values) and q.name not in left_out]
     over = f"over {axes[0].axis.label} and {axes[1].axis.label}"
-    by_slice = [_maps_of(members, grid, quantities) for grid in grids]
-    blocks: list[Block] = []
-    if members.level is None and "start-energy" in {q.name for q in quantities}:
-        blocks.append(NO_PROOF if members.share_proofs else NO_LEVEL)
+    by_slice = [_maps_of(members, grid, quantities, left_out) for grid in grids]
+    has_empty = any((grid.counts == 0).any() for grid in grids)
+    blocks: list[Block] = list(_sentences(members, {q.name for q in quantities}))
+
+    notes = [caption, EMPTY] if has_empty else [caption]
     if len(slices) == 1:
-        maps = by_slice[0].values()
-        panels = tuple(_panel(members, grids[0], cells, cells.scale.text) for cells in maps)
-        figure = Figure(f"{name}-map", f"Maps {over}", panels, 2, caption=caption)
-        return [*blocks, figure] if panels else []
-    for quantity_name in by_slice[0]:
-        maps_on_scale = _on_one_scale([maps[quantity_name] for maps in by_slice])
-        rows = zip(grids, maps_on_scale, slices, strict=True)
-        panels = tuple(_panel(members, grid, cells, part.title) for grid, cells, part in rows)
-        label = maps_on_scale[0].scale.label
+        maps = by_slice[0]
+        if not maps:
+            return blocks
+        panels = [
+            _panel(
+                members,
+                grids[0],
+                on_one_scale([cells])[0],
+                cells.scale.text,
+                marked=_is_marked(key, [cells]),
+            )
+            for key, cells in maps.items()
+        ]
+        notes += [one_colour_note([cells]) for cells in maps.values()]
+        return [*blocks, _figure(f"{name}-map", f"Maps {over}", panels, 2, notes)]
+    for key in by_slice[0]:
+        unscaled = [maps[key] for maps in by_slice]
+        marked = _is_marked(key, unscaled)
+        rows = zip(grids, on_one_scale(unscaled), slices, strict=True)
+        panels = [
+            _panel(members, grid, cells, part.title, marked=marked) for grid, cells, part in rows
+        ]
+        label = unscaled[0].scale.label
         # Symbols such as v(0) are not capitalised.
         heading = label if "(" in label else label[:1].upper() + label[1:]
-        blocks.append(
-            Figure(f"{name}-map-{quantity_name}", f"{heading} {over}", panels, 3, caption=caption)
-        )
+        title, own = f"{heading} {over}", [*notes, one_colour_note(unscaled)]
+        blocks.append(_figure(f"{name}-map-{key}", title, panels, 3, own))
     return blocks
 
 
-def scatter_figure(
-    name: str,
-    members: Members,
-    over: tuple[Parameter, Parameter],
-    slices: list[Slice],
-    caption: str,
-) -> Figure:
+def _figure(name: str, title: str, panels: list[Panel], columns: int, notes: list[str]) -> Figure:
+    caption = " ".join(note for note in notes if note)
+    return Figure(name, title, tuple(panels), columns, caption=caption, shared="xy")
+
+
+def _is_marked(key: str, maps: list[Cells]) -> bool:
+    """Return whether the extremes of maps of a quantity are marked: not those of one colour."""
+    return key not in WORDS and not has_one_colour(maps)
+
+
+def scatter_figure(what: Mapped, over: tuple[Parameter, Parameter], caption: str) -> Figure:
     """Return the outcome of each member as a point over two parameters."""
+    name, members, slices = what
     panels = []
+    across, up = ((p.axis, p.values) for p in over)
     for part in slices:
         chosen = np.arange(len(members)) if part.chosen is None else part.chosen
-        marks = []
-        for code in np.flatnonzero(members.outcome_counts).tolist():
-            own = chosen[members.outcomes[chosen] == code]
-            texts = tuple(f"member {k}" for k in own.tolist())
-            across, up = (p.values[own].astype(float) for p in over)
-            marks.append(Points(across, up, OUTCOMES[code], code, code, texts))
-        panels.append(Panel(over[0].axis, over[1].axis, tuple(marks), part.title))
+        marks = tuple(
+            member_points(
+                chosen[members.outcomes[chosen] == code], across, up, OUTCOMES[code], code
+            )
+            for code in np.flatnonzero(members.outcome_counts).tolist()
+        )
+        panels.append(Panel(over[0].axis, over[1].axis, marks, part.title))
     title = f"Outcomes over {over[0].axis.label} and {over[1].axis.label}"
     columns = min(len(panels), 3)
-    return Figure(f"{name}-map", title, tuple(panels), columns, caption=caption)
+    return _figure(f"{name}-map", title, panels, columns, [caption])
 
 
-def _maps_of(members: Members, grid: MapGrid, quantities: list[MemberQuantity]) -> dict[str, Cells]:
+def _sentences(members: Members, shown: Collection[str]) -> list[str]:
+    """Return what the maps do not show: a proof's level, and quantities without a difference."""
+    found = []
+    if members.level is None and "start-energy" in shown:
+        found.append(NO_PROOF if members.share_proofs else NO_LEVEL)
+    alike = [q for q in mapped(members) if not varies(q.values)]
+    values = [value_text(q.axis, float(q.values[np.isfinite(q.values)][0])) for q in alike]
+    same = [f"{q.axis.label} = {value}" for q, value in zip(alike, values, strict=True)]
+    if same:
+        found.append(f"The same for all members, so there is no map of it: {'; '.join(same)}.")
+    return found
+
+
+def _maps_of(
+    members: Members, grid: MapGrid, quantities: list[MemberQuantity], left_out: Collection[str]
+) -> dict[str, Cells]:
     """Return the maps on a grid, by the name of their quantity."""
-    maps = {quantity.name: quantity_cells(grid, quantity) for quantity in quantities}
+    maps = {quantity.name: quantity_cells(members, grid, quantity) for quantity in quantities}
     basins = basins_of(members)
-    if basins is not None:
+    if basins is not None and "basins" not in left_out:
         maps = {"basins": basin_cells(basins, grid)} | maps
-    if len(proof_codes(members).labels) > 1:
+    if len(proof_codes(members).labels) > 1 and "proofs" not in left_out:
         maps = {"proofs": proof_cells(members, grid)} | maps
-    if np.count_nonzero(members.outcome_counts) > 1:
+    if np.count_nonzero(members.outcome_counts) > 1 and "outcome" not in left_out:
         return {"outcome": outcome_cells(members, grid)} | maps
     return maps
 
 
-def _on_one_scale(maps: list[Cells]) -> list[Cells]:
-    """Return the maps of one quantity with a common colour scale."""
-    values = np.concatenate([cells.values.ravel() for cells in maps])
-    finite = values[np.isfinite(values)]
-    if maps[0].scale.categories or maps[0].span is not None or not len(finite):
-        return maps
-    span = (float(finite.min()), float(finite.max()))
-    return [replace(cells, span=span) for cells in maps]
-
-
-def _panel(members: Members, grid: MapGrid, cells: Cells, title: str) -> Panel:
+def _panel(members: Members, grid: MapGrid, cells: Cells, title: str, *, marked: bool) -> Panel:
+    """Return a map with the border of the proved start, and its extremes if it is to be marked."""
     marks: list[Mark] = [cells]
     level = start_over_level(members)
     if level is not None:
         curve = contour_line(grid, level.values, 1.0, LEVEL)
         marks += [] if curve is None else [curve]
+    marks += extremes(cells, grid.x.axis, grid.y.axis) if marked else []
     return Panel(grid.x.axis, grid.y.axis, tuple(marks), title)

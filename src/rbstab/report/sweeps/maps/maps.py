@@ -1,13 +1,18 @@
 """Maps of a sweep over two parameters, or curves along one."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rbstab.report.model.document import Block
+from rbstab.report.model.figure import Figure
 from rbstab.report.sweeps.conditions.paired_conditions import Slice, paired_conditions_of
 from rbstab.report.sweeps.influence import Influence
-from rbstab.report.sweeps.maps.cell_values import MIN_MEMBERS
+from rbstab.report.sweeps.maps.cell_grid import map_grid
 from rbstab.report.sweeps.maps.curves import curves
-from rbstab.report.sweeps.maps.figures import map_figures, scatter_figure
+from rbstab.report.sweeps.maps.effects import effect_figures
+from rbstab.report.sweeps.maps.explained import MIN_EXPLAINED, explained_by_cells
+from rbstab.report.sweeps.maps.figures import Mapped, map_figures, scatter_figure
 from rbstab.report.sweeps.members import OUTCOMES, Members
 from rbstab.report.sweeps.parameters import Parameter, binned
 
@@ -20,16 +25,20 @@ MEMBERS_PER_CELL = 20
 MAX_SAMPLED_CELLS = 100
 """Maximum number of cells along an axis of sampled values."""
 
+START_ENERGY = "start-energy"
+"""v(0) has no maps by condition: each condition has its own v, so that colours mean nothing."""
+
 MIN_SAMPLED_FOR_MAPS = 320
 """Fewer sampled members are drawn as points; a map would have too few cells."""
 
 
-def map_blocks(name: str, members: Members) -> list[Block]:
-    """Return maps over two parameters, or curves along one.
+def map_blocks(name: str, members: Members, command: str = "") -> list[Block]:
+    """Return maps over two parameters and the effects of parameters, or curves along one.
 
     Args:
         name: The name of the sweep; the names of the figures begin with it.
         members: The members.
+        command: The command that runs a member, without its number.
     """
     groups = paired_conditions_of(members)
     compared = groups.parameters if groups is not None else ()
@@ -44,16 +53,15 @@ def map_blocks(name: str, members: Members) -> list[Block]:
         return []
     if len(free) == 1:
         return curves(name, members, free[0], slices)
-    plan = members.plan
-    if plan is not None and plan.design is None:
-        return _grid_maps(name, members, free, slices)
-    return _sample_maps(name, members, free, slices)
+    plan, what = members.plan, Mapped(name, members, slices)
+    is_grid = plan is not None and plan.design is None
+    blocks = _grid_maps(what, free) if is_grid else _sample_maps(what, free)
+    return [replace(b, command=command) if isinstance(b, Figure) else b for b in blocks]
 
 
-def _grid_maps(
-    name: str, members: Members, free: list[Parameter], slices: list[Slice]
-) -> list[Block]:
+def _grid_maps(what: Mapped, free: list[Parameter]) -> list[Block]:
     """Return maps over the two longest axes of a grid, with slices along a third axis."""
+    name, members, slices = what
     longest = sorted(free, key=lambda p: -len(p.entries))
     first, second = (p for p in free if p in longest[:2])
     others = longest[2:]
@@ -68,29 +76,49 @@ def _grid_maps(
             f" Each cell shows the share or the median of its members over all values of {names}."
         )
     axes = (binned(first), binned(second))
-    figures = map_figures(name, members, axes, slices, caption.strip())
+    left_out = (START_ENERGY,) if len(what.slices) > 1 else ()
+    figures = map_figures(Mapped(name, members, slices), axes, caption.strip(), left_out=left_out)
     return [*_single_outcome(members), *figures]
 
 
-def _sample_maps(
-    name: str, members: Members, free: list[Parameter], slices: list[Slice]
-) -> list[Block]:
-    """Return the table of influence, and maps over the two most influential parameters."""
+def _sample_maps(what: Mapped, free: list[Parameter]) -> list[Block]:
+    """Return the table of influence, the effects, and maps over the most influential parameters."""
+    name, members, slices = what
     influence = Influence(members)
     first, second = [p for k in influence.order if (p := influence.parameters[k]) in free][:2]
-    blocks: list[Block] = [influence.table(f"{name}-influence"), *_single_outcome(members)]
+    blocks: list[Block] = [
+        influence.table(f"{name}-influence"),
+        *effect_figures(name, members, free, slices),
+        *_single_outcome(members),
+    ]
     caption = "The axes are the two parameters with the largest sums of correlation ratios."
     if len(members) // len(slices) < MIN_SAMPLED_FOR_MAPS:
         if np.count_nonzero(members.outcome_counts) > 1:
-            blocks.append(scatter_figure(name, members, (first, second), slices, caption))
+            blocks.append(scatter_figure(what, (first, second), caption))
         return blocks
     count = sampled_cell_count(len(members) // len(slices))
     caption += (
         " Each cell shows the share or the median of its members, on average about "
-        f"{MEMBERS_PER_CELL} or more. A cell with fewer than {MIN_MEMBERS} members is empty."
+        f"{MEMBERS_PER_CELL} or more."
     )
-    axes = (binned(first, count), binned(second, count))
-    return blocks + map_figures(name, members, axes, slices, caption)
+    cells = (binned(first, count), binned(second, count))
+    explained = explained_by_cells(members, [map_grid(*cells, part.chosen) for part in slices])
+    few = {n: found for n, found in explained.items() if not found[1] >= MIN_EXPLAINED}
+    if few:
+        blocks.append(_left_out((first, second), few))
+    left_out = {*few, *((START_ENERGY,) if len(slices) > 1 else ())}
+    return blocks + map_figures(what, cells, caption, left_out=left_out)
+
+
+def _left_out(over: tuple[Parameter, Parameter], few: dict[str, tuple[str, float]]) -> str:
+    """Return a sentence on the maps that would say little."""
+    what = "; ".join(f"{label} ({100 * share:.0f} %)" for label, share in few.values())
+    axes = " and ".join(p.axis.label for p in over)
+    return (
+        f"A map over {axes} is left out where its cells explain less than {MIN_EXPLAINED:.0%} of "
+        "the variance, because the members of one cell then differ by more than the cells do. "
+        f"Explained: {what}."
+    )
 
 
 def _single_outcome(members: Members) -> list[Block]:

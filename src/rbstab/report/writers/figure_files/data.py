@@ -9,6 +9,7 @@ import numpy as np
 
 from rbstab.config.errors import printable
 from rbstab.report.model.figure import (
+    Band,
     Bars,
     Cells,
     Figure,
@@ -22,8 +23,8 @@ from rbstab.report.model.figure import (
 )
 
 HEADS = ("panel", "x_axis", "y_axis", "series", "x", "y", "low", "high", "value")
-"""The columns. low and high are the ends of an interval, or of a bar along x; value is the colour
-of a cell of a map."""
+"""The columns. low and high are the ends of an interval or of a band, or of a bar along x; value is
+the colour of a cell of a map."""
 
 
 def csv_of(figure: Figure) -> str:
@@ -44,7 +45,9 @@ def _rows(mark: Mark, panel: Panel) -> Iterator[tuple[Any, ...]]:
     """Yield series, x, y, low, high and value of each point of a mark."""
     match mark:
         case Line() | Points():
-            yield from ((mark.label, *point, "", "", "") for point in _columns(mark.x, mark.y))
+            for x, y in _columns(mark.x, mark.y):
+                place = _named(x, panel.x.categories), _named(y, panel.y.categories)
+                yield (mark.label, *place, "", "", "")
         case Stack():
             for label, part in zip(mark.labels, mark.parts.T, strict=True):
                 yield from ((label, *point, "", "", "") for point in _columns(mark.x, part))
@@ -55,6 +58,9 @@ def _rows(mark: Mark, panel: Panel) -> Iterator[tuple[Any, ...]]:
         case Intervals():
             for x, *others in _columns(mark.x, mark.y, mark.low, mark.high):
                 yield (mark.label, _named(x, panel.x.categories), *others, "")
+        case Band():
+            for x, *ends in _columns(mark.x, mark.low, mark.high):
+                yield (mark.label, x, "", *ends, "")
         case Cells():
             x, y = np.meshgrid(mark.x, mark.y)
             for *cell, value in _columns(x.ravel(), y.ravel(), mark.values.ravel()):
@@ -70,4 +76,4 @@ def _columns(*arrays: Any) -> Iterator[tuple[Any, ...]]:
 
 
 def _named(value: float, categories: tuple[str, ...]) -> float | str:
-    return categories[int(value)] if categories and value == value // 1 else value
+    return categories[int(value)] if value in range(len(categories)) else value

@@ -7,14 +7,14 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colorbar import Colorbar
+from matplotlib.collections import QuadMesh
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.patches import Patch
-from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import (
     Axis,
+    Band,
     Bars,
     Cells,
     Intervals,
@@ -25,7 +25,8 @@ from rbstab.report.model.figure import (
     Points,
     Stack,
 )
-from rbstab.report.model.palette import COLOURS, SCALE, colour
+from rbstab.report.model.palette import COLOURS, GREY, SCALE, colour, gap_opacity
+from rbstab.report.writers.colour_scale import cell_edges, gap_label, scale_ends, scale_ticks
 
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1.2, 1.6)), (0, (6, 2, 1.2, 2)))
 """Solid, dashed, dotted, dash-dotted."""
@@ -42,9 +43,6 @@ MAX_VALUE = 1e150
 """Larger values are not drawn; axis limits would overflow."""
 
 LEVEL: dict[str, Any] = {"color": "#555555", "linewidth": 0.9, "linestyle": (0, (4, 3))}
-
-MIN_DECADE_RATIO = 200.0
-"""If its ends have a smaller ratio, a logarithmic scale needs ticks between powers of ten."""
 
 EMPTY = "#f4f4f4"
 """Colour of cells without a value."""
@@ -73,6 +71,8 @@ def _points(points: Points, axes: Axes, panel: Panel) -> dict[str, Artist]:
         color=colour(points.colour),
         linestyle="none",
         **SYMBOLS[points.symbol % len(SYMBOLS)],
+        # On a map, whole at its edge.
+        clip_on=not any(isinstance(mark, Cells) for mark in panel.marks),
     )
     return {points.label: points_line}
 
@@ -118,71 +118,85 @@ def _intervals(intervals: Intervals, axes: Axes, panel: Panel) -> dict[str, Arti
     return {intervals.label: middle}
 
 
+def _band(band: Band, axes: Axes, panel: Panel) -> dict[str, Artist]:
+    x = _drawable(band.x, panel.x)
+    low, high = _drawable(band.low, panel.y), _drawable(band.high, panel.y)
+    tint = mpl.colors.to_rgba(colour(band.colour), 0.25)
+    area = axes.fill_between(x, low, high, facecolor=tint, linewidth=0.0, zorder=1.5)
+    return {band.label: area}
+
+
 def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:
     values = np.ma.masked_invalid(_drawable(cells.values, cells.scale))
     words = cells.scale.categories
-    tints = _tints(len(words))
+    tints = _tints(cells.scale)
     style: dict[str, Any] = (
         {
             "cmap": ListedColormap(tints),
             "norm": BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words)),
         }
         if words
-        else {"cmap": SCALE, "norm": _norm(values, cells)}
+        else {"cmap": SCALE, "norm": _norm(cells)}
     )
     axes.set_facecolor(EMPTY)
     axes.grid(visible=False)
-    mesh = axes.pcolormesh(
-        _edges(cells.x, panel.x), _edges(cells.y, panel.y), values, rasterized=True, **style
-    )
-    if not words:
-        bar = axes.figure.colorbar(mesh, ax=axes, pad=0.02)
-        if cells.scale.log:
-            _set_log_ticks(bar)
-        bar.set_label(cells.scale.text.replace("$", r"\$"))
-    present = {int(value) for value in np.unique(values.compressed())}
+    edges = cell_edges(cells.x, panel.x), cell_edges(cells.y, panel.y)
+    axes.pcolormesh(*edges, values, rasterized=True, **style)
+    for letter, ends in zip("xy", edges, strict=True):
+        # Marks on the map, such as its extremes, must not widen the panel.
+        getattr(axes, f"set_{letter}lim")(ends[0], ends[-1])
+    present = {int(value) for value in np.unique(values.compressed())} if words else set()
     return {
         word: Patch(color=tint)
         for number, (word, tint) in enumerate(zip(words, tints, strict=True))
         if number in present
-    }
+    } | _gaps(cells, axes, edges)
 
 
-def _set_log_ticks(bar: Colorbar) -> None:
-    """Set ticks of a logarithmic scale that do not overlap; the default ticks would overlap."""
+def _gaps(cells: Cells, axes: Axes, edges: tuple[Array, Array]) -> dict[str, Artist]:
+    """Draw the cells without a value in the tone of the reason."""
+    if cells.members is None:
+        return {}
+    handles: dict[str, Artist] = {}
+    for number, reason in enumerate(cells.members.reasons):
+        own = cells.members.gaps == number
+        if own.any():
+            tint = mpl.colors.to_rgba(GREY, gap_opacity(number))
+            shown = np.ma.masked_where(~own, np.zeros(own.shape))
+            axes.pcolormesh(*edges, shown, rasterized=True, cmap=ListedColormap([tint]))
+            handles[gap_label(reason)] = Patch(color=tint)
+    return handles
+
+
+def draw_colour_bar(cells: Cells, axes: Sequence[Axes], *, titled: bool) -> None:
+    """Draw the colour bar of a map of numbers.
+
+    Args:
+        cells: The map.
+        axes: The axes that it belongs to; the first one has the map.
+        titled: Whether it has a title.
+    """
+    mesh = next(found for found in axes[0].collections if isinstance(found, QuadMesh))
+    bar = axes[0].figure.colorbar(mesh, ax=list(axes), pad=0.02)
+    ticks = scale_ticks(*scale_ends(cells), log=cells.scale.log)
     bar.minorticks_off()
-    low, high = bar.ax.get_ylim()
-    if high < MIN_DECADE_RATIO * low:
-        bar.locator, bar.formatter = LogLocator(subs=(1.0, 2.0, 5.0)), FormatStrFormatter("%g")
-        bar.update_ticks()
+    bar.set_ticks(list(ticks), labels=list(ticks.values()))
+    if titled:
+        bar.set_label(cells.scale.text.replace("$", r"\$"))
 
 
-def _norm(values: "np.ma.MaskedArray[Any, Any]", cells: Cells) -> Normalize:
-    present, scale = values.compressed(), cells.scale
-    low, high = (float(present.min()), float(present.max())) if len(present) else (1.0, 1.0)
-    low, high = cells.span or (low, high)
-    if low == high:
-        # A single value gets the colour in the middle of the scale.
-        low, high = (low / 2, high * 2) if scale.log else (low - 0.5, high + 0.5)
-    return LogNorm(low, high) if scale.log else Normalize(low, high)
+def _norm(cells: Cells) -> Normalize:
+    ends = scale_ends(cells)
+    return LogNorm(*ends) if cells.scale.log else Normalize(*ends)
 
 
-def _tints(count: int) -> Sequence[Any]:
+def _tints(scale: Axis) -> Sequence[Any]:
+    count = len(scale.categories)
+    if scale.colours:
+        return [colour(number) for number in scale.colours]
     if count <= len(COLOURS):
         return COLOURS[:count]
     return [mpl.colormaps[SCALE](share) for share in np.linspace(0.0, 1.0, count)]
-
-
-def _edges(centres: Array, axis: Axis) -> Array:
-    """Return the edges of cells, halfway between their centres on the axis, shape (n + 1,)."""
-    places = np.log10(centres) if axis.log else np.asarray(centres, dtype=float)
-    if len(places) == 1:
-        edges = np.array([places[0] - 0.5, places[0] + 0.5])
-    else:
-        between = (places[1:] + places[:-1]) / 2
-        first, last = 2 * places[0] - between[0], 2 * places[-1] - between[-1]
-        edges = np.concatenate([[first], between, [last]])
-    return 10.0**edges if axis.log else edges
 
 
 def _level(level: Level, axes: Axes, panel: Panel) -> dict[str, Artist]:
@@ -210,6 +224,7 @@ _DRAWERS: dict[type, Callable[[Any, Axes, Panel], dict[str, Artist]]] = {
     Stack: _stack,
     Bars: _bars,
     Intervals: _intervals,
+    Band: _band,
     Cells: _cells,
     Level: _level,
 }

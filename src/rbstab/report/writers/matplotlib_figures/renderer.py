@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Level, Panel
 from rbstab.report.writers.decimate import decimate
-from rbstab.report.writers.matplotlib_figures.marks import draw
+from rbstab.report.writers.matplotlib_figures.marks import draw, draw_colour_bar
 
 WIDTH = 6.7
 """Width of the text of an A4 page, in."""
@@ -110,14 +110,23 @@ def _draw(figure: Figure) -> Drawing:
     drawing = Drawing()
     FigureCanvasAgg(drawing)
     handles: dict[str, Artist] = {}
-    first: Axes | None = None
+    every: list[Axes] = []
     for number, panel in enumerate(figure.panels):
-        axes = drawing.add_subplot(rows, columns, number + 1, sharex=first)
-        first = (first or axes) if figure.shares_time else None
+        first = every[0] if every else None
+        axes = drawing.add_subplot(
+            rows,
+            columns,
+            number + 1,
+            sharex=first if figure.shares_time or "x" in figure.shared else None,
+            sharey=first if "y" in figure.shared else None,
+        )
+        every.append(axes)
         handles = handles | _draw_panel(axes, panel, (WIDTH / columns, height)) | handles
         if figure.shares_time and number + columns < len(figure.panels):
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
+    _share_titles(drawing, figure, every, columns)
+    _draw_colour_bars(figure, every)
     drawing.align_ylabels()
     levels = {
         mark.label for panel in figure.panels for mark in panel.marks if isinstance(mark, Level)
@@ -125,6 +134,37 @@ def _draw(figure: Figure) -> Drawing:
     entries = sorted(handles.items(), key=lambda entry: entry[0] in levels)
     drawing.set_size_inches(WIDTH, rows * height + _add_legend(drawing, entries))
     return drawing
+
+
+def _share_titles(drawing: Drawing, figure: Figure, every: list[Axes], columns: int) -> None:
+    """Give the axes that all panels have in common one title."""
+    if len(every) < 2:
+        return
+    for number, axes in enumerate(every):
+        if "x" in figure.shared:
+            axes.set_xlabel("")
+            axes.tick_params(labelbottom=number + columns >= len(every))
+        if "y" in figure.shared:
+            axes.set_ylabel("")
+            axes.tick_params(labelleft=number % columns == 0)
+    size = mpl.rcParams["axes.labelsize"]
+    if "x" in figure.shared:
+        drawing.supxlabel(escape_math(figure.panels[0].x.text), fontsize=size)
+    if "y" in figure.shared:
+        drawing.supylabel(escape_math(figure.panels[0].y.text), fontsize=size)
+
+
+def _draw_colour_bars(figure: Figure, every: list[Axes]) -> None:
+    """Draw the colour bars of maps of numbers: one for each, or one for all."""
+    for number, panel in enumerate(figure.panels):
+        for mark in panel.marks:
+            if not isinstance(mark, Cells) or mark.scale.categories:
+                continue
+            if not figure.shares_scale:
+                titled = mark.scale.text != panel.title
+                draw_colour_bar(mark, [every[number]], titled=titled)
+            elif number == 0:
+                draw_colour_bar(mark, every, titled=True)
 
 
 def _panel_height(figure: Figure, rows: int, columns: int) -> float:

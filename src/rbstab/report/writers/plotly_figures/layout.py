@@ -4,7 +4,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from rbstab.report.model.figure import Axis, Cells, Figure, Panel
+import numpy as np
+
+from rbstab.report.model.figure import Axis, Cells, Figure, Mark, Panel
+from rbstab.report.writers.colour_scale import cell_edges
 from rbstab.report.writers.plotly_figures.text import escaped, tick_label
 
 JSON = dict[str, Any]
@@ -15,8 +18,19 @@ LEFT, RIGHT, TOP = 72, 12, 10
 TITLE, TICKS, LABEL, COLORBAR = 24, 24, 22, 96
 """Space for a panel title, for ticks, for a horizontal axis label, for a colour bar, px."""
 
+BAR_TITLE, BAR_ABOVE = 28, 70
+"""Space for the title of a colour bar, and for a colour bar above the panels, px."""
+
+CLOSE = 22
+"""Space between panels that share their vertical axis, px."""
+
+TICK_SIZE, TITLE_SIZE = 11, 13
+"""Sizes of all tick labels, and of all titles of axes and colour bars, px."""
+
 HEIGHTS = {True: 320, False: 210}
 """Heights of a panel, px: in a figure with one row of panels (True), or with more (False)."""
+
+TITLE_FONT = {"font": {"size": TITLE_SIZE}}
 
 
 def axis_name(letter: str, number: int) -> str:
@@ -53,7 +67,30 @@ class PanelGrid:
     @cached_property
     def height(self) -> int:
         """The height of the whole figure, px."""
-        return TOP + sum(sum(self._row_heights(row)) for row in range(self.rows))
+        return self.top + sum(sum(self._row_heights(row)) for row in range(self.rows))
+
+    @property
+    def top(self) -> int:
+        """Space above the first row, px."""
+        return TOP + (BAR_ABOVE if self.bar_is_above else 0)
+
+    @property
+    def bar_is_above(self) -> bool:
+        """Whether the panels' common colour bar is above them: on a phone, for want of width."""
+        return self.has_common_bar and self.columns == 1
+
+    @property
+    def has_common_bar(self) -> bool:
+        """Whether all panels share one colour bar; maps of words have a legend instead."""
+        marks = (mark for panel in self.figure.panels for mark in panel.marks)
+        return self.figure.shares_scale and not any(map(_is_of_words, marks))
+
+    @property
+    def titles(self) -> str:
+        """The axes with one title for all panels; in one column each panel keeps its vertical."""
+        if self.rows == self.columns == 1:
+            return ""
+        return "".join(axis for axis in self.figure.shared if axis == "x" or self.columns > 1)
 
     def is_lowest(self, number: int) -> bool:
         """Return whether a panel is the lowest of its column."""
@@ -62,10 +99,11 @@ class PanelGrid:
     def x_domain(self, number: int) -> list[float]:
         """Return the horizontal domain of a panel, in fractions of the width inside the margins."""
         inner = self.width - LEFT - RIGHT
-        gap = LEFT + RIGHT
-        pitch = (inner + gap) / self.columns
+        gap = CLOSE if "y" in self.titles else LEFT + RIGHT
+        common = self.has_common_bar and not self.bar_is_above
+        pitch = (inner + gap - (COLORBAR if common else 0)) / self.columns
         begin = (number % self.columns) * pitch
-        end = begin + pitch - gap - (COLORBAR if self._has_colorbar(number) else 0)
+        end = begin + pitch - gap - (0 if self.figure.shares_scale else self._bar_width(number))
         return [begin / inner, end / inner]
 
     def y_domain(self, number: int) -> list[float]:
@@ -74,29 +112,53 @@ class PanelGrid:
         above = (
             sum(sum(self._row_heights(other)) for other in range(row)) + self._row_heights(row)[0]
         )
-        inner = self.height - TOP - self.below
+        inner = self.height - self.top - self.below
         begin = 1 - (above + self._row_heights(row)[1]) / inner
         return [max(begin, 0.0), min(1 - above / inner, 1.0)]
 
     def colorbar(self, name: str) -> JSON:
         """Return the position of the colour bar that belongs to a colour axis."""
         number = int(name.removeprefix("coloraxis") or 1) - 1
+        size = {"thickness": 14, "lenmode": "fraction", "tickfont": {"size": TICK_SIZE}}
+        if self.bar_is_above:
+            place = {"orientation": "h", "x": 0.5, "xanchor": "center", "len": 1.0, "xpad": 0}
+            inner = self.height - self.top - self.below
+            return size | place | {"y": 1 + TITLE / inner, "yanchor": "bottom", "ypad": 0}
         low, high = self.y_domain(number)
-        position = {"x": self.x_domain(number)[1], "xanchor": "left", "xpad": 8, "thickness": 14}
-        return position | {
-            "y": (low + high) / 2,
-            "len": high - low,
-            "lenmode": "fraction",
-            "ypad": 0,
-        }
+        right = self.x_domain(number)[1]
+        if self.figure.shares_scale:
+            low, right = self.y_domain(len(self.figure.panels) - 1)[0], self._right
+        place = {"x": right, "xanchor": "left", "xpad": 8, "ypad": 0}
+        return size | place | {"y": (low + high) / 2, "len": high - low}
+
+    @property
+    def _right(self) -> float:
+        """The right end of all panels, as a fraction of the width inside the margins."""
+        return self.x_domain(self.columns - 1)[1]
+
+    def common_titles(self) -> list[JSON]:
+        """Return the titles of the axes that all panels share, as annotations."""
+        first, found = self.figure.panels[0], []
+        common: JSON = {"xref": "paper", "yref": "paper", "showarrow": False} | TITLE_FONT
+        if "x" in self.titles:
+            place = {"x": self._right / 2, "xanchor": "center", "y": 0, "yanchor": "top"}
+            found.append(common | place | {"text": escaped(first.x.text), "yshift": -TICKS + 2})
+        if "y" in self.titles and self.rows > 1:
+            place = {"x": 0, "xanchor": "center", "y": 0.5, "yanchor": "middle", "textangle": -90}
+            found.append(common | place | {"text": escaped(first.y.text), "xshift": -LEFT + 12})
+        return found
 
     def _panels(self, row: int) -> tuple[Panel, ...]:
         return self.figure.panels[row * self.columns : (row + 1) * self.columns]
 
-    def _has_colorbar(self, number: int) -> bool:
-        # All panels of a column leave space for a colour bar, so that they are aligned.
+    def _bar_width(self, number: int) -> int:
+        """Return the space for colour bars beside the panels of a column, px; all are aligned."""
         column = self.figure.panels[number % self.columns :: self.columns]
-        return any(isinstance(mark, Cells) for panel in column for mark in panel.marks)
+        marks = [(mark, panel) for panel in column for mark in panel.marks]
+        maps = [one for one in marks if isinstance(one[0], Cells) and not _is_of_words(one[0])]
+        if not maps:
+            return 0
+        return COLORBAR - (0 if any(has_bar_title(*one) for one in maps) else BAR_TITLE)
 
     def _row_heights(self, row: int) -> tuple[int, int, int]:
         """Return three heights of a row, px: above its panels, the panels, and below them."""
@@ -104,6 +166,8 @@ class PanelGrid:
         above = TITLE if any(panel.title for panel in panels) else 8
         numbers = range(row * self.columns, row * self.columns + len(panels))
         labelled = not self.figure.shares_time or any(self.is_lowest(n) for n in numbers)
+        if "x" in self.titles:
+            labelled = row == self.rows - 1
         height = HEIGHTS[len(self.figure.panels) <= self.columns]
         if any(panel.equal for panel in panels):
             height = min(int(self.width / self.columns), 420)
@@ -115,33 +179,61 @@ class PanelGrid:
         return self._row_heights(self.rows - 1)[2]
 
 
+def _is_of_words(mark: Mark) -> bool:
+    return isinstance(mark, Cells) and bool(mark.scale.categories)
+
+
+def has_bar_title(mark: Mark, panel: Panel) -> bool:
+    """Return whether the colour bar of a map needs a title: the panel does not have the same."""
+    return isinstance(mark, Cells) and mark.scale.text != panel.title
+
+
 def panel_layout(grid: PanelGrid) -> JSON:
     """Return the part of plotly's layout with the margins and the axes of all panels."""
     layout: JSON = {
         "height": grid.height,
-        "margin": {"l": LEFT, "r": RIGHT, "t": TOP, "b": grid.below, "pad": 0},
+        "margin": {"l": LEFT, "r": RIGHT, "t": grid.top, "b": grid.below, "pad": 0},
         "font": {"size": 12},
     }
     for number, panel in enumerate(grid.figure.panels):
         for letter, axis in (("x", panel.x), ("y", panel.y)):
             key = f"{letter}axis{number + 1 if number else ''}"
-            layout[key] = _axis(axis) | _position(grid, panel, number, letter)
+            layout[key] = _axis(axis, _ends(panel, letter)) | _position(grid, panel, number, letter)
     return layout
 
 
 def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
     x, y = axis_name("x", number), axis_name("y", number)
     if letter == "y":
-        position: JSON = {"anchor": x, "domain": grid.y_domain(number), "title": {"standoff": 8}}
+        position: JSON = {
+            "anchor": x,
+            "domain": grid.y_domain(number),
+            "title": {"standoff": 8} | TITLE_FONT,
+        }
         position["title"] |= {"text": escaped(panel.y.text)}
         # At the left edge, plotly may widen the margin: long tick labels would overlap the label.
         position["automargin"] = "left" if number % grid.columns == 0 else False
         if panel.equal:
             position |= {"scaleanchor": x, "scaleratio": 1}
+        if "y" in grid.figure.shared and number:
+            position["matches"] = "y"
+        if "y" in grid.titles:
+            first = number % grid.columns == 0
+            position["showticklabels"] = first
+            # In one row the first panel has the title: it moves aside for wide tick labels.
+            if grid.rows > 1 or not first:
+                position["title"] = {"text": ""}
         return position
     position = {"anchor": y, "domain": grid.x_domain(number)}
     if panel.equal:
         position["constrain"] = "domain"
+    if "x" in grid.figure.shared and number:
+        position["matches"] = "x"
+    if "x" in grid.titles:
+        position |= {
+            "title": {"text": ""},
+            "showticklabels": grid.columns == 1 or grid.is_lowest(number),
+        }
     if grid.figure.shares_time:
         if number:
             position["matches"] = "x"
@@ -150,9 +242,19 @@ def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
     return position
 
 
-def _axis(axis: Axis) -> JSON:
+def _ends(panel: Panel, letter: str) -> tuple[float, float] | None:
+    """Return the ends of an axis: those that it has, or the edges of a map's cells."""
+    axis: Axis = getattr(panel, letter)
+    maps = [mark for mark in panel.marks if isinstance(mark, Cells)]
+    if axis.ends is not None or not maps:
+        return axis.ends
+    edges = cell_edges(getattr(maps[0], letter), axis)
+    return float(edges[0]), float(edges[-1])
+
+
+def _axis(axis: Axis, ends: tuple[float, float] | None) -> JSON:
     settings: JSON = {
-        "title": {"text": escaped(axis.text), "standoff": 6},
+        "title": {"text": escaped(axis.text), "standoff": 6} | TITLE_FONT,
         "type": "log" if axis.log else "linear",
         # Powers of ten are too wide for tick labels, except on logarithmic axes.
         "exponentformat": "power" if axis.log else "SI",
@@ -160,9 +262,10 @@ def _axis(axis: Axis) -> JSON:
         "showline": True,
         "ticks": "outside",
         "ticklen": 4,
+        "tickfont": {"size": TICK_SIZE},
     }
-    if axis.ends is not None:
-        settings |= {"range": list(axis.ends)}
+    if ends is not None:
+        settings |= {"range": np.log10(ends).tolist() if axis.log else list(ends)}
     if axis.categories:
         settings |= {
             "tickvals": list(range(len(axis.categories))),

@@ -8,6 +8,7 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import (
     Axis,
+    Band,
     Bars,
     Cells,
     Intervals,
@@ -18,8 +19,13 @@ from rbstab.report.model.figure import (
     Points,
     Stack,
 )
-from rbstab.report.model.palette import SCALE, colour
-from rbstab.report.writers.plotly_figures.text import escaped, packed_array, tick_label
+from rbstab.report.model.palette import GREY, SCALE, colour, gap_opacity
+from rbstab.report.writers.colour_scale import cell_edges, gap_label, scale_ends, scale_ticks
+from rbstab.report.writers.plotly_figures.text import (
+    escaped,
+    packed_array,
+    packed_integers,
+)
 
 JSON = dict[str, Any]
 
@@ -67,8 +73,15 @@ def _(mark: Points, panel: Panel) -> list[JSON]:
         mode="markers",
         marker={"color": colour(mark.colour), "symbol": SYMBOLS[mark.symbol % 4], "size": 7},
     )
+    if any(isinstance(other, Cells) for other in panel.marks):
+        # On a map: larger, and whole at its edge.
+        trace["marker"] |= {"size": 10, "line": {"width": 2, "color": colour(mark.colour)}}
+        trace["cliponaxis"] = False
     if mark.texts:
-        trace |= {"text": [escaped(text) for text in mark.texts], "hoverinfo": "text"}
+        texts = [escaped(text).replace("\n", "<br>") for text in mark.texts]
+        trace |= {"text": texts, "hoverinfo": "text"}
+    if mark.members:
+        trace["customdata"] = list(mark.members)
     return [trace]
 
 
@@ -132,61 +145,111 @@ def _(mark: Intervals, panel: Panel) -> list[JSON]:
 
 
 @_traces.register
+def _(mark: Band, panel: Panel) -> list[JSON]:
+    traces = []
+    # A gap divides the band: plotly would fill across it.
+    finite = np.isfinite(mark.low) & np.isfinite(mark.high)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]]).astype(int)))
+    for first, end in edges.reshape(-1, 2):
+        part = slice(first, end)
+        x = np.concatenate([mark.x[part], mark.x[part][::-1]])
+        y = np.concatenate([mark.low[part], mark.high[part][::-1]])
+        tint = colour(mark.colour)
+        line = {"width": 0, "color": tint}
+        trace = _scatter(mark.label, x, _positive_on_log(panel.y, y), mode="lines", line=line)
+        fill = {"fill": "toself", "fillcolor": _translucent(tint, 0.25), "hoverinfo": "skip"}
+        traces.append(trace | fill)
+    return traces
+
+
+@_traces.register
 def _(mark: Cells, panel: Panel) -> list[JSON]:
     values = np.asarray(mark.values, dtype=float)
     shown = _log10(values) if mark.scale.log else values
-    trace: JSON = {
+    edges: JSON = {
         "type": "heatmap",
-        "x": packed_array(_edges(mark.x, panel.x)),
-        "y": packed_array(_edges(mark.y, panel.y)),
-        "z": packed_array(shown),
-        "text": _hover_texts(mark, values, panel),
-        "hoverinfo": "text",
+        "x": packed_array(cell_edges(mark.x, panel.x)),
+        "y": packed_array(cell_edges(mark.y, panel.y)),
     }
-    return [trace]
+    # The script of the page shows what a cell holds; texts of all cells would need megabytes.
+    cells = edges | {"z": packed_array(shown), "hoverinfo": "none"}
+    return [cells, *_gaps(mark, edges), *_words(mark)]
 
 
-def colour_axis(mark: Mark) -> JSON:
-    """Return the colour axis of a map; {} for all other marks."""
+def _words(mark: Cells) -> list[JSON]:
+    """Return traces without points, for the legend entries of the words of a map."""
+    if not mark.scale.categories:
+        return []
+    present = np.unique(mark.values[np.isfinite(mark.values)]).astype(int)
+    tones = _tones(mark.scale)
+    return [
+        {
+            "type": "scatter",
+            "x": [None],
+            "y": [None],
+            "mode": "markers",
+            **_legend_entry(word),
+            "fillcolor": tones[number],
+            "marker": {"color": tones[number], "symbol": "square", "size": 10},
+            "hoverinfo": "skip",
+        }
+        for number, word in enumerate(mark.scale.categories)
+        if number in present
+    ]
+
+
+def _tones(scale: Axis) -> list[str]:
+    """Return the colours of the words of a map."""
+    return [colour(number) for number in scale.colours or range(len(scale.categories))]
+
+
+def _gaps(mark: Cells, edges: JSON) -> list[JSON]:
+    """Return a trace of the cells without a value for each reason."""
+    if mark.members is None:
+        return []
+    gaps = mark.members.gaps
+    return [
+        edges
+        | _legend_entry(gap_label(reason))
+        | {
+            "z": packed_integers((gaps == number).astype(int)),
+            "colorscale": [[0, "rgba(0,0,0,0)"], [1, _translucent(GREY, gap_opacity(number))]],
+            "zmin": 0,
+            "zmax": 1,
+            "showscale": False,
+            "hoverinfo": "skip",
+        }
+        for number, reason in enumerate(mark.members.reasons)
+        if (gaps == number).any()
+    ]
+
+
+def colour_axis(mark: Mark, *, titled: bool = True) -> JSON:
+    """Return the colour axis of a map; {} for all other marks.
+
+    Args:
+        mark: The mark.
+        titled: Whether the colour bar has a title.
+    """
     if not isinstance(mark, Cells):
         return {}
     scale = mark.scale
-    bar: JSON = {"title": {"text": escaped(scale.text), "side": "right"}, "outlinewidth": 0}
     if scale.categories:
-        count = len(scale.categories)
-        steps = [
-            [end / count, colour(number)] for number in range(count) for end in (number, number + 1)
-        ]
-        ticks = {
-            "tickvals": list(range(count)),
-            "ticktext": [tick_label(label) for label in scale.categories],
-        }
-        return {"colorscale": steps, "cmin": -0.5, "cmax": count - 0.5, "colorbar": bar | ticks}
-    found = {"colorscale": SCALE.capitalize(), "colorbar": bar}
-    ends = np.array(mark.span or _value_range(mark), dtype=float)
+        # The legend has the words; beside a bar, long ones have no room.
+        tones = _tones(scale)
+        count = len(tones)
+        steps = [[end / count, tones[n]] for n in range(count) for end in (n, n + 1)]
+        return {"colorscale": steps, "cmin": -0.5, "cmax": count - 0.5, "showscale": False}
+    title = escaped(scale.text) if titled else ""
+    bar: JSON = {"title": {"text": title, "side": "right"}, "outlinewidth": 0}
+    low, high = scale_ends(mark)
+    labels = scale_ticks(low, high, log=scale.log)
+    places, ends = np.array(list(labels)), np.array([low, high])
     if scale.log:
-        ends = _log10(ends)
-        bar |= _log_ticks(*ends)
+        places, ends = _log10(places), _log10(ends)
+    bar |= {"tickvals": places.tolist(), "ticktext": list(labels.values())}
+    found: JSON = {"colorscale": SCALE.capitalize(), "colorbar": bar}
     return found | dict(zip(("cmin", "cmax"), ends.tolist(), strict=True))
-
-
-def _value_range(mark: Cells) -> tuple[float, float]:
-    """Return the smallest and the largest drawn value; 1 and 10 if there are no values."""
-    values = np.asarray(mark.values, dtype=float)
-    shown = values[np.isfinite(values) & ((values > 0) | (not mark.scale.log))]
-    return (float(shown.min()), float(shown.max())) if len(shown) else (1.0, 10.0)
-
-
-def _log_ticks(low: float, high: float) -> JSON:
-    """Return ticks of a log scale from 10^low to 10^high: powers of ten, times 1, 2 and 5."""
-    first, last = int(np.floor(low)), int(np.ceil(high))
-    powers = range(first, last + 1, max((last - first) // 8, 1))
-    factors = (1, 2, 5) if high - low < 2 else (1,)
-    ticks = [(power, factor) for power in powers for factor in factors]
-    return {
-        "tickvals": [power + float(np.log10(factor)) for power, factor in ticks],
-        "ticktext": [f"{factor * 10.0**power:g}" for power, factor in ticks],
-    }
 
 
 def level_shape(mark: Level) -> JSON:
@@ -229,34 +292,6 @@ def _log10(values: Array) -> Array:
     return np.log10(positive)
 
 
-def _edges(centres: Array, axis: Axis) -> Array:
-    """Return the edges of cells, halfway between their centres on the axis, shape (n + 1,)."""
-    places = _log10(centres) if axis.log else np.asarray(centres, dtype=float)
-    steps = np.diff(places) if len(places) > 1 else np.ones(1)
-    inner = places[:-1] + steps[: len(places) - 1] / 2
-    edges = np.concatenate([[places[0] - steps[0] / 2], inner, [places[-1] + steps[-1] / 2]])
-    return 10.0**edges if axis.log else edges
-
-
-def _hover_texts(mark: Cells, values: Array, panel: Panel) -> list[list[str]]:
-    """Return the hover text of each cell, row by row."""
-    return [
-        [
-            f"{_value(panel.x, x)}, {_value(panel.y, y)}: {_value(mark.scale, value)}"
-            if np.isfinite(value)
-            else ""
-            for x, value in zip(mark.x.tolist(), row, strict=True)
-        ]
-        for y, row in zip(mark.y.tolist(), values.tolist(), strict=True)
-    ]
-
-
-def _value(axis: Axis, value: float) -> str:
-    if axis.categories:
-        return escaped(axis.categories[round(value)])
-    return f"{value:.4g}"
-
-
-def _translucent(tint: str) -> str:
+def _translucent(tint: str, opacity: float = 0.35) -> str:
     red, green, blue = (int(tint[begin : begin + 2], 16) for begin in (1, 3, 5))
-    return f"rgba({red}, {green}, {blue}, 0.35)"
+    return f"rgba({red}, {green}, {blue}, {opacity})"

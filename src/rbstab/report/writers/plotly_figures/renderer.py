@@ -8,9 +8,11 @@ from rbstab.report.writers.plotly_figures.layout import (
     PanelGrid,
     axis_keys,
     axis_name,
+    has_bar_title,
     panel_layout,
 )
 from rbstab.report.writers.plotly_figures.marks import colour_axis, level_shape, traces
+from rbstab.report.writers.plotly_figures.page_data import page_data
 from rbstab.report.writers.plotly_figures.text import escaped
 
 WIDE, NARROW = 880, 340
@@ -30,7 +32,8 @@ def plotly_data(figure: Figure) -> JSON:
 
     Returns:
         `data` and `layout` in plotly's format; `narrow`, a layout in one column, for a phone. The
-        layouts set no colours except those of the marks.
+        layouts set no colours except those of the marks. `meta` of a trace has the number of its
+        panel and the kind of its mark. More keys are those of `page_data`.
     """
     figure = decimate(figure)
     in_legend: set[str] = set()
@@ -42,13 +45,16 @@ def plotly_data(figure: Figure) -> JSON:
             if isinstance(mark, Level):
                 shapes.append(_in_panel(level_shape(mark), mark.vertical, number))
                 continue
-            drawings, scale = traces(mark, panel), colour_axis(mark)
+            drawings = traces(mark, panel)
+            scale = colour_axis(mark, titled=has_bar_title(mark, panel))
+            colours = axis_name("coloraxis", 0 if figure.shares_scale else number)
             for trace in drawings:
                 trace |= {"xaxis": axis_name("x", number), "yaxis": axis_name("y", number)}
-                if scale:
-                    trace["coloraxis"] = axis_name("coloraxis", number)
+                trace["meta"] = {"panel": number, "mark": type(mark).__name__.lower()}
             if scale:
-                scales[axis_name("coloraxis", number)] = scale
+                # The first trace of a map is its values; others are cells without a value.
+                drawings[0]["coloraxis"] = colours
+                scales.setdefault(colours, scale)
             data += drawings
     for entry in (*data, *shapes):
         label = entry.get("legendgroup", "")
@@ -61,7 +67,7 @@ def plotly_data(figure: Figure) -> JSON:
             ("narrow", PanelGrid(figure, 1, NARROW)),
         )
     }
-    return {"data": data, **layouts}
+    return {"data": data, **layouts, **page_data(figure)}
 
 
 def _in_panel(shape: JSON, vertical: bool, number: int) -> JSON:
@@ -78,7 +84,8 @@ def _layout(figure: Figure, grid: PanelGrid, shapes: list[JSON], scales: dict[st
         **panel_layout(grid),
         "shapes": shapes,
         "annotations": [
-            _title(panel, number) for number, panel in enumerate(figure.panels) if panel.title
+            *(_title(panel, number) for number, panel in enumerate(figure.panels) if panel.title),
+            *grid.common_titles(),
         ],
         "hovermode": "x unified" if unified else "closest",
         "showlegend": False,
@@ -86,7 +93,12 @@ def _layout(figure: Figure, grid: PanelGrid, shapes: list[JSON], scales: dict[st
         "meta": {"axes": axis_keys(len(figure.panels)), "time": figure.shares_time},
     }
     for name, scale in scales.items():
-        layout[name] = scale | {"colorbar": scale["colorbar"] | grid.colorbar(name)}
+        layout[name] = scale
+        if "colorbar" in scale:
+            bar = scale["colorbar"] | grid.colorbar(name)
+            if grid.bar_is_above:
+                bar["title"] = bar["title"] | {"side": "top"}
+            layout[name] = scale | {"colorbar": bar}
     return layout
 
 

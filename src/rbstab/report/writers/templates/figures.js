@@ -97,6 +97,7 @@ function drawNow(name, figure) {
   figure.place = place;
   Plotly.newPlot(place, data, layoutOf(name, figure), settings(name, title));
   if (drawings[name].layout.meta.time) followTime(figure);
+  followPointer(name, figure);
 }
 
 const layoutOf = (name, figure, width = figure.box.clientWidth) =>
@@ -146,6 +147,13 @@ function addLegend(box) {
   const legend = box.parentElement.querySelector(".legend");
   for (const entry of [...data, ...layout.shapes]) {
     if (!entry.showlegend) continue;
+    if (entry.type === "scatter" && entry.meta.mark === "cells") {
+      // A word of a map: there is no curve to hide.
+      const word = document.createElement("span");
+      word.append(swatch(entry), entry.legendgroup);
+      legend.append(word);
+      continue;
+    }
     const button = document.createElement("button");
     button.type = "button";
     button.setAttribute("aria-pressed", "true");
@@ -181,7 +189,9 @@ const svg = (name, attributes) => {
 /** Return a small picture of the style of a curve. */
 function swatch(entry) {
   const picture = svg("svg", { width: 26, height: 12, "aria-hidden": "true" });
-  const { line, marker, fillcolor } = entry;
+  const { line, marker, colorscale } = entry;
+  // The tone of the cells of a map that have no value.
+  const fillcolor = entry.fillcolor ?? colorscale?.[1][1];
   if (fillcolor) picture.append(svg("rect", { x: 3, y: 1, width: 20, height: 10, fill: fillcolor }));
   else if (marker) picture.append(svg("path", symbol(marker)));
   else {

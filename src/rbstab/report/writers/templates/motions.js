@@ -10,9 +10,8 @@ const BODY = { light: [122, 143, 166], dark: [138, 160, 184] };
 const SUN = unit([0.35, -0.55, 0.9]);
 
 /** Decode a base64 array into rows of a length. */
-function unpacked({ dtype, bdata }, length) {
-  const bytes = Uint8Array.from(atob(bdata), (letter) => letter.charCodeAt(0));
-  const values = dtype === "f4" ? new Float32Array(bytes.buffer) : new Float64Array(bytes.buffer);
+function unpacked(packed, length) {
+  const values = flat(packed);
   return Array.from({ length: values.length / length }, (_, i) => [...values.subarray(i * length, (i + 1) * length)]);
 }
 

@@ -1,0 +1,167 @@
+"""The effect of each parameter of sampled members: median and quantile band along it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.document import Block
+from rbstab.report.model.figure import Axis, Band, Figure, Line, Mark, Panel
+from rbstab.report.model.words import listed
+from rbstab.report.sweeps.conditions.paired_conditions import Slice
+from rbstab.report.sweeps.distributions import quantiles_of
+from rbstab.report.sweeps.fractions import fraction
+from rbstab.report.sweeps.influence import correlation_ratio, groups_of
+from rbstab.report.sweeps.maps.cell_values import counted_outcome
+from rbstab.report.sweeps.maps.colour_ranges import is_narrow, narrow_note
+from rbstab.report.sweeps.members import Members
+from rbstab.report.sweeps.parameters import Parameter
+from rbstab.report.sweeps.quantities import mapped, varies
+
+MIN_MEMBERS = 100
+"""Fewer members, in a condition, are too few for groups along a parameter."""
+
+GROUP_SIZE, MIN_GROUPS = 100, 4
+"""Number of members in a group if there are enough: medians of fewer would show their chance."""
+
+MAX_PANELS = 6
+"""Maximum number of parameters in a figure: those with the largest effect."""
+
+MAX_BANDS = 2
+"""More bands would hide each other; only the medians are drawn then."""
+
+OVER_CHANCE = 3.0
+"""A parameter has an effect if it explains this many times what it would by chance."""
+
+ORDERS = (0.05, 0.5, 0.95)
+"""Orders of the quantiles: the band, with the median between."""
+
+BETWEEN, WILSON = "5% to 95% quantile", "Wilson's 95% interval"
+"""What a band shows, of values and of shares."""
+
+
+class _Effect(NamedTuple):
+    """A parameter, the share of variance that it explains, and that by chance."""
+
+    parameter: Parameter
+    ratio: float
+    chance: float
+
+
+def effect_figures(
+    name: str, members: Members, free: list[Parameter], slices: list[Slice]
+) -> list[Block]:
+    """Return a figure for each quantity, with a panel for each parameter that has an effect on it.
+
+    Args:
+        name: The name of the sweep.
+        members: The members.
+        free: The parameters that vary within a slice.
+        slices: The conditions; each has its own curves.
+    """
+    if len(members) // len(slices) < MIN_MEMBERS:
+        return []
+    everyone = np.arange(len(members))
+    parts = [(p.title, everyone if p.chosen is None else p.chosen) for p in slices]
+    groups = [[_groups(p, chosen) for _, chosen in parts] for p in free]
+    blocks: list[Block] = []
+    for key, axis, values, is_share in _shown(members):
+        if not is_share and is_narrow(values, axis):
+            blocks.append(f"There is no figure of effects on {narrow_note(values, axis)}")
+            continue
+        effects = [_effect(p, own, parts, values) for p, own in zip(free, groups, strict=True)]
+        order = np.argsort([-effect.ratio for effect in effects], kind="stable").tolist()
+        seen = [k for k in order if effects[k].ratio > OVER_CHANCE * effects[k].chance]
+        if not seen:
+            names = listed(p.axis.label for p in free)
+            blocks.append(f"{axis.label}: no parameter has an effect beyond chance ({names}).")
+            continue
+        panels = tuple(
+            Panel(free[k].axis, axis, _marks(free[k], groups[k], parts, values, is_share=is_share))
+            for k in seen[:MAX_PANELS]
+        )
+        without = [free[k].axis.label for k in order if k not in seen]
+        caption = _caption(is_share=is_share, bands=len(parts) <= MAX_BANDS)
+        if len(seen) > MAX_PANELS:
+            caption += f" The {MAX_PANELS} parameters with the largest effects are shown."
+        if without:
+            caption += f" Without an effect beyond chance: {listed(without, 12)}."
+        title = f"Effect of each parameter on {axis.label}"
+        figure = Figure(f"{name}-effect-{key}", title, panels, 3, caption=caption, shared="y")
+        blocks.append(figure)
+    return blocks
+
+
+def _groups(parameter: Parameter, chosen: Array) -> Array:
+    return groups_of(parameter, chosen, max(MIN_GROUPS, len(chosen) // GROUP_SIZE))
+
+
+def _shown(members: Members) -> list[tuple[str, Axis, Array, bool]]:
+    """Return name, axis and values of what is shown, and whether it is the share of an outcome."""
+    found: list[tuple[str, Axis, Array, bool]] = []
+    if np.count_nonzero(members.outcome_counts) > 1:
+        label, fulfilled = counted_outcome(members)
+        found.append(("outcome", Axis(f"share {label}"), fulfilled.astype(float), True))
+    # v(0) is a function of the parameters, and says something only beside c*.
+    quantities = [q for q in mapped(members) if varies(q.values) and q.name != "start-energy"]
+    found += [(q.name, q.axis, q.values, False) for q in quantities]
+    return found
+
+
+def _effect(
+    parameter: Parameter, groups: list[Array], parts: list[tuple[str, Array]], values: Array
+) -> _Effect:
+    """Return the effect of a parameter: that in the slice where it explains most."""
+    ratios, chances = [0.0], [0.0]
+    for own, (_, chosen) in zip(groups, parts, strict=True):
+        ratio = correlation_ratio(own, values[chosen])
+        ratios.append(0.0 if np.isnan(ratio) else ratio)
+        chances.append(own.max() / len(own))
+    return _Effect(parameter, max(ratios), max(chances))
+
+
+def _marks(
+    parameter: Parameter,
+    groups: list[Array],
+    parts: list[tuple[str, Array]],
+    values: Array,
+    *,
+    is_share: bool,
+) -> tuple[Mark, ...]:
+    bands: list[Mark] = []
+    lines: list[Mark] = []
+    word, area = ("share", WILSON) if is_share else ("median", BETWEEN)
+    for colour, (own, (title, chosen)) in enumerate(zip(groups, parts, strict=True)):
+        x, low, middle, high = _along(parameter.values[chosen], own, values[chosen], is_share)
+        if len(parts) <= MAX_BANDS:
+            bands.append(Band(x, low, high, f"{title}: {area}".removeprefix(": "), colour))
+        lines.append(Line(x, middle, title or word, colour))
+    return (*bands, *lines)
+
+
+def _along(
+    places: Array, groups: Array, values: Array, is_share: bool
+) -> tuple[Array, Array, Array, Array]:
+    """Return the median of the parameter in each group, and low, middle and high of the values."""
+    # Numbers of 16 bits are sorted in linear time.
+    order = np.argsort(groups.astype(np.int16), kind="stable")
+    starts = np.flatnonzero(np.diff(groups[order], prepend=-1))
+    rows = []
+    for own in np.split(order, starts[1:]):
+        if is_share:
+            found = fraction("", values[own] > 0)
+            spread = [found.low, found.value, found.high]
+        else:
+            spread = quantiles_of(values[own], ORDERS)
+        rows.append([float(np.median(places[own])), *spread])
+    x, low, middle, high = np.array(rows).T
+    return x, low, middle, high
+
+
+def _caption(*, is_share: bool, bands: bool) -> str:
+    line, area = ("share", WILSON) if is_share else ("median", BETWEEN)
+    shown = f"the {line} ({area}: the band) of each is" if bands else f"the {line} of each is"
+    return (
+        f"The members are divided into groups along each parameter; {shown} drawn. The parameter "
+        "that explains most is first."
+    )

@@ -1,0 +1,73 @@
+"""The colour scale and the edges of the cells of a map, for all libraries that draw it."""
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.figure import Axis, Cells
+
+MIN_TICKS = 3
+"""Smallest number of labels of a colour bar; between fewer, no value can be read."""
+
+MAX_POWERS = 9
+"""Largest number of powers of ten among the ticks."""
+
+
+def scale_ends(cells: Cells) -> tuple[float, float]:
+    """Return the values at both ends of the colour scale of a map of numbers; low < high.
+
+    A single value gets the colour in the middle of the scale.
+    """
+    values = np.asarray(cells.values, dtype=float)
+    shown = values[np.isfinite(values) & ((values > 0) | (not cells.scale.log))]
+    low, high = (float(shown.min()), float(shown.max())) if len(shown) else (1.0, 10.0)
+    low, high = cells.span or (low, high)
+    if low < high:
+        return low, high
+    if cells.scale.log:
+        return low / 2, 2 * low
+    return low - 0.5 * (abs(low) or 1.0), low + 0.5 * (abs(low) or 1.0)
+
+
+def scale_ticks(low: float, high: float, *, log: bool) -> dict[float, str]:
+    """Return the ticks of a colour scale, at least `MIN_TICKS`, with their labels.
+
+    Args:
+        low: The value at the lower end.
+        high: The value at the upper end, larger than low.
+        log: Whether the scale is logarithmic. Ticks are then powers of ten, or these times 1, 2
+            and 5, if there are enough of them.
+    """
+    if log:
+        first, last = int(np.floor(np.log10(low))), int(np.ceil(np.log10(high)))
+        for factors in ((1,), (1, 2, 5)):
+            ticks = [f * 10.0**k for k in range(first, last + 1) for f in factors]
+            inside = [tick for tick in ticks if low <= tick <= high]
+            if len(inside) >= MIN_TICKS:
+                return {tick: f"{tick:g}" for tick in inside[:: -(-len(inside) // MAX_POWERS)]}
+    step = _step(low, high)
+    digits = max(6, int(np.ceil(np.log10(max(abs(low), abs(high)) / step))) + 1)
+    multiples = range(int(np.ceil(low / step)), int(np.floor(high / step)) + 1)
+    # Round-off must not carry a tick beyond an end.
+    return {min(max(n * step, low), high): f"{n * step:.{digits}g}" for n in multiples}
+
+
+def cell_edges(centres: Array, axis: Axis) -> Array:
+    """Return the edges of cells, halfway between their centres on the axis, shape (n + 1,)."""
+    places = np.log10(centres) if axis.log else np.asarray(centres, dtype=float)
+    steps = np.diff(places) if len(places) > 1 else np.ones(1)
+    inner = places[:-1] + steps[: len(places) - 1] / 2
+    edges = np.concatenate([[places[0] - steps[0] / 2], inner, [places[-1] + steps[-1] / 2]])
+    return 10.0**edges if axis.log else edges
+
+
+def gap_label(reason: str) -> str:
+    """Return the legend entry of the cells that have no value for a reason."""
+    return f"no value: {reason}"
+
+
+def _step(low: float, high: float) -> float:
+    """Return the largest of 1, 2 and 5 times a power of ten with more than `MIN_TICKS` ticks."""
+    power = int(np.floor(np.log10(high - low)))
+    steps = [f * 10.0**k for k in (power, power - 1) for f in (5, 2, 1)]
+    enough = (s for s in steps if np.floor(high / s) - np.ceil(low / s) + 1 > MIN_TICKS)
+    return next(enough, steps[-1])

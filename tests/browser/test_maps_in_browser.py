@@ -1,0 +1,211 @@
+"""Protects the maps of sweeps in a real browser: the pointer, a click, missing values, the data."""
+
+import csv
+import re
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Locator, Page, expect
+from support.browser import Opened
+from support.made_sweeps import SPIN, code, write_sweep
+from support.pages import report as plain_report
+
+from rbstab.report.model.document import Report, Section
+from rbstab.report.model.figure import Axis, Figure, Panel, Stack
+from rbstab.report.sweeps.sections import sweep_sections
+from rbstab.report.writers.figure_files.data import csv_of
+
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
+
+X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
+GRID = {f"{SPIN}[0]": {"linspace": [-2, 2, 5]}, f"{SPIN}[1]": {"linspace": [0, 30, 4]}}
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+
+
+def columns(a):
+    return {
+        "status": np.where((a[X] == 2) & (a[Y] == 30), code("range left"), 0),
+        "settling_time": np.where(a[X] == 1, np.nan, 3 + a[X] + 0.01 * a[Y]),
+        "lyapunov_start": 1 + a[X] ** 2 + a[Y] ** 2,
+    }
+
+
+@pytest.fixture
+def sweep(tmp_path: Path) -> Report:
+    """The report of a sweep of 5 by 4 members, with its plan beside it."""
+    made = write_sweep(tmp_path / "the sweep" / "sweep.h5", GRID, columns)
+    (made.path.parent / "plan.yaml").write_text("")
+    return Report("Maps", "2026-01-02", "rbstab report", sweep_sections(made))
+
+
+def figure_in(report: Report, name: str) -> Figure:
+    blocks = [block for section in report.sections for block in section.blocks]
+    return next(b for b in blocks if isinstance(b, Figure) and b.name == name)
+
+
+def drawn(page: Page, name: str) -> Locator:
+    box = page.locator(f".drawing[data-name='{name}']")
+    box.scroll_into_view_if_needed()
+    expect(box.locator(".main-svg").first).to_be_visible()
+    return box
+
+
+def point_at(box: Locator, panel: int, x: float, y: float) -> tuple[float, float]:
+    """Return where a place of a panel is in the window, in px, after scrolling to it."""
+    box.locator(".nsewdrag").nth(panel - 1).scroll_into_view_if_needed()
+    number = "" if panel == 1 else panel
+    found = box.evaluate(
+        """(box, [number, x, y]) => {
+            const plot = box.querySelector(".js-plotly-plot");
+            const across = plot._fullLayout[`xaxis${number}`];
+            const up = plot._fullLayout[`yaxis${number}`];
+            const { left, top } = plot.getBoundingClientRect();
+            return [left + across._offset + across.d2p(x), top + up._offset + up.d2p(y)];
+        }""",
+        [number, x, y],
+    )
+    return found[0], found[1]
+
+
+def panel_number(figure: Figure, title: str) -> int:
+    return [panel.title for panel in figure.panels].index(title) + 1
+
+
+def test_the_pointer_names_both_parameters_the_value_and_the_member(
+    opened: Opened, sweep: Report
+) -> None:
+    page = opened(sweep)
+    figure = figure_in(sweep, "sweep-1-map")
+    box = drawn(page, figure.name)
+    panel = panel_number(figure, "settling time of v [s]")
+    page.mouse.move(*point_at(box, panel, -1, 10))
+    # The second parameter changes fastest, four values: member 4 * 1 + 1.
+    expect(box.locator(".tip")).to_have_text(
+        "initial angular_velocity[0] = -1 rad/s\ninitial angular_velocity[1] = 10 rad/s\n"
+        "settling time of v: 2.1 s\nmember 5\nClick: the command that runs it",
+        use_inner_text=True,
+    )
+    # A logarithmic scale shows the value, not its logarithm: v(0) = 1 + 1 + 400.
+    page.mouse.move(*point_at(box, panel_number(figure, "v(0) [J]"), -1, 20))
+    expect(box.locator(".tip")).to_contain_text("v(0): 402 J")
+
+
+def test_a_cell_without_a_value_says_why_and_the_legend_too(opened: Opened, sweep: Report) -> None:
+    page = opened(sweep)
+    figure = figure_in(sweep, "sweep-1-map")
+    box = drawn(page, figure.name)
+    panel = panel_number(figure, "settling time of v [s]")
+    for x, y, reason in ((1, 0, "not settled"), (2, 30, "range left")):
+        page.mouse.move(*point_at(box, panel, x, y))
+        expect(box.locator(".tip")).to_contain_text(f"settling time of v: no value, {reason}")
+    legend = page.locator(f"[id='figure.{figure.name}'] .legend")
+    for word in ("settled", "not settled", "range left", "no value: not settled"):
+        expect(legend.get_by_text(word, exact=True)).to_be_visible()
+
+
+@pytest.mark.parametrize("is_allowed", [True, False], ids=["copied", "shown"])
+def test_a_click_shows_the_command_of_the_member(
+    opened: Opened, sweep: Report, tmp_path: Path, is_allowed: bool
+) -> None:
+    page = opened(sweep, permissions=["clipboard-read", "clipboard-write"] if is_allowed else [])
+    if not is_allowed:
+        # Some browsers have none on a page from a disk.
+        page.evaluate("Object.defineProperty(navigator, 'clipboard', { value: undefined })")
+    figure = figure_in(sweep, "sweep-1-map")
+    box = drawn(page, figure.name)
+    place = point_at(box, panel_number(figure, "settling time of v [s]"), 0, 20)
+    page.mouse.move(*place)
+    page.mouse.click(*place)
+    note = page.locator(f"[id='figure.{figure.name}'] .chosen")
+    command = f"rbstab run '{tmp_path / 'the sweep' / 'plan.yaml'}' --member 10"
+    expect(note.locator("code")).to_have_text(command)
+    expect(note).to_contain_text("Member 10")
+    expect(note.locator("small")).to_have_text("copied" if is_allowed else "")
+    if is_allowed:
+        assert page.evaluate("navigator.clipboard.readText()") == command
+    # Another click replaces it.
+    place = point_at(box, 1, -2, 0)
+    page.mouse.move(*place)
+    page.mouse.click(*place)
+    expect(page.locator(".chosen")).to_have_count(1)
+    expect(note).to_contain_text("--member 0")
+
+
+def test_the_extremes_are_marked_and_run_by_a_click(opened: Opened, sweep: Report) -> None:
+    page = opened(sweep)
+    figure = figure_in(sweep, "sweep-1-map")
+    box = drawn(page, figure.name)
+    panel = panel_number(figure, "settling time of v [s]")
+    place = point_at(box, panel, 2, 20)
+    page.mouse.move(*place)
+    expect(box.locator(".hoverlayer")).to_contain_text("largest value: 5.2 s")
+    page.mouse.click(*place)
+    expect(page.locator(".chosen code")).to_have_text(re.compile("--member 18$"))
+
+
+def test_a_tap_on_a_phone_shows_the_command(opened: Opened, sweep: Report) -> None:
+    page = opened(sweep, **PHONE)
+    box = drawn(page, "sweep-1-map")
+    page.touchscreen.tap(*point_at(box, 1, -1, 20))
+    expect(page.locator(".chosen code")).to_have_text(re.compile("--member 6$"))
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def downloaded(page: Page, name: str) -> list[list[str]]:
+    """Click the CSV button of a figure, and return the rows of the file."""
+    with page.expect_download() as waiting:
+        page.locator(f"[id='figure.{name}']").get_by_role("button", name="CSV").click()
+    assert waiting.value.suggested_filename == f"{name}.csv"
+    return list(csv.reader(StringIO(Path(waiting.value.path()).read_text(encoding="utf-8"))))
+
+
+def same(one: str, other: str) -> bool:
+    """Return whether two entries are the same text, or the same number in single precision."""
+    try:
+        return bool(np.isclose(float(one), float(other), rtol=1e-5, atol=1e-12, equal_nan=True))
+    except ValueError:
+        return one == other
+
+
+@pytest.mark.parametrize("name", ["over-time", "maps", "counts"])
+def test_the_button_gives_the_data_of_any_figure(opened: Opened, name: str) -> None:
+    report = plain_report()
+    page = opened(report)
+    found = downloaded(page, name)
+    expected = list(csv.reader(StringIO(csv_of(figure_in(report, name)))))
+    assert found[0] == expected[0]
+    # Points that a screen cannot show are not on a page, and traces come in another order.
+    missing = [row for row in found if not any(all(map(same, row, other)) for other in expected)]
+    assert missing == []
+    kinds = {(row[0], row[3]) for row in expected}
+    assert {(row[0], row[3]) for row in found} == kinds
+
+
+def test_a_stack_gives_its_parts_whole(opened: Opened) -> None:
+    # The page draws the halves above and below zero apart.
+    parts = np.array([[1.0, -2.0], [-3.0, 4.0]])
+    panel = Panel(Axis("t"), Axis("e"), (Stack(np.array([0.0, 1.0]), parts, ("a", "b")),))
+    figure = Figure("stack", "A stack", (panel,))
+    page = opened(replace(plain_report(), sections=(Section("s", "S", (figure,)),)))
+    values = [(row[3], float(row[5])) for row in downloaded(page, "stack")[1:]]
+    assert sorted(values) == [("a", -3), ("a", 1), ("b", -2), ("b", 4)]
+
+
+def test_the_data_of_maps_is_whole(opened: Opened, sweep: Report) -> None:
+    page = opened(sweep)
+    name = "sweep-1-map"
+    found = downloaded(page, name)
+    expected = list(csv.reader(StringIO(csv_of(figure_in(sweep, name)))))
+    assert len(found) == len(expected)
+    for one, other in zip(sorted(found), sorted(expected), strict=True):
+        assert one[:4] == other[:4]
+    cells = [row for row in found if row[0] == "settling time of v [s]" and row[8]]
+    values = {(float(row[4]), float(row[5])): float(row[8]) for row in cells}
+    assert len(values) == 20
+    assert values[-1, 10] == pytest.approx(2.1)
+    assert np.isnan(values[1, 0])
+    words = {row[8] for row in found if row[0] == "outcome"}
+    assert words == {"settled", "not settled", "range left"}

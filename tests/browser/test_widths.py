@@ -1,0 +1,121 @@
+"""Protects the page at the widths of a desktop and of a phone: cards, tables, details that fold."""
+
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+from support.browser import Opened
+from support.made_sweeps import SPIN, write_sweep
+
+from rbstab.report.model.document import Report
+from rbstab.report.sweeps.sections import sweep_sections
+
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
+
+DESKTOP = {"viewport": {"width": 1400, "height": 900}}
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+WIDTHS = pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
+
+
+@pytest.fixture
+def compared(tmp_path: Path) -> Report:
+    """The report of a sweep of three variants over three parameters."""
+    vary = {
+        "controller.variant": {"each": {"values": ["free", "permanent", "visco-elastic"]}},
+        "body.mass": {"uniform": [20, 60]},
+        f"{SPIN}[0]": {"normal": [0, 1]},
+        f"{SPIN}[1]": {"normal": [0, 1]},
+    }
+
+    def columns(a):
+        slow = 1 + 0.01 * a["body_mass"] + 0.3 * a["controller_variant"]
+        return {"settling_time": slow, "smallest_regularity": 0.9 - 0.1 * slow}
+
+    design = {"design": "random", "members": 400, "seed": 1}
+    made = write_sweep(
+        tmp_path / "a_sweep_with_a_rather_long_name" / "sweep.h5", vary, columns, **design
+    )
+    return Report("Widths", "2026-01-02", "rbstab report", sweep_sections(made))
+
+
+@WIDTHS
+def test_the_page_never_scrolls_sideways(opened: Opened, compared: Report, size: dict) -> None:
+    page = opened(compared, **size)
+    for box in page.locator(".drawing").all():
+        box.scroll_into_view_if_needed()
+        expect(box.locator(".main-svg").first).to_be_visible()
+    width = size["viewport"]["width"]
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    for kind in (".card", ".scroll", ".plot"):
+        for element in page.locator(kind).all():
+            place = element.bounding_box()
+            # A folded section has no box.
+            assert place is None or (place["x"] >= 0 and place["x"] + place["width"] <= width)
+
+
+@WIDTHS
+def test_the_answers_are_seen_first(opened: Opened, compared: Report, size: dict) -> None:
+    page = opened(compared, **size)
+    card = page.locator(".card").first
+    word = card.locator(".word").first
+    expect(word).to_be_in_viewport()
+    for line in card.locator("dt, dd, h3").all():
+        assert line.evaluate("e => e.scrollWidth <= e.clientWidth + 1")
+
+
+@WIDTHS
+def test_the_first_columns_of_a_table_are_seen(
+    opened: Opened, compared: Report, size: dict
+) -> None:
+    page = opened(compared, **size)
+    for box in page.locator(".scroll").all():
+        if not box.is_visible():
+            continue
+        inside = box.evaluate(
+            """(box) => {
+                const heads = [...box.querySelector("thead tr").cells].slice(0, 2);
+                const { right } = box.getBoundingClientRect();
+                return heads[0].getBoundingClientRect().right <= right
+                    && heads[1].getBoundingClientRect().left < right;
+            }"""
+        )
+        assert inside
+
+
+@WIDTHS
+def test_details_are_folded_until_they_are_opened(
+    opened: Opened, compared: Report, size: dict
+) -> None:
+    page = opened(compared, **size)
+    section = page.locator("section[id$='-plan']")
+    table = section.locator("table").first
+    expect(table).to_be_hidden()
+    section.locator("summary").click()
+    expect(table).to_be_visible()
+    section.locator("summary").focus()
+    page.keyboard.press("Enter")
+    expect(table).to_be_hidden()
+    # What decides is not folded.
+    expect(page.locator("main > section").first.locator("details")).to_have_count(0)
+
+
+@WIDTHS
+def test_shared_titles_do_not_cover_tick_labels(
+    opened: Opened, compared: Report, size: dict
+) -> None:
+    page = opened(compared, **size)
+    for box in page.locator(".drawing").all():
+        box.scroll_into_view_if_needed()
+        expect(box.locator(".main-svg").first).to_be_visible()
+        covered = box.evaluate(
+            """(box) => {
+                const place = (e) => e.getBoundingClientRect();
+                const titles = [...box.querySelectorAll(".annotation-text, .xtitle, .ytitle")]
+                    .filter((e) => e.textContent).map(place);
+                const ticks = [...box.querySelectorAll(".xtick text, .ytick text")].map(place);
+                const covers = (a, b) => a.left < b.right - 1 && b.left < a.right - 1
+                    && a.top < b.bottom - 1 && b.top < a.bottom - 1;
+                return titles.filter((a) => ticks.some((b) => covers(a, b))).length;
+            }"""
+        )
+        assert covered == 0, box.get_attribute("data-name")

@@ -1,0 +1,64 @@
+"""Protects the colour scales of maps: ends, enough round ticks, and the edges of cells."""
+
+import numpy as np
+import pytest
+
+from rbstab.report.model.figure import Axis, Cells
+from rbstab.report.writers.colour_scale import cell_edges, scale_ends, scale_ticks
+
+RANGES = [
+    *((0.0, 1.0), (0.4, 1.2), (0.0376, 0.1128), (-3e-7, 2e-7), (999.9999, 1000.0001)),
+    *((-40.0, 40.0), (1e-13, 1.9e-13), (0.99, 1.01)),
+]
+
+
+@pytest.mark.parametrize(("low", "high"), RANGES)
+def test_a_linear_scale_has_three_to_twelve_round_labels(low, high):
+    ticks = scale_ticks(low, high, log=False)
+    assert 3 <= len(ticks) <= 12
+    assert all(low <= tick <= high for tick in ticks)
+    steps = np.diff(list(ticks))
+    assert steps == pytest.approx(steps[0])
+    # 1, 2 or 5 times a power of ten.
+    assert (
+        min(abs(steps[0] / 10.0 ** np.floor(np.log10(steps[0]) + 1e-9) - n) for n in (1, 2, 5))
+        < 1e-6
+    )
+    assert len(set(ticks.values())) == len(ticks)
+    assert [float(label) for label in ticks.values()] == pytest.approx(
+        list(ticks), abs=1e-3 * steps[0]
+    )
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(0.5, 3.0), (0.5, 1e3), (1e-30, 1.0), (2.0, 2.5), (3.0, 40)]
+)
+def test_a_logarithmic_scale_has_three_to_twelve_labels(low, high):
+    ticks = scale_ticks(low, high, log=True)
+    assert 3 <= len(ticks) <= 12
+    assert all(low <= tick <= high for tick in ticks)
+    assert [float(label) for label in ticks.values()] == pytest.approx(list(ticks))
+
+
+def cells(values, span=None, log=False):
+    middles = np.arange(float(len(values)))
+    return Cells(middles, np.zeros(1), np.array([values]), Axis("z", log=log), span)
+
+
+def test_a_scale_is_never_empty():
+    assert scale_ends(cells([2.0, np.nan, 5.0])) == (2.0, 5.0)
+    assert scale_ends(cells([-1.0, 2.0, 5.0], log=True)) == (2.0, 5.0)
+    assert scale_ends(cells([2.0, 5.0], span=(0.0, 9.0))) == (0.0, 9.0)
+    for values, log in (([7.0, 7.0], False), ([0.0], False), ([7.0], True), ([np.nan], True)):
+        low, high = scale_ends(cells(values, log=log))
+        assert low < high
+    # One value has the colour in the middle, as the scale measures it.
+    assert np.mean(scale_ends(cells([7.0, 7.0]))) == 7.0
+    assert np.prod(scale_ends(cells([7.0], log=True))) == pytest.approx(49.0)
+
+
+def test_edges_are_halfway_on_their_axis():
+    assert cell_edges(np.array([1.0, 2.0, 4.0]), Axis("x")).tolist() == [0.5, 1.5, 3.0, 5.0]
+    logarithmic = cell_edges(np.array([1.0, 100.0]), Axis("x", log=True))
+    assert logarithmic == pytest.approx([0.1, 10.0, 1000.0])
+    assert cell_edges(np.array([3.0]), Axis("x")).tolist() == [2.5, 3.5]

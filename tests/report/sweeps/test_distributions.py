@@ -5,8 +5,8 @@ import pytest
 from support.made_sweeps import code
 from support.sections import figures_in, tables
 
-from rbstab.report.model.figure import Bars
-from rbstab.report.sweeps.distributions import histogram, quantiles_of
+from rbstab.report.model.figure import Bars, Line
+from rbstab.report.sweeps.distributions import MAX_CURVES, histogram, quantiles_of
 from rbstab.report.sweeps.sections import sweep_sections
 
 VARY = {"body.mass": {"linspace": [1, 101, 101]}}
@@ -25,6 +25,50 @@ def test_quantiles_are_those_of_members_that_have_a_number(made):
     (row,) = (row for row in table.rows if row[0].text == "settling time of v")
     # Only members 1 to 99 count: the first failed, the last is infinite.
     assert [cell.value for cell in row[2:]] == pytest.approx([99, 1, 5.9, 50, 94.1, 99])
+
+
+EACH = {
+    "controller.variant": {"each": {"values": ["visco-elastic", "free"]}},
+    "body.mass": {"uniform": [1, 2]},
+}
+DRAWN = {"design": "random", "members": 100, "seed": 4}
+
+
+def settled_by_variant(a):
+    """Member k of a variant settles after k + 1 s, with `free` 100 s later; the last 20 do not."""
+    point = a["run"] % 100
+    settling = point + 1.0 + 100.0 * a["controller_variant"]
+    return {
+        "settling_time": np.where((a["controller_variant"] == 1) & (point >= 80), np.nan, settling)
+    }
+
+
+def test_each_condition_has_a_curve_and_nothing_is_pooled(made):
+    found = sweep_sections(made(EACH, settled_by_variant, **DRAWN))
+    assert "sweep-1-histograms" not in figures_in(found)
+    assert "sweep-1-quantiles" not in tables(found)
+    panels = {panel.x.label: panel for panel in figures_in(found)["sweep-1-cumulative"].panels}
+    first, second = panels["settling time of v"].marks
+    assert isinstance(first, Line)
+    assert isinstance(second, Line)
+    assert (first.label, second.label) == ("visco-elastic", "free")
+    # Of 100 members, exactly k are at rest by k seconds.
+    at = np.array([1.0, 25.0, 50.0, 75.0, 100.0])
+    shares = [first.y[first.x <= t].max() for t in at]
+    assert shares == pytest.approx(at / 100)
+    # The last 20 of the other variant have no value: its curve ends at 0.8.
+    assert (second.x.min(), second.x.max(), second.y.max()) == (101.0, 180.0, 0.8)
+
+
+def test_too_many_conditions_are_named(made):
+    each = {"body.mass": {"each": {"values": [float(k) for k in range(1, MAX_CURVES + 2)]}}}
+    spin = {"initial.angular_velocity[0]": {"normal": [0, 6]}}
+    sections = sweep_sections(
+        made(each | spin, lambda a: {"settling_time": a["run"] + 1.0}, **(DRAWN | {"members": 5}))
+    )
+    assert not [name for name in figures_in(sections) if "cumulative" in name]
+    said = [block for section in sections for block in section.blocks if isinstance(block, str)]
+    assert any(text.startswith(f"{MAX_CURVES + 1} conditions") for text in said)
 
 
 def test_every_number_is_in_one_bar(made):

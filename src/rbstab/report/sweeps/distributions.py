@@ -1,10 +1,15 @@
-"""Distributions of quantities over the members of a sweep."""
+"""Distributions of quantities over the members of a sweep.
+
+Members of different conditions are never one distribution: how often a value occurs would then
+depend on how many members of each condition the plan has. Each condition has a curve of its own.
+"""
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
-from rbstab.report.model.figure import Axis, Bars, Figure, Panel
+from rbstab.report.model.figure import SHARE_ENDS, Axis, Bars, Figure, Line, Panel
+from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.quantities import MemberQuantity, regularity, settling_time, varies
 from rbstab.report.sweeps.table_entries import number, whole
@@ -13,14 +18,26 @@ QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 
 MAX_BARS = 60
 
+MAX_CURVES = 7
+"""If there are more conditions, their curves are not drawn: more colours cannot be told apart."""
+
+CURVE_ORDERS = np.linspace(0.0, 1.0, 201)
+"""Orders of the quantiles that a curve has as its points."""
+
 AXES = ("first axis", "second axis", "third axis")
 
 
 def distribution_blocks(name: str, members: Members) -> list[Block]:
-    """Return a table of quantiles of each quantity, and histograms of the quantities that vary."""
+    """Return a table of quantiles of each quantity, and histograms of the quantities that vary.
+
+    For several conditions, return the cumulative distributions of each.
+    """
     quantities = distributed(members)
     if not quantities:
         return ["No member completed, so there are no values to show."]
+    groups = paired_conditions_of(members)
+    if groups is not None:
+        return _by_condition(name, quantities, groups)
     heads = (
         Head("quantity"),
         Head("unit"),
@@ -38,6 +55,43 @@ def distribution_blocks(name: str, members: Members) -> list[Block]:
     if not panels:
         return [table]
     return [table, Figure(f"{name}-histograms", "Distributions over the members", panels, 2)]
+
+
+def _by_condition(
+    name: str, quantities: list[MemberQuantity], groups: PairedConditions
+) -> list[Block]:
+    """Return the cumulative distributions of each condition, one panel for each quantity."""
+    if len(groups.labels) > MAX_CURVES:
+        return [
+            f"{len(groups.labels)} conditions have too many curves for a figure; the comparison "
+            "has their quantiles."
+        ]
+    panels = tuple(
+        Panel(q.axis, Axis("share of members", ends=SHARE_ENDS), _curves(q, groups))
+        for q in quantities
+        if varies(q.values)
+    )
+    if not panels:
+        return ["All members have the same values."]
+    caption = (
+        "At each value: the share of the members of a condition that have this value or a smaller "
+        "one. A curve that ends below 1 has members without a value."
+    )
+    title = "Distributions by condition"
+    return [Figure(f"{name}-cumulative", title, panels, 2, caption=caption)]
+
+
+def _curves(quantity: MemberQuantity, groups: PairedConditions) -> tuple[Line, ...]:
+    """Return the empirical distribution function of each condition that has values."""
+    curves = []
+    for k, label in enumerate(groups.labels):
+        own = quantity.values[groups.codes == k]
+        finite = own[np.isfinite(own)]
+        if len(finite):
+            x = np.quantile(finite, CURVE_ORDERS, method="inverted_cdf")
+            y = CURVE_ORDERS * len(finite) / len(own)
+            curves.append(Line(x, y, label, colour=k))
+    return tuple(curves)
 
 
 def distributed(members: Members) -> list[MemberQuantity]:

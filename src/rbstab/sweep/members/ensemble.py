@@ -42,6 +42,7 @@ from rbstab.sweep.members.engine import MemberEngine, Shard, columns_of_failed
 from rbstab.sweep.members.ensemble_peaks import EnsemblePeaks
 from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import STATUSES, MemberTrajectories, outcome_columns, outcome_of
+from rbstab.sweep.members.refinement import PARTS
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import copy_traces, layout_of
 from rbstab.sweep.plan.plan import Plan
@@ -141,7 +142,7 @@ class _VariantEngine:
         self.binding = Binding(plan, variant)
         self.problem = self.binding.problem
         problem, varies = self.problem, self.binding.varies
-        self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies)
+        self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies, PARTS)
         self.peaks = EnsemblePeaks(self.ensemble, problem.rtol, SAMPLES_IN_MEMORY)
         self.approached = ApproachedStates(problem.system, self._shared_rest_state())
         has_traces = plan.keep.count(plan.members)

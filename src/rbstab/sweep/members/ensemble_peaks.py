@@ -2,8 +2,9 @@
 
 A member is integrated again from a sample over one interval, to find a turning point that its
 samples do not show accurately enough. In the first interval fast motions decay, so most members
-need finer samples there. They are taken in the first integration. If there are fewer intervals than steps of the integrator,
-the samples may not show all turning points. Then the whole motion is sampled finer.
+need finer samples there. They are taken in the first integration.
+If there are fewer intervals than steps of the integrator, the samples may not show all turning
+points. Then the whole motion is sampled finer.
 """
 
 from typing import NamedTuple
@@ -100,7 +101,7 @@ class EnsemblePeaks(NamedTuple):
             after = np.linspace(0.0, length, PARTS + 1)
             chosen, starts = parameters[:, members], sampled.states[:, members, intervals]
             found = _Sampled.empty(len(starts), len(members), len(after))
-            is_known = (intervals == 0) & (whole is not None)
+            is_known = (intervals == 0) & (whole is not None and whole.first is not None)
             if whole is not None and is_known.any():
                 first = whole.in_first_interval(members[is_known])
                 found.put(is_known, self._observed(chosen[:, is_known], first))

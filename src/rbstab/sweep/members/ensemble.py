@@ -48,8 +48,8 @@ from rbstab.sweep.members.traces import copy_traces, layout_of
 from rbstab.sweep.plan.plan import Plan
 from rbstab.systems.modes import has_modes
 
-SAMPLES_IN_MEMORY = 512 * 201
-"""Samples in memory at once (25 MB). With fewer, threads wait for each other more often."""
+SAMPLES_IN_MEMORY = 1024 * 201
+"""Samples in memory at once (50 MB). With fewer, more time is spent between numpy's functions."""
 
 
 def ensemble_engine(plan: Plan) -> MemberEngine:

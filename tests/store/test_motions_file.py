@@ -102,7 +102,12 @@ def test_a_file_does_not_depend_on_the_one_before(tmp_path, other, monkeypatch):
 def test_files_of_one_sweep_share_a_layout(tmp_path, monkeypatch):
     monkeypatch.setattr(motions_file, "_last_layout", {})
     made, make = [], motions_file._new_layout
-    monkeypatch.setattr(motions_file, "_new_layout", lambda m: made.append(0) or make(m))
+
+    def counted(motions):
+        made.append(motions)
+        return make(motions)
+
+    monkeypatch.setattr(motions_file, "_new_layout", counted)
     for first in range(3):
         write_motions(tmp_path / f"{first}.h5", motions(range(first, first + 4)))
         assert read_motions(tmp_path / f"{first}.h5")["run"].tolist() == [*range(first, first + 4)]

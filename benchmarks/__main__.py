@@ -1,6 +1,16 @@
 """All benchmarks, one after the other; `make bench` runs them."""
 
-from benchmarks import commands, elements, engines, sliding, startup, sweep_sizes, sweeps, traces
+from benchmarks import (
+    commands,
+    elements,
+    engines,
+    limit,
+    sliding,
+    startup,
+    sweep_sizes,
+    sweeps,
+    traces,
+)
 
 startup.main()
 commands.main()
@@ -8,5 +18,6 @@ engines.main()
 elements.main()
 sliding.main()
 sweeps.main()
+limit.main()
 sweep_sizes.main()
 traces.main()

@@ -126,6 +126,22 @@ def test_the_scale_of_the_audit_is_the_energy_at_the_start(made):
     assert nothing.tolist() == [1.0] * MEMBERS
 
 
+def test_a_divided_first_interval_changes_no_other_sample(made):
+    """Its finer samples are those of a run with these samples, to the last bit."""
+    systems, parameters, starts, _, motions = made
+    divided = Ensemble(systems[0], 1e-10, TIMES, parts=4)
+    again = divided.run(parameters, starts)
+    assert bits(again, np.arange(MEMBERS)) == bits(motions, np.arange(MEMBERS))
+    fine = np.linspace(TIMES[0], TIMES[-1], 4 * (len(TIMES) - 1) + 1)
+    chosen = np.array([20, 3, 7])
+    first = again.in_first_interval(chosen)
+    expected = divided.run(parameters[:, chosen], starts[:, chosen], fine)
+    assert first.states.tobytes() == expected.states[..., :5].tobytes()
+    assert first.lanes.shape[1] % divided.batch == 0
+    assert motions.first is None
+    assert expected.first is None
+
+
 def test_a_compiled_map_is_its_function():
     def function(x):
         return np.array([x[0] * x[1], 3.0, x[2]])

@@ -63,6 +63,57 @@ def test_what_is_written_is_read(file):
     assert "mass" not in read_motions(path)
 
 
+def changed(name, **replaced):
+    """Return motions with one variable changed."""
+    found = motions()
+    variables = dict(found.variables)
+    variables[name] = variables[name]._replace(**replaced)
+    return Motions(variables, found.attributes)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        motions((6, 7, 10, 12)),
+        motions((1, 2)),
+        changed("position", unit="km"),
+        changed("energy", long_name="else"),
+        changed("time", data=np.linspace(0, 2, SAMPLES)),
+        changed("run", data=np.array([1, 2, 3, 4], dtype="i4")),
+        Motions(motions().variables, {"plan_id": "abd"}),
+        Motions(motions().variables, {"plan_id": 1}),
+        Motions(motions().variables, {"plan_id": 1.0}),
+    ],
+)
+def test_a_file_does_not_depend_on_the_one_before(tmp_path, other, monkeypatch):
+    """Its layout is kept for the next file; all bytes are those of a new layout."""
+    paths = [tmp_path / name for name in ("first", "second", "alone")]
+    monkeypatch.setattr(motions_file, "_last_layout", {})
+    write_motions(paths[0], motions())
+    if other.attributes["plan_id"] == 1:
+        write_motions(paths[0], Motions(motions().variables, {"plan_id": True}))
+    write_motions(paths[1], other)
+    monkeypatch.setattr(motions_file, "_last_layout", {})
+    write_motions(paths[2], other)
+    assert paths[1].read_bytes() == paths[2].read_bytes()
+    assert_same(read_motions(paths[1]), other)
+
+
+def test_files_of_one_sweep_share_a_layout(tmp_path, monkeypatch):
+    monkeypatch.setattr(motions_file, "_last_layout", {})
+    made, make = [], motions_file._new_layout
+
+    def counted(motions):
+        made.append(motions)
+        return make(motions)
+
+    monkeypatch.setattr(motions_file, "_new_layout", counted)
+    for first in range(3):
+        write_motions(tmp_path / f"{first}.h5", motions(range(first, first + 4)))
+        assert read_motions(tmp_path / f"{first}.h5")["run"].tolist() == [*range(first, first + 4)]
+    assert len(made) == 1
+
+
 def test_one_run(file):
     whole, one = motions(), read_motions(file[0], 2)
     assert one["run"] == 8

@@ -1,7 +1,8 @@
 """Search for the peaks of sampled motions between their samples.
 
 A peak is a sample or a turning point. Turning points are interpolated from the samples. If the
-estimated error is too large, the motion is sampled finer around the turning point, again and again.
+estimated error is too large, more samples are used. If it is still too large, the motion is sampled
+finer around the turning point, again and again.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.peaks import indices_of_largest, peaks_at_samples
-from rbstab.analysis.turning_points import TurningPoints, turning_points
+from rbstab.analysis.turning_points import TurningPoints, through_more_samples, turning_points
 from rbstab.mechanics.numbers import Array
 
 RELATIVE = 1e-5
@@ -146,6 +147,7 @@ class _Search:
         found = turning_points(samples.times, self.values, self.rates, lowest, self.indices)
         done: list[_Candidates] = []
         open_ = self._sorted_out(_Candidates.of(found, signals, signals % self.members), done)
+        open_ = self._sorted_out(self._through_more_samples(open_), done)
         for _ in range(MAX_DIVISIONS):
             if samples.divide is None or not len(open_.row):
                 break
@@ -166,6 +168,12 @@ class _Search:
         open_ = found.where(~resolved)
         upper = np.abs(open_.value) + SAFETY * open_.error
         return open_.where(~(upper < self.largest[open_.signal]))
+
+    def _through_more_samples(self, found: _Candidates) -> _Candidates:
+        """Return candidates between the samples of the search, interpolated more accurately."""
+        points = TurningPoints(found.signal, *found[2:])
+        better = through_more_samples(self.samples.times, self.values, self.rates, points)
+        return found._replace(time=better.time, value=better.value, error=better.error)
 
     def chosen(self, found: _Candidates, cubics: Peaks) -> Peaks:
         """Return the peaks of the cubics, replaced by candidates or samples where they are wrong.

@@ -46,7 +46,9 @@ def peaks_at_samples(
     """
     largest = (indices_of_largest(values) if indices is None else indices)[..., np.newaxis]
     around = np.clip(largest + np.array([-1, 0, 1]), 0, len(times) - 1)
-    value, rate = (np.take_along_axis(array, around, -1) for array in (values, rates))
+    # The places in all values as one row, which numpy takes fastest.
+    first = np.arange(largest.size).reshape(largest.shape) * len(times)
+    value, rate = (array.reshape(-1).take(first + around) for array in (values, rates))
     start, h = times[around[..., :-1]], np.diff(times[around])
     # Beside the first or last sample, one interval has zero length and no turning point.
     turning = _turning_points(h, value[..., :-1], value[..., 1:], rate[..., :-1], rate[..., 1:])

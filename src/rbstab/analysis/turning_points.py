@@ -10,11 +10,18 @@ from rbstab.mechanics.numbers import Array
 NODES = 4
 """The samples through which a turning point is interpolated, with their rates (degree 7)."""
 
+MORE_NODES = 6
+"""The same if `NODES` are not accurate enough (degree 11)."""
+
+ESTIMATES = {NODES: ((3,), 2), MORE_NODES: ((5, 4), 3)}
+"""By the number of samples of an interpolant: those of the interpolants whose largest difference
+from it is the estimate of its error, and those of the ones that must be worse if it converges."""
+
 ROOT_STEPS = 3
 """Steps to find where the rate of an interpolant is zero."""
 
 CONVERGING = 0.25
-"""The motion is resolved if degree 5 has at most this times the error of degree 3."""
+"""The motion is resolved if the estimated error is at most this times that of a lower degree."""
 
 UNRESOLVED = 10.0
 """Factor on the differences between interpolants that do not converge."""
@@ -88,6 +95,30 @@ def turning_points(
     )
 
 
+def through_more_samples(
+    times: Array, values: Array, rates: Array, found: TurningPoints
+) -> TurningPoints:
+    """Return turning points interpolated through `MORE_NODES` samples, where this is more accurate.
+
+    Args:
+        times: Shape (n,), s.
+        values: Shape (rows, n).
+        rates: The derivatives of the values, shape (rows, n).
+        found: Turning points of these signals.
+    """
+    # Without an estimate, the rate may not change its sign in the interval.
+    some = np.flatnonzero(np.isfinite(found.error))
+    if values.shape[1] < MORE_NODES or not len(some):
+        return found
+    row, interval = found.row[some], found.interval[some]
+    interpolated = _interpolated(times, values, rates, row, interval, MORE_NODES)
+    better = interpolated[2] < found.error[some]
+    time, value, error = found.time.copy(), found.value.copy(), found.error.copy()
+    for target, new in zip((time, value, error), interpolated, strict=True):
+        target[some[better]] = new[better]
+    return found._replace(time=time, value=value, error=error)
+
+
 def _pairs(keys: Array, count: int) -> tuple[Array, Array]:
     """Return the quotients and remainders of keys."""
     row = keys // count
@@ -155,8 +186,8 @@ def _beside_largest(times: Array, values: Array, rates: Array, indices: Array) -
     return np.asarray((row * count + interval)[turns])
 
 
-def _interpolated(
-    times: Array, values: Array, rates: Array, row: Array, interval: Array
+def _interpolated(  # noqa: PLR0913, PLR0917 (samples and nodes)
+    times: Array, values: Array, rates: Array, row: Array, interval: Array, nodes: int = NODES
 ) -> tuple[Array, Array, Array]:
     """Return the times and values of turning points, and the estimates of their errors."""
     begin, end = _times_at(times, row, interval), _times_at(times, row, interval + 1)
@@ -165,7 +196,7 @@ def _interpolated(
         cubic = _table(times, values, rates, row, interval, 2).through(0, 2)
         t, value, _ = _turn(cubic, begin, end, slopes)
         return t, value, np.full(len(t), np.inf)
-    best, error = _best_polynomials(times, values, rates, row, interval)
+    best, error = _best_polynomials(times, values, rates, row, interval, nodes)
     t, value, remainder = _turn(best, begin, end, slopes)
     error = error + remainder
     return t, value, np.where(np.isfinite(value) & np.isfinite(error), error, np.inf)
@@ -179,32 +210,37 @@ def _table(  # noqa: PLR0913, PLR0917 (samples and nodes)
     return hermite_table(_times_at(times, row, chosen), values[row, chosen], rates[row, chosen])
 
 
-def _best_polynomials(
-    times: Array, values: Array, rates: Array, row: Array, interval: Array
+def _best_polynomials(  # noqa: PLR0913, PLR0917 (samples and nodes)
+    times: Array, values: Array, rates: Array, row: Array, interval: Array, nodes: int
 ) -> tuple[HermitePolynomials, Array]:
-    """Return the polynomials of degree 7 around intervals, and their estimated errors."""
+    """Return the polynomials through some samples around intervals, and their estimated errors."""
     count = values.shape[1]
-    # One sample before and one after each interval; beside the ends, the four nearest samples.
-    first = np.clip(interval - 1, 0, count - NODES)
-    table = _table(times, values, rates, row, first, NODES)
-    best = table.through(0, NODES)
+    # As many samples before as after each interval; beside the ends, the nearest samples.
+    first = np.clip(interval - (nodes // 2 - 1), 0, count - nodes)
+    table = _table(times, values, rates, row, first, nodes)
+    best = table.through(0, nodes)
     # The interpolants differ most in the middle of the interval.
     middle = (_times_at(times, row, interval) + _times_at(times, row, interval + 1)) / 2
     exact = best.values_at(middle)
 
-    def error_from(start: Array, nodes: int) -> Array:
-        """Return the error of the polynomials through fewer nodes, from sample `start`."""
-        runs = [table.through(offset, nodes) for offset in range(NODES - nodes + 1)]
+    def error_through(fewer: int) -> Array:
+        """Return the largest error of the polynomials through fewer samples around the interval."""
+        runs = [table.through(offset, fewer) for offset in range(nodes - fewer + 1)]
         errors = [np.abs(run.values_at(middle) - exact) for run in runs]
-        return np.choose(np.clip(start, 0, count - nodes) - first, errors)
+        before = (fewer - 1) // 2
+        # An odd number of samples has one more before the interval, or one more after it.
+        starts = [interval - before, interval - before + fewer % 2]
+        chosen = [np.clip(start, 0, count - fewer) - first for start in starts[: 1 + fewer % 2]]
+        return np.max([np.choose(offsets, errors) for offsets in chosen], axis=0)
 
-    error_of_cubic = error_from(interval, 2)
-    error_of_quintic = np.maximum(error_from(interval - 1, 3), error_from(interval, 3))
-    # Of a resolved motion, degree 7 has a much smaller error than degree 5.
+    estimates, lower = ESTIMATES[nodes]
+    estimate = np.max([error_through(fewer) for fewer in estimates], axis=0)
+    error_of_lower = error_through(lower)
+    # Of a resolved motion, a higher degree has a much smaller error.
     error = np.where(
-        error_of_quintic <= CONVERGING * error_of_cubic,
-        error_of_quintic,
-        UNRESOLVED * (error_of_cubic + error_of_quintic),
+        estimate <= CONVERGING * error_of_lower,
+        estimate,
+        UNRESOLVED * (error_of_lower + estimate),
     )
     return best, error
 

@@ -70,6 +70,18 @@ class Layout:
             self._arrays[name] = dataset.get_offset(), size
         return h5py.Dataset(dataset)
 
+    def take_over(self, dataset: h5py.Dataset, name: str) -> None:
+        """Let the caller write the data of an array that HDF5 has written.
+
+        So the layout serves for other data, too.
+
+        Args:
+            dataset: The array, contiguous in the open file.
+            name: The name of the array.
+        """
+        if dataset.size:
+            self._arrays[name] = dataset.id.get_offset(), dataset.size * dataset.dtype.itemsize
+
     @property
     def size(self) -> int:
         """The size of the file, bytes; known when the file is closed."""

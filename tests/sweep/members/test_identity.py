@@ -82,7 +82,7 @@ vary:
 
 
 @pytest.mark.parametrize(
-    "broken", [lambda *_: None, lambda *_: identity._TextTemplate("", "%s", ())]
+    "broken", [lambda *_: None, lambda *_: identity._TextTemplate("", ("",), ())]
 )
 def test_what_cannot_be_filled_in_is_found_slowly(monkeypatch, broken):
     monkeypatch.setattr(identity, "_template", broken)

@@ -7,7 +7,7 @@ from support.paper_runs import paper_config
 from rbstab.analysis.peak_search import Samples, find_peaks
 from rbstab.analysis.peaks import peaks_at_samples
 from rbstab.config.build import problem_of
-from rbstab.integrate.heyoka.ensemble import Ensemble
+from rbstab.integrate.heyoka.ensemble import Ensemble, EnsembleTrajectories
 from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.sweep.members import ensemble_peaks, single_peaks
 from rbstab.sweep.members.ensemble import ensemble_engine
@@ -101,6 +101,51 @@ def test_any_number_of_samples_gives_the_peaks_of_many(samples, engine, dense_pe
     assert (np.abs(found["peak_time"] - E_time) < 1e-3)[completed].all()
     regularity = np.cos(np.minimum(Theta[:, 1], np.pi / 2))
     assert found["smallest_regularity"][completed] == pytest.approx(regularity[completed], abs=1e-5)
+
+
+def test_first_intervals_are_not_integrated_again(monkeypatch):
+    """Their finer samples give the same peaks, within the errors of both."""
+    base = paper_config("visco-elastic", True, samples=201, engine="heyoka")
+    vary = {f"initial.angular_velocity[{axis}]": {"uniform": [-40, 40]} for axis in (0, 1)}
+    drawn = {"design": "random", "members": 128, "seed": 1}
+    plan = load_plan({"base": base, "vary": vary, **drawn})
+    found, begins, divided = columns(plan, "heyoka"), [], []
+    run, in_first_interval = Ensemble.run, EnsembleTrajectories.in_first_interval
+
+    def run_again(self, parameters, starts, times=None, begin=None):
+        if begin is not None:
+            begins.extend(begin.tolist())
+        return run(self, parameters, starts, times, begin)
+
+    def first_of(self, members):
+        divided.extend(members.tolist())
+        return in_first_interval(self, members)
+
+    monkeypatch.setattr(Ensemble, "run", run_again)
+    monkeypatch.setattr(EnsembleTrajectories, "in_first_interval", first_of)
+    assert columns(plan, "heyoka")["peak_time"].tobytes() == found["peak_time"].tobytes()
+    assert divided
+    # The second interval is not the first one.
+    assert min(begins) == pytest.approx(0.01)
+    monkeypatch.setattr(EnsembleTrajectories, "in_first_interval", None)
+    monkeypatch.setattr(ensemble_peaks.EnsemblePeaks, "find", without_first(begins))
+    again = columns(plan, "heyoka")
+    assert min(begins) == 0.0
+    for name in ("contact_displacement", "orientation"):
+        difference = np.abs(np.abs(found[f"peak_{name}"]) - np.abs(again[f"peak_{name}"]))
+        error = found[f"peak_{name}_error"] + again[f"peak_{name}_error"]
+        assert (difference.max(axis=1) <= error + 1e-9).all()
+
+
+def without_first(begins):
+    """Return `EnsemblePeaks.find` of trajectories whose first interval is not divided."""
+    find = ensemble_peaks.EnsemblePeaks.find
+    begins.clear()
+
+    def found(self, parameters, starts, trajectories, observed):
+        return find(self, parameters, starts, trajectories._replace(first=None), observed)
+
+    return found
 
 
 @pytest.mark.parametrize("engine", ENGINES)

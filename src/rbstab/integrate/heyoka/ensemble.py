@@ -43,17 +43,30 @@ class EnsembleTrajectories(NamedTuple):
         steps: Accepted steps, shape (m,).
         done: Whether a member reached the last sample, shape (m,). The values of a member that did
             not are meaningless.
+        first: The states at the ends of all parts of the first interval, shape (states, lanes,
+            parts + 1), if the ensemble divides it and the samples are its own. Valid as the others.
     """
 
     lanes: Array
     lyapunov_change: Array
     steps: Array
     done: Array
+    first: Array | None = None
 
     @property
     def states(self) -> Array:
         """The states in the system's coordinates, shape (states, m, n)."""
         return self.lanes[:, : len(self.steps)]
+
+    def in_first_interval(self, members: Array) -> "EnsembleTrajectories":
+        """Return the trajectories of some members, shape (k,), in the divided first interval."""
+        assert self.first is not None
+        # Complete batches, as in `Ensemble.run`.
+        full = np.minimum(np.arange(-(-len(members) // SIMD) * SIMD), len(members) - 1)
+        lanes = np.take(self.first, members[full], axis=1)
+        # Nobody asks for v within the first interval.
+        change = np.full((len(members), lanes.shape[2]), np.nan)
+        return EnsembleTrajectories(lanes, change, self.steps[members], self.done[members])
 
 
 class ObservedTrajectories(NamedTuple):
@@ -106,10 +119,16 @@ class Ensemble:
         varies: Which parameters differ between members, shape (parameters,); by default all. The
             others are compiled in, with the values of `system`: zeros and products of constants
             then cost nothing.
+        parts: The parts of the first interval between samples; see `EnsembleTrajectories.first`.
     """
 
     def __init__(
-        self, system: System, tolerance: float, times: Array, varies: Array | None = None
+        self,
+        system: System,
+        tolerance: float,
+        times: Array,
+        varies: Array | None = None,
+        parts: int = 1,
     ) -> None:
         values = parameter_values(system)
         varies = np.ones(len(values), dtype=bool) if varies is None else varies
@@ -137,7 +156,9 @@ class Ensemble:
         )
         # Views of the integrator's memory: getting them takes as long as a step.
         self._pars, self._state = self.integrator.pars, self.integrator.state
-        self.grid = BatchGrid.of(times, self.batch)
+        first = np.linspace(times[0], times[1], parts + 1)
+        self.parts = parts
+        self.grid = BatchGrid.of(np.concatenate([first[:-1], times[1:]]), self.batch)
         observation = symbolic.observe(y[: system.size])
         motion = observation.motion
         energies = [hy.expression(0.0) + entry for entry in observation.energy.tolist()]
@@ -197,8 +218,9 @@ class Ensemble:
         lanes = found.states
         change = lanes[LYAPUNOV_CHANGE, : starts.shape[1]] * scales[:, np.newaxis]
         members = slice(starts.shape[1])
+        first = found.first[: self.size] if times is None and self.parts > 1 else None
         return EnsembleTrajectories(
-            lanes[: self.size], change, found.steps[members], found.done[members]
+            lanes[: self.size], change, found.steps[members], found.done[members], first
         )
 
     def _repeat_misfits(  # noqa: PLR0913, PLR0917 (all that a run depends on)
@@ -227,37 +249,42 @@ class Ensemble:
             parameters[:, rows],
             starts[:, rows],
             scales[rows],
-            self.times if times is None else times,
+            times,
             begin[rows],
+            reuse=False,
         )
-        for name in ("states", "steps", "done"):
+        for name in ("states", "first", "steps", "done"):
             target, source = getattr(found, name), getattr(repeated, name)
-            if name == "states":
+            if name in {"states", "first"}:
                 target[:, rows] = source[:, : len(rows)]
             else:
                 target[rows] = source[: len(rows)]
 
-    def _run(
+    def _run(  # noqa: PLR0913 (all that a run depends on)
         self,
         parameters: Array,
         starts: Array,
         scales: Array,
         times: Array | None,
         begin: Array,
+        *,
+        reuse: bool = True,
     ) -> "_Lanes":
         """Integrate members with these energy scales; see `run`."""
         members = starts.shape[1]
         # Complete batches: the last lanes repeat the last member.
         full = np.minimum(np.arange(-(-members // self.batch) * self.batch), members - 1)
         grid = self.grid if times is None else BatchGrid.of(times, self.batch)
-        shape = (self.audited_size, len(full), len(grid))
+        parts = self.parts if times is None else 1
+        shape = (self.audited_size, len(full), len(grid) - parts + 1)
         audits = np.zeros((self.audited_size - self.size, members))
         pars = np.vstack([parameters[self.open_indices], scales, begin])
         lanes = _Lanes(
             # heyoka has no `par[]` after the last one that the equations use.
             pars[: len(self.integrator.pars), full],
             np.vstack([starts, audits])[:, full],
-            self._buffer("states", shape) if times is None else np.empty(shape),
+            self._buffer("states", shape) if times is None and reuse else np.empty(shape),
+            np.empty((self.audited_size, len(full), parts + 1)),
             np.zeros(len(full), dtype=int),
             np.zeros(len(full), dtype=bool),
             grid,
@@ -280,7 +307,12 @@ class Ensemble:
         self._state[:] = lanes.starts[:, chosen]
         _, found = integrator.propagate_grid(lanes.grid, max_steps=MAX_STEPS)
         used = chosen.stop - chosen.start
-        lanes.states[:, chosen] = found.transpose(1, 2, 0)[:, :used]
+        sampled = found.transpose(1, 2, 0)[:, :used]
+        parts = lanes.first.shape[2] - 1
+        lanes.states[:, chosen, 1:] = sampled[..., parts:]
+        lanes.states[:, chosen, 0] = sampled[..., 0]
+        if parts > 1:
+            lanes.first[:, chosen] = sampled[..., : parts + 1]
         outcomes = integrator.propagate_res[:used]
         lanes.steps[chosen] = [taken for _, _, _, taken in outcomes]
         lanes.done[chosen] = [outcome == GRID_COMPLETED for outcome, _, _, _ in outcomes]
@@ -349,11 +381,15 @@ class Ensemble:
 
 
 class _Lanes(NamedTuple):
-    """Inputs and outputs of a run. The lanes are the last axis, but in `states` the middle one."""
+    """Inputs and outputs of a run. The lanes are the last axis.
+
+    In `states` and in those of the divided first interval they are the middle one.
+    """
 
     parameters: Array
     starts: Array
     states: Array
+    first: Array
     steps: Array
     done: Array
     grid: BatchGrid

@@ -136,6 +136,8 @@ class HeyokaModeRun:
         self.current = CurrentPhase(problem, switch_limit)
         self.offsets = np.zeros(len(self.phase.signs))
         self.scale = energy_scale(problem) if scale is None else scale
+        # The system would count the states of its elements again at each sample.
+        self.size = problem.system.size
         with deadline.paused():
             compiled = compiled_modes(problem.system, problem.rtol)
         self.integrator, self.modes, self.names = (
@@ -357,7 +359,7 @@ class HeyokaModeRun:
         self.integrator.pars[:] = self.values[: len(self.integrator.pars)]
 
     def _add_sample(self, t: float, state: Array) -> None:
-        state[self.problem.system.size :] *= self.scale
+        state[self.size :] *= self.scale
         self.samples.append((t, state))
         self.systems.append(self.phase.system)
         if self.current.impacts is not None:

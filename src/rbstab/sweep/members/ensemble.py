@@ -42,13 +42,14 @@ from rbstab.sweep.members.engine import MemberEngine, Shard, columns_of_failed
 from rbstab.sweep.members.ensemble_peaks import EnsemblePeaks
 from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import STATUSES, MemberTrajectories, outcome_columns, outcome_of
+from rbstab.sweep.members.refinement import PARTS
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import copy_traces, layout_of
 from rbstab.sweep.plan.plan import Plan
 from rbstab.systems.modes import has_modes
 
-SAMPLES_IN_MEMORY = 512 * 201
-"""Samples in memory at once (25 MB). With fewer, threads wait for each other more often."""
+SAMPLES_IN_MEMORY = 1024 * 201
+"""Samples in memory at once (50 MB). With fewer, more time is spent between numpy's functions."""
 
 
 def ensemble_engine(plan: Plan) -> MemberEngine:
@@ -141,7 +142,7 @@ class _VariantEngine:
         self.binding = Binding(plan, variant)
         self.problem = self.binding.problem
         problem, varies = self.problem, self.binding.varies
-        self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies)
+        self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies, PARTS)
         self.peaks = EnsemblePeaks(self.ensemble, problem.rtol, SAMPLES_IN_MEMORY)
         self.approached = ApproachedStates(problem.system, self._shared_rest_state())
         has_traces = plan.keep.count(plan.members)

@@ -1,8 +1,10 @@
 """The peaks of members that are integrated in batches.
 
 A member is integrated again from a sample over one interval, to find a turning point that its
-samples do not show accurately enough. If there are fewer intervals than steps of the integrator,
-the samples may not show all turning points. Then the whole motion is sampled finer.
+samples do not show accurately enough. In the first interval fast motions decay, so most members
+need finer samples there. They are taken in the first integration.
+If there are fewer intervals than steps of the integrator, the samples may not show all turning
+points. Then the whole motion is sampled finer.
 """
 
 from typing import NamedTuple
@@ -45,8 +47,8 @@ class EnsemblePeaks(NamedTuple):
             observed: Their observed quantities.
         """
         times = self.ensemble.times
-        length = (times[-1] - times[0]) / (len(times) - 1)
-        given = self._samples(times, length, parameters, trajectories.states, observed)
+        sampled = _Sampled(trajectories.states, observed.values, observed.rates)
+        given = self._samples(times, parameters, sampled, trajectories)
         factors = np.where(
             trajectories.done, refinements(trajectories.steps, len(times), MAX_SAMPLES), 0
         )
@@ -64,9 +66,10 @@ class EnsemblePeaks(NamedTuple):
             size = max(SIMD, self.samples_in_memory // len(fine) // SIMD * SIMD)
             for first in range(0, len(rows), size):
                 chosen = rows[first : first + size]
-                samples = self._samples_again(
-                    parameters[:, chosen], starts[:, chosen], fine, np.array(0.0)
+                again = self._integrated(
+                    parameters[:, chosen], starts[:, chosen], fine, np.zeros(len(chosen))
                 )
+                samples = self._samples(fine, parameters[:, chosen], again)
                 cubics = peaks_of_cubics(_of_members(given, chosen))
                 for target, part in zip(found, self._peaks(samples, cubics), strict=True):
                     target[:, chosen] = part
@@ -76,44 +79,84 @@ class EnsemblePeaks(NamedTuple):
     def _peaks(self, samples: Samples, cubics: Peaks | None = None) -> Peaks:
         return find_peaks(samples, max(self.tolerance, RELATIVE), cubics)
 
-    def _samples_again(
-        self, parameters: Array, starts: Array, after: Array, begin: Array
+    def _samples(
+        self,
+        times: Array,
+        parameters: Array,
+        sampled: "_Sampled",
+        whole: EnsembleTrajectories | None = None,
     ) -> Samples:
-        """Return samples of members that start at some time.
+        """Return samples that can be divided.
+
+        Args:
+            times: At equal distances, shape (n,) for all members, or (m, n), s.
+            parameters: Shape (parameters, m).
+            sampled: What is sampled.
+            whole: The trajectories, if their first interval was divided during the integration.
+        """
+        length = float(times.flat[times.shape[-1] - 1] - times.flat[0]) / (times.shape[-1] - 1)
+
+        def divide(members: Array, intervals: Array) -> Samples:
+            begin = times[intervals] if times.ndim == 1 else times[members, intervals]
+            after = np.linspace(0.0, length, PARTS + 1)
+            chosen, starts = parameters[:, members], sampled.states[:, members, intervals]
+            found = _Sampled.empty(len(starts), len(members), len(after))
+            is_known = (intervals == 0) & (whole is not None and whole.first is not None)
+            if whole is not None and is_known.any():
+                first = whole.in_first_interval(members[is_known])
+                found.put(is_known, self._observed(chosen[:, is_known], first))
+            if not is_known.all():
+                rows = ~is_known
+                again = self._integrated(chosen[:, rows], starts[:, rows], after, begin[rows])
+                found.put(rows, again)
+            return self._samples(begin[:, np.newaxis] + after, chosen, found)
+
+        return Samples(times, sampled.values, sampled.rates, divide)
+
+    def _integrated(
+        self, parameters: Array, starts: Array, after: Array, begin: Array
+    ) -> "_Sampled":
+        """Return what is sampled of members that start at some time.
 
         Args:
             parameters: Shape (parameters, m).
             starts: The states at the start, shape (states, m).
             after: The samples, counted from the start, shape (n,), s.
-            begin: The time of the start, of shape () or (m, 1), s.
+            begin: The time of the start, shape (m,), s.
         """
-        members = starts.shape[1]
-        from_start = np.broadcast_to(begin.reshape(-1), (members,))
-        trajectories = self.ensemble.run(parameters, starts, after, from_start)
+        trajectories = self.ensemble.run(parameters, starts, after, begin)
+        return self._observed(parameters, trajectories)
+
+    def _observed(self, parameters: Array, trajectories: EnsembleTrajectories) -> "_Sampled":
+        """Return what is sampled of trajectories; values are NaN for those that are not done."""
         observed = self.ensemble.observe(parameters, trajectories, reuse=False)
-        length = (after[-1] - after[0]) / (len(after) - 1)
-        samples = self._samples(begin + after, length, parameters, trajectories.states, observed)
-        for arrays in (samples.values, samples.rates):
+        for arrays in (observed.values, observed.rates):
             arrays[:, ~trajectories.done] = np.nan
-        return samples
+        return _Sampled(trajectories.states, observed.values, observed.rates)
 
-    def _samples(
-        self,
-        times: Array,
-        length: float,
-        parameters: Array,
-        states: Array,
-        observed: ObservedTrajectories,
-    ) -> Samples:
-        """Return samples that can be divided; `length` is that of all intervals, s."""
 
-        def divide(members: Array, intervals: Array) -> Samples:
-            begin = times[intervals] if times.ndim == 1 else times[members, intervals]
-            starts = states[:, members, intervals]
-            after = np.linspace(0.0, length, PARTS + 1)
-            return self._samples_again(parameters[:, members], starts, after, begin[:, np.newaxis])
+class _Sampled(NamedTuple):
+    """What is sampled of m members, shape (rows, m, n) each.
 
-        return Samples(times, observed.values, observed.rates, divide)
+    Attributes:
+        states: The states.
+        values: The quantities whose peaks are searched.
+        rates: Their derivatives.
+    """
+
+    states: Array
+    values: Array
+    rates: Array
+
+    @classmethod
+    def empty(cls, states: int, members: int, samples: int) -> "_Sampled":
+        """Return samples to be filled in."""
+        return cls(*(np.empty((rows, members, samples)) for rows in (states, 6, 6)))
+
+    def put(self, members: Array, other: "_Sampled") -> None:
+        """Fill in the samples of some members."""
+        for target, source in zip(self, other, strict=True):
+            target[:, members] = source
 
 
 def _of_members(samples: Samples, members: Array) -> Samples:

@@ -2,9 +2,9 @@
 
 import errno
 import os
-import resource
 import signal
 import stat
+import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -76,8 +76,11 @@ def test_fsync_fails(path, is_unchanged, monkeypatch):
     assert is_unchanged()
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no limit of file sizes")
 def test_the_disk_takes_only_a_part(path, is_unchanged):
     """The limit of file sizes cuts a real write short, as a full disk does."""
+    import resource
+
     old = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (len(NEW) // 2, old[1]))

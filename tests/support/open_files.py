@@ -4,6 +4,7 @@ import errno
 import os
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,14 +15,14 @@ DESCRIPTORS = "/dev/fd"
 """The open files of this process."""
 
 NAMES = {"rename": 2, "replace": 2, "unlink": 1, "remove": 1}
-"""The functions of `os` that change a name, and how many of their first arguments must be closed."""
+"""Functions of `os` that change a name, and how many of their first arguments must be closed."""
 
 
 def is_open(path: Any) -> bool:
     """Return whether this process has the file of a path open."""
     for descriptor in os.listdir(DESCRIPTORS):  # noqa: PTH208 (Path would open files itself)
         with suppress(OSError):
-            if os.path.samestat(os.fstat(int(descriptor)), os.stat(path, follow_symlinks=False)):
+            if os.path.samestat(os.fstat(int(descriptor)), Path(path).lstat()):
                 return True
     return False
 

@@ -63,9 +63,13 @@ def no_link(*paths, **options):
 
 
 def test_a_failure_leaves_nothing(tmp_path):
-    with pytest.raises(KeyboardInterrupt), atomic_file(tmp_path / "a.h5") as file:
-        write_all(file, b"half")
-        raise KeyboardInterrupt
+    def write_half():
+        with atomic_file(tmp_path / "a.h5") as file:
+            write_all(file, b"half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_half()
     assert names(tmp_path) == []
 
 

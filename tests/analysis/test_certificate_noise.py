@@ -244,9 +244,14 @@ def test_states_that_are_no_numbers_are_unknown():
 
 
 class NoBalls(ViscoElasticConnector):
-    """A connector that works only with numbers of numpy."""
+    """A connector that works only with numbers of numpy.
+
+    `np.real` alone does not tell: since numpy 2.5 it takes the real parts of balls too.
+    """
 
     def dissipated(self, motion, own):
+        if motion.F.dtype == object:
+            raise TypeError("only numbers of numpy")
         return float(np.real(motion.F) @ self.L_c @ np.real(motion.F)) * (1.0 + 1e-6)
 
 

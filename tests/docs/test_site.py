@@ -163,7 +163,7 @@ def test_the_workflow_tests_each_system_and_the_oldest_dependencies() -> None:
     systems = workflow["jobs"]["systems"]["strategy"]["matrix"]
     assert {name.split("-")[0] for name in systems["os"]} == {"ubuntu", "macos", "windows"}
     oldest = str(workflow["jobs"]["oldest"]["steps"])
-    assert "lowest-direct" in oldest
+    assert "--constraint .github/oldest.txt" in oldest
     (floor,) = re.findall(r'requires-python = ">=([\d.]+)"', (ROOT / "pyproject.toml").read_text())
     assert floor in systems["python"]
     assert f"'{floor}'" in oldest

@@ -1,23 +1,31 @@
 """Protects `pip install` of the wheel alone: it carries all examples, and leads to a first report,
-with and without heyoka.
+with and without heyoka, and with each Python on this machine.
 """
 
 import importlib.util
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from support.interpreters import interpreter, workflow_versions
 
 ROOT = Path(__file__).parents[2]
 
 pytestmark = pytest.mark.heavy
 
 NO_PACKAGE_INDEX = ("No matching distribution", "Could not find a version", "Connection")
-"""What pip prints if the build needs hatchling from a package index that cannot be reached."""
+"""What pip prints if it needs a package index that cannot be reached."""
+
+OWN = "{}.{}".format(*sys.version_info)
+"""The version of Python of this process, whose packages are there already."""
+
+OTHERS = [version for version in workflow_versions() if version != OWN]
 
 NO_HEYOKA = 'raise ImportError("this machine has no heyoka")\n'
 
@@ -39,26 +47,49 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class Installation:
-    """A new environment with the wheel, beside the dependencies of this one.
+    """A new environment with the wheel.
 
     Args:
-        folder: The folder of the environment; also the working folder.
+        folder: The folder of the environment.
+        python: The interpreter.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, python: str) -> None:
         self.folder = folder
-        scheme = sysconfig.get_preferred_scheme("prefix")
-        paths = sysconfig.get_paths(scheme, vars={"base": str(folder), "platbase": str(folder)})
-        self.packages, self.scripts = Path(paths["purelib"]), Path(paths["scripts"])
+        """The working folder."""
+        subprocess.run([python, "-m", "venv", "--without-pip", folder], check=True)
+        self.scripts = folder / ("Scripts" if sys.platform == "win32" else "bin")
+        code = "import sysconfig; print(sysconfig.get_path('purelib'))"
+        self.packages = Path(self.call("python", "-c", code).strip())
 
     def install(self, wheel: Path) -> None:
-        subprocess.run([sys.executable, "-m", "venv", "--without-pip", self.folder], check=True)
-        words = ["pip", "--python", str(self.scripts / "python"), "install", "--no-deps"]
-        words += ["--no-index", "--quiet", "--disable-pip-version-check", str(wheel)]
-        subprocess.run([sys.executable, "-m", *words], check=True)
+        """Install the wheel alone; the dependencies are those of the environment of the tests."""
+        done = self._pip("--no-deps", "--no-index", str(wheel))
+        assert done.returncode == 0, done.stderr
         # A line of a .pth file adds a folder, but does not read the .pth files in it: so the
         # editable rbstab of this environment is not found.
         (self.packages / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
+
+    def install_all(self, wheel: Path) -> None:
+        """Install the wheel with its dependencies; skip the test if that is not possible here."""
+        done = self._pip("--only-binary", ":all:", f"{wheel}[report]")
+        if any(text in done.stderr for text in NO_PACKAGE_INDEX):
+            pytest.skip(f"the dependencies cannot be installed: {done.stderr.splitlines()[-1]}")
+        assert done.returncode == 0, done.stderr
+
+    def has_heyoka(self) -> bool:
+        """Return whether heyoka can be imported."""
+        code = "try:\n  import heyoka\n  print(1)\nexcept ImportError:\n  print(0)"
+        return self.call("python", "-c", code).strip() == "1"
+
+    def _pip(self, *words: str) -> subprocess.CompletedProcess[str]:
+        call = [sys.executable, "-m", "pip", "--python", str(self.scripts / "python"), "install"]
+        return subprocess.run(
+            [*call, "--quiet", "--disable-pip-version-check", *words],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
 
     def call(self, name: str, *arguments: str) -> str:
         environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
@@ -74,16 +105,49 @@ class Installation:
         return done.stdout + done.stderr
 
 
-@pytest.fixture(scope="module", params=["with heyoka", "without heyoka"])
-def installed(
+@pytest.fixture(
+    scope="module",
+    params=[OWN, *(pytest.param(other, marks=pytest.mark.long) for other in OTHERS)],
+    ids="Python {}".format,
+)
+def environment(
     request: pytest.FixtureRequest, wheel: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> Installation:
-    """A new environment with the wheel."""
-    made = Installation(tmp_path_factory.mktemp("environment"))
-    made.install(wheel)
-    if request.param == "without heyoka":
-        (made.packages / "heyoka.py").write_text(NO_HEYOKA)
+    """A new environment with the wheel, for each version of Python on this machine."""
+    python = sys.executable if request.param == OWN else interpreter(request.param)
+    if python is None:
+        pytest.skip(f"there is no Python {request.param} on this machine")
+    made = Installation(tmp_path_factory.mktemp("environment"), python)
+    if request.param == OWN:
+        made.install(wheel)
+    else:
+        made.install_all(wheel)
     return made
+
+
+@pytest.fixture(scope="module", params=["with heyoka", "without heyoka"])
+def installed(
+    request: pytest.FixtureRequest,
+    environment: Installation,
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[Installation]:
+    """The environment and an empty folder, with heyoka if this system has it, and without."""
+    environment.folder = tmp_path_factory.mktemp("work")
+    stub = environment.packages / "heyoka" / "__init__.py"
+    hidden = stub.parent.with_name("hidden_heyoka")
+    if request.param == "with heyoka":
+        yield environment
+        return
+    has_own = stub.parent.exists()
+    if has_own:
+        stub.parent.rename(hidden)
+    stub.parent.mkdir()
+    stub.write_text(NO_HEYOKA)
+    assert not environment.has_heyoka()
+    yield environment
+    shutil.rmtree(stub.parent)
+    if has_own:
+        hidden.rename(stub.parent)
 
 
 def test_the_wheel_carries_all_examples(wheel: Path) -> None:
@@ -121,5 +185,4 @@ def test_examples_and_sweeps_from_python(installed: Installation) -> None:
     installed.call("rbstab", "examples", "case1_permanent")
     printed = installed.call("rbstab", "sweep", "few.yaml")
     assert "completed 2 100.00%" in " ".join(printed.split())
-    has_stub = (installed.packages / "heyoka.py").exists()
-    assert ("heyoka is not installed" in printed) == has_stub
+    assert ("heyoka is not installed" in printed) == (not installed.has_heyoka())

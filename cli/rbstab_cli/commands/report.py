@@ -1,6 +1,5 @@
 """`rbstab report`."""
 
-import shlex
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -191,12 +190,12 @@ def _command(
     as_json: bool,
 ) -> str:
     """Return the command line that makes the report again."""
-    from rbstab.files.shell_words import shell_word
+    from rbstab.files.shell_words import quoted, shell_word
 
     words = ["rbstab", "report", *_names(results)]
     words += ["-o", shell_word(output)] if output is not None else []
     words += ["--format", form] if output is not None or not as_json else []
-    words += ["--title", shlex.quote(title)] if title is not None else []
+    words += ["--title", quoted(title)] if title is not None else []
     words += ["--force"] if force else []
     words += ["--json"] if as_json else []
     return " ".join(words)

@@ -1,10 +1,28 @@
-"""Paths as words of a shell command, for messages that name the next command."""
+"""Paths and texts as words of a shell command, for messages that name the next command."""
 
+import re
 import shlex
+import sys
 from os import PathLike, fspath
+
+_PLAIN_ON_WINDOWS = re.compile(r"[\w.:\\/+-]+")
+"""Words that `cmd` and PowerShell take as they are."""
 
 
 def shell_word(path: str | PathLike[str]) -> str:
     """Quote a path for a shell; a leading dash gets `./`, so that it is not read as an option."""
     name = fspath(path)
-    return shlex.quote(f"./{name}" if name.startswith("-") else name)
+    return quoted(f"./{name}" if name.startswith("-") else name)
+
+
+def quoted(text: str) -> str:
+    """Quote a text for a shell of this system.
+
+    `cmd` of Windows does not know single quotes, and a backslash is no reason to quote there.
+    """
+    if sys.platform != "win32":
+        return shlex.quote(text)
+    if _PLAIN_ON_WINDOWS.fullmatch(text):
+        return text
+    # No name of a file has a double quote there; in a title, a program reads \" as one.
+    return '"' + text.replace('"', r"\"") + '"'

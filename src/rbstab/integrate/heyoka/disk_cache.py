@@ -24,8 +24,6 @@ DATABASE = "cache.db"
 """The name that heyoka gives its database."""
 
 _state = hy.llvm_state
-HAS_CACHE = hasattr(_state, "set_diskcache_path")
-"""Whether this version of heyoka has a cache on the disk; 7.10 is the first."""
 
 
 class CacheError(Exception):
@@ -57,8 +55,6 @@ def use_own_folder() -> None:
     If the folder cannot be used, nothing is cached; otherwise heyoka would print two warnings for
     every piece of code that it compiles.
     """
-    if not HAS_CACHE:
-        return
     parent = _state.get_diskcache_path()
     if parent == Path():
         # There is no home. The working folder is no place for a cache.
@@ -77,12 +73,12 @@ def use_own_folder() -> None:
 def cache_size() -> CacheSize | None:
     """Return the folder and the size of the cache; None if there is none.
 
-    Older versions of heyoka have none, and nothing is cached if the user has no home.
+    Nothing is cached if the user has no home.
 
     Raises:
         CacheError: The database cannot be read.
     """
-    if not HAS_CACHE or _state.get_diskcache_path() == Path():
+    if _state.get_diskcache_path() == Path():
         return None
     try:
         return CacheSize(

@@ -4,6 +4,7 @@ import errno
 import os
 import secrets
 import stat
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -15,6 +16,9 @@ from rbstab.store.errors import ResultExistsError
 
 PARTIAL_SUFFIX = ".part"
 """The suffix of a file that is still being written."""
+
+RENAMES_OPEN_FILES = sys.platform != "win32"
+"""Whether the system renames and removes files that are open. Windows does not."""
 
 _MAX_NAME_BYTES = 200
 """The part of a file's name that a partial file repeats. File systems allow 255 bytes in all."""
@@ -71,9 +75,11 @@ def atomic_file(
         OSError: As `write_atomically`.
     """
     partial, file = _new_partial_file(path)
+    created = os.fstat(file.fileno())
     # A second descriptor keeps the lock until the file has its name. The file must be closed
-    # before: some file systems report an error only then.
-    lock = os.dup(file.fileno())
+    # before: some file systems report an error only then. Where open files cannot be renamed, the
+    # lock ends with the file: a writer of the same result may then remove it, which is an error.
+    lock = os.dup(file.fileno()) if RENAMES_OPEN_FILES else None
     try:
         with file:
             yield file
@@ -89,10 +95,11 @@ def atomic_file(
         # The result itself may be complete. So a file that cannot be removed is no error; the next
         # writer of this result removes it. After the rename, the name may belong to another writer.
         with suppress(OSError):
-            if _is_same_file(partial, lock):
+            if _is_same_file(partial, created):
                 partial.unlink()
-        with suppress(OSError):
-            os.close(lock)
+        if lock is not None:
+            with suppress(OSError):
+                os.close(lock)
 
 
 def write_all(file: BinaryIO, content: bytes | memoryview) -> None:
@@ -134,10 +141,16 @@ def remove_abandoned(path: Path) -> None:
     result itself.
     """
     partial = _partial_path(path)
-    with suppress(OSError), partial.open("r+b", buffering=0) as file:
-        # In the meantime its writer may have finished, and another may have made a new one.
-        if try_lock(file) and _is_same_file(partial, file.fileno()):
-            partial.unlink()
+    with suppress(OSError):
+        with partial.open("r+b", buffering=0) as file:
+            # In the meantime its writer may have finished, and another may have made a new one.
+            if not (try_lock(file) and _is_same_file(partial, os.fstat(file.fileno()))):
+                return
+            if RENAMES_OPEN_FILES:
+                partial.unlink()
+                return
+        # Another writer that opens the file first keeps it: then this fails.
+        partial.unlink()
 
 
 def move_aside(path: Path, new: Path) -> None:
@@ -167,9 +180,11 @@ def _new_partial_file(path: Path) -> tuple[Path, BinaryIO]:
         # before it was locked, and removed it: then create another.
         try:
             _lock(file)
-            if _is_same_file(partial, file.fileno()):
+            if _is_same_file(partial, os.fstat(file.fileno())):
                 return partial, file
         except BaseException:
+            if not RENAMES_OPEN_FILES:
+                file.close()
             partial.unlink(missing_ok=True)
             file.close()
             raise
@@ -204,9 +219,9 @@ def _partial_path(path: Path, middle: str = "") -> Path:
     return path.with_name(f".{name}{middle}{PARTIAL_SUFFIX}")
 
 
-def _is_same_file(path: Path, descriptor: int) -> bool:
+def _is_same_file(path: Path, status: os.stat_result) -> bool:
     with suppress(FileNotFoundError):
-        return os.path.samestat(path.stat(), os.fstat(descriptor))
+        return os.path.samestat(path.stat(), status)
     return False
 
 

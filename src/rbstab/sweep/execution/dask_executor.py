@@ -178,9 +178,10 @@ class _PendingShards:
     name: str
     queue: WorkQueue
     factory: EngineFactory
-    submitted: dict[Any, tuple[int, Future[Computed]]] = field(default_factory=dict)
+    # In quotes: older versions of distributed have no generic `Future`.
+    submitted: "dict[Any, tuple[int, Future[Computed]]]" = field(default_factory=dict)
     submissions: Counter[int] = field(default_factory=Counter)
-    finished: SimpleQueue[Future[Computed]] = field(default_factory=SimpleQueue)
+    finished: "SimpleQueue[Future[Computed]]" = field(default_factory=SimpleQueue)
     capacity: int = SPARE_SHARDS
     counted_at: float = float("-inf")
     without_workers: bool = False
@@ -232,7 +233,7 @@ class _PendingShards:
         self.submitted[key] = number, future
         future.add_done_callback(self.finished.put)
 
-    def _take(self, future: Future[Computed]) -> Iterator[ExecutionEvent | None]:
+    def _take(self, future: "Future[Computed]") -> Iterator[ExecutionEvent | None]:
         """Write a finished shard, or run it again if its worker died."""
         number, _ = self.submitted.pop(future.key)
         start, stop = self.queue.folder.bounds(number)

@@ -32,7 +32,7 @@ def difference(ours: dict[str, str], theirs: dict[str, str]) -> str:
 def processor() -> str:
     """Return the name of this machine's processor type."""
     try:
-        lines = CPU_INFO.read_text().splitlines()
+        lines = CPU_INFO.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
         lines = []
     names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))

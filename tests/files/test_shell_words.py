@@ -1,0 +1,63 @@
+"""Protects the commands that messages name: a shell of the system reads each word back."""
+
+import shlex
+import sys
+
+import pytest
+
+from rbstab.files.shell_words import quoted, shell_word
+
+NAMES = ["results/a.h5", "my results/a.h5", "it's", "a&b", "a;b", "$HOME", "größe", "-o", "a(b)"]
+
+
+def read_by_windows(line):
+    """Return the words that a program of Windows receives: the rules of its C library."""
+    words, word, in_quotes, backslashes = [], "", False, 0
+    for letter in f"{line} ":
+        if letter == "\\":
+            backslashes += 1
+            continue
+        if letter == '"':
+            word += "\\" * (backslashes // 2)
+            if backslashes % 2:
+                word += '"'
+            else:
+                in_quotes = not in_quotes
+        else:
+            word += "\\" * backslashes
+            if letter == " " and not in_quotes:
+                words.append(word)
+                word = ""
+            else:
+                word += letter
+        backslashes = 0
+    return words
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_posix(name, monkeypatch):
+    monkeypatch.setattr(sys, "platform", "linux")
+    (word,) = shlex.split(shell_word(name))
+    assert word == (f"./{name}" if name.startswith("-") else name)
+
+
+@pytest.mark.parametrize("name", [*NAMES, r"results\a.h5", r"C:\my results\a.h5", r"\\host\a b"])
+def test_windows(name, monkeypatch):
+    monkeypatch.setattr(sys, "platform", "win32")
+    written = shell_word(name)
+    assert read_by_windows(written) == [f"./{name}" if name.startswith("-") else name]
+    assert "'" not in written.replace(name, "")
+    # Outside double quotes, `cmd` acts on these.
+    assert written.startswith('"') or not set(written) & set("&|<>^()%!;, '")
+
+
+@pytest.mark.parametrize(("path", "word"), [(r"results\a.h5", r"results\a.h5"), ("a b", '"a b"')])
+def test_words_of_windows(path, word, monkeypatch):
+    monkeypatch.setattr(sys, "platform", "win32")
+    assert shell_word(path) == word
+
+
+@pytest.mark.parametrize("title", ['the "best" gains', "plain", "two words"])
+def test_titles_on_windows(title, monkeypatch):
+    monkeypatch.setattr(sys, "platform", "win32")
+    assert read_by_windows(quoted(title)) == [title]

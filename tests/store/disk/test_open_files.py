@@ -1,0 +1,120 @@
+"""Protects writing on systems that do not rename or remove open files: Windows, or a fake of it."""
+
+import os
+import sys
+
+import pytest
+from support.open_files import keep_open_files
+from support.results import assert_equal, result
+
+from rbstab.store.disk import atomic
+from rbstab.store.disk.atomic import (
+    PARTIAL_SUFFIX,
+    atomic_file,
+    move_aside,
+    write_all,
+    write_atomically,
+)
+from rbstab.store.errors import ResultExistsError
+from rbstab.store.run_file import open_result, write_result
+
+
+@pytest.fixture(autouse=True)
+def system(monkeypatch):
+    if sys.platform != "win32":
+        keep_open_files(monkeypatch)
+
+
+def names(folder):
+    return sorted(entry.name for entry in folder.iterdir())
+
+
+def test_open_files_keep_their_names(tmp_path):
+    one, other = tmp_path / "one", tmp_path / "other"
+    one.write_bytes(b"1")
+    other.write_bytes(b"2")
+    with one.open("rb"):
+        for call in (one.unlink, lambda: one.rename(tmp_path / "new"), lambda: one.replace(other)):
+            with pytest.raises(PermissionError):
+                call()
+        with pytest.raises(PermissionError):
+            other.replace(one)
+    one.replace(other)
+    assert other.read_bytes() == b"1"
+
+
+@pytest.mark.parametrize("hard_links", [True, False], ids=["hard links", "no hard links"])
+def test_a_file_is_written_and_replaced(tmp_path, monkeypatch, hard_links):
+    if not hard_links:
+        monkeypatch.setattr(os, "link", no_link)
+    path = tmp_path / "a.h5"
+    write_atomically(path, b"old")
+    with pytest.raises(ResultExistsError):
+        write_atomically(path, b"new")
+    assert path.read_bytes() == b"old"
+    write_atomically(path, b"new", replace=True)
+    assert path.read_bytes() == b"new"
+    move_aside(path, tmp_path / "b.h5")
+    assert names(tmp_path) == ["b.h5"]
+
+
+def no_link(*paths, **options):
+    raise OSError("no hard links")
+
+
+def test_a_failure_leaves_nothing(tmp_path):
+    def write_half():
+        with atomic_file(tmp_path / "a.h5") as file:
+            write_all(file, b"half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_half()
+    assert names(tmp_path) == []
+
+
+def test_an_interruption_of_the_lock_leaves_nothing(tmp_path, monkeypatch):
+    def interrupt(file):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(atomic, "try_lock", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_atomically(tmp_path / "a.h5", b"new")
+    assert names(tmp_path) == []
+
+
+def test_the_next_writer_removes_what_a_killed_one_left(tmp_path):
+    partial = tmp_path / f".a.h5{PARTIAL_SUFFIX}"
+    partial.write_bytes(b"half")
+    write_atomically(tmp_path / "a.h5", b"new")
+    assert names(tmp_path) == ["a.h5"]
+
+
+def test_a_living_writer_keeps_its_partial_file(tmp_path):
+    path = tmp_path / "a.h5"
+    with atomic_file(path, replace=True) as first:
+        write_all(first, b"first")
+        with atomic_file(path, replace=True) as second:
+            write_all(second, b"second")
+        assert path.read_bytes() == b"second"
+    assert path.read_bytes() == b"first"
+    assert names(tmp_path) == ["a.h5"]
+
+
+def test_a_reader_keeps_its_file(tmp_path):
+    """It is an error, and the old content stays."""
+    path = tmp_path / "a.h5"
+    write_atomically(path, b"old")
+    with path.open("rb"), pytest.raises(PermissionError):
+        write_atomically(path, b"new", replace=True)
+    assert path.read_bytes() == b"old"
+    assert names(tmp_path) == ["a.h5"]
+
+
+def test_an_opened_result_can_be_replaced(tmp_path):
+    """`open_result` does not keep its file open."""
+    path = tmp_path / "a.h5"
+    write_result(path, result())
+    opened = open_result(path)
+    write_result(path, result(), replace=True)
+    assert_equal(opened, result())

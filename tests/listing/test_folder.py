@@ -82,7 +82,10 @@ def test_a_sweep_lists_itself(folder: Path) -> None:
     assert entry.title == "A map over spin, stored by rbstab 0.1.0"
 
 
-@pytest.mark.parametrize("name", ["missing", "report.html"])
-def test_no_folder(name: str, folder: Path) -> None:
-    with pytest.raises(StoreError, match="cannot be read"):
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [("missing", "cannot be read"), ("report.html", r"is a file\. List the folder it is in: rbs")],
+)
+def test_no_folder(name: str, reason: str, folder: Path) -> None:
+    with pytest.raises(StoreError, match=reason):
         entries_of(folder / name)

@@ -15,7 +15,11 @@ if TYPE_CHECKING:
 
 
 def load_all(
-    paths: Iterable[Path], changes: Iterable[str], *, allow_python: bool | None = False
+    paths: Iterable[Path],
+    changes: Iterable[str],
+    *,
+    allow_python: bool | None = False,
+    problems: Iterable[str] = (),
 ) -> dict[Path, "Config"]:
     """Load configs, and print their errors or warnings.
 
@@ -27,6 +31,7 @@ def load_all(
         changes: Texts `key=value` that replace single values.
         allow_python: Whether the files of users' elements may be run; None if the configs are only
             read.
+        problems: Problems of other files, which are printed first.
 
     Returns:
         The configs by their paths.
@@ -36,7 +41,7 @@ def load_all(
 
     configs: dict[Path, Config] = {}
     # One list for all files prints an error of the command line once, not once for each file.
-    problems: dict[str, None] = {}
+    found = dict.fromkeys(problems)
     for path in paths:
         try:
             configs[path] = (
@@ -45,8 +50,8 @@ def load_all(
                 else load_config(path, changes, allow_python=allow_python)
             )
         except ConfigError as error:
-            problems.update(dict.fromkeys(problem_lines(path, error)))
-    exit_on_problems(problems)
+            found.update(dict.fromkeys(problem_lines(path, error)))
+    exit_on_problems(found)
     print_warnings({str(path): config for path, config in configs.items()})
     return configs
 

@@ -11,6 +11,7 @@ from click.core import ParameterSource
 
 from rbstab.processes.imports import keep_imports
 from rbstab_cli import exit_codes
+from rbstab_cli.arguments.choice import Choice
 from rbstab_cli.arguments.configs import exit_on_problems
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, QUIET, results_folder
@@ -59,7 +60,7 @@ def _part_by_old_name(
 @CHANGES
 @click.option(
     "--engine",
-    type=click.Choice(["heyoka", "scipy"]),
+    type=Choice(["heyoka", "scipy"]),
     help="Integrator; default: that of the stored sweep, or else heyoka if it is installed. "
     "The engine of the base is not used.",
 )

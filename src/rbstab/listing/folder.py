@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rbstab.experiment.proof_cache import PROOFS
+from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
 from rbstab.listing.kinds import Kind, kind_of
 from rbstab.store.disk.isolated_reading import IsolatedReader
@@ -56,8 +57,13 @@ def entries_of(folder: Path) -> list[Entry]:
     Raises:
         StoreError: The folder cannot be read.
     """
-    if kind_of(folder) is Kind.SWEEP:
+    kind = kind_of(folder)
+    if kind is Kind.SWEEP:
         return [_entry(folder, Kind.SWEEP)]
+    if kind is not Kind.FOLDER and folder.is_file():
+        raise StoreError(
+            f"{folder} is a file. List the folder it is in: rbstab list {shell_word(folder.parent)}"
+        )
     try:
         paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
     except OSError as error:

@@ -20,6 +20,7 @@ class Choice(click.Choice[str]):
             from rbstab.config.errors import closest
 
             close = closest(str(value), self.choices)
-            if close is not None:
-                error.message += f" Did you mean {close}?"
-            raise
+            if close is None:
+                raise
+            message = f"{error.message} Did you mean {close}?"
+            raise click.BadParameter(message, ctx, param) from error

@@ -81,7 +81,7 @@ def _always_true(value: Any) -> Any:
 class HeldInitial(Section):
     """Initial state of a body held at its contact point; X and V follow (eq. 32)."""
 
-    attached: Annotated[bool, AfterValidator(_always_true)] = Field(
+    attached: Annotated[bool, AfterValidator(_always_true)] = Field(  # type: ignore[assignment]
         default=None,
         description="a held contact point is always on its anchor: true changes nothing",
         json_schema_extra={"const": True, "default": True},
@@ -90,7 +90,7 @@ class HeldInitial(Section):
     angular_velocity: Annotated[Vector, OR_DEGREES] = _zero_vector("Ω, rad/s, body, or {deg: ...}")
 
 
-_POSITION_OF_ATTACHED = {
+_POSITION_OF_ATTACHED: dict[str, Any] = {
     "properties": {"attached": {"const": True}},
     "required": ["attached", "position"],
 }
@@ -102,7 +102,7 @@ class FreeInitial(HeldInitial):
 
     model_config = ConfigDict(json_schema_extra={"not": _POSITION_OF_ATTACHED})
 
-    attached: Annotated[bool, AfterValidator(_true_or_none)] = Field(
+    attached: Annotated[bool, AfterValidator(_true_or_none)] = Field(  # type: ignore[assignment]
         default=None,
         description="start with the contact point on its anchor, E = 0: X follows (eq. 32)",
         json_schema_extra={"default": False},

@@ -1,5 +1,5 @@
-"""Protects `initial: {attached: true}`: the contact point starts on its anchor (E = 0), whatever the
-orientation, body, anchor and coordinates; configs without the key keep their ids.
+"""Protects `initial: {attached: true}`: the contact point starts on its anchor (E = 0), whatever
+the orientation, body, anchor and coordinates; configs without the key keep their ids.
 """
 
 import copy
@@ -7,7 +7,7 @@ import pickle
 
 import numpy as np
 import pytest
-from support.configs import BY_VARIANT, EMBEDDED, PERMANENT, VISCO_ELASTIC, edited, plain
+from support.configs import BY_VARIANT, EMBEDDED, PERMANENT, edited, plain
 from support.json_schemas import schema_errors, validator_of
 from support.pose import attitude
 

@@ -4,14 +4,18 @@ cannot be read is named and hides nothing.
 
 import os
 import shutil
+from collections import Counter
 from pathlib import Path
+from typing import Any
 
+import h5py
 import pytest
 
 from rbstab.listing.folder import Entry, entries_of, proofs_in
 from rbstab.listing.kinds import Kind
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result, write_result
+from rbstab.store.table_file import count_flags, read_table
 
 STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
 
@@ -56,6 +60,47 @@ def test_a_proved_run(folder: Path) -> None:
     result.attributes["convergence"] = "proved"
     write_result(folder / "proved.h5", result)
     assert by_name(folder)["proved.h5"].converges == "proved"
+
+
+def changed(file: Path, column: str, value: bytes) -> None:
+    """Write bytes over the first ones of a column, behind the back of HDF5."""
+    with h5py.File(file) as opened:
+        dataset: Any = opened[column]
+        place = dataset.id.get_offset()
+    with file.open("r+b") as raw:
+        raw.seek(place)
+        raw.write(value)
+
+
+def test_only_what_is_listed_is_read_of_a_sweep(folder: Path) -> None:
+    """So a long list is fast. Damage elsewhere is found by the commands that read it."""
+    file = folder / "finished_variants/sweep.h5"
+    changed(file, "end_time", b"damaged!")
+    entry = by_name(folder)["finished_variants"]
+    assert (entry.status, entry.converges, entry.problem) == ("20 of 20 completed", "3 proved", "")
+    with pytest.raises(StoreError, match="does not match its digest"):
+        read_table(file)
+
+
+def test_what_is_listed_is_checked(folder: Path) -> None:
+    changed(folder / "finished_variants/sweep.h5", "status", b"\x63")
+    problem = by_name(folder)["finished_variants"].problem
+    assert problem.endswith("is damaged: status has a flag without a meaning")
+
+
+def test_a_run_in_place_of_the_file_of_a_sweep(folder: Path) -> None:
+    shutil.copy(folder / "embedded.h5", folder / "finished_variants/sweep.h5")
+    assert "but not of a sweep" in by_name(folder)["finished_variants"].problem
+
+
+def test_the_counts_are_those_of_the_columns() -> None:
+    file = STORED / "sweeps/finished_variants/sweep.h5"
+    table = read_table(file)
+    counts = count_flags(file, ["status", "convergence", "no_such_column"])
+    assert set(counts) == {"status", "convergence"}
+    for name, by_word in counts.items():
+        words = [table.layout[name].flags[code] for code in table[name].tolist()]
+        assert by_word == dict(Counter(words))
 
 
 def test_the_newest_comes_first(folder: Path) -> None:

@@ -59,6 +59,21 @@ def test_a_report_shows_the_results_beside_a_config(files: Path, rbstab: Invoke)
     assert "A short run" in done.stdout
 
 
+@pytest.mark.parametrize(
+    ("command", "wanted"), [("run", "config"), ("sweep", "plan"), ("check", "config")]
+)
+def test_a_result_in_place_of_a_config(
+    files: Path, rbstab: Invoke, command: str, wanted: str
+) -> None:
+    rbstab("run", "good.yaml", "--no-prove", "-q", "-o", BLANK)
+    done = rbstab(command, f"{BLANK}/good.h5")
+    assert done.exit_code == 2
+    assert done.stderr == (
+        f"{BLANK}/good.h5:1:1: is the file of a result (expected a {wanted}; look at it: "
+        f"rbstab show '{BLANK}/good.h5')\n"
+    )
+
+
 def test_a_proof_in_place_of_a_result(files: Path, rbstab: Invoke) -> None:
     rbstab("stability", "good.yaml", "--no-run")
     (proof,) = Path("results/proofs").glob("*.json")

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from rbstab.config.errors import ConfigError
     from rbstab.config.schema import Config
 
+RESULT_SUFFIX = ".h5"
+
 
 def load_all(
     paths: Iterable[Path],
@@ -82,6 +84,15 @@ def print_warnings(configs: dict[str, "Config"]) -> None:
         click.echo(f"warning: {labels[0]}{more}: {warning}", err=True)
 
 
+def result_problem(path: Path, wanted: str) -> str:
+    """Return a line on the file of a result that was named in place of a config or a plan."""
+    from rbstab.config.errors import ConfigProblem, Location
+    from rbstab.files.shell_words import shell_word
+
+    expected = f"expected {wanted}; look at it: rbstab show {shell_word(path)}"
+    return str(ConfigProblem(Location(str(path)), "", "is the file of a result", expected))
+
+
 def problem_lines(path: Path, error: "ConfigError", for_plans: str = "") -> list[str]:
     """Return one line for each problem of a config; a single line if the file is a plan.
 
@@ -94,6 +105,8 @@ def problem_lines(path: Path, error: "ConfigError", for_plans: str = "") -> list
     from rbstab.files.shell_words import shell_word
     from rbstab.sweep.plan.load import is_plan
 
+    if path.suffix == RESULT_SUFFIX and path.is_file():
+        return [result_problem(path, "a config")]
     with suppress(ConfigError):
         if is_plan(path):
             word = shell_word(path)

@@ -24,7 +24,7 @@ COMMANDS = {
     "run": "Integrate configs and store their results.",
     "sweep": "Run all members of a plan and store their outcomes.",
     "gather": "Gather the shards of a sweep into one file.",
-    "check": "Check configs and list their errors, or test elements of your own.",
+    "check": "Check configs and plans and list their errors, or test elements of your own.",
     "show": "Show the content of a result.",
     "list": "List the runs and sweeps in a folder of results, the newest first.",
     "compare": "Compare two results: what was run, and what came out.",
@@ -41,6 +41,19 @@ COMMANDS = {
     "completion": "Print the completion script of a shell.",
 }
 """The subcommands and their one-line help, which `rbstab --help` prints without importing them."""
+
+MEANT = {
+    "prove": "stability",
+    "simulate": "run",
+    "validate": "check",
+    "new": "init",
+    "ls": "list",
+    "diff": "compare",
+    "view": "show",
+    "figure": "plot",
+    "optimize": "tune",
+}
+"""The commands that are meant by words of other programs."""
 
 ROOMS = {
     "init": "beginning",
@@ -100,14 +113,21 @@ def _unknown_command(name: str) -> str:
     """Return a message about a word that is not a command: a misspelt one, or a file."""
     from difflib import get_close_matches
 
-    close = get_close_matches(name.lower(), COMMANDS, n=1)
-    if close:
-        return f"No such command '{name}'. Did you mean {close[0]}?"
     path = Path(name)
-    if path.suffix.lower() in (".yaml", ".yml"):
+    suffix = path.suffix.lower()
+    if suffix in {".yaml", ".yml", ".h5"}:
         from rbstab.files.shell_words import shell_word
+        from rbstab.report.reading.not_results import PLAN, what_it_is
 
-        return f"{name} is not a command. Run this config: rbstab run {shell_word(path)}"
+        task = "Run this config: rbstab run"
+        if what_it_is(path) == PLAN:
+            task = "Run this plan: rbstab sweep"
+        if suffix == ".h5":
+            task = "Look at this result: rbstab show"
+        return f"{name} is not a command. {task} {shell_word(path)}"
+    close = get_close_matches(name.lower(), [*COMMANDS, *MEANT], n=1)
+    if close:
+        return f"No such command '{name}'. Did you mean {MEANT.get(close[0], close[0])}?"
     return f"No such command '{name}'."
 
 

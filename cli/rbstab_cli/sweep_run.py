@@ -12,6 +12,7 @@ from rbstab_cli import exit_codes
 
 if TYPE_CHECKING:
     from rbstab.sweep.sweep import Sweep
+    from rbstab_cli.output.sweeps.sweep_answers import Answers
     from rbstab_cli.output.sweeps.sweep_progress import ProgressPrinter
 
 SweepTask = Callable[["ProgressPrinter", Event], "Sweep"]
@@ -24,7 +25,7 @@ def run_task(
     fail_fast: bool,
     as_json: bool,
     quiet: bool,
-    after: Callable[[], None] | None = None,
+    after: "Callable[[Sweep], Answers] | None" = None,
 ) -> None:
     """Run or gather a sweep, print the results, and end the command with its exit code.
 
@@ -33,7 +34,8 @@ def run_task(
         fail_fast: Whether the task stops at the first member that failed.
         as_json: Whether to print JSON.
         quiet: Whether to leave out progress and hints.
-        after: What is still to be done when the results of a finished sweep are printed.
+        after: Proves what it can of a finished sweep, when its results are stored. What it found is
+            printed after the results, or is part of the JSON.
     """
     from rbstab.sweep.execution.work_queue import ExecutorError
     from rbstab_cli.interrupts import graceful_interrupts
@@ -45,10 +47,16 @@ def run_task(
         with graceful_interrupts(stop, interrupted):
             with progress_printer(interrupted, quiet=quiet) as on_event:
                 sweep = task(on_event, stop)
-            report_sweep(sweep, as_json=as_json)
+            if not as_json:
+                report_sweep(sweep)
             _print_end(sweep, fail_fast=fail_fast, interrupted=interrupted.is_set(), quiet=quiet)
-        if after is not None and sweep.finished and not interrupted.is_set():
-            after()
+        proving = after is not None and sweep.finished and not interrupted.is_set()
+        answers = after(sweep) if after is not None and proving else None
+        if as_json:
+            report_sweep(sweep, as_json=True, answers=answers)
+        elif answers is not None:
+            for sentence in answers.sentences:
+                click.echo(f"Convergence: {sentence}.")
     except KeyboardInterrupt:
         _exit_at_once()
     except ExecutorError as error:

@@ -45,7 +45,7 @@ def main() -> None:
         save_configs("tutorial_sweep.md")
         run("run", "box.yaml", "-q")
         take("results/box.h5", "run-1-states", "tutorial_box.png")
-        run("sweep", "stiffness.yaml", "-q")
+        run("sweep", "stiffness.yaml", "-q", "--no-prove")
         take("results/stiffness", "sweep-1-map", "tutorial_map.png")
 
 

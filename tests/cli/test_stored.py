@@ -98,7 +98,7 @@ def test_compare_as_json(rbstab: Invoke) -> None:
 def test_compare_a_run_and_a_sweep(rbstab: Invoke) -> None:
     done = rbstab("compare", "results/embedded.h5", "results/finished_map")
     assert done.exit_code == 4
-    assert "are a run and a sweep, which have no common outcomes" in done.stderr
+    assert "embedded.h5 is a run and results/finished_map is a sweep, which have" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -139,7 +139,7 @@ def test_show_names_the_next_command_of_a_sweep(path: str, command: str, rbstab:
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [
-        (["good.yaml"], 2, "is a config or a plan, not a result. Look at it with an editor; check"),
+        (["good.yaml"], 2, "good.yaml is a config, not a result. Run it: rbstab run good.yaml; or"),
         (["results/begun_map/plan.yaml"], 2, "check it: rbstab check results/begun_map/plan.yaml"),
         (["results/finished_map", "--config"], 2, "is a sweep; only a run has a config to print"),
         (["results/none.h5"], 4, "error: results/none.h5 cannot be read: No such file"),

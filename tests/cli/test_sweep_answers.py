@@ -1,15 +1,39 @@
 """`rbstab sweep` says unasked how many members are proved to converge, after it has stored them."""
 
+import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from cli.conftest import Invoke
+
+from rbstab.sweep.proofs import prove_bodies
 
 PLAN = """\
 base: good.yaml
 vary:
   initial.angular_velocity[1]: {values: [1, 2, 60]}
 """
+
+
+class FakeClock:
+    """A clock that only proofs advance, so that no test depends on the machine."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+    def taking(self, seconds: float, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return the function; each call takes this time."""
+
+        def slow(*arguments: Any) -> Any:
+            self.now += seconds
+            return function(*arguments)
+
+        return slow
 
 
 @pytest.mark.usefixtures("plan")
@@ -34,8 +58,57 @@ def test_nothing_is_proved_on_request(folder: Path, rbstab: Invoke) -> None:
 def test_members_with_bodies_of_their_own(folder: Path, rbstab: Invoke) -> None:
     Path("bodies.yaml").write_text("base: good.yaml\nvary: {body.mass: {values: [40, 41]}}\n")
     done = rbstab("sweep", "bodies.yaml")
-    assert "Convergence: not proved; its members do not share one body" in done.stdout
-    assert not (folder / "results/proofs").exists()
+    assert done.exit_code == 0, done.output
+    *_, proved, effort = done.stdout.splitlines()
+    assert proved == "Convergence: proved for 2 of the members: they start in a certified region."
+    assert effort.startswith("Convergence: the proofs of 2 distinct bodies took ")
+    assert effort.endswith(" s of at most 30 s.")
+    assert "for at most 30 s" in done.stderr
+    assert len(list((folder / "results/proofs").iterdir())) == 2
+    shown = rbstab("report", "results/bodies", "--format", "text")
+    assert "2 of 2 are proved to converge to a rest state" in " ".join(shown.stdout.split())
+
+
+def test_bodies_that_the_budget_does_not_reach(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are "not proved" and named, in the summary, in the JSON and in the report."""
+    text = PLAN.replace("[1, 2, 60]", "[1]") + "  body.mass: {linspace: [40, 44, 5]}\n"
+    Path("bodies.yaml").write_text(text)
+    words = ("sweep", "bodies.yaml", "--threads", "1")
+    monkeypatch.setattr(prove_bodies, "BUDGET", 0.0)
+    done = rbstab(*words)
+    assert done.exit_code == 0, done.output
+    (line,) = [one for one in done.stdout.splitlines() if one.startswith("Convergence")]
+    assert line.startswith(
+        "Convergence: not proved for 5 of the members: the budget of 0 s reached 0 of 5 distinct "
+        "bodies, and not those of members 0 to 4. Run the same command again to go on"
+    )
+    shown = " ".join(rbstab("report", "results/bodies", "--format", "text").stdout.split())
+    assert "Not proved: no proof was made for any of the 5 members" in shown
+    assert "0 of 5" not in shown
+    clock = FakeClock()
+    monkeypatch.setattr(prove_bodies, "BUDGET", 20.0)
+    monkeypatch.setattr(prove_bodies, "monotonic", clock)
+    monkeypatch.setattr(prove_bodies, "_prove", clock.taking(10.0, prove_bodies._prove))
+    monkeypatch.setattr("rbstab.processes.processors.processor_count", lambda: 1)
+    proofs = json.loads(rbstab(*words, "--json").stdout)["proofs"]
+    assert proofs["bodies"] == 5
+    assert proofs["reached"] == 2
+    assert proofs["budget"] == 20.0
+    assert proofs["members"] == {"proved": 2, "not reached": 3}
+    assert proofs["members_not_reached"] == [[2, 4]]
+    shown = " ".join(rbstab("report", "results/bodies", "--format", "text").stdout.split())
+    assert "2 of 5 are proved to converge to a rest state; no proof was made for 3" in shown
+    assert "no proof of their rest states was made: members 2 to 4" in shown
+    # The next call goes on.
+    again = json.loads(rbstab(*words, "--json").stdout)
+    assert again["proofs"]["members_not_reached"] == [[4, 4]]
+    assert again["convergence"] == {"unknown": 1, "proved": 4}
+    without_limit = rbstab(*words, "--prove")
+    assert "proved for 5 of the members" in without_limit.stdout
+    assert "without a limit of time" in without_limit.stderr
+    assert "not proved" not in without_limit.stdout
 
 
 def test_members_that_no_theorem_decides(folder: Path, rbstab: Invoke) -> None:

@@ -90,7 +90,7 @@ def test_sweeps() -> None:
 @pytest.mark.parametrize(
     ("first", "second", "reason"),
     [
-        ("runs/embedded.h5", "sweeps/finished_map", "are a run and a sweep"),
+        ("runs/embedded.h5", "sweeps/finished_map", "is a run and .*finished_map is a sweep"),
         ("runs/embedded.h5", "runs/missing.h5", "cannot be read"),
         ("sweeps/begun_map", "sweeps/finished_map", "is not finished"),
         ("runs", "sweeps/finished_map", "is a folder, but not a sweep"),

@@ -4,14 +4,18 @@ cannot be read is named and hides nothing.
 
 import os
 import shutil
+from collections import Counter
 from pathlib import Path
+from typing import Any
 
+import h5py
 import pytest
 
 from rbstab.listing.folder import Entry, entries_of, proofs_in
 from rbstab.listing.kinds import Kind
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result, write_result
+from rbstab.store.table_file import count_flags, read_table
 
 STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
 
@@ -58,6 +62,47 @@ def test_a_proved_run(folder: Path) -> None:
     assert by_name(folder)["proved.h5"].converges == "proved"
 
 
+def changed(file: Path, column: str, value: bytes) -> None:
+    """Write bytes over the first ones of a column, behind the back of HDF5."""
+    with h5py.File(file) as opened:
+        dataset: Any = opened[column]
+        place = dataset.id.get_offset()
+    with file.open("r+b") as raw:
+        raw.seek(place)
+        raw.write(value)
+
+
+def test_only_what_is_listed_is_read_of_a_sweep(folder: Path) -> None:
+    """So a long list is fast. Damage elsewhere is found by the commands that read it."""
+    file = folder / "finished_variants/sweep.h5"
+    changed(file, "end_time", b"damaged!")
+    entry = by_name(folder)["finished_variants"]
+    assert (entry.status, entry.converges, entry.problem) == ("20 of 20 completed", "3 proved", "")
+    with pytest.raises(StoreError, match="does not match its digest"):
+        read_table(file)
+
+
+def test_what_is_listed_is_checked(folder: Path) -> None:
+    changed(folder / "finished_variants/sweep.h5", "status", b"\x63")
+    problem = by_name(folder)["finished_variants"].problem
+    assert problem.endswith("is damaged: status has a flag without a meaning")
+
+
+def test_a_run_in_place_of_the_file_of_a_sweep(folder: Path) -> None:
+    shutil.copy(folder / "embedded.h5", folder / "finished_variants/sweep.h5")
+    assert "but not of a sweep" in by_name(folder)["finished_variants"].problem
+
+
+def test_the_counts_are_those_of_the_columns() -> None:
+    file = STORED / "sweeps/finished_variants/sweep.h5"
+    table = read_table(file)
+    counts = count_flags(file, ["status", "convergence", "no_such_column"])
+    assert set(counts) == {"status", "convergence"}
+    for name, by_word in counts.items():
+        words = [table.layout[name].flags[code] for code in table[name].tolist()]
+        assert by_word == dict(Counter(words))
+
+
 def test_the_newest_comes_first(folder: Path) -> None:
     os.utime(folder / "embedded.h5", (2e9, 2e9))
     os.utime(folder / "range_left.h5", (1e9, 1e9))
@@ -82,7 +127,10 @@ def test_a_sweep_lists_itself(folder: Path) -> None:
     assert entry.title == "A map over spin, stored by rbstab 0.1.0"
 
 
-@pytest.mark.parametrize("name", ["missing", "report.html"])
-def test_no_folder(name: str, folder: Path) -> None:
-    with pytest.raises(StoreError, match="cannot be read"):
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [("missing", "cannot be read"), ("report.html", r"is a file\. List the folder it is in: rbs")],
+)
+def test_no_folder(name: str, reason: str, folder: Path) -> None:
+    with pytest.raises(StoreError, match=reason):
         entries_of(folder / name)

@@ -13,9 +13,15 @@ if TYPE_CHECKING:
     from rbstab.config.errors import ConfigError
     from rbstab.config.schema import Config
 
+RESULT_SUFFIX = ".h5"
+
 
 def load_all(
-    paths: Iterable[Path], changes: Iterable[str], *, allow_python: bool | None = False
+    paths: Iterable[Path],
+    changes: Iterable[str],
+    *,
+    allow_python: bool | None = False,
+    problems: Iterable[str] = (),
 ) -> dict[Path, "Config"]:
     """Load configs, and print their errors or warnings.
 
@@ -27,6 +33,7 @@ def load_all(
         changes: Texts `key=value` that replace single values.
         allow_python: Whether the files of users' elements may be run; None if the configs are only
             read.
+        problems: Problems of other files, which are printed first.
 
     Returns:
         The configs by their paths.
@@ -36,7 +43,7 @@ def load_all(
 
     configs: dict[Path, Config] = {}
     # One list for all files prints an error of the command line once, not once for each file.
-    problems: dict[str, None] = {}
+    found = dict.fromkeys(problems)
     for path in paths:
         try:
             configs[path] = (
@@ -45,8 +52,8 @@ def load_all(
                 else load_config(path, changes, allow_python=allow_python)
             )
         except ConfigError as error:
-            problems.update(dict.fromkeys(problem_lines(path, error)))
-    exit_on_problems(problems)
+            found.update(dict.fromkeys(problem_lines(path, error)))
+    exit_on_problems(found)
     print_warnings({str(path): config for path, config in configs.items()})
     return configs
 
@@ -77,6 +84,15 @@ def print_warnings(configs: dict[str, "Config"]) -> None:
         click.echo(f"warning: {labels[0]}{more}: {warning}", err=True)
 
 
+def result_problem(path: Path, wanted: str) -> str:
+    """Return a line on the file of a result that was named in place of a config or a plan."""
+    from rbstab.config.errors import ConfigProblem, Location
+    from rbstab.files.shell_words import shell_word
+
+    expected = f"expected {wanted}; look at it: rbstab show {shell_word(path)}"
+    return str(ConfigProblem(Location(str(path)), "", "is the file of a result", expected))
+
+
 def problem_lines(path: Path, error: "ConfigError", for_plans: str = "") -> list[str]:
     """Return one line for each problem of a config; a single line if the file is a plan.
 
@@ -89,6 +105,8 @@ def problem_lines(path: Path, error: "ConfigError", for_plans: str = "") -> list
     from rbstab.files.shell_words import shell_word
     from rbstab.sweep.plan.load import is_plan
 
+    if path.suffix == RESULT_SUFFIX and path.is_file():
+        return [result_problem(path, "a config")]
     with suppress(ConfigError):
         if is_plan(path):
             word = shell_word(path)

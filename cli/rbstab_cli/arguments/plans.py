@@ -26,7 +26,10 @@ def plan_problem_lines(path: Path, error: "ConfigError") -> list[str]:
     from rbstab.config.errors import ConfigError, ConfigProblem, Location
     from rbstab.files.shell_words import shell_word
     from rbstab.sweep.plan.load import is_config
+    from rbstab_cli.arguments.configs import RESULT_SUFFIX, result_problem
 
+    if path.suffix == RESULT_SUFFIX and path.is_file():
+        return [result_problem(path, "a plan")]
     with suppress(ConfigError):
         if is_config(path):
             expected = f"expected a plan with base and vary; run it: rbstab run {shell_word(path)}"

@@ -72,7 +72,7 @@ def checked_tolerances(
         largest: The values of --largest-within; they are checked as well.
     """
     from rbstab.config.errors import ConfigError
-    from rbstab.config.tolerances import tolerances_of
+    from rbstab.config.tolerances import tolerances_of, tolerances_of_key
     from rbstab_cli.arguments.configs import exit_on_problems
 
     problems: dict[str, None] = {}
@@ -82,7 +82,7 @@ def checked_tolerances(
             found[path] = tolerances_of(config, texts)
             every = list(found[path])
             for key in largest:
-                every += tolerances_of(config, (*texts, f"{key}=±0.001%"))
+                every += tolerances_of_key(config, key, "--largest-within", texts)
         except ConfigError as error:
             problems.update(dict.fromkeys(str(problem) for problem in error.problems))
         else:

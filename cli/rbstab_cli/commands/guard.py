@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rbstab_cli import exit_codes
+from rbstab_cli.arguments.choice import Choice
 from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, REPLACE_FILE, output_file
 
@@ -27,7 +28,7 @@ STRENGTHS = {
 @click.argument("config", metavar="CONFIG", type=click.Path(path_type=Path))
 @click.option(
     "--method",
-    type=click.Choice(list(STRENGTHS)),
+    type=Choice(list(STRENGTHS)),
     default=BARRIER,
     show_default=True,
     help="barrier: for every start. stiff, repelling: a force beyond a soft angle, for this start.",

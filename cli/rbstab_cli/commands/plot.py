@@ -30,7 +30,9 @@ def command(results: tuple[Path, ...], name: str | None, output: Path | None, fo
     The figures are those of `rbstab report` on the same results. Without --figure their names and
     titles are listed. The drawing has no title: that is left to the caption of the paper.
     """
+    from rbstab.config.messages import did_you_mean
     from rbstab.report.writers.figure_files.files import FORMS, figure_bytes, form_of
+    from rbstab_cli.output.text_file import check_target
 
     form = None if output is None else form_of(output)
     if (name is None) != (output is None):
@@ -40,12 +42,17 @@ def command(results: tuple[Path, ...], name: str | None, output: Path | None, fo
         raise click.UsageError(f"-o {output}: expected a file name that ends in {endings}")
     if form is not None and form != "csv":
         _check_matplotlib()
+    if output is not None:
+        check_target(output, force=force)
     figures = _figures(results)
     if name is None or output is None or form is None:
         _list(figures)
         return
     if name not in figures:
-        raise click.UsageError(f"--figure {name}: unknown; expected one of {', '.join(figures)}")
+        hint = did_you_mean(name, figures)
+        raise click.UsageError(
+            f"--figure {name}: unknown; expected one of {', '.join(figures)}{hint}"
+        )
     _write(output, figure_bytes(figures[name], form), force=force)
 
 
@@ -90,9 +97,7 @@ def _list(figures: "dict[str, Figure]") -> None:
 def _write(path: Path, content: bytes, *, force: bool) -> None:
     from rbstab.store.disk.atomic import write_atomically
     from rbstab.store.errors import StoreError
-    from rbstab_cli.output.text_file import check_target
 
-    check_target(path, force=force)
     try:
         write_atomically(path, content, replace=force)
     except (OSError, StoreError) as error:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rbstab_cli import exit_codes
+from rbstab_cli.arguments.choice import Choice
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,7 +37,7 @@ ENDINGS = {"html": ".html", "md": ".md", "pdf": ".pdf", "text": ".txt"}
 @click.option(
     "--format",
     "form",
-    type=click.Choice(FORMATS),
+    type=Choice(FORMATS),
     help="Format of the report; default: from the ending of FILE, or html without -o.",
 )
 @click.option("--title", help="Heading of the report; default: from the results.")

@@ -10,6 +10,7 @@ import click
 
 from rbstab.processes.imports import keep_imports
 from rbstab_cli import exit_codes
+from rbstab_cli.arguments.choice import Choice
 from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.members import MEMBERS, load_members
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 @CHANGES
 @click.option(
     "--engine",
-    type=click.Choice(["scipy", "heyoka"]),
+    type=Choice(["scipy", "heyoka"]),
     help="Integrator: scipy, or heyoka (compiled); default: from each config.",
 )
 @click.option(

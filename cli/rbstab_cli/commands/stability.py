@@ -93,7 +93,8 @@ def command(
     from rbstab_cli.output.text_file import check_target
 
     if search_only and (withins or largest):
-        raise click.UsageError("--search-only makes no proofs: leave out --within")
+        option = "--within" if withins else "--largest-within"
+        raise click.UsageError(f"--search-only makes no proofs: leave out {option}")
     if output is not None:
         check_target(output, force=force)
     loaded = load_all(configs, changes, allow_python=allow_python)

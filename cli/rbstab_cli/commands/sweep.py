@@ -11,6 +11,7 @@ from click.core import ParameterSource
 
 from rbstab.processes.imports import keep_imports
 from rbstab_cli import exit_codes
+from rbstab_cli.arguments.choice import Choice
 from rbstab_cli.arguments.configs import exit_on_problems
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, QUIET, results_folder
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from rbstab.sweep.folder.parts import Part
     from rbstab.sweep.options import SweepOptions
     from rbstab.sweep.plan.plan import Plan
+    from rbstab.sweep.sweep import Sweep
+    from rbstab_cli.output.sweeps.sweep_answers import Answers
 
 
 def _part(_context: click.Context, _parameter: click.Parameter, text: str | None) -> "Part | None":
@@ -59,7 +62,7 @@ def _part_by_old_name(
 @CHANGES
 @click.option(
     "--engine",
-    type=click.Choice(["heyoka", "scipy"]),
+    type=Choice(["heyoka", "scipy"]),
     help="Integrator; default: that of the stored sweep, or else heyoka if it is installed. "
     "The engine of the base is not used.",
 )
@@ -99,9 +102,10 @@ def _part_by_old_name(
 )
 @click.option(
     "--prove/--no-prove",
-    default=True,
-    help="When the results are stored, prove the rest states that the members share, and say how "
-    "many members start where convergence is proved. Default: --prove.",
+    default=None,
+    help="When the results are stored, the rest states of each distinct body are proved for at "
+    "most 30 seconds, and the members that start where convergence is proved are counted. "
+    "--prove: without a limit of time. --no-prove: nothing is proved.",
 )
 @click.option("--force", is_flag=True, help="Move a different sweep of the same name aside.")
 @ALLOW_PYTHON
@@ -124,7 +128,7 @@ def command(
     retry_failed: bool,
     fail_fast: bool,
     compare: int | None,
-    prove: bool,
+    prove: bool | None,
     force: bool,
     allow_python: bool,
     as_json: bool,
@@ -191,12 +195,11 @@ def command(
 
                     report_estimate(loaded, folder, options, as_json=as_json)
                 else:
-                    unasked = prove and not as_json and loaded.prove is None
                     _sweep(
                         *(loaded, folder, options, dask),
                         as_json=as_json,
                         quiet=quiet,
-                        prove=unasked,
+                        prove=False if loaded.prove is not None else prove,
                     )
     except StoreError as error:
         click.echo(f"{plan or status_of}: {error}", err=True)
@@ -271,11 +274,14 @@ def _sweep(
     *,
     as_json: bool,
     quiet: bool,
-    prove: bool,
+    prove: bool | None,
 ) -> None:
     from rbstab.sweep.sweep import sweep_to_folder
-    from rbstab_cli.output.sweeps.sweep_answers import prove_members
+    from rbstab_cli.output.sweeps.sweep_answers import prove_and_tell
     from rbstab_cli.sweep_run import run_task
+
+    def after(sweep: "Sweep") -> "Answers":
+        return prove_and_tell(plan, sweep, unlimited=bool(prove), quiet=quiet, as_json=as_json)
 
     with ExitStack() as stack:
         if cluster is not None:
@@ -289,7 +295,7 @@ def _sweep(
             fail_fast=options.fail_fast,
             as_json=as_json,
             quiet=quiet,
-            after=(lambda: prove_members(plan, folder.parent, quiet=quiet)) if prove else None,
+            after=None if prove is False else after,
         )
 
 

@@ -8,6 +8,7 @@ import click
 
 from rbstab.experiment.tuning.objective import OBJECTIVES
 from rbstab_cli import exit_codes
+from rbstab_cli.arguments.choice import Choice
 from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, REPLACE_FILE, output_file
 
@@ -31,7 +32,7 @@ def _bounds(_context: click.Context, _parameter: click.Parameter, text: str) -> 
 @click.option(
     "--objective",
     required=True,
-    type=click.Choice(list(OBJECTIVES)),
+    type=Choice(list(OBJECTIVES)),
     help="The quantity to minimize: "
     + "; ".join(f"{o.name}, {o.meaning} [{o.unit}]" for o in OBJECTIVES.values())
     + ".",

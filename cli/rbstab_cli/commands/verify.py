@@ -68,6 +68,7 @@ def command(
             f"{proof} is a proof for all bodies, or for all starts, within tolerances; only proofs "
             "of rest states can be checked"
         )
+    _refuse_others(proof)
     try:
         stored = read_model(proof, Proof)
     except StoreError as error:
@@ -86,6 +87,21 @@ def command(
         write_text(certificate, as_json_text(_certificate(stored, found)) + "\n", force=force)
     if not found.verified:
         raise click.exceptions.Exit(exit_codes.STORAGE)
+
+
+def _refuse_others(path: Path) -> None:
+    """Say what a file is that is not a proof, and how to get a proof of it."""
+    from rbstab.files.shell_words import shell_word
+    from rbstab.report.reading.not_results import CONFIG, PROOF, what_it_is
+
+    what = "a result" if path.suffix == ".h5" and path.is_file() else what_it_is(path)
+    if what in {None, PROOF}:
+        return
+    prove = f"Prove it: rbstab stability {shell_word(path)}. " if what == CONFIG else ""
+    raise click.UsageError(
+        f"{path} is {what}, not a proof. {prove}Proofs are the files in DIR/proofs, by default "
+        "results/proofs"
+    )
 
 
 def _config(path: Path, changes: tuple[str, ...]) -> "Config":

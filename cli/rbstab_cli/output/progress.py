@@ -91,3 +91,32 @@ def working(name: str, *, wanted: bool) -> "Iterator[None]":
     with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
         progress.add_task(name, total=None)
         yield
+
+
+@contextmanager
+def counting(name: str, *, wanted: bool) -> "Iterator[Callable[[int, int], None]]":
+    """Show on stderr how many of many things are done.
+
+    Args:
+        name: What they are.
+        wanted: Whether to show it if stderr is a terminal.
+
+    Yields:
+        The callback for the number of those that are done, and of all.
+    """
+    if not (wanted and sys.stderr.isatty()):
+        yield lambda _done, _all: None
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from rbstab_cli.output.console import OutputConsole
+
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
+        task = progress.add_task(name)
+        yield lambda done, total: progress.update(task, completed=done, total=total)

@@ -22,12 +22,12 @@ def show_other(path: Path, *, as_json: bool, as_config: bool) -> None:
     """
     from rbstab.files.shell_words import shell_word
     from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
+    from rbstab.report.reading.not_results import not_a_result
 
-    kind, word = kind_of(path), shell_word(path)
+    kind = kind_of(path)
     if kind is Kind.CONFIG:
         raise click.UsageError(
-            f"{path} is a config or a plan, not a result. Look at it with an editor; check it: "
-            f"rbstab check {word}"
+            f"{path} {not_a_result(path)}; or check it: rbstab check {shell_word(path)}"
         )
     if as_config:
         raise click.UsageError(f"{path} is a {kind}; only a run has a config to print")

@@ -22,7 +22,7 @@ from rbstab.elements.sliding_ties import SlidingTie
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
 from rbstab.mechanics.body import Body, triangle_violation
-from rbstab.mechanics.motion import motion_from_centre, motion_from_contact
+from rbstab.mechanics.motion import motion_from_centre, motion_from_contact, motion_on_anchor
 from rbstab.mechanics.numbers import Array, sqrt
 from rbstab.systems.coordinates import (
     CentreCoordinates,
@@ -269,6 +269,9 @@ def start_of(config: Config, system: System, numbers: Numbers = doubles) -> Arra
     if system.coordinates.holds_contact:
         W = np.concatenate([Theta, Omega, ZERO, ZERO])
         motion = motion_from_contact(system.body, system.anchor, W)
+    elif initial.attached:
+        V = vector("velocity")
+        motion = motion_on_anchor(system.body, system.anchor, Theta, Omega, V)
     else:
         Z = np.concatenate([Theta, Omega, vector("position"), vector("velocity")])
         motion = motion_from_centre(system.body, system.anchor, Z)

@@ -43,7 +43,11 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
             if isinstance(getattr(signal, key), float)
         ]
     body = [("body", name) for name in type(config.body).model_fields]
-    initial: list[Path] = [("initial", name) for name in type(config.initial).model_fields]
+    initial: list[Path] = [
+        ("initial", name)
+        for name in type(config.initial).model_fields
+        if isinstance(getattr(config.initial, name), tuple)
+    ]
     for name, section in config.elements.items():
         initial += [("elements", name, own.initial_key) for own in declarations_of(section).states]
     return tuple(

@@ -244,6 +244,7 @@ _TEXTS: dict[str, Callable[[Any], ProblemText]] = {
     "float_type": _wrong_type("a number"),
     "finite_number": _wrong_type("a finite number"),
     "int_type": _not_whole,
+    "bool_type": _wrong_type("true or false"),
     "string_type": _wrong_type("a text"),
     "tuple_type": _not_a_list,
     "model_type": _wrong_type("a mapping"),

@@ -5,13 +5,13 @@ A config with tolerances means every config whose numbers lie between the bounds
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import Any
 
 from rbstab.config.entries import Entry, entries_of, entries_under, is_of_initial_state
-from rbstab.config.errors import ConfigError, ConfigProblem, Location, shortened
+from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest_keys, shortened
 from rbstab.config.load import resolved, validated
 from rbstab.config.overrides import parse_key
 from rbstab.config.schema import Config
@@ -66,6 +66,34 @@ class Tolerance:
         return self.middle + self.radius
 
 
+def tolerances_of_key(
+    config: Config, key: str, option: str, fixed: Iterable[str] = ()
+) -> tuple[Tolerance, ...]:
+    """Return small tolerances of a key whose largest one is still to be found.
+
+    Args:
+        config: The config.
+        key: The key, such as `controller.K_r`.
+        option: The option that names it, for messages.
+        fixed: The valid texts of other tolerances, which are returned too.
+
+    Raises:
+        ConfigError: The text is not a key, it has no numbers, all of them are 0, or one of them has
+            a tolerance already.
+    """
+    where = Location(f"{option} {shortened(key)}")
+    if "=" in key:
+        name = key.partition("=")[0].strip()
+        meant = _meant(config, name) if not _entries_at(config, name) else []
+        expected = f"expected the key alone: {option} {meant[0] if meant else shortened(name)}"
+        problem = ConfigProblem(where, "", "has a size, which is to be found", expected)
+        raise ConfigError([problem])
+    try:
+        return tolerances_of(config, [*fixed, f"{key}=±0.001%"])
+    except ConfigError as error:
+        raise ConfigError([replace(one, location=where) for one in error.problems]) from error
+
+
 def tolerances_of(config: Config, texts: Iterable[str]) -> tuple[Tolerance, ...]:
     """Return the tolerances of a config.
 
@@ -109,7 +137,9 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
     entries = _entries_at(config, key)
     if not entries:
         problem = f"{shortened(key)} has no numbers that can have a tolerance"
-        expected = f"expected a key of {', '.join(SECTIONS)} that this config has"
+        meant = _meant(config, key)
+        expected = f"expected a key of {', '.join(_sections_of(config))}"
+        expected = f"did you mean {' or '.join(meant)}?" if meant else expected
         raise ConfigError([_problem(text, problem, expected)])
     found = []
     for entry in entries:
@@ -156,6 +186,17 @@ def _entries_at(config: Config, key: str) -> tuple[Entry, ...]:
     return tuple(
         entry for entry in of_sections if any(own[: len(path)] == path for own in entry.paths)
     )
+
+
+def _meant(config: Config, key: str) -> list[str]:
+    """Return the keys of a config that a wrong key may mean, without the numbers of vectors."""
+    own = [one.key.partition("[")[0] for one in entries_of(config)]
+    return closest_keys(key.partition("[")[0], [*_sections_of(config), *dict.fromkeys(own)])
+
+
+def _sections_of(config: Config) -> list[str]:
+    """Return the sections with numbers that a config has."""
+    return [name for name in SECTIONS if _entries_at(config, name)]
 
 
 def _invalid_bounds(config: Config, text: str, found: list[Tolerance]) -> list[ConfigProblem]:

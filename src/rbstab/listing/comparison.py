@@ -69,7 +69,11 @@ def compare(first: Path, second: Path) -> Comparison:
         return _comparison("run", [run.data for run in runs], [_of_run(run) for run in runs])
     if len(sweeps) == 2:
         return _comparison("sweep", list(map(_plan_of, sweeps)), list(map(_of_sweep, sweeps)))
-    raise StoreError(f"{first} and {second} are a run and a sweep, which have no common outcomes")
+    kinds = ("a run", "a sweep") if sources[0].runs else ("a sweep", "a run")
+    raise StoreError(
+        f"{first} is {kinds[0]} and {second} is {kinds[1]}, which have no common outcomes; compare "
+        "two runs or two sweeps"
+    )
 
 
 def _comparison(

@@ -4,15 +4,19 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rbstab.experiment.proof_cache import PROOFS
+from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
 from rbstab.listing.kinds import Kind, kind_of
 from rbstab.store.disk.isolated_reading import IsolatedReader
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result
-from rbstab.sweep.folder.gather import sweep_summary
+from rbstab.store.table_file import count_flags
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder
+from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF
 
 NOT_KNOWN = "-"
+
+UNKNOWN = CONVERGENCE[NO_PROOF]
 
 RUN_SUFFIX = ".h5"
 
@@ -56,8 +60,13 @@ def entries_of(folder: Path) -> list[Entry]:
     Raises:
         StoreError: The folder cannot be read.
     """
-    if kind_of(folder) is Kind.SWEEP:
+    kind = kind_of(folder)
+    if kind is Kind.SWEEP:
         return [_entry(folder, Kind.SWEEP)]
+    if kind is not Kind.FOLDER and folder.is_file():
+        raise StoreError(
+            f"{folder} is a file. List the folder it is in: rbstab list {shell_word(folder.parent)}"
+        )
     try:
         paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
     except OSError as error:
@@ -99,7 +108,12 @@ def _read_run(path: Path) -> _Said:
 
 _run = IsolatedReader(_read_run)
 
-_summary = IsolatedReader(sweep_summary)
+
+def _read_counts(path: Path) -> dict[str, dict[str, int]]:
+    return count_flags(path, ("status", "convergence"))
+
+
+_counts = IsolatedReader(_read_counts)
 
 
 def _sweep(path: Path) -> _Said:
@@ -108,10 +122,12 @@ def _sweep(path: Path) -> _Said:
     if not folder.sweep_file.is_file():
         shards = f"{len(folder.stored_shards())} of {folder.shards} shards are stored"
         return _Said(manifest.title, shards, NOT_KNOWN, NOT_KNOWN)
-    summary = _summary(folder.sweep_file)
-    completed = summary.by_status.get(str(RunStatus.COMPLETED), 0)
-    proved = sum(n for word, n in summary.convergence.items() if word.startswith("proved"))
-    converges = f"{proved} proved" if summary.convergence else NOT_KNOWN
+    counts = _counts(folder.sweep_file)
+    completed = counts.get("status", {}).get(str(RunStatus.COMPLETED), 0)
+    convergence = counts.get("convergence", {})
+    known = any(word != UNKNOWN for word in convergence)
+    proved = sum(n for word, n in convergence.items() if word.startswith("proved"))
+    converges = f"{proved} proved" if known else NOT_KNOWN
     return _Said(
-        manifest.title, f"{completed} of {summary.members} completed", NOT_KNOWN, converges
+        manifest.title, f"{completed} of {manifest.members} completed", NOT_KNOWN, converges
     )

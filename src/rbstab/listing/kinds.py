@@ -4,6 +4,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from rbstab.experiment.proof_cache import PROOFS
+from rbstab.report.reading.not_results import YAML
 from rbstab.store.disk.existence import path_exists
 from rbstab.store.shard_file import SHARD_SUFFIX
 from rbstab.sweep.folder.manifest import MANIFEST
@@ -41,7 +42,7 @@ def kind_of(path: Path) -> Kind:
         return Kind.TRACES
     if path.suffix == ".json" and folder.name == PROOFS:
         return Kind.PROOF
-    is_yaml = path.suffix.lower() in (".yaml", ".yml") and path.is_file()
+    is_yaml = path.suffix.lower() in YAML and path.is_file()
     return Kind.CONFIG if is_yaml else Kind.RUN
 
 

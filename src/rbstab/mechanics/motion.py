@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics import attitude, contact
-from rbstab.mechanics.algebra import IDENTITY, ZERO_MATRIX
+from rbstab.mechanics.algebra import IDENTITY, ZERO, ZERO_MATRIX
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.states import E_OF_W, F_OF_W, OMEGA, THETA, V_OF_Z, X_OF_Z
@@ -77,6 +77,18 @@ def motion_from_contact(body: Body, anchor: Array, W: Array) -> Motion:
         E,
         F,
     )
+
+
+def motion_on_anchor(body: Body, anchor: Array, Theta: Array, Omega: Array, V: Array) -> Motion:
+    """Return the motion with the contact point on its anchor, E = 0: X = -AR + R + X_a (eq. 32).
+
+    V is any velocity of the centre of gravity, so the contact point may move: F = V - AŘΩ (eq. 4).
+    E is exactly zero. Eq. 4 would leave the round-off of X in it, and a sliding connector acts on
+    the sign of E.
+    """
+    X = contact.centre_position(body, attitude.rotation(Theta), ZERO, anchor)
+    Z = np.concatenate([Theta, Omega, X, V])
+    return motion_from_centre(body, anchor, Z)._replace(E=ZERO.copy())
 
 
 def applied_forces(body: Body, motion: Motion, force: Array, couple: Array) -> Array:

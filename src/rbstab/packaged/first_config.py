@@ -73,7 +73,8 @@ integration:
 """
 
 _FREE_START = """\
-  position: [0.02, 0, 0]                # m, of the centre of gravity
+  position: [0.02, 0, 0]                # m, of the centre of gravity; or, in place of this line,
+  # attached: true                      # C starts on its anchor: the position follows
   velocity: [0, 0, 0]                   # m/s
 """
 

@@ -70,6 +70,43 @@ def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
         return Table(layout, arrays, dict(header.attributes) | digests, header.extras)
 
 
+def count_flags(path: Path, names: Iterable[str]) -> dict[str, dict[str, int]]:
+    """Count the words of columns of flags; nothing else of the table is read.
+
+    So the file is not compared with its digests: a list of many sweeps takes no time for that.
+
+    Args:
+        path: The file.
+        names: The columns; those that the table lacks are left out.
+
+    Returns:
+        By column: how many runs have each word, without words that none has.
+
+    Raises:
+        NotAResultError: The file is not the table of a sweep, or such a column is damaged.
+        NewerSchemaError: The file was written by a newer rbstab.
+        StoreError: The file cannot be opened.
+    """
+    with open_hdf5(path) as file:
+        file.check_version(TABLE_VERSION)
+        if file.attributes().get("kind") != KIND:
+            raise NotAResultError(f"{path} is a result, but not of a sweep")
+        present = set(file.names())
+        return {name: _words(file, name) for name in names if name in present}
+
+
+def _words(file: Hdf5Reader, name: str) -> dict[str, int]:
+    dataset = file.array(name)
+    words = file.flags(dataset)
+    if dataset.dtype != np.dtype("i1") or dataset.ndim != 1:
+        raise NotAResultError(f"{file.path} is damaged: {name} has a wrong type or shape")
+    codes = dataset[()]
+    if codes.size and not 0 <= codes.min() <= codes.max() < len(words):
+        raise NotAResultError(f"{file.path} is damaged: {name} has a flag without a meaning")
+    counts = np.bincount(codes, minlength=len(words)).tolist()
+    return {word: count for word, count in zip(words, counts, strict=True) if count}
+
+
 def _identity(path: Path) -> tuple[int, ...]:
     """Return numbers that change when the file changes."""
     try:

@@ -7,6 +7,8 @@ from pathlib import Path
 from threading import Event
 from typing import NamedTuple
 
+import numpy as np
+
 from rbstab.config.errors import ConfigError
 from rbstab.config.user_code.permission import REFUSED, CodeNotAllowedError, has_code
 from rbstab.processes.processors import processor_count
@@ -23,7 +25,12 @@ from rbstab.sweep.execution.execute import Execution
 from rbstab.sweep.execution.shard_worker import ShardWorker
 from rbstab.sweep.execution.thread_executor import ThreadExecutor
 from rbstab.sweep.folder.disk_space import check_disk_space
-from rbstab.sweep.folder.gather import digest_of_shards, gather, is_gathered
+from rbstab.sweep.folder.gather import (
+    digest_of_shards,
+    gather,
+    is_gathered,
+    stored_convergence,
+)
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.open_folder import (
     OpenFolder,
@@ -41,6 +48,7 @@ from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.load import load_plan, plan_to_read
 from rbstab.sweep.plan.plan import Plan, plan_id
 from rbstab.sweep.proofs.convergence import keep_proofs
+from rbstab.sweep.proofs.prove_bodies import BUDGET, BodyProofs, Progress, prove_bodies
 
 
 @dataclass(frozen=True)
@@ -174,6 +182,44 @@ def gather_folder(
             plan, folder, None, complete=True, processes=processor_count()
         ) as runs:
             return _finish(plan, folder, inventory, runs, _Control(on_event, stop or Event()))
+
+
+def prove_members(
+    plan: Plan,
+    sweep: Sweep,
+    *,
+    budget: float | None = BUDGET,
+    processes: int = 1,
+    progress: Progress = lambda _reached, _all: None,
+) -> BodyProofs:
+    """Prove the rest states of each distinct body of a finished sweep, and store what follows.
+
+    The columns `convergence` and `proved_rest_state` of the sweep's file say it of each member.
+
+    Args:
+        plan: The plan.
+        sweep: The sweep.
+        budget: The time for all proofs, s; None: no limit.
+        processes: The largest number of worker processes.
+        progress: Called after each body with the number of those that were reached, and of all.
+
+    Raises:
+        FolderInUseError: Another process is writing to the folder.
+        StoreError: A file cannot be written or read.
+    """
+    folder = sweep.folder
+    stored = stored_convergence(folder)
+    with locked_folder(folder.path):
+        proofs = prove_bodies(
+            *(plan, folder.path.parent, stored),
+            budget=budget,
+            processes=processes,
+            progress=progress,
+        )
+        if not np.array_equal(proofs.found.codes, stored.codes):
+            digest = digest_of_shards(sweep.inventory)
+            gather(plan, folder, digest, sweep.comparison, proofs.found)
+    return proofs
 
 
 def _thread_executor(plan: Plan, options: SweepOptions) -> ThreadExecutor:

@@ -89,9 +89,11 @@ def test_no_file(good, tmp_path):
 
 
 def test_no_result(good, tmp_path):
-    path = tmp_path / "a.yaml"
+    path = tmp_path / "a.txt"
     path.write_text("title: x\n")
     assert reason(path, good) == "is damaged or is not HDF5"
+    config = path.rename(tmp_path / "a.yaml")
+    assert reason(config, good) == f"is a config, not a result. Run it: rbstab run {config}"
 
 
 def test_a_damaged_run(good, tmp_path):

@@ -83,11 +83,12 @@ def _check_unused(context: click.Context, by: str, names: dict[str, str]) -> Non
 def _write_element(file: Path, *, force: bool) -> None:
     """Write the template of an element, which works as it is: the example of the documentation."""
     from rbstab.elements.user_code.template import TEMPLATE
+    from rbstab.files.shell_words import shell_word
     from rbstab_cli.output.text_file import write_text
 
     write_text(file, TEMPLATE, force=force)
     click.echo(f"-> {file}", err=True)
-    click.echo(f"Next: rbstab check --element {file}", err=True)
+    click.echo(f"Next: rbstab check --element {shell_word(file)}", err=True)
     click.echo(
         "In a config: elements: {mine: {kind: python, "
         f"file: {file.name}, class: CubicSpring, parameters: {{k: [1e5, 1e5, 2e5]}}}}}}",

@@ -1,64 +1,160 @@
 """What is proved of the members of a sweep, proved after its results are stored, and printed."""
 
 from collections import Counter
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 if TYPE_CHECKING:
     from rbstab.sweep.plan.plan import Plan
+    from rbstab.sweep.proofs.prove_bodies import BodyProofs
+    from rbstab.sweep.sweep import Sweep
 
 MAX_COUNTED = 100_000
-"""Members of a sweep are counted up to this number; each takes up to a tenth of a millisecond."""
-
-OWN_BODIES = (
-    "its members do not share one body, gravity and gains; rbstab stability CONFIG --within "
-    "proves what holds for all bodies within tolerances"
-)
-"""Why nothing is proved unasked of a sweep whose members need a proof each."""
+"""Members that share their proofs are counted up to this number; each takes up to 0.1 ms."""
 
 
-def prove_members(plan: "Plan", results: Path, *, quiet: bool) -> None:
-    """Prove the rest states that members share, and print how many members start in a region.
+class Answers(NamedTuple):
+    """What is proved of the members: sentences, and the same as data for JSON."""
+
+    sentences: list[str]
+    data: dict[str, Any]
+
+
+def prove_and_tell(
+    plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool, as_json: bool
+) -> Answers:
+    """Prove the rest states of the bodies of a finished sweep, and count the proved members.
 
     Args:
         plan: The plan.
-        results: The folder of results, which has the proofs.
+        sweep: The sweep.
+        unlimited: Whether the proofs have no budget of time.
         quiet: Whether to leave out progress.
+        as_json: Whether stdout is for JSON.
 
     Raises:
         StoreError: A proof cannot be written.
     """
-    from rbstab.sweep.proofs.convergence import keep_proofs, shares_proof, undecided_reason
+    from rbstab.sweep.proofs.convergence import shares_proof, undecided_reason
+
+    reasons = [undecided_reason(plan, variant) for variant in plan.variants]
+    if None not in reasons:
+        why = "; ".join(dict.fromkeys(filter(None, reasons)))
+        return Answers([f"not proved; {why}"], {"bodies": 0, "reached": 0, "why": why})
+    shared = all(
+        shares_proof(plan, variant)
+        for variant, reason in zip(plan.variants, reasons, strict=True)
+        if reason is None
+    )
+    if shared:
+        return _of_shared(plan, sweep, quiet=quiet)
+    return _of_bodies(plan, sweep, unlimited=unlimited, quiet=quiet or as_json)
+
+
+def _of_shared(plan: "Plan", sweep: "Sweep", *, quiet: bool) -> Answers:
+    """Prove the rest states that the members of each variant share."""
+    from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs, shares_proof
     from rbstab_cli.output.progress import working
 
-    if not any(shares_proof(plan, variant) for variant in plan.variants):
-        reasons = [undecided_reason(plan, variant) for variant in plan.variants]
-        why = OWN_BODIES if None in reasons else "; ".join(dict.fromkeys(filter(None, reasons)))
-        click.echo(f"Convergence: not proved; {why}.")
-        return
+    results = sweep.folder.path.parent
+    bodies = sum(shares_proof(plan, variant) for variant in plan.variants)
+    data: dict[str, Any] = {"bodies": bodies, "reached": bodies}
     with working("proofs of rest states", wanted=not quiet):
         keep_proofs(plan, results)
-        words = _counted(plan, results)
-    for line in words:
-        click.echo(f"Convergence: {line}.")
-
-
-def _counted(plan: "Plan", results: Path) -> list[str]:
-    """Return sentences on how many members are proved to converge from their start."""
-    from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, NOT_PROVED, PROVED
-    from rbstab.sweep.proofs.convergence import ProvedConvergence
-
-    if plan.members > MAX_COUNTED:
-        return ["rbstab report shows for which members it is proved"]
-    codes = ProvedConvergence(plan, results).of(0, plan.members).codes
+        if plan.members > MAX_COUNTED:
+            return Answers(["rbstab report shows for which members it is proved"], data)
+        codes = ProvedConvergence(plan, results).of(0, plan.members).codes
     counts = Counter(codes.tolist())
+    return Answers(_sentences(counts, 0), data | _counts(counts, 0))
+
+
+def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) -> Answers:
+    """Prove the rest states of each distinct body, within a budget."""
+    import numpy as np
+
+    from rbstab.processes.processors import processor_count
+    from rbstab.sweep.proofs.bodies import ranges_of
+    from rbstab.sweep.proofs.columns import NO_PROOF
+    from rbstab.sweep.proofs.prove_bodies import BUDGET
+    from rbstab.sweep.sweep import prove_members
+    from rbstab_cli.output.progress import counting
+
+    budget = None if unlimited else BUDGET
+    if not quiet:
+        limit = "without a limit of time" if budget is None else f"for at most {budget:g} s"
+        click.echo(f"Proving the rest states of the bodies, {limit} ...", err=True)
+    with counting("proofs of rest states", wanted=not quiet) as progress:
+        proofs = prove_members(
+            plan, sweep, budget=budget, processes=processor_count(), progress=progress
+        )
+    left = np.flatnonzero(~proofs.reached & (proofs.found.codes == NO_PROOF))
+    counts = Counter(proofs.found.codes.tolist())
+    ranges = ranges_of(left.tolist())
+    data = {
+        "bodies": proofs.bodies,
+        "reached": proofs.reached_bodies,
+        "budget": proofs.budget,
+        "seconds": round(proofs.seconds, 3),
+        **_counts(counts, len(left)),
+        "members_not_reached": ranges,
+    }
+    sentences = _sentences(counts, len(left))
+    if len(left):
+        sentences.append(_not_reached(len(left), ranges, proofs))
+    elif not unlimited:
+        sentences.append(
+            f"the proofs of {_number(proofs.bodies, 'distinct body', 'distinct bodies')} took "
+            f"{proofs.seconds:.2g} s of at most {BUDGET:g} s"
+        )
+    return Answers(sentences, data)
+
+
+def _not_reached(count: int, ranges: list[tuple[int, int]], proofs: "BodyProofs") -> str:
+    from rbstab.sweep.proofs.bodies import named_members
+
+    budget = "the proofs" if proofs.budget is None else f"the budget of {proofs.budget:g} s"
+    return (
+        f"not proved for {count} of the members: {budget} reached {proofs.reached_bodies} of "
+        f"{_number(proofs.bodies, 'distinct body', 'distinct bodies')}, and not those of "
+        f"{named_members(ranges)}. Run the same command again to go on; with --prove it goes on "
+        "to the last body"
+    )
+
+
+def _number(count: int, one: str, many: str) -> str:
+    return f"{count} {one if count == 1 else many}"
+
+
+def _counts(counts: "Counter[int]", not_reached: int) -> dict[str, Any]:
+    """Return the numbers of members as data."""
+    from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF
+
+    words = {word: counts[code] for code, word in enumerate(CONVERGENCE) if counts[code]}
+    words[CONVERGENCE[NO_PROOF]] = counts[NO_PROOF] - not_reached
+    if not words[CONVERGENCE[NO_PROOF]]:
+        del words[CONVERGENCE[NO_PROOF]]
+    return {"members": words | ({"not reached": not_reached} if not_reached else {})}
+
+
+def _sentences(counts: "Counter[int]", not_reached: int) -> list[str]:
+    """Return a sentence for each answer: for how many members, and why.
+
+    Args:
+        counts: The number of members with each code of the column `convergence`.
+        not_reached: How many of those without a proof were not reached in time.
+    """
+    from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, NOT_DECIDED, NOT_PROVED, PROVED
+
     sentences = {
         PROVED: "proved for {} of the members: they start in a certified region",
         FALSE: "proved to be false for {} of the members: there is no rest state",
+        NOT_DECIDED: "not decided for {} of the members: their motions were enclosed without "
+        "reaching a certified region",
         NOT_PROVED: "not proved for {} of the members: they start outside of every certified "
         "region; the key prove of a plan encloses their motions",
         NO_PROOF: "not proved for {} of the members: no proof covers them",
     }
-    return [text.format(counts[code]) for code, text in sentences.items() if counts[code]]
+    shown = counts.copy()
+    shown[NO_PROOF] -= not_reached
+    return [text.format(shown[code]) for code, text in sentences.items() if shown[code]]

@@ -10,13 +10,22 @@ if TYPE_CHECKING:
     from rbstab.sweep.options import SweepOptions
     from rbstab.sweep.plan.plan import Plan
     from rbstab.sweep.sweep import Sweep
+    from rbstab_cli.output.sweeps.sweep_answers import Answers
 
 ENOUGH_MEMBERS = 16
 """Members of each variant that a good estimate needs; with fewer, it prints how many it had."""
 
 
-def report_sweep(sweep: "Sweep", *, as_json: bool) -> None:
-    """Print the outcomes of the members."""
+def report_sweep(
+    sweep: "Sweep", *, as_json: bool = False, answers: "Answers | None" = None
+) -> None:
+    """Print the outcomes of the members.
+
+    Args:
+        sweep: The sweep.
+        as_json: Whether to print JSON.
+        answers: What was proved of the members, for JSON.
+    """
     from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
 
     by_status = counts_by_status(sweep.inventory.counts)
@@ -29,6 +38,8 @@ def report_sweep(sweep: "Sweep", *, as_json: bool) -> None:
         data |= _part_data(sweep) | {"finished": sweep.finished, "check": check}
         if sweep.inventory.missing:
             data["missing"] = sweep.folder.ranges(sweep.inventory.missing)
+        if answers is not None:
+            data["proofs"] = answers.data
         print_json((summary._asdict() if summary is not None else {}) | data)
         return
     _print_statuses(by_status, member_count(sweep))

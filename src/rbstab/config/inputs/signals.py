@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, WrapValidator, field_validator
 
+from rbstab.config.errors import closest
 from rbstab.config.quantities import NotNegative, Positive, Real, Text, value_error
 from rbstab.config.section import Section, required
 
@@ -30,6 +31,8 @@ def _check_list(value: Any) -> Any:
     # Otherwise pydantic would accept a set, whose order is arbitrary.
     if not isinstance(value, list | tuple):
         raise value_error("is not a list", "expected a list of numbers")
+    if not value:
+        raise value_error("is empty", "expected at least one number")
     if len(value) > MAX_ROWS:
         raise value_error(f"has {len(value)} entries", f"expected at most {MAX_ROWS}")
     return value
@@ -163,7 +166,9 @@ def _check_signal(value: Any, _handler: Any) -> Any:
         raise value_error("has no kind", expected)
     model = signal_model(value)
     if model is None:
-        raise value_error("has an unknown kind", expected)
+        close = closest(str(value["kind"]), SIGNALS)
+        hint = f", did you mean {close}?" if close is not None else ""
+        raise value_error("has an unknown kind", expected + hint)
     return model.model_validate(value)
 
 

@@ -19,9 +19,7 @@ def within_sentences(texts: Sequence[str], record: BodiesRecord) -> list[str]:
     bodies = f"For every body within {tolerance_names(texts)}"
     effort = f"{_count(record.parts, 'part')}, {_count(record.boxes, 'box', 'boxes')}"
     if record.proved is None:
-        why = f": {record.why}" if record.why else ""
-        outcome = "" if record.outcome == "not decided" else f" ({record.outcome}{why})"
-        return [f"{bodies}: not decided{outcome or why} [{effort}]."]
+        return [f"{bodies}: not decided{_why_undecided(record)} [{effort}]."]
     if not record.proved:
         numbers = _body(record)
         rest = " and ".join(_vector(Theta) for Theta in record.rest_states)
@@ -77,7 +75,13 @@ def _limit(found: Largest) -> str:
         return f" At {percent} a bound is not a valid number of a config."
     if found.why.proved is False:
         return f" At {percent} it is false: {found.why.outcome}."
-    return f" At {percent} it is not decided."
+    return f" At {percent} it is not decided{_why_undecided(found.why)}."
+
+
+def _why_undecided(record: BodiesRecord) -> str:
+    """Return the end of a sentence on why a proof was not made."""
+    why = f": {record.why}" if record.why else ""
+    return why if record.outcome == "not decided" else f" ({record.outcome}{why})"
 
 
 def tolerance_names(texts: Sequence[str]) -> str:

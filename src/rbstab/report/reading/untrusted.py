@@ -10,6 +10,7 @@ import numpy as np
 from rbstab.experiment.stored_certificate import CertificateLine
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.element_states import state_in_file
+from rbstab.report.reading.not_results import not_a_result
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result
@@ -32,9 +33,12 @@ def file_of(path: Path) -> Path:
     """Return the file to read: the given file, or the gathered file of a sweep folder.
 
     Raises:
-        StoreError: The folder is not a sweep, or the sweep is not finished.
+        StoreError: The folder is not a sweep, the sweep is not finished, or the file is a config.
     """
     if not path.is_dir():
+        other = not_a_result(path)
+        if other is not None:
+            raise NotAResultError(f"{path} {other}")
         return path
     file = path / SWEEP_FILE
     if file.is_file():

@@ -45,6 +45,9 @@ def _rest(members: Members) -> Statement:
         parts.append(f"{proved} of {total} are proved to converge to a rest state")
     else:
         parts.append(f"not proved: no proof was made for any of the {counted(total, 'member')}")
+    untried = int(np.count_nonzero(convergence == NO_PROOF))
+    if 0 < untried < total:
+        parts.append(f"no proof was made for {untried}, so they are not proved")
     if false:
         parts.append(f"{false} are proved not to come to rest")
     if seen:

@@ -84,7 +84,8 @@ def fractions_of(members: Members) -> list[Fraction]:
     ]
     near = members.completed & np.isfinite(members.column("displacement_settling_time"))
     fractions.append(fraction("completed, |E| below 1 mm from some time on", near))
-    if (members.convergence != NO_PROOF).any():
+    # Proofs may reach only the first members: then this is no fraction of all of them.
+    if (members.convergence != NO_PROOF).all():
         fractions.append(fraction("proved to converge", members.convergence == PROVED))
     return fractions
 

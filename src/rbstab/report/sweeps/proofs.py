@@ -8,6 +8,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.table_entries import whole
+from rbstab.sweep.proofs.bodies import named_members, ranges_of
 from rbstab.sweep.proofs.columns import (
     FALSE,
     FIRST_UNDECIDED,
@@ -114,8 +115,10 @@ def _sentence(members: Members) -> str:
             "not enclosed"
         )
     if count[NO_PROOF]:
+        named = named_members(ranges_of(np.flatnonzero(convergence == NO_PROOF).tolist()))
         sentences.append(
-            f"Of {count[NO_PROOF]}, nothing is known: there is no proof of their rest states"
+            f"{count[NO_PROOF]} are not proved, because no proof of their rest states was made: "
+            f"{named}"
         )
     return ". ".join(sentences) + "."
 

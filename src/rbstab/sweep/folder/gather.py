@@ -24,8 +24,12 @@ from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.scipy_comparison import ScipyComparison
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
-from rbstab.sweep.proofs.convergence import ProvedConvergence, proved_columns
+from rbstab.sweep.proofs.columns import GATHERED_COLUMNS, NO_PROOF
+from rbstab.sweep.proofs.convergence import (
+    MemberConvergence,
+    ProvedConvergence,
+    proved_columns,
+)
 
 HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no", "yes"))
 """The column `traces` of a sweep with traces."""
@@ -60,7 +64,11 @@ def _has_plan_of(folder: SweepFolder, table: Table) -> bool:
 
 
 def gather(
-    plan: Plan, folder: SweepFolder, shards_digest: str, comparison: ScipyComparison | None
+    plan: Plan,
+    folder: SweepFolder,
+    shards_digest: str,
+    comparison: ScipyComparison | None,
+    known: MemberConvergence | None = None,
 ) -> None:
     """Write the file of the sweep; only one shard is in memory at a time. The shards are kept.
 
@@ -69,6 +77,7 @@ def gather(
         folder: The folder, with all shards.
         shards_digest: The digest of all shards.
         comparison: The comparison with SciPy, if there is one.
+        known: What is known of the convergence of all members, beside the proofs that they share.
 
     Raises:
         StoreError: The file cannot be written, or a shard is missing.
@@ -94,10 +103,25 @@ def gather(
     if plan.keep.count(plan.members):
         layout["traces"] = HAS_TRACE
     header = TableHeader(layout, 0, manifest.members, attributes, extras)
-    write_table(folder.sweep_file, header, _shards(plan, folder))
+    write_table(folder.sweep_file, header, _shards(plan, folder, known))
 
 
-def _shards(plan: Plan, folder: SweepFolder) -> Iterator[dict[str, Array]]:
+def stored_convergence(folder: SweepFolder) -> MemberConvergence:
+    """Return what the file of a sweep says of the convergence of its members.
+
+    Raises:
+        StoreError: The file cannot be read, or is damaged.
+    """
+    table = read_table(folder.sweep_file, GATHERED_COLUMNS)
+    members = folder.manifest.members
+    if not set(GATHERED_COLUMNS) <= set(table.layout):  # a file of an older version
+        return MemberConvergence(np.full(members, NO_PROOF, np.int8), np.zeros(members, np.int32))
+    return MemberConvergence(*(table[name] for name in GATHERED_COLUMNS))
+
+
+def _shards(
+    plan: Plan, folder: SweepFolder, known: MemberConvergence | None
+) -> Iterator[dict[str, Array]]:
     convergence = ProvedConvergence(plan, folder.path.parent)
     for number in range(folder.shards):
         table = folder.read(number)
@@ -105,6 +129,9 @@ def _shards(plan: Plan, folder: SweepFolder) -> Iterator[dict[str, Array]]:
             raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
         bounds, arrays = folder.bounds(number), dict(table.arrays)
         proved = convergence.within(*bounds, arrays, convergence.of(*bounds))
+        if known is not None:
+            own = MemberConvergence(*(column[slice(*bounds)] for column in known))
+            proved = own.beside(proved)
         arrays |= proved_columns(proved, arrays)
         arrays["traces"] = plan.keep.selected(*bounds).astype("i1")
         yield varied_arrays(plan, *bounds) | arrays

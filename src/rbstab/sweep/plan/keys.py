@@ -23,7 +23,7 @@ def check_keys(problems: ProblemCollector, plan: Plan) -> None:
             continue
         owners = [v for v in plan.variants if varied in plan.varied_keys_of(v)]
         if not owners:
-            problems.add(varied.place, "is not in the base", _hint(plan, varied), of_key=True)
+            problems.add(varied.place, *_missing(plan, varied), of_key=True)
         values = [value_at(plan.templates[variant], varied.path) for variant in owners]
         for problem in dict.fromkeys(_problem_with(varied, value) for value in values):
             if problem is not None:
@@ -97,6 +97,20 @@ def _rows(value: Any) -> list[list[float]]:
     if not isinstance(value, list):
         return [[value]]
     return [row if isinstance(row, list) else [row] for row in value]
+
+
+def _missing(plan: Plan, varied: VariedKey) -> tuple[str, str]:
+    """Return the problem and the expected value of a key that no base has."""
+    if varied.path[:2] == ("initial", "position") and _is_attached(plan):
+        return (
+            "follows from the orientation, because initial.attached is true in the base",
+            "expected another key, or a base without attached: true",
+        )
+    return "is not in the base", _hint(plan, varied)
+
+
+def _is_attached(plan: Plan) -> bool:
+    return any(template["initial"].get("attached") for template in plan.templates.values())
 
 
 def _hint(plan: Plan, varied: VariedKey) -> str:

@@ -90,7 +90,7 @@ class ProvedConvergence:
         self.plan = plan
         shared = [variant for variant in plan.variants if shares_proof(plan, variant)]
         found = {variant: cached_proof(results, plan.base_of(variant)) for variant in shared}
-        self._proofs = {v: p for v, p in found.items() if p is not None and _is_known(p)}
+        self._proofs = {v: p for v, p in found.items() if p is not None and is_known(p)}
         self._starts: dict[str, ProvedStarts] = {}
         self._robust = {
             variant: RobustProofs(plan, variant, results)
@@ -206,7 +206,7 @@ def undecided_reason(plan: Plan, variant: str) -> str | None:
     return None if found is None else found.why
 
 
-def _is_known(proof: Proof) -> bool:
+def is_known(proof: Proof) -> bool:
     """Return whether a proof says anything about rest states."""
     return bool(proof.states) or has_no_rest_state(proof)
 

@@ -1,0 +1,41 @@
+"""Say what a file is that was named in place of a result: a config, a plan, or a proof."""
+
+from pathlib import Path
+
+from rbstab.config.errors import ConfigError
+from rbstab.experiment.proof_cache import PROOFS
+from rbstab.files.shell_words import shell_word
+from rbstab.sweep.plan.load import is_plan
+
+YAML = (".yaml", ".yml")
+
+CONFIG, PLAN, PROOF = "a config", "the plan of a sweep", "a proof"
+
+COMMANDS = {
+    CONFIG: "Run it: rbstab run",
+    PLAN: "Run it: rbstab sweep",
+    PROOF: "Look at it: rbstab show",
+}
+"""What to do with a file that is not a result."""
+
+
+def what_it_is(path: Path) -> str | None:
+    """Return what a file is, told by its name and place; None if it may be a result."""
+    if not path.is_file():
+        return None
+    if path.suffix.lower() in YAML:
+        try:
+            return PLAN if is_plan(path) else CONFIG
+        except ConfigError:
+            return "a YAML file"
+    is_proof = path.suffix == ".json" and path.absolute().parent.name == PROOFS
+    return PROOF if is_proof else None
+
+
+def not_a_result(path: Path) -> str | None:
+    """Return what a file is that is not a result, and what to do with it; None for others."""
+    what = what_it_is(path)
+    if what is None:
+        return None
+    command = f". {COMMANDS[what]} {shell_word(path)}" if what in COMMANDS else ""
+    return f"is {what}, not a result{command}"

@@ -1,0 +1,193 @@
+"""Prove the rest states of the distinct bodies of a plan, within a budget of time.
+
+Each proof is kept in the folder of results. What the budget does not reach is not proved; a second
+call goes on after the members that were decided before.
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
+from pathlib import Path
+from time import monotonic
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.config.entries import is_of_initial_state
+from rbstab.config.schema import Config
+from rbstab.experiment.proof import Proof, has_no_rest_state
+from rbstab.experiment.proof_cache import cached_proof, proof_for
+from rbstab.mechanics.numbers import Array
+from rbstab.processes.workers import worker_pool
+from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.bodies import Bodies, bodies_of
+from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, NOT_PROVED, PROVED
+from rbstab.sweep.proofs.convergence import MemberConvergence, is_known
+from rbstab.sweep.proofs.starts import ProvedStarts
+
+BUDGET = 30.0
+"""The time for the proofs of all bodies of a sweep, s, if nobody asks for more."""
+
+ALONE = 2
+"""Up to this many bodies are proved in this process: workers take a second to start."""
+
+Progress = Callable[[int, int], None]
+"""Called with the number of bodies that were reached, and of all."""
+
+
+class BodyProofs(NamedTuple):
+    """What was proved of the members of a plan.
+
+    Attributes:
+        found: The convergence of each member.
+        reached: Whether the body of each member was reached in time, shape (members,).
+        bodies: The number of distinct bodies.
+        reached_bodies: How many of them were reached.
+        budget: The budget, s; None: no limit.
+        seconds: The time that was taken, s.
+    """
+
+    found: MemberConvergence
+    reached: Array
+    bodies: int
+    reached_bodies: int
+    budget: float | None
+    seconds: float
+
+
+def prove_bodies(  # noqa: PLR0913 (options by name)
+    plan: Plan,
+    results: Path,
+    stored: MemberConvergence,
+    *,
+    budget: float | None = BUDGET,
+    processes: int = 1,
+    progress: Progress = lambda _reached, _all: None,
+) -> BodyProofs:
+    """Prove the rest states of each distinct body, and find the members that start in a region.
+
+    The bodies are reached in the order of their first members. No new one is begun when the budget
+    is used up.
+
+    Args:
+        plan: The plan.
+        results: The folder of results, which keeps the proofs.
+        stored: What is known of the members. Bodies of whose members all are known are not proved
+            again.
+        budget: The time, s; None: no limit.
+        processes: The largest number of worker processes.
+        progress: Called after each body.
+
+    Raises:
+        StoreError: A proof cannot be written.
+    """
+    begin = monotonic()
+    bodies = bodies_of(plan)
+    known = np.ones(len(bodies), dtype=bool)
+    decidable = bodies.of_member >= 0
+    known[bodies.of_member[decidable & (stored.codes == NO_PROOF)]] = False
+    waiting = np.flatnonzero(~known).tolist()
+    reached, found = known.copy(), _Answers(plan, bodies, stored)
+    count = int(known.sum())
+    progress(count, len(bodies))
+    for body, proof in _proofs(plan, bodies, results, waiting, begin, budget, processes):
+        found.add(body, proof)
+        reached[body] = True
+        count += 1
+        progress(count, len(bodies))
+    of_member = np.ones(plan.members, dtype=bool)
+    of_member[decidable] = reached[bodies.of_member[decidable]]
+    seconds = monotonic() - begin
+    return BodyProofs(found.answers, of_member, len(bodies), count, budget, seconds)
+
+
+class _Answers:
+    """What is proved of all members, body by body."""
+
+    def __init__(self, plan: Plan, bodies: Bodies, stored: MemberConvergence) -> None:
+        self.plan = plan
+        self.bodies = bodies
+        self.answers = MemberConvergence(stored.codes.copy(), stored.rest_states.copy())
+
+    def add(self, body: int, proof: Proof | None) -> None:
+        """Add what the proof of a body says of its members."""
+        if proof is None or not is_known(proof):
+            return
+        members = self.bodies.members(body)
+        codes, rest_states = self.answers
+        if has_no_rest_state(proof):
+            codes[members] = FALSE
+            return
+        first = int(members[0])
+        row = {key: found.tolist()[0] for key, found in self.plan.values(first, first + 1).items()}
+        keys = tuple(
+            varied
+            for varied in self.plan.varied_keys_of(self.plan.variant_of(row))
+            if is_of_initial_state(varied.path)
+        )
+        values = self._values(members, [varied.key for varied in keys])
+        starts = ProvedStarts(self.plan.config_of(first), keys, proof)
+        numbers = starts.find(values, len(members))
+        # What is stored may be more: a proof for all bodies within tolerances.
+        own_codes = np.where(numbers > 0, PROVED, NOT_PROVED).astype(codes.dtype)
+        new = MemberConvergence(own_codes, numbers)
+        merged = new.beside(MemberConvergence(codes[members], rest_states[members]))
+        codes[members], rest_states[members] = merged
+
+    def _values(self, members: Array, keys: list[str]) -> dict[str, Array]:
+        """Return the values of some keys of some members, which may be far apart."""
+        first, stop = int(members[0]), int(members[-1]) + 1
+        values = self.plan.values(first, stop, keys)
+        return {key: entries[members - first] for key, entries in values.items()}
+
+
+def _proofs(  # noqa: PLR0913, PLR0917 (all of them are needed)
+    plan: Plan,
+    bodies: Bodies,
+    results: Path,
+    waiting: list[int],
+    begin: float,
+    budget: float | None,
+    processes: int,
+) -> Iterator[tuple[int, Proof | None]]:
+    """Yield bodies in their order, each with its proof, until the budget is used up."""
+
+    def in_time() -> bool:
+        return budget is None or monotonic() - begin < budget
+
+    left = deque(waiting)
+    if processes > 1 and len(waiting) > ALONE:
+        # If a worker dies (out of memory, say), its pool breaks: this process goes on alone.
+        with (
+            suppress(BrokenProcessPool),
+            worker_pool(min(processes, len(waiting))) as pool,
+        ):
+            running: deque[tuple[int, Config, Future[None]]] = deque()
+            while left or running:
+                while left and len(running) <= processes and in_time():
+                    config = plan.config_of(int(bodies.first[left[0]]))
+                    running.append((left[0], config, pool.submit(_prove, config, results)))
+                    left.popleft()
+                if not running:
+                    break
+                body, config, future = running[0]
+                try:
+                    future.result()
+                except BrokenProcessPool:
+                    left.extendleft(reversed([one for one, _, _ in running]))
+                    raise
+                running.popleft()
+                yield body, cached_proof(results, config)
+    while left and in_time():
+        body = left.popleft()
+        config = plan.config_of(int(bodies.first[body]))
+        _prove(config, results)
+        yield body, cached_proof(results, config)
+
+
+def _prove(config: Config, results: Path) -> None:
+    """Make the proof of a config and keep it; without a proof, its members are not decided."""
+    with suppress(ArithmeticError, ValueError, LookupError, TypeError):
+        proof_for(results, config)

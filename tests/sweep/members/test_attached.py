@@ -1,0 +1,101 @@
+"""Protects sweeps of attached bodies: the position of each member follows from its own numbers."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.paper_runs import paper_config
+from support.pose import attitude
+
+from rbstab.config.errors import ConfigError
+from rbstab.config.load import load_config, run_id
+from rbstab.sweep.members.binding import Binding
+from rbstab.sweep.members.ensemble import EnsembleEngine
+from rbstab.sweep.members.identity import run_ids
+from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.dump import plan_data
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.plan import plan_id
+
+SHORT: dict[str, Any] = {"duration": 0.4, "samples": 21, "rtol": 1e-10, "engine": "heyoka"}
+R = np.array([0.15, 0.10, -0.42])
+VARY = {
+    "initial.orientation[0]": {"uniform": [-0.5, 0.5]},
+    "initial.orientation[1]": {"uniform": [-0.5, 0.5]},
+    "body.mass": {"uniform": [20, 60]},
+    "body.contact_point[2]": {"uniform": [-0.6, 0.2]},
+}
+
+
+def base_of(variant="visco-elastic", **more):
+    base = paper_config(variant, with_gravity=True, **SHORT)
+    initial = {key: value for key, value in base["initial"].items() if key != "position"}
+    controller = base["controller"] | more
+    return base | {"initial": initial | {"attached": True}, "controller": controller}
+
+
+def plan_of(base, vary=VARY, members=6):
+    return load_plan(
+        {"base": base, "vary": vary, "design": "random", "members": members, "seed": 3}
+    )
+
+
+def test_each_member_starts_on_its_anchor():
+    plan = plan_of(base_of(anchor="equilibrium"))
+    values = plan.values(0, plan.members)
+    _, starts = Binding(plan, "visco-elastic").parameters_and_starts(values)
+    base = plan.base_of("visco-elastic")
+    K_t, gravity = np.diag(base.controller.K_t), np.array(base.gravity)
+    assert gravity.any()
+    for k in range(plan.members):
+        Theta = starts[:3, k]
+        assert Theta[0] == values["initial.orientation[0]"][k]
+        point = np.array([*R[:2], values["body.contact_point[2]"][k]])
+        anchor = np.linalg.solve(K_t, values["body.mass"][k] * gravity)
+        expected = anchor + point - attitude(Theta) @ point
+        np.testing.assert_allclose(starts[6:9, k], expected, atol=1e-15)
+
+
+def test_batches_agree_with_single_runs():
+    plan = plan_of(base_of())
+    single = SingleRuns(plan, "heyoka")
+    batches = EnsembleEngine(plan, single).compute(0, plan.members).outcome
+    expected = single.compute(0, plan.members).outcome
+    for name in ("final_orientation", "final_position", "lyapunov_start"):
+        np.testing.assert_allclose(batches[name], expected[name], rtol=1e-8, atol=1e-10)
+    assert (batches["run_id"] == expected["run_id"]).all()
+
+
+def test_the_ids_are_those_of_the_configs():
+    plan = plan_of(base_of())
+    expected = [run_id(plan.config_of(index)).encode() for index in range(plan.members)]
+    assert run_ids(plan, 0, plan.members).tolist() == expected
+    assert plan.config_of(0).initial.attached
+    loaded = load_plan(plan_data(plan))
+    assert plan_id(loaded) == plan_id(plan)
+
+
+def test_variants_from_the_same_attached_start():
+    """The held body is always attached, so the base may say it for all variants."""
+    variants = {"each": {"values": ["permanent", "visco-elastic"]}}
+    plan = plan_of(base_of(), {"controller.variant": variants, **VARY}, members=2)
+    loaded = load_plan(plan_data(plan))
+    assert plan_id(loaded) == plan_id(plan)
+    held, tied = load_config(plan.config_of(0)), load_config(plan.config_of(2))
+    assert held.initial.orientation == tied.initial.orientation
+    assert held.initial.attached is None
+    assert tied.initial.attached is True
+
+
+@pytest.mark.parametrize("scale", [False, True])
+def test_the_position_of_an_attached_body_cannot_vary(scale):
+    change = {"scale": {"uniform": [0, 1]}} if scale else {"uniform": [0, 1]}
+    key = "initial.position" if scale else "initial.position[0]"
+    with pytest.raises(ConfigError, match=r"initial\.position.*attached: true") as caught:
+        plan_of(base_of(), {key: change})
+    assert "follows" in str(caught.value)
+
+
+def test_it_is_a_choice_of_the_base():
+    with pytest.raises(ConfigError, match="is true in the base"):
+        plan_of(base_of(), {"initial.attached": {"values": [0, 1]}}, members=2)

@@ -1,0 +1,138 @@
+"""Protects the proofs of a plan with many bodies: which members share one, and what is proved of
+each member, which is what a plan of its body alone says.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.paper_runs import paper_config
+
+from rbstab.experiment.proof_cache import cached_proof
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.proofs import prove_bodies as module
+from rbstab.sweep.proofs.bodies import bodies_of, named_members, ranges_of
+from rbstab.sweep.proofs.columns import NO_PROOF, NOT_PROVED, PROVED
+from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, keep_proofs
+from rbstab.sweep.proofs.prove_bodies import prove_bodies
+
+SPIN = {"initial.angular_velocity[0]": {"linspace": [-30, 30, 7]}}
+MASSES = [30.0, 41.0, 50.0]
+
+
+def base_of():
+    base = paper_config("visco-elastic", with_gravity=True, duration=0.1, samples=5)
+    return base | {"initial": {"angular_velocity": [0, 0, 0]}}
+
+
+def plan_of(vary, **more):
+    return load_plan({"base": base_of(), "vary": vary, **more})
+
+
+def nothing(plan):
+    codes = np.full(plan.members, NO_PROOF, dtype=np.int8)
+    return MemberConvergence(codes, np.zeros(plan.members, dtype=np.int32))
+
+
+def proved(plan, results, **options):
+    return prove_bodies(plan, results, nothing(plan), **options)
+
+
+def test_members_that_differ_in_their_start_share_a_body():
+    bodies = bodies_of(plan_of({"body.mass": {"values": MASSES}, **SPIN}))
+    assert bodies.of_member.tolist() == [0] * 7 + [1] * 7 + [2] * 7
+    assert bodies.first.tolist() == [0, 7, 14]
+    bodies = bodies_of(plan_of({**SPIN, "body.mass": {"values": MASSES}}))
+    assert bodies.of_member.tolist() == [0, 1, 2] * 7
+    assert bodies.members(1).tolist() == list(range(1, 21, 3))
+
+
+def test_bodies_are_numbered_by_their_first_members():
+    """Not by their values: the heaviest comes first here. Equal values are one body."""
+    bodies = bodies_of(plan_of({"body.mass": {"values": [50, 30, 50, 41]}}))
+    assert bodies.of_member.tolist() == [0, 1, 0, 2]
+    assert bodies.first.tolist() == [0, 1, 3]
+
+
+def test_one_body_for_each_member():
+    vary = {"body.mass": {"uniform": [30, 50]}, "controller.K_r": {"scale": {"uniform": [0.5, 2]}}}
+    bodies = bodies_of(plan_of(vary, design="random", members=200, seed=1))
+    assert bodies.of_member.tolist() == list(range(200))
+
+
+def test_variants_are_bodies_of_their_own_and_sliding_ones_are_left_out():
+    path = Path(__file__).parents[3] / "configs/sweeps/variants.yaml"
+    bodies = bodies_of(load_plan(path))
+    assert len(bodies) == 4
+    assert np.bincount(bodies.of_member + 1).tolist() == [1000] * 5
+    assert (bodies.of_member[4000:] == -1).all()
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_the_answers_are_those_of_plans_with_one_body(tmp_path, processes):
+    plan = plan_of({"body.mass": {"values": MASSES}, **SPIN})
+    found = proved(plan, tmp_path / "all", processes=processes, budget=None)
+    assert (found.bodies, found.reached_bodies) == (3, 3)
+    assert found.reached.all()
+    for k, mass in enumerate(MASSES):
+        base = base_of()
+        base["body"] = base["body"] | {"mass": mass}
+        alone = load_plan({"base": base, "vary": SPIN})
+        keep_proofs(alone, tmp_path / "alone")
+        expected = ProvedConvergence(alone, tmp_path / "alone").of(0, 7)
+        own = slice(7 * k, 7 * k + 7)
+        assert found.found.codes[own].tolist() == expected.codes.tolist()
+        assert found.found.rest_states[own].tolist() == expected.rest_states.tolist()
+    codes = found.found.codes
+    assert {PROVED, NOT_PROVED} == set(codes.tolist())
+    assert cached_proof(tmp_path / "all", plan.config_of(20)) is not None
+
+
+def test_the_budget_ends_the_proofs_and_a_second_call_goes_on(tmp_path, monkeypatch):
+    now = [0.0]
+
+    def slow(config, results, prove=module._prove):
+        now[0] += 10.0
+        prove(config, results)
+
+    monkeypatch.setattr(module, "monotonic", lambda: now[0])
+    monkeypatch.setattr(module, "_prove", slow)
+    plan = plan_of({**SPIN, "body.mass": {"values": MASSES}})
+    first = proved(plan, tmp_path, budget=15.0)
+    assert (first.reached_bodies, first.seconds) == (2, 20.0)
+    assert np.flatnonzero(~first.reached).tolist() == list(range(2, 21, 3))
+    assert (first.found.codes[~first.reached] == NO_PROOF).all()
+    assert (first.found.codes[first.reached] != NO_PROOF).all()
+    second = prove_bodies(plan, tmp_path, first.found, budget=5.0)
+    assert (second.reached_bodies, second.seconds) == (3, 10.0)
+    assert (second.found.codes != NO_PROOF).all()
+    assert (second.found.codes[first.reached] == first.found.codes[first.reached]).all()
+
+
+def test_no_budget_proves_nothing(tmp_path):
+    found = proved(plan_of({"body.mass": {"values": MASSES}}), tmp_path, budget=0.0)
+    assert found.reached_bodies == 0
+    assert not found.reached.any()
+    assert (found.found.codes == NO_PROOF).all()
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_stored_is_kept_where_it_says_more(tmp_path):
+    """A member may be proved by a proof for all bodies within tolerances."""
+    plan = plan_of({"body.mass": {"values": [41.0]}, **SPIN})
+    alone = proved(plan, tmp_path, budget=None).found.codes
+    outside = int(np.flatnonzero(alone == NOT_PROVED)[0])
+    stored = nothing(plan)
+    stored.codes[outside], stored.rest_states[outside] = PROVED, 1
+    found = prove_bodies(plan, tmp_path, stored, budget=None).found
+    assert (found.codes[outside], found.rest_states[outside]) == (PROVED, 1)
+    assert np.delete(found.codes, outside).tolist() == np.delete(alone, outside).tolist()
+
+
+def test_ranges():
+    assert ranges_of([]) == []
+    assert ranges_of([3]) == [(3, 3)]
+    assert ranges_of([0, 1, 2, 5, 7, 8]) == [(0, 2), (5, 5), (7, 8)]
+    assert named_members([(0, 2), (5, 5)]) == "members 0 to 2, 5"
+    many = [(10 * k, 10 * k + 1) for k in range(8)]
+    assert named_members(many).endswith("50 to 51 and 4 more")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
-from rbstab.config.elements import gain_value, inputs
+from rbstab.config.elements import gain_value, initial_value, inputs
 from rbstab.config.schema import NO_VARIANT, Baumgarte, Config
 from rbstab.config.user_code.permission import permitted_class
 from rbstab.config.user_code.section import PythonElement
@@ -282,4 +282,4 @@ def _initial_states(config: Config, element: Element) -> list[Any]:
     section = config.elements.get(element.name)
     if section is None:
         return [getattr(config.initial, state.name) for state in element.states]
-    return [getattr(section, state.initial_key) for state in element.states]
+    return [initial_value(section, state) for state in element.states]

@@ -24,7 +24,8 @@ from rbstab.config.schema import (
 from rbstab.config.source import MAX_DEPTH, Source, read_source
 from rbstab.config.user_code.files import embed_files
 from rbstab.config.user_code.permission import check_code, may_run_code
-from rbstab.config.user_code.section import ALLOW
+from rbstab.config.user_code.section import ALLOW, PARAMETERS
+from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.elements.declarations import is_initial
 from rbstab.elements.registry import OWN_STATES
 
@@ -213,11 +214,15 @@ def initial_sections(config: Config) -> list[Any]:
 
 def _split_elements(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the elements of a resolved config without and with only the keys of initial values."""
-    elements = data.get("elements", {}).items()
-    return (
-        {name: {k: v for k, v in one.items() if not is_initial(k)} for name, one in elements},
-        {name: {k: v for k, v in one.items() if is_initial(k)} for name, one in elements},
-    )
+    acting, initial = {}, {}
+    for name, one in data.get("elements", {}).items():
+        acting[name] = {k: v for k, v in one.items() if not is_initial(k)}
+        initial[name] = {k: v for k, v in one.items() if is_initial(k)}
+        if one["kind"] == PYTHON:
+            parameters = one[PARAMETERS].items()
+            acting[name][PARAMETERS] = {k: v for k, v in parameters if not is_initial(k)}
+            initial[name] |= {k: v for k, v in parameters if is_initial(k)}
+    return acting, initial
 
 
 def resolved_yaml(config: Config) -> str:

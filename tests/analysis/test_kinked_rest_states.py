@@ -199,7 +199,7 @@ def test_v_of_the_grips_counts_from_the_state_in_which_they_hold():
     path = ROOT / "configs" / "examples" / "sliding_ties.yaml"
     result = rbstab.simulate(path)
     v = result["lyapunov"]
-    assert result.attributes["lyapunov_zero"].startswith(
+    assert str(result.attributes["lyapunov_zero"]).startswith(
         "the rest state that the motion approaches"
     )
     assert abs(v[-1]) < 3e-3 * v[0]

@@ -19,6 +19,7 @@ from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
 from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.sliding_ties import SlidingTie
+from rbstab.elements.spring import NO_LENGTH, Spring, squared_length
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
 from rbstab.mechanics.body import Body, triangle_violation
@@ -275,6 +276,20 @@ def start_of(config: Config, system: System, numbers: Numbers = doubles) -> Arra
     values = (value for element in system.elements for value in _initial_states(config, element))
     own = [numbers(np.array(value)) for value in values]
     return system.start(motion, np.concatenate([np.zeros(0), *own]))
+
+
+def springs_without_length(config: Config) -> dict[str, float]:
+    """Return the lengths, m, of the springs of a config that have no direction at the start."""
+    with np.errstate(all="ignore"):
+        system = system_of(config)
+        motion = system.motion(start_of(config, system))
+        lengths = {
+            element.name: float(sqrt(squared_length(motion, element.point, element.anchor)))
+            for element in system.elements
+            if isinstance(element, Spring)
+        }
+    rests = {name: config.elements[name].rest_length for name in lengths}
+    return {name: at for name, at in lengths.items() if at <= NO_LENGTH * rests[name]}
 
 
 def _initial_states(config: Config, element: Element) -> list[Any]:

@@ -60,7 +60,7 @@ def _gain_field(gain: Gain) -> tuple[Any, Any]:
     description = f"{gain.description}, {gain.unit}"
     if gain.default is not None:
         return NotNegative, Field(gain.default, description=description)
-    kind = _GAIN_TYPES[gain.shape, gain.positive]
+    kind = NotNegative if gain.or_zero else _GAIN_TYPES[gain.shape, gain.positive]
     if gain.at_most is not None:
         kind = Annotated[NotNegative, Field(le=gain.at_most)]
     if gain.below is not None:

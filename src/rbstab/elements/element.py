@@ -38,6 +38,9 @@ class Element:
     `mode`, shape (mode_count,), of numbers 0 or 1. Its formulas use them as numbers, and so need no
     branch. Its stored energy must be continuous at each switch."""
 
+    clearance_count: ClassVar[int] = 0
+    """The number of entries of `clearances`."""
+
     kinked: ClassVar[bool] = False
     """Whether its force jumps at its switches, so that its stored energy has a kink there. Then its
     stored energy is linear in each mode, and it has no own states."""
@@ -101,6 +104,13 @@ class Element:
 
     def rates(self, motion: Motion, own: Array) -> Array:
         """Return the derivatives of the own states, shape (state_size,)."""
+        return NO_STATE
+
+    def clearances(self, motion: Motion) -> Array:
+        """Return how far a motion is from where the statements are not defined: (clearance_count,).
+
+        A run ends where one of them falls to zero. They must be smooth, also there.
+        """
         return NO_STATE
 
     def at_rest(self) -> "Element":

@@ -12,6 +12,7 @@ equations above.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -172,10 +173,10 @@ def _solved(
         pulls = np.array(
             [
                 slope(q, _with_mode(modes, k, 1.0)) - slope(q, _with_mode(modes, k, 0.0))
-                for k in np.flatnonzero(held)
+                for k in np.flatnonzero(held).tolist()
             ]
         ).reshape(count, len(q))
-        curvature = _hessian(lambda x, m=modes, of=slope: of(x, m), q, STEP)
+        curvature = _hessian(partial(_swapped, slope, modes), q, STEP)
         matrix = np.block([[curvature, pulls.T], [normals, np.zeros((count, count))]])
         wrong = np.concatenate([slope(q, modes), energy.guards(q)[held]])
         # Kinks at which the forces are not determined have many solutions: take the nearest.
@@ -197,6 +198,10 @@ def _slope(energy: _ModedEnergy, q: Array) -> Callable[[Array, Array], Array]:
     """Return ∂U/∂q as a function of q and the kinked modes."""
     at = energy.at(q)
     return lambda x, modes: jacobian(lambda z: at(z, modes), x)
+
+
+def _swapped(slope: Callable[[Array, Array], Array], modes: Array, x: Array) -> Array:
+    return slope(x, modes)
 
 
 def _with_mode(modes: Array, index: int, value: float) -> Array:

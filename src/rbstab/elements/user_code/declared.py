@@ -203,8 +203,10 @@ def _problems(gain: Gain) -> Iterator[tuple[str, str]]:
         yield f"shape is {gain.shape!r:.50}", f"one of {', '.join(shapes)}"
     if gain.shape == "direction" and gain.positive is False:
         yield "direction has positive=False", "no `positive`: a direction has none"
-    if not isinstance(gain.positive, bool) or not isinstance(gain.dissipates, bool):
-        yield "positive or dissipates is not a truth value", "True or False"
+    if not all(isinstance(x, bool) for x in (gain.positive, gain.dissipates, gain.or_zero)):
+        yield "positive, dissipates or or_zero is not a truth value", "True or False"
+    if gain.or_zero is True and gain.shape != "number":
+        yield "or_zero is True", "it for a number only"
     if gain.default is not None and not (gain.shape == "number" and _is_number(gain.default)):
         yield f"default is {gain.default!r:.50}", "a number that is not negative, for a number"
     for field in ("below", "at_most"):

@@ -134,6 +134,8 @@ class Ensemble:
             list(zip(y, rates, strict=True)),
             state=np.zeros((len(y), self.batch)),
             tol=tolerance,
+            # A member that ends there is not done, and so runs again alone.
+            t_events=[hy.t_event_batch(event) for event in symbolic.clearances(y)],
         )
         # Views of the integrator's memory: getting them takes as long as a step.
         self._pars, self._state = self.integrator.pars, self.integrator.state

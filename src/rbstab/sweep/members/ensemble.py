@@ -155,7 +155,8 @@ class _VariantEngine:
         varies_load = any(path[0] == "gravity" for path in varied)
         loaded = any(base.gravity) or varies_load or bool(base.elements)
         if all(map(is_of_initial_state, varied)):
-            nearest = nearest_rest_state(self.problem.system)
+            with np.errstate(all="ignore"):
+                nearest = nearest_rest_state(self.problem.system)
             q = configurations(self.problem.system).configuration(nearest.motion, nearest.own)
             return SharedState(q, nearest.energy) if nearest.found else None
         # Without a load it is the unloaded position, where no energy is stored. Elements of the

@@ -43,12 +43,14 @@ class EnsembleTrajectories(NamedTuple):
         steps: Accepted steps, shape (m,).
         done: Whether a member reached the last sample, shape (m,). The values of a member that did
             not are meaningless.
+        supplied_energy: ∫supplied dt, shape (m, n), J; None if no element supplies power.
     """
 
     lanes: Array
     lyapunov_change: Array
     steps: Array
     done: Array
+    supplied_energy: Array | None = None
 
     @property
     def states(self) -> Array:
@@ -198,10 +200,11 @@ class Ensemble:
             self._repeat_misfits(found, parameters, starts, scales, times, begin)
         lanes = found.states
         change = lanes[LYAPUNOV_CHANGE, : starts.shape[1]] * scales[:, np.newaxis]
-        members = slice(starts.shape[1])
-        return EnsembleTrajectories(
-            lanes[: self.size], change, found.steps[members], found.done[members]
-        )
+        members, supplied = slice(starts.shape[1]), None
+        if self.audited_size > self.size + AUDIT_SIZE:
+            supplied = lanes[self.size, members] * scales[:, np.newaxis]
+        steps, done = found.steps[members], found.done[members]
+        return EnsembleTrajectories(lanes[: self.size], change, steps, done, supplied)
 
     def _repeat_misfits(  # noqa: PLR0913, PLR0917 (all that a run depends on)
         self,

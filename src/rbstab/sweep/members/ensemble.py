@@ -221,6 +221,8 @@ class _VariantEngine:
             return _BatchTraces({}, {})
         available = vars(members) | members.own_states
         available |= {"lyapunov_change": trajectories.lyapunov_change}
+        if trajectories.supplied_energy is not None:
+            available |= {"supplied_energy": trajectories.supplied_energy}
         forces = self.forces.along(parameters, trajectories, rows)
         evaluated = {
             "contact_force": np.moveaxis(forces.contact_force, 0, 2),
@@ -280,6 +282,7 @@ class _VariantEngine:
             energy_at_rest=rest.energy,
             rest_orientation=rest.orientation,
             own_states={name: along(states[place]) for name, place in own_states.items()},
+            driven=self.problem.system.supplies,
         )
 
     def _may_have_left_range(self, members: MemberTrajectories, outcome: dict[str, Array]) -> Array:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from cli.conftest import Invoke
 
+from rbstab.analysis.proof_check.findings import Finding
 from rbstab.experiment.proof import Proof
 from rbstab.experiment.verification.verify import verify
 from rbstab.store.document import read_document, read_model, write_document
@@ -116,19 +117,21 @@ def test_claims_are_counted_on_a_terminal_only(
     proof: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A terminal sees them on stderr; -q, and another stderr, see nothing."""
-    stored, made = read_model(proof, Proof), []
+    stored = read_model(proof, Proof)
+    made: list[Finding] = []
+    findings = verify(stored, None, made.append).findings
+    assert made == findings
     for is_terminal, wanted in ((True, True), (True, False), (False, True)):
         monkeypatch.setattr(sys.stderr, "isatty", lambda shown=is_terminal: shown)
         monkeypatch.setenv("TTY_COMPATIBLE", "1" if is_terminal else "0")
         with claims_checked("a proof", wanted=wanted) as progress:
-            verification = verify(stored, None, lambda f, p=progress: (made.append(f), p(f)))
+            for finding in findings:
+                progress(finding)
         captured = capsys.readouterr()
         assert captured.out == ""
-        count = len(verification.findings)
-        assert made[-count:] == verification.findings
-        is_shown = is_terminal and wanted
-        assert (f"{count} claims checked, last: {made[-1].claim}" in captured.err) == is_shown
-        assert bool(captured.err) == is_shown
+        shown = f"{len(findings)} claims checked, last: {findings[-1].claim}"
+        assert (shown in captured.err) == (is_terminal and wanted)
+        assert bool(captured.err) == (is_terminal and wanted)
 
 
 def test_quiet_verify_prints_the_same(proof: Path, rbstab: Invoke) -> None:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.descent import descend
+from rbstab.analysis.descents.descent import descend
 from rbstab.mechanics.numbers import Array
 
 

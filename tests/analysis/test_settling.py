@@ -39,3 +39,17 @@ def test_v_below_zero_counts_from_a_state_that_is_not_approached():
 
 def test_v_has_to_be_a_number_everywhere():
     assert np.isnan(settling(np.where(np.arange(len(TIMES)) == 7, np.nan, DECAY)))
+
+
+def test_a_driven_motion_is_compared_with_its_largest_value():
+    """v rises to 1 J at 1 s, and falls as exp(-(t - 1)): it has settled at 1 + ln 1000."""
+    times = np.linspace(0.0, 20.0, 20_001)
+    v = np.where(times < 1.0, times, np.exp(1.0 - times))[np.newaxis]
+    near = np.zeros((1, 3))
+    assert np.isnan(settling_times(times, v, near)[0])
+    assert settling_times(times, v, near, driven=True)[0] == pytest.approx(
+        1 + np.log(1000), abs=1e-6
+    )
+    falling = np.exp(-times)[np.newaxis]
+    one, other = (settling_times(times, falling, near, driven=d)[0] for d in (False, True))
+    assert one == other

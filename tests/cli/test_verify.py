@@ -1,12 +1,17 @@
 """Protects `rbstab verify`: its output, its exit codes, and refusals of edited files."""
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
 from cli.conftest import Invoke
 
-from rbstab.store.document import read_document, write_document
+from rbstab.analysis.proof_check.findings import Finding
+from rbstab.experiment.proof import Proof
+from rbstab.experiment.verification.verify import verify
+from rbstab.store.document import read_document, read_model, write_document
+from rbstab_cli.output.progress import claims_checked
 
 
 @pytest.fixture
@@ -106,3 +111,30 @@ def test_json_and_certificate(proof: Path, rbstab: Invoke) -> None:
     assert again.exit_code == 4
     assert "already exists" in again.stderr
     assert rbstab("verify", str(proof), "--certificate", "boxes.json", "--force").exit_code == 0
+
+
+def test_claims_are_counted_on_a_terminal_only(
+    proof: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A terminal sees them on stderr; -q, and another stderr, see nothing."""
+    stored = read_model(proof, Proof)
+    made: list[Finding] = []
+    findings = verify(stored, None, made.append).findings
+    assert made == findings
+    for is_terminal, wanted in ((True, True), (True, False), (False, True)):
+        monkeypatch.setattr(sys.stderr, "isatty", lambda shown=is_terminal: shown)
+        monkeypatch.setenv("TTY_COMPATIBLE", "1" if is_terminal else "0")
+        with claims_checked("a proof", wanted=wanted) as progress:
+            for finding in findings:
+                progress(finding)
+        captured = capsys.readouterr()
+        assert captured.out == ""
+        shown = f"{len(findings)} claims checked, last: {findings[-1].claim}"
+        assert (shown in captured.err) == (is_terminal and wanted)
+        assert bool(captured.err) == (is_terminal and wanted)
+
+
+def test_quiet_verify_prints_the_same(proof: Path, rbstab: Invoke) -> None:
+    loud, quiet = rbstab("verify", str(proof)), rbstab("verify", str(proof), "-q")
+    assert loud.stdout == quiet.stdout
+    assert loud.stderr == quiet.stderr == ""

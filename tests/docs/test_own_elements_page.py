@@ -59,6 +59,16 @@ def test_the_rope():
     assert "`stored` is continuous at each switch" in found.passed
 
 
+def test_the_element_with_an_own_state():
+    pytest.importorskip("heyoka")
+    names = ", ".join(rbstab.elements.__all__)
+    text = f"import numpy as np\nfrom rbstab.elements import {names}\n\n\n{PYTHON[3]}"
+    code = UserCode(text, "maxwell.py")
+    assert check_class(element_class(code, "Maxwell"), code).problems == ()
+    lines = [line for line in PYTHON[3].splitlines() if line.strip()]
+    assert len(lines) <= 25
+
+
 def test_every_name_of_the_module_is_on_the_page():
     for name in rbstab.elements.__all__:
         assert hasattr(rbstab.elements, name)

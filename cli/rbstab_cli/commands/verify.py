@@ -7,7 +7,7 @@ import click
 
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import AS_JSON, CHANGES, REPLACE_FILE
+from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, REPLACE_FILE
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -37,6 +37,7 @@ OTHER_PROOFS = ("within-", "starts-")
 )
 @REPLACE_FILE
 @AS_JSON
+@QUIET
 def command(
     proof: Path,
     config_path: Path | None,
@@ -44,6 +45,7 @@ def command(
     certificate: Path | None,
     force: bool,
     as_json: bool,
+    quiet: bool,
 ) -> None:
     """Check a proof by a program of its own.
 
@@ -56,6 +58,7 @@ def command(
     from rbstab.experiment.verification.verify import verify
     from rbstab.store.document import read_model
     from rbstab.store.errors import StoreError
+    from rbstab_cli.output.progress import claims_checked
     from rbstab_cli.output.text_file import check_target, write_text
 
     if changes and config_path is None:
@@ -74,7 +77,8 @@ def command(
     except StoreError as error:
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
-    found = verify(stored, config)
+    with claims_checked(proof.name, wanted=not quiet) as progress:
+        found = verify(stored, config, progress)
     if as_json:
         from rbstab_cli.output.json_output import print_json
 

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rbstab.analysis.proof_check.findings import Finding
     from rbstab.integrate.problem import Progress
 
 
@@ -66,6 +67,35 @@ def progress_bar(name: str, duration: float, *, wanted: bool) -> "Iterator[Progr
     with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
         task = progress.add_task(name, total=duration)
         yield lambda t: progress.update(task, completed=t)
+
+
+@contextmanager
+def claims_checked(name: str, *, wanted: bool) -> "Iterator[Callable[[Finding], None]]":
+    """Show on stderr how many claims of a proof are checked.
+
+    Args:
+        name: The name of the proof.
+        wanted: Whether to show it if stderr is a terminal.
+
+    Yields:
+        The callback, with each finding.
+    """
+    if not (wanted and sys.stderr.isatty()):
+        yield lambda _: None
+        return
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    from rbstab_cli.output.console import OutputConsole
+
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}", markup=False),
+        TextColumn("{task.completed:g} claims checked{task.fields[last]}", markup=False),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
+        task = progress.add_task(name, total=None, last="")
+        yield lambda finding: progress.update(task, advance=1, last=f", last: {finding.claim}")
 
 
 @contextmanager

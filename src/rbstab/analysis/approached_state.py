@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.rest_state import RestState, rest_state_below
+from rbstab.analysis.configuration import Configurations, as_at_rest, configurations
+from rbstab.analysis.rest_state import RestState, energy_in, rest_state_below
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
@@ -23,9 +23,10 @@ class LyapunovZero(NamedTuple):
 
     Attributes:
         rest: The rest state.
-        approached: Whether the motion approaches it: then v cannot fall below zero. Otherwise the
-            descent from the last sample stopped at |θ2| = π/2 or found nothing, and `rest` is the
-            rest state nearest to the unloaded position.
+        approached: Whether the motion approaches it: then v cannot fall below zero, if each force
+            on a body at rest is that of the stored energy. Otherwise the descent from the last
+            sample stopped at |θ2| = π/2 or found nothing, and `rest` is the rest state nearest to
+            the unloaded position.
         is_lowest: Whether no lower rest state is known.
     """
 
@@ -55,10 +56,12 @@ def lyapunov_zero(
             object itself is returned, so that v does not depend on where the descent began.
         is_late: Returns whether the descent must end now; then it has found nothing.
     """
-    at_rest = configurations(system)
+    acting = as_at_rest(system)
+    at_rest = configurations(acting)
     found = rest_state_below(at_rest, at_rest.configuration(motion, own), is_late)
     if found is None:
         return LyapunovZero(nearest, approached=False, is_lowest=True)
+    found = energy_in(system, found, acting)
     lower = nearest.is_at_rest and is_lower(nearest.energy, found.energy)
     higher = nearest.is_at_rest and is_lower(found.energy, nearest.energy)
     close = nearest.is_at_rest and _distance(at_rest, found, nearest) < SAME_STATE

@@ -126,7 +126,8 @@ class Evidence:
         residual: v(t) - v(0) - ∫v' dt, shape (n,), J.
         energy: By part, shape (n, parts), J.
         rest: The state at which v is zero: a rest state, if one was found.
-        approached: Whether the motion approaches `rest`; if not, v may fall below zero.
+        approached: Whether the motion approaches `rest` and the energy rises away from it; if not,
+            v may fall below zero.
         exact_rest_energy: Returns the energy of `rest` as a ball; call it by `in_balls`.
         scale: The energy by which errors are divided, J (`audit_scale`).
         has_potential: Whether the contact force is the gradient of an energy; if not, v - ε

@@ -63,6 +63,14 @@ class Configurations:
             positions += [q[POSITION], ZERO]
         return np.concatenate([*positions, q[self.pose_size :]])
 
+    def placed(self, q: Array) -> Array:
+        """Return q with the entries that count."""
+        return q
+
+    def spring(self, q: Array) -> Number:
+        """Return the energy, J, of what keeps the entries of q that do not count."""
+        return 0.0
+
     def configuration(self, motion: Motion, own: Array) -> Array:
         """Return the configuration q of a motion and of the elements' own states."""
         pose = [motion.Theta] if self.held else [motion.Theta, motion.X]
@@ -102,12 +110,20 @@ class TouchingConfigurations(Configurations):
 
     def state(self, q: Array) -> Array:
         """Return the state vector of `system` at rest in the configuration q with the given θ2."""
-        return super().state(np.concatenate([q[:PITCH], [self.pitch], q[PITCH + 1 :]]))
+        return super().state(self.placed(q))
+
+    def placed(self, q: Array) -> Array:
+        """Return q with the given θ2."""
+        return np.concatenate([q[:PITCH], [self.pitch], q[PITCH + 1 :]])
+
+    def spring(self, q: Array) -> Number:
+        """Return the energy of the spring of θ2, J."""
+        away = q[PITCH] - self.pitch
+        return 0.5 * away * away
 
     def energy(self, q: Array) -> Number:
         """Return the energy stored in the elements and in the spring of θ2, J."""
-        away = q[PITCH] - self.pitch
-        return super().energy(q) + 0.5 * away * away
+        return super().energy(q) + self.spring(q)
 
 
 def stored_energies(system: System, motion: Motion, own: Array) -> list[Number]:
@@ -130,6 +146,17 @@ def configurations(system: System) -> Configurations:
     held = system.coordinates.holds_contact
     coordinates = ReducedCoordinates() if held else CentreCoordinates()
     return Configurations(System(system.body, system.elements, coordinates, system.anchor))
+
+
+def as_at_rest(system: System) -> System:
+    """Return a system whose stored energy has the force of each element on a body at rest.
+
+    It is the system itself, unless an element does not store the work of this force
+    (`Element.at_rest`).
+    """
+    elements = tuple(element.at_rest() for element in system.elements)
+    is_same = all(one is other for one, other in zip(elements, system.elements, strict=True))
+    return system if is_same else replace(system, elements=elements)
 
 
 def without_inputs(system: System) -> System:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,9 +11,11 @@ from rbstab.analysis.configuration import (
     ORIENTATION,
     Configurations,
     TouchingConfigurations,
+    as_at_rest,
     configurations,
 )
-from rbstab.analysis.descent import descend
+from rbstab.analysis.descents.descent import descend
+from rbstab.analysis.descents.kinked import descend_to_kinks, has_kinks
 from rbstab.mechanics.attitude import in_range, is_upright
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
@@ -55,7 +57,8 @@ class RestState:
 
     motion has zero velocity. own are the elements' own states. energy, J, is the energy stored in
     the elements. gradient, N m and N, is the largest remaining generalized force. load, N m and N,
-    is the largest of the forces that balance.
+    is the largest of the forces that balance. on_kink is whether a force that jumps there holds the
+    body, so that its motion near this state cannot be linearised.
     """
 
     motion: Motion
@@ -63,6 +66,7 @@ class RestState:
     energy: float
     gradient: float
     load: float = 1.0
+    on_kink: bool = False
 
     @property
     def is_at_rest(self) -> bool:
@@ -87,13 +91,30 @@ def nearest_rest_state(system: System) -> RestState:
     A rest state is a zero of the gradient of the stored energy, over all configurations that the
     connector allows. The descent starts at Θ = 0, X = X_a, own states 0, and ends in a minimum. A
     system can have several rest states; this function does not check that. A stop ends the descent
-    in θ2; then the body rests against it.
+    in θ2; then the body rests against it. Where the force of an element jumps, the body may rest
+    under any force between.
 
     Returns:
         The state where the descent ended; check `RestState.found`.
     """
+    acting = as_at_rest(system)
+    return energy_in(system, _nearest(acting), acting)
+
+
+def energy_in(system: System, rest: RestState, acting: System) -> RestState:
+    """Return a rest state of `as_at_rest(system)` with the energy that the system stores there."""
+    if acting is system:
+        return rest
+    at_rest = configurations(system)
+    energy = float(at_rest.energy(at_rest.configuration(rest.motion, rest.own)))
+    return replace(rest, energy=energy)
+
+
+def _nearest(system: System) -> RestState:
     at_rest = configurations(system)
     energy, q = at_rest.energy, at_rest.unloaded
+    if has_kinks(system):
+        return rest_state_below(at_rest, q) or rest_state_at(at_rest, q)
     tolerance = gradient_tolerance(largest_load(at_rest, q))
     if _steepness(energy, q) > tolerance:
         # Numbers near overflow make the descent fail; then `found` is false.
@@ -164,6 +185,10 @@ def _descended(
         return inside
 
     tolerance = gradient_tolerance(largest_load(at_rest, q))
+    if has_kinks(at_rest.system):
+        end = descend_to_kinks(at_rest, q, tolerance, is_late, is_inside)
+        found = rest_state_at(at_rest, end.q)
+        return replace(found, gradient=end.gradient, on_kink=end.on_kink)
     ends, _, _ = descend(energy, q[:, np.newaxis], np.array([tolerance]), is_late, is_inside)
     return rest_state_at(at_rest, ends[:, 0])
 

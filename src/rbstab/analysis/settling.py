@@ -15,8 +15,11 @@ ROUND_OFF = 1e-9
 it has round-off."""
 
 
-def settling_times(times: Array, value: Array, from_rest: Array) -> Array:
+def settling_times(times: Array, value: Array, from_rest: Array, *, driven: bool = False) -> Array:
     """Return the times after which v stays below `SETTLED_FRACTION` v(0), shape (m,), s.
+
+    Where inputs supply power, a motion may start at rest, and v may rise. Then the largest v of the
+    motion takes the place of v(0): without inputs, v(0) is the largest.
 
     A time is NaN if the member is not at rest at the end: v is not below this bound, or is
     negative, or an angle is farther than `SETTLED_ANGLE` from that of the rest state. It is also
@@ -26,8 +29,10 @@ def settling_times(times: Array, value: Array, from_rest: Array) -> Array:
         times: Shape (n,), s.
         value: v of each member, shape (m, n), J.
         from_rest: Θ at the end minus Θ of the rest state, shape (m, 3), rad.
+        driven: Whether inputs supply power.
     """
-    settling = last_above(times, value, SETTLED_FRACTION * value[:, 0])
+    begin = value.max(axis=1) if driven else value[:, 0]
+    settling = last_above(times, value, SETTLED_FRACTION * begin)
     at_rest = ends_near_rest(value[:, -1], np.abs(value).max(axis=1), from_rest)
     return np.where(np.isfinite(value).all(axis=1) & at_rest, settling, np.nan)
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
-from rbstab.config.elements import gain_value, inputs
+from rbstab.config.elements import gain_value, initial_value, inputs
 from rbstab.config.schema import NO_VARIANT, Baumgarte, Config
 from rbstab.config.user_code.permission import permitted_class
 from rbstab.config.user_code.section import PythonElement
@@ -19,6 +19,7 @@ from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
 from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.sliding_ties import SlidingTie
+from rbstab.elements.spring import NO_LENGTH, Spring, squared_length
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
 from rbstab.mechanics.body import Body, triangle_violation
@@ -280,9 +281,23 @@ def start_of(config: Config, system: System, numbers: Numbers = doubles) -> Arra
     return system.start(motion, np.concatenate([np.zeros(0), *own]))
 
 
+def springs_without_length(config: Config) -> dict[str, float]:
+    """Return the lengths, m, of the springs of a config that have no direction at the start."""
+    with np.errstate(all="ignore"):
+        system = system_of(config)
+        motion = system.motion(start_of(config, system))
+        lengths = {
+            element.name: float(sqrt(squared_length(motion, element.point, element.anchor)))
+            for element in system.elements
+            if isinstance(element, Spring)
+        }
+    rests = {name: config.elements[name].rest_length for name in lengths}
+    return {name: at for name, at in lengths.items() if at <= NO_LENGTH * rests[name]}
+
+
 def _initial_states(config: Config, element: Element) -> list[Any]:
     """Return the initial values of the own states of an element, in their order."""
     section = config.elements.get(element.name)
     if section is None:
         return [getattr(config.initial, state.name) for state in element.states]
-    return [getattr(section, state.initial_key) for state in element.states]
+    return [initial_value(section, state) for state in element.states]

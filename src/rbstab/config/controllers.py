@@ -18,10 +18,11 @@ from rbstab.config.quantities import (
     Real,
     Symmetric,
     Vector,
+    components,
     value_error,
 )
 from rbstab.config.section import OR_ONE_ANGLE, Section, required, word_or_section
-from rbstab.elements.declarations import Gain
+from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.element import Element
 from rbstab.elements.registry import CONNECTORS, STABILIZERS
 from rbstab.elements.user_code.declared import Declared
@@ -43,12 +44,23 @@ def gain_fields(*elements: type[Element] | Declared) -> dict[str, Any]:
     return {gain.name: _gain_field(gain) for element in elements for gain in element.gains}
 
 
+def initial_fields(element: type[Element] | Declared) -> dict[str, Any]:
+    """Return the fields of the initial values of the own states of a named element."""
+    return {state.initial_key: _initial_field(state) for state in element.states}
+
+
+def _initial_field(state: OwnState) -> tuple[Any, Any]:
+    """Return the type and the field of the initial value of an own state."""
+    description = f"{state.symbol} at the start, {state.unit}"
+    return components(state.size), Field(default=(0.0,) * state.size, description=description)
+
+
 def _gain_field(gain: Gain) -> tuple[Any, Any]:
     """Return the type and the field of a gain."""
     description = f"{gain.description}, {gain.unit}"
     if gain.default is not None:
         return NotNegative, Field(gain.default, description=description)
-    kind = _GAIN_TYPES[gain.shape, gain.positive]
+    kind = NotNegative if gain.or_zero else _GAIN_TYPES[gain.shape, gain.positive]
     if gain.at_most is not None:
         kind = Annotated[NotNegative, Field(le=gain.at_most)]
     if gain.below is not None:

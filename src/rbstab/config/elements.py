@@ -19,15 +19,15 @@ from pydantic import (
     field_validator,
 )
 
-from rbstab.config.controllers import BoundaryLayer, Slope, gain_fields
+from rbstab.config.controllers import BoundaryLayer, Slope, gain_fields, initial_fields
 from rbstab.config.errors import closest
 from rbstab.config.inputs.signals import SMOOTH_SIGNALS, Signal, signal_model
-from rbstab.config.quantities import components, value_error
+from rbstab.config.quantities import value_error
 from rbstab.config.section import FrozenMapping, Section, required, word_or_section
 from rbstab.config.source import Path
 from rbstab.config.units import Kind
 from rbstab.config.user_code.section import KIND as PYTHON
-from rbstab.config.user_code.section import PARAMETERS, PythonElement, gains_in
+from rbstab.config.user_code.section import PARAMETERS, PythonElement, parameters_in
 from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.element import Element
 from rbstab.elements.inputs.loads import Input
@@ -102,7 +102,7 @@ def _model(kind: str, method: str | None) -> type[Section]:
         selector = SELECTORS[kind]
         fields[selector] = (Literal[method], required(_MEANINGS[selector]))
     fields |= gain_fields(element)
-    fields |= {state.initial_key: _initial_field(state) for state in element.states}
+    fields |= initial_fields(element)
     documentation = (element.__doc__ or "").strip().splitlines()[0]
     if issubclass(element, Input):
         fields[SIGNAL] = (Signal, ...)
@@ -113,12 +113,6 @@ def _model(kind: str, method: str | None) -> type[Section]:
         __doc__=documentation,
         **fields,
     )
-
-
-def _initial_field(state: OwnState) -> tuple[Any, Any]:
-    """Return the type and the field of the initial value of an own state."""
-    description = f"{state.symbol} at the start, {state.unit}"
-    return components(state.size), Field(default=(0.0,) * state.size, description=description)
 
 
 ELEMENT_MODELS: dict[tuple[str, str | None], type[Section]] = {
@@ -172,7 +166,7 @@ def keys_in(element: Any, path: Path) -> list[str]:
         path: The path of the mapping in the element; empty for the element itself.
     """
     if element.get("kind") == PYTHON and path == (PARAMETERS,):
-        return sorted(gain.name for gain in gains_in(element))
+        return sorted(parameters_in(element))
     model = element_model(element)
     models = () if model is None else (model,)
     if path == (SIGNAL,):
@@ -186,21 +180,37 @@ def keys_in(element: Any, path: Path) -> list[str]:
 
 
 def declarations_of(section: Any) -> type[Element] | Declared:
-    """Return what has the `gains` and the `mode_count` of an element of a config; runs no code."""
+    """Return what declares gains, modes and own states of an element of a config; runs no code."""
     return section.declared if isinstance(section, PythonElement) else element_of(section)
 
 
 def gain_path(name: str, section: Any, gain: Gain) -> Path:
     """Return the path of a gain of an element in a config."""
+    return _parameter_path(name, section, gain.name)
+
+
+def initial_path(name: str, section: Any, state: OwnState) -> Path:
+    """Return the path of the initial value of an own state of an element in a config."""
+    return _parameter_path(name, section, state.initial_key)
+
+
+def _parameter_path(name: str, section: Any, key: str) -> Path:
     inner = (PARAMETERS,) if isinstance(section, PythonElement) else ()
-    return ("elements", name, *inner, gain.name)
+    return ("elements", name, *inner, key)
 
 
 def gain_value(section: Any, gain: Gain) -> Any:
     """Return the value of a gain of an element."""
-    if isinstance(section, PythonElement):
-        return section.parameters[gain.name]
-    return getattr(section, gain.name)
+    return _parameter(section, gain.name)
+
+
+def initial_value(section: Any, state: OwnState) -> Any:
+    """Return the initial value of an own state of an element."""
+    return _parameter(section, state.initial_key)
+
+
+def _parameter(section: Any, key: str) -> Any:
+    return section.parameters[key] if isinstance(section, PythonElement) else getattr(section, key)
 
 
 def kind_of(section: Any) -> Kind:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from rbstab.config.elements import declarations_of, gain_path
+from rbstab.config.elements import declarations_of, gain_path, initial_path
 from rbstab.config.schema import Config
 from rbstab.config.section import FrozenMapping, Section
 from rbstab.config.source import Path, key_of
@@ -49,7 +49,7 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
         if isinstance(getattr(config.initial, name), tuple)
     ]
     for name, section in config.elements.items():
-        initial += [("elements", name, own.initial_key) for own in declarations_of(section).states]
+        initial += [initial_path(name, section, own) for own in declarations_of(section).states]
     return tuple(
         entry for path in (*gains, *body, *initial) for entry in entries_under(config, path)
     )
@@ -61,7 +61,7 @@ def is_of_initial_state(path: Path) -> bool:
     The elements' own states start with the values in the sections of the elements.
     """
     if path[0] == "elements":
-        return len(path) > 2 and is_initial(str(path[2]))
+        return any(is_initial(str(part)) for part in path[2:4])
     return path[0] == "initial"
 
 

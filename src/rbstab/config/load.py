@@ -21,10 +21,11 @@ from rbstab.config.schema import (
     model_of,
     variant_of,
 )
-from rbstab.config.source import MAX_DEPTH, Source, read_source
+from rbstab.config.source import MAX_DEPTH, Source, key_of, read_source
 from rbstab.config.user_code.files import embed_files
-from rbstab.config.user_code.permission import check_code, may_run_code
-from rbstab.config.user_code.section import ALLOW
+from rbstab.config.user_code.permission import check_code, may_run_code, without_code
+from rbstab.config.user_code.section import ALLOW, PARAMETERS
+from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.elements.declarations import is_initial
 from rbstab.elements.registry import OWN_STATES
 
@@ -40,6 +41,12 @@ VARIANT_KEYS = (
     "integration.drift_control",
 )
 """Keys that can only be checked if the variant is known."""
+
+NO_DIRECTION = (
+    "expected another point or anchor, another start, rest_length: 0 without damping, or kind: "
+    "visco-elastic, which damps all directions"
+)
+"""What is expected of a spring that has no length at the start."""
 
 SCIPY_ONLY = ("method", "atol")
 """Integration keys that only the engine scipy uses."""
@@ -74,7 +81,24 @@ def load_config(
     source = _changed_source(config, changes)
     loaded = validated(source, allow_python=allow_python)
     check_code(loaded, source, allow_python=allow_python)
+    _check_lengths(loaded, source)
     return loaded
+
+
+def _check_lengths(config: Config, source: Source) -> None:
+    """Refuse a config with a spring whose line has no direction at the start."""
+    if not any(section.kind == "spring" for section in config.elements.values()):
+        return
+    # Imported late: few configs have springs, and building one needs its equations.
+    from rbstab.config.build import springs_without_length
+
+    problems = []
+    for name, length in springs_without_length(without_code(config)).items():
+        path = ("elements", name, "point")
+        found = f"is on the anchor at the start ({length:.3g} m from it): the line has no direction"
+        problems.append(ConfigProblem(source.location(path), key_of(path), found, NO_DIRECTION))
+    if problems:
+        raise ConfigError(problems)
 
 
 def config_to_read(
@@ -213,11 +237,15 @@ def initial_sections(config: Config) -> list[Any]:
 
 def _split_elements(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the elements of a resolved config without and with only the keys of initial values."""
-    elements = data.get("elements", {}).items()
-    return (
-        {name: {k: v for k, v in one.items() if not is_initial(k)} for name, one in elements},
-        {name: {k: v for k, v in one.items() if is_initial(k)} for name, one in elements},
-    )
+    acting, initial = {}, {}
+    for name, one in data.get("elements", {}).items():
+        acting[name] = {k: v for k, v in one.items() if not is_initial(k)}
+        initial[name] = {k: v for k, v in one.items() if is_initial(k)}
+        if one["kind"] == PYTHON:
+            parameters = one[PARAMETERS].items()
+            acting[name][PARAMETERS] = {k: v for k, v in parameters if not is_initial(k)}
+            initial[name] |= {k: v for k, v in parameters if is_initial(k)}
+    return acting, initial
 
 
 def resolved_yaml(config: Config) -> str:

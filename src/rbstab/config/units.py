@@ -4,7 +4,7 @@ from collections.abc import Collection
 from typing import NamedTuple
 
 from rbstab.config.inputs.signals import SIGNAL_UNITS
-from rbstab.config.user_code.section import PARAMETERS, gains_in
+from rbstab.config.user_code.section import PARAMETERS, parameters_in
 from rbstab.elements.registry import GAINS, KINDS, OWN_STATES
 
 _UNITS = (
@@ -85,5 +85,5 @@ def _element_unit(kind: Kind, key: str) -> str:
     if kind.source is None or kind.class_name is None:
         return _ELEMENT_UNITS.get((kind.kind, kind.selected, key), "")
     element = {"source": kind.source, "class": kind.class_name}
-    named = {f"{PARAMETERS}.{gain.name}": gain.unit for gain in gains_in(element)}
+    named = {f"{PARAMETERS}.{name}": unit for name, unit in parameters_in(element).items()}
     return named.get(key, "")

@@ -7,7 +7,7 @@ A new connector needs one new file and one line in `registry.py`.
 The names in `__all__` are what the file of an element of a user needs (docs/own_elements.md).
 """
 
-from rbstab.elements.declarations import ANCHOR, POINT, Gain
+from rbstab.elements.declarations import ANCHOR, POINT, Gain, OwnState
 from rbstab.elements.element import (
     Element,
     couple_on_body,
@@ -26,6 +26,7 @@ __all__ = [
     "Element",
     "Gain",
     "Motion",
+    "OwnState",
     "Wrench",
     "atan",
     "cos",

@@ -25,6 +25,7 @@ class Gain(NamedTuple):
         default: The value of a number that a config may leave out; it may be zero, not negative.
         below: A bound that a positive number must stay below.
         at_most: The largest value of a number that may be zero, and not negative.
+        or_zero: Whether a positive number may be zero as well.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Gain(NamedTuple):
     default: float | None = None
     below: float | None = None
     at_most: float | None = None
+    or_zero: bool = False
 
 
 POINT = Gain("point", "m", "point of the body, body coordinates", "diagonal", positive=False)

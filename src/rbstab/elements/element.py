@@ -38,6 +38,13 @@ class Element:
     `mode`, shape (mode_count,), of numbers 0 or 1. Its formulas use them as numbers, and so need no
     branch. Its stored energy must be continuous at each switch."""
 
+    clearance_count: ClassVar[int] = 0
+    """The number of entries of `clearances`."""
+
+    kinked: ClassVar[bool] = False
+    """Whether its force jumps at its switches, so that its stored energy has a kink there. Then its
+    stored energy is linear in each mode, and it has no own states."""
+
     holds: ClassVar[bool] = False
     """Whether it can hold θ2, as a stop against which the body rests. Then it has no own states.
     Its methods `wrench` and `guards` get the hold as `own`: [τ, α], the couple on θ2 that keeps θ̇2
@@ -98,6 +105,21 @@ class Element:
     def rates(self, motion: Motion, own: Array) -> Array:
         """Return the derivatives of the own states, shape (state_size,)."""
         return NO_STATE
+
+    def clearances(self, motion: Motion) -> Array:
+        """Return how far a motion is from where the statements are not defined: (clearance_count,).
+
+        A run ends where one of them falls to zero. They must be smooth, also there.
+        """
+        return NO_STATE
+
+    def at_rest(self) -> "Element":
+        """Return an element whose stored energy has the force of this one on a body at rest.
+
+        Only an element whose force on a body at rest does work that it does not store is another
+        one then.
+        """
+        return self
 
     def guards(self, motion: Motion, own: Array) -> Array:
         """Return the event functions, shape (mode_count,): mode i is 1 where entry i is positive.

@@ -7,7 +7,7 @@ import numpy as np
 
 from rbstab.elements.declarations import ANCHOR, POINT, Gain
 from rbstab.elements.element import Element
-from rbstab.elements.spring import line
+from rbstab.elements.spring import Line, line, squared_length
 from rbstab.mechanics import point
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number
@@ -61,13 +61,16 @@ class Ligament(Element):
     mode: Array = field(default_factory=lambda: np.zeros(2))
 
     def guards(self, motion: Motion, own: Array) -> Array:
-        """ε and ε - 2 ε_t."""
-        strain = self._strain(motion)
-        return np.array([strain, strain - 2.0 * self.toe_strain])
+        """½((ℓ/ℓ₀)² - 1) and ½((ℓ/ℓ₀)² - (1 + 2 ε_t)²): zero where ε = 0 and ε = 2 ε_t."""
+        ratio = squared_length(motion, self.point, self.anchor) / (
+            self.slack_length * self.slack_length
+        )
+        end = 1.0 + 2.0 * self.toe_strain
+        return np.array([0.5 * (ratio - 1.0), 0.5 * (ratio - end * end)])
 
     def wrench(self, motion: Motion, own: Array) -> Wrench:
         """-(T + c dℓ/dt) along the line if taut, N, inertial, at the point."""
-        along, strain = line(motion, self.point, self.anchor), self._strain(motion)
+        along, strain = self._line(motion), self._strain(motion)
         taut, beyond = self.mode
         toe = strain * strain / (4.0 * self.toe_strain)
         shape = toe + beyond * (strain - self.toe_strain - toe)
@@ -84,9 +87,14 @@ class Ligament(Element):
 
     def dissipated(self, motion: Motion, own: Array) -> Number:
         """c (dℓ/dt)² if taut, W."""
-        rate = line(motion, self.point, self.anchor).rate
+        rate = self._line(motion).rate
         return self.mode[0] * self.damping * rate * rate
 
     def _strain(self, motion: Motion) -> Number:
-        """ε = ℓ/ℓ₀ - 1."""
-        return line(motion, self.point, self.anchor).length / self.slack_length - 1.0
+        """ε = ℓ/ℓ₀ - 1 of a taut line."""
+        return self._line(motion).length / self.slack_length - 1.0
+
+    def _line(self, motion: Motion) -> Line:
+        """Return the line; to a slack one, which may have no length, ℓ₀² is added."""
+        padding = (1.0 - self.mode[0]) * self.slack_length * self.slack_length
+        return line(motion, self.point, self.anchor, padding)

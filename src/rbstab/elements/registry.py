@@ -19,7 +19,7 @@ from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.sliding_ties import CrossingTie, FilippovTie, LayeredTie, SlidingTie
-from rbstab.elements.spring import Spring
+from rbstab.elements.spring import Spring, ZeroLengthSpring
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector, ViscoElasticTie
 
@@ -78,10 +78,13 @@ def element_of(section: Any) -> type[Element]:
 
     Args:
         section: Its `kind` is a key of `KINDS`; it has a selector if the kind has several classes.
-            A sliding tie has its `form` instead, a key of `SLIDING_TIES`.
+            A sliding tie has its `form` instead, a key of `SLIDING_TIES`. A spring without rest
+            length and damping has formulas of its own.
     """
     if section.kind == "sliding":
         return SLIDING_TIES[section.form]
+    if section.kind == "spring" and section.rest_length == section.damping == 0.0:
+        return ZeroLengthSpring
     return KINDS[section.kind][selected(section)]
 
 

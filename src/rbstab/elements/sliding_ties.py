@@ -1,6 +1,6 @@
 """Sliding-mode ties: the sliding connector (eq. 39) at points of its own, with modes 0 and 1."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -86,6 +86,8 @@ class CrossingTie(SlidingTie):
     Its modes are 1 for each axis with E > 0, shape (3,).
     """
 
+    kinked: ClassVar[bool] = True
+
     mode: Array = field(default_factory=lambda: np.zeros(3))
 
     def side_and_layer(self) -> tuple[Array, Array]:
@@ -113,6 +115,13 @@ class LayeredTie(SlidingTie):
         above, below = self.mode[:3], self.mode[3:]
         return above - below, 1.0 - above - below
 
+    def at_rest(self) -> Element:
+        """The tie on s = E whose layer is that of κE: at rest F = 0."""
+        if not self.rate_weight:
+            return self
+        width = self.layer_width / self.slope
+        return replace(self, rate_weight=0.0, slope=1.0, layer_width=width)
+
     def guards(self, motion: Motion, own: Array) -> Array:
         """s - δ and -s - δ of each axis, m or m/s."""
         s = self.surface(self.at_point(motion))
@@ -134,6 +143,18 @@ class FilippovTie(SlidingTie):
     slides: ClassVar[bool] = True
 
     mode: Array = field(default_factory=lambda: np.zeros(6))
+
+    def at_rest(self) -> Element:
+        """The tie on s = E: at rest F = 0, and any force up to K_s holds an axis at E = 0."""
+        return CrossingTie(
+            name=self.name,
+            point=self.point,
+            anchor=self.anchor,
+            K_s=self.K_s,
+            rate_weight=0.0,
+            slope=1.0,
+            layer_width=1.0,
+        )
 
     @property
     def held(self) -> Array:

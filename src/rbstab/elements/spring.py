@@ -3,11 +3,17 @@
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
+import numpy as np
+
 from rbstab.elements.declarations import ANCHOR, POINT, Gain
 from rbstab.elements.element import Element
 from rbstab.mechanics import point
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number, sqrt
+
+NO_LENGTH = 1e-5
+"""A line is taken to have no length below this fraction of its length without force: its direction
+is about to be undefined."""
 
 
 class Line(NamedTuple):
@@ -24,7 +30,7 @@ class Line(NamedTuple):
     rate: Number
 
 
-def line(motion: Motion, body_point: Array, anchor: Array) -> Line:
+def line(motion: Motion, body_point: Array, anchor: Array, padding: Number | None = None) -> Line:
     """Return the line from an anchor to a point of the body; it must have a length.
 
     With e = X + A p - anchor: ℓ = √(e'e), and dℓ/dt = e'ė/ℓ.
@@ -33,16 +39,26 @@ def line(motion: Motion, body_point: Array, anchor: Array) -> Line:
         motion: The motion of the body.
         body_point: p, shape (3,), m, body coordinates, from the centre of gravity.
         anchor: Shape (3,), m, inertial.
+        padding: Added to e'e, m², where nothing depends on the line, so that it has a length.
     """
     e = point.position(motion, body_point) - anchor
-    length = sqrt(e @ e)
+    length = sqrt(e @ e if padding is None else e @ e + padding)
     direction = e / length
     return Line(direction, length, direction @ point.velocity(motion, body_point))
+
+
+def squared_length(motion: Motion, body_point: Array, anchor: Array) -> Number:
+    """Return e'e of `line`, m²; it is smooth also where the line has no length."""
+    e = point.position(motion, body_point) - anchor
+    return e @ e
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Spring(Element):
     """A force k(ℓ - ℓ₀) + c dℓ/dt that pulls the body along a line, and pushes if it is negative.
+
+    Where the line has no length it has no direction, and the force is not defined. With ℓ₀ = 0 and
+    c = 0 the force is -k e, which is (`ZeroLengthSpring`).
 
     Args:
         name: The name of the element in its config.
@@ -58,9 +74,10 @@ class Spring(Element):
         POINT,
         ANCHOR,
         Gain("stiffness", "N/m", "k, force by extension", shape="number"),
-        Gain("rest_length", "m", "ℓ₀, length without force", shape="number"),
+        Gain("rest_length", "m", "ℓ₀, length without force", shape="number", or_zero=True),
         Gain("damping", "N s/m", "c, force by rate of length", shape="number", default=0.0),
     )
+    clearance_count: ClassVar[int] = 1
 
     name: str
     point: Array
@@ -84,3 +101,41 @@ class Spring(Element):
         """c (dℓ/dt)², W."""
         rate = line(motion, self.point, self.anchor).rate
         return self.damping * rate * rate
+
+    def clearances(self, motion: Motion) -> Array:
+        """(ℓ² - ε²ℓ₀²)/(ℓ² + ℓ₀²) with ε = `NO_LENGTH`: at most 1, and zero where ℓ = εℓ₀."""
+        square = squared_length(motion, self.point, self.anchor)
+        rest = self.rest_length * self.rest_length
+        return np.array([(square - NO_LENGTH * NO_LENGTH * rest) / (square + rest)])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ZeroLengthSpring(Element):
+    """A spring whose rest length is zero, and that has no damper: a force -k e, everywhere smooth.
+
+    With e = X + A p - anchor. It is `Spring` with ℓ₀ = 0 and c = 0, but its formulas need no
+    direction, so it may have no length.
+
+    Args:
+        name: The name of the element in its config.
+        point: p, the point of the body, shape (3,), m, body coordinates, from the centre of
+            gravity.
+        anchor: The point of space, shape (3,), m, inertial.
+        stiffness: k, N/m.
+    """
+
+    gains: ClassVar[tuple[Gain, ...]] = Spring.gains[:3]
+
+    name: str
+    point: Array
+    anchor: Array
+    stiffness: Number
+
+    def wrench(self, motion: Motion, own: Array) -> Wrench:
+        """-k e, N, inertial, at the point."""
+        e = point.position(motion, self.point) - self.anchor
+        return point.force_at(motion, self.point, -self.stiffness * e)
+
+    def stored(self, motion: Motion, own: Array) -> Number:
+        """½ k e'e, J."""
+        return 0.5 * self.stiffness * squared_length(motion, self.point, self.anchor)

@@ -44,7 +44,7 @@ def root_locus(config: Config, key: str, factors: Array) -> list[LocusPoint]:
     for factor in factors.tolist():
         system = smooth_rest_system(problem_of(scaled(config, key, factor)))
         rest = nearest_rest_state(system)
-        if not rest.found:
+        if not rest.found or rest.on_kink:
             points.append(LocusPoint(factor, False, None))
             continue
         at_factor = linearise(system, rest.motion, rest.own)

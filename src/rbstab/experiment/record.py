@@ -106,7 +106,7 @@ def zero_of(
         return deadline is not None and deadline.is_late(RECORDING_MARGIN)
 
     nearest = nearest or rest_state_of(problem)
-    if trajectory.status in (RunStatus.RANGE_LEFT, RunStatus.DIVERGED):
+    if trajectory.status in (RunStatus.RANGE_LEFT, RunStatus.DIVERGED, RunStatus.ZERO_LENGTH):
         return LyapunovZero(nearest, approached=False, is_lowest=True)
     system = trajectory.systems[-1] if trajectory.systems else problem.system
     last = trajectory.states[-1]

@@ -35,7 +35,7 @@ def resolution_warnings(
         trajectory: The trajectory.
         variables: The quantities of the run, by their names.
     """
-    if trajectory.status not in (RunStatus.COMPLETED, RunStatus.RANGE_LEFT):
+    if trajectory.status not in (RunStatus.COMPLETED, RunStatus.RANGE_LEFT, RunStatus.ZERO_LENGTH):
         return []
     if integration.engine == "heyoka":
         allowed = integration.rtol * float(np.abs(trajectory.states).max())

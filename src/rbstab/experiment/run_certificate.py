@@ -14,6 +14,7 @@ from rbstab.analysis.certificate import (
     audit_bound,
     checks_of,
 )
+from rbstab.analysis.configuration import as_at_rest
 from rbstab.analysis.exact import exact_rest_energy
 from rbstab.analysis.lyapunov import audit_scale
 from rbstab.experiment.switching_record import has_no_potential, smooth_rest_system
@@ -53,7 +54,7 @@ def certificate_of(
         residual=arrays["energy_residual"],
         energy=arrays["energy"],
         rest=zero.rest,
-        approached=zero.approached,
+        approached=zero.approached and as_at_rest(problem.system) is problem.system,
         exact_rest_energy=lambda: exact_rest_energy(smooth_rest_system(problem), zero.rest),
         scale=audit_scale(arrays["lyapunov"], arrays["energy"], trajectory.supplied_energy),
         has_potential=not has_no_potential(problem.system),

@@ -91,14 +91,23 @@ def lyapunov_function_of(result: Result) -> Array:
 
 
 def settling_time_of(result: Result) -> float:
-    """Return the time from which v stays below v(0)/1000, s; NaN if the run has not settled."""
+    """Return the time from which v stays below v(0)/1000, s; NaN if the run has not settled.
+
+    If inputs supply power, the largest v takes the place of v(0).
+    """
     with np.errstate(all="ignore"):
         v, last = lyapunov_function_of(result), result["orientation"][-1]
         # Runs of before layout version 2 do not name the rest state at which their v is zero.
         is_known = "rest_orientation" in result
         rest = result["rest_orientation"] if is_known else last
-        found = settling_times(result["time"], v[np.newaxis], (last - rest)[np.newaxis])
+        away, driven = (last - rest)[np.newaxis], is_driven(result)
+        found = settling_times(result["time"], v[np.newaxis], away, driven=driven)
     return float(found[0])
+
+
+def is_driven(result: Result) -> bool:
+    """Return whether inputs supply power to the body of a run."""
+    return "supplied_energy" in result
 
 
 Triple = tuple[float, float, float]

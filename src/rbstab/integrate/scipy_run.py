@@ -20,6 +20,7 @@ from rbstab.integrate.range_exit import TESTS_PER_STEP, excess, exit_inside, may
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import StopRun, WatchedRates, audited_rates_of
+from rbstab.integrate.zero_length import LengthWatch, ended_at, zero_length
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY
@@ -43,6 +44,7 @@ class ScipyRun:
         self.progress = progress
         self.deadline = deadline
         self.rates = WatchedRates(problem.system_at_start(), deadline)
+        self.lengths = LengthWatch(problem.system, problem.system.audited_size)
         self.projected: StraightLine | None = None
         if problem.project:
             size = problem.system.audited_size
@@ -83,6 +85,9 @@ class ScipyRun:
         self.deadline.samples = len(self.samples)
 
     def _check_start(self) -> None:
+        name = ended_at(self.problem.system, self.y)
+        if name is not None:
+            raise zero_length(name)
         if not (np.isfinite(self.y).all() and np.isfinite(self.rates(self.t, self.y)).all()):
             raise StopRun(RunStatus.DIVERGED, "the rates are not finite")
         if excess(self.y, self.problem.range_bound) >= 0:
@@ -172,6 +177,7 @@ class ScipyRun:
 
     def _check_range(self, solver: Any) -> None:
         """Stop the run if cos θ2 fell to its bound within the last step, even if it rose again."""
+        self._check_lengths(solver)
         bound = self.problem.range_bound
         if not may_leave(self.y, solver.y, solver.t - solver.t_old, bound):
             return
@@ -196,6 +202,20 @@ class ScipyRun:
                     self._interpolate(path, stop)
                 self.t, self.y = stop, path(stop)
                 raise self._range_left()
+
+    def _check_lengths(self, solver: Any) -> None:
+        """Stop the run if a spring lost its length within the last step."""
+        if not self.lengths.owners:
+            return
+        rates = self.rates(solver.t, solver.y)
+        times = solver.t_old, solver.t
+        stop = self.lengths.stop_in_step(solver.dense_output, times, solver.y, rates)
+        if stop is not None:
+            path = solver.dense_output()
+            if self.problem.method in INTERPOLATED:
+                self._interpolate(path, stop[0])
+            self.t, self.y = stop[0], path(stop[0])
+            raise zero_length(stop[1])
 
     def _range_left(self) -> StopRun:
         bound = self.problem.range_bound

@@ -27,6 +27,9 @@ class RunStatus(StrEnum):
     SOLVER_FAILURE = "solver failure"
     """The integrator failed, for example because its step became too small."""
 
+    ZERO_LENGTH = "zero length"
+    """A spring has no length, so its direction is undefined."""
+
     @property
     def depends_on_machine(self) -> bool:
         """Whether the same run may end differently on another machine, or when repeated."""

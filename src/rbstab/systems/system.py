@@ -172,6 +172,18 @@ class System:
                 pairs[number] = element, hold(self.body, self.coordinates, motion, loads)
         return motion, with_equivalent_forces(self.body, self.coordinates, motion, pairs)
 
+    @property
+    def clearance_owners(self) -> tuple[str, ...]:
+        """The name of the element of each entry of `clearances`."""
+        counts = ((element.name, element.clearance_count) for element in self.elements)
+        return tuple(name for name, count in counts for _ in range(count))
+
+    def clearances(self, y: Array) -> Array:
+        """Return the functions of all elements that are zero where their statements end."""
+        motion = self.motion(y)
+        found = [one.clearances(motion) for one in self.elements if one.clearance_count]
+        return np.concatenate([np.zeros(0), *found])
+
     def loads(self, y: Array, time: Number = 0.0) -> tuple[Motion, list[tuple[Element, Array]]]:
         """Return the motion, and each element with its own states; without equivalent forces."""
         return self.motion(y, time), self._with_states(y)

@@ -64,7 +64,7 @@ ALL_OF_THEM = [
     "5:32: elements.strut.point: has 2 entries (expected 3)",
     "5:55: elements.strut.anchor[1]: is the text 'x' (expected a number)",
     "5:65: elements.strut.stiffnes: is unknown (did you mean stiffness?)",
-    f"5:95: elements.strut.rest_length: is -1 {POSITIVE}",
+    "5:95: elements.strut.rest_length: is -1 (expected a number at least 0)",
     f"6:6: elements.a: has an unknown kind {SPRING}",
     "8:6: elements.c: is not a mapping (expected a mapping with the key kind)",
     "9:3: elements.gravity: is a name that every system uses (expected another name)",

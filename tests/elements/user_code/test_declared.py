@@ -5,9 +5,10 @@ import re
 import pytest
 from support.user_code import HEAD, element_text, traitor
 
-from rbstab.elements.declarations import ANCHOR, POINT, Gain
+from rbstab.elements.declarations import ANCHOR, POINT, Gain, OwnState
 from rbstab.elements.user_code.declared import (
     MAX_GAINS,
+    MAX_STATES,
     DeclarationError,
     classes_of,
     declared,
@@ -120,9 +121,41 @@ def test_wrong_numbers_of_modes(count):
         declared(f"class Mine(Element):\n    mode_count = {count}\n", "Mine")
 
 
-def test_own_states_are_refused():
-    with pytest.raises(DeclarationError, match="own states"):
-        of("()", "states = (OwnState('s', 's', 'm', 'meaning'),)")
+def test_own_states():
+    found = of(
+        "()", "states = (OwnState('s', 'σ', 'm', 'a', 2), elements.OwnState('t', 't', '1', 'b'))"
+    )
+    assert found.states == (OwnState("s", "σ", "m", "a", 2), OwnState("t", "t", "1", "b"))
+    assert of("()").states == ()
+
+
+@pytest.mark.parametrize(
+    ("states", "problem"),
+    [
+        ("STATES", "has states that are no tuple"),
+        ("(s,)", "has an own state that cannot be read without running"),
+        ("(Gain('s', 'm', 'm'),)", "has an own state that cannot be read without running"),
+        ("(OwnState('s'),)", "OwnState(...) whose arguments are not plain"),
+        ("(OwnState('S', 's', 'm', 'm'),)", "OwnState whose name is 'S'"),
+        ("(OwnState('a.b', 's', 'm', 'm'),)", "OwnState whose name is 'a.b'"),
+        ("(OwnState('s', 's', 'm', 'm', 0),)", "OwnState whose size is 0"),
+        ("(OwnState('s', 's', 'm', 'm', True),)", "OwnState whose size is True"),
+        ("(OwnState('s', 's', 'm', 'm', 1000),)", "OwnState whose size is 1000"),
+        ("(OwnState('s', 's\\n', 'm', 'm'),)", "OwnState whose symbol is"),
+        ("(OwnState('s', 's', 5, 'm'),)", "OwnState whose unit is 5"),
+        ("(OwnState('s', 's', 'm', 'm'), OwnState('s', 't', 'm', 'm'))", "two states of the same"),
+        (f"({'s, ' * (MAX_STATES + 1)})", f"has {MAX_STATES + 1} states"),
+    ],
+)
+def test_wrong_own_states(states, problem):
+    with pytest.raises(DeclarationError, match=re.escape(problem)) as found:
+        of("()", f"states = {states}")
+    assert found.value.line == 3
+
+
+def test_no_gain_is_called_like_an_initial_value():
+    with pytest.raises(DeclarationError, match="name is initial_s, as initial values"):
+        of("(Gain('initial_s', 'N', 'k'),)")
 
 
 def test_another_class():

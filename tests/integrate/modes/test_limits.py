@@ -82,8 +82,8 @@ def test_start_outside_of_the_range(engine_name):
 
 @EACH
 def test_a_start_without_finite_rates(engine_name):
-    """The ligament has no direction: its anchor is at its point."""
-    config = data({"a": ligament(anchor=[0.0, 0.0, 0.0])})
+    """The forces overflow: a stiff ligament is stretched to an end of the numbers."""
+    config = data({"a": ligament(anchor=[1e200, 0.0, 0.0], stiffness=1e200)})
     found = solved(config, engine_name)
     assert (found.status, len(found.times), len(found.systems)) == ("diverged", 1, 1)
 

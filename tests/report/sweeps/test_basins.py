@@ -6,7 +6,7 @@ from support.made_sweeps import GRID, code
 
 from rbstab.report.model.document import Table
 from rbstab.report.model.figure import Cells, Figure
-from rbstab.report.sweeps.basins import basin_blocks, basins_of
+from rbstab.report.sweeps.basins import DIFFERENT, basin_blocks, basins_of
 from rbstab.report.sweeps.maps.maps import map_blocks
 
 STATES = np.array([[0.5, 0.0, 0.1], [-2.7, 0.3, -1.2]])
@@ -63,3 +63,19 @@ def test_one_state_needs_no_map(members):
 def test_states_that_vary_with_the_parameters_are_no_basins(members):
     many = members(GRID, lambda c: {"rest_orientation": np.outer(c["run"], [1.0, 0.0, 0.0])})
     assert basins_of(many) is None
+
+
+@pytest.mark.parametrize("key", ["body.mass", "gravity[2]", "controller.K_r[0]"])
+def test_rest_states_of_different_bodies_are_not_grouped(members, key):
+    """Each body, gravity or gain has rest states of its own, though they look alike."""
+    vary = {key: {"linspace": [40, 50, 20]}}
+    different = members(vary, two_basins)
+    assert basins_of(different) is None
+    assert basin_blocks("a", different) == [DIFFERENT]
+    panels = [
+        panel.title
+        for block in map_blocks("a", different)
+        if isinstance(block, Figure)
+        for panel in block.panels
+    ]
+    assert "approaches" not in panels

@@ -6,9 +6,12 @@ from support.inputs import LEGS, SINE, couple, driven, force
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import run_id
+from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.simulate import simulate
+from rbstab.experiment.summary import settling_time_of
 from rbstab.sweep.members.ensemble import EnsembleEngine
 from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.load import load_plan
 
 CONTROLLER = {
@@ -46,7 +49,13 @@ def test_smooth_members_in_batches_are_their_single_runs():
     assert np.ptp(shard.outcome["peak_orientation"]) > 1e-3
     assert shard.traces is not None
     assert single.traces is not None
-    for name in ("orientation", "contact_force", "lyapunov_rate", "lyapunov_change"):
+    for name in (
+        "orientation",
+        "contact_force",
+        "lyapunov_rate",
+        "lyapunov_change",
+        "supplied_energy",
+    ):
         size = np.abs(single.traces[name]).max()
         np.testing.assert_allclose(shard.traces[name], single.traces[name], atol=1e-10 * size)
     sizes = np.abs(shard.outcome["lyapunov_end"]) + np.abs(shard.outcome["lyapunov_start"])
@@ -130,3 +139,32 @@ def test_wrong_seeds(case):
     with pytest.raises(ConfigError) as caught:
         plan_of(vary, NOISY, design="random", members=4, seed=1)
     assert words in str(caught.value)
+
+
+def test_traces_have_the_supplied_energy_only_with_inputs():
+    """It closes the balance of v with what is dissipated; passive members have no such quantity."""
+    assert "supplied_energy" in layout_of(plan_of(VARY, keep="traces")).names
+    passive = plan_of({"body.mass": {"values": [1.0, 2.0]}}, {}, keep="traces")
+    assert "supplied_energy" not in layout_of(passive).names
+
+
+def test_a_member_at_rest_that_is_pushed_has_a_settling_time():
+    """Its v(0) is zero, so it is compared with its largest v; a single run finds the same time."""
+    elements = {"push": force(LEGS["pulse"], point=[0.1, 0, 0.2])}
+    vary = {AMPLITUDE: {"values": [3.0, 6.0]}}
+    base = driven(elements, "scipy", controller=CONTROLLER, integration={"samples": 400})
+    base["integration"]["duration"] = 40.0
+    base["initial"] = {}
+    plan = load_plan({"base": base, "vary": vary})
+    found = SingleRuns(plan, "scipy").compute(0, 2).outcome
+    assert np.abs(found["lyapunov_start"]).max() < 1e-12
+    for k in range(2):
+        result = simulate(plan.config_of(k))
+        v, times = result["lyapunov"], result["time"]
+        late = times > found["settling_time"][k]
+        assert 0 < late.sum() < len(times)
+        assert (v[late] < 1e-3 * v.max()).all()
+        assert v[~late][-1] >= 1e-3 * v.max()
+        assert settling_time_of(result) == found["settling_time"][k]
+        text = str(answer_of(result).this_start)
+        assert "v stays below 0.001 of its largest value from t = " in text

@@ -4,7 +4,7 @@ From the proof come only its claims: the energy U, the enclosures of the rest st
 and the bounds of the regions. All the rest is computed here anew, in balls of 128 bits.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from flint import arb, ctx
@@ -33,11 +33,14 @@ FARTHEST_END = 100
 """rad: the largest end of θ1 and θ3. Proofs end at 20."""
 
 
-def check(proof: Mapping[str, Any]) -> list[Finding]:
+def check(
+    proof: Mapping[str, Any], progress: Callable[[Finding], None] = lambda _: None
+) -> list[Finding]:
     """Check the rest states of a proof and its regions, for both ranges of Θ.
 
     Args:
         proof: A proof as plain data, with `reduced_energy`.
+        progress: Called with each finding as soon as it is made.
 
     Returns:
         The findings. The proof is verified if all of them are.
@@ -50,11 +53,14 @@ def check(proof: Mapping[str, Any]) -> list[Finding]:
             return [Finding(IN_RANGE, "energy", False, f"{error}.")]
         lines = _lines(U)
         findings += lines
+        for finding in lines:
+            progress(finding)
         if not all(finding.verified for finding in lines):
             return findings
         try:
             for finding in _all_findings(U, proof):
                 findings.append(finding)
+                progress(finding)
         except TooLongError as error:
             about = findings[-1].about if findings else IN_RANGE
             findings.append(Finding(about, "time", False, f"{error}."))

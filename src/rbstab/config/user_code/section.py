@@ -20,10 +20,9 @@ from pydantic import (
     model_serializer,
 )
 
-from rbstab.config.controllers import gain_fields
+from rbstab.config.controllers import gain_fields, initial_fields
 from rbstab.config.quantities import Text, value_error
 from rbstab.config.section import FrozenMapping, Section, required
-from rbstab.elements.declarations import Gain
 from rbstab.elements.user_code.declared import (
     MAX_SOURCE,
     DeclarationError,
@@ -93,7 +92,7 @@ class PythonElement(Section):
     parameters: Annotated[dict[str, Any], BeforeValidator(_check_mapping)] = Field(
         default_factory=FrozenMapping,
         validate_default=True,
-        description="the gains that the class declares, by name",
+        description="the gains and initial states that the class declares, by name",
     )
 
     _may_run: bool = PrivateAttr(default=False)
@@ -162,24 +161,35 @@ class PythonElement(Section):
             return FrozenMapping(given)
         stated = declared(source, name)
         checked = _parameters_model(stated).model_validate(given)
-        values = (getattr(checked, f"gain_{k}") for k in range(len(stated.gains)))
-        return FrozenMapping(zip((gain.name for gain in stated.gains), values, strict=True))
+        names = _parameter_fields(stated)
+        return FrozenMapping({name: getattr(checked, f"field_{k}") for k, name in enumerate(names)})
 
 
 @lru_cache(64)
-def _parameters_model(gains: Declared) -> type[Section]:
-    """Return the model of the parameters of an element; field k is the gain number k."""
+def _parameters_model(stated: Declared) -> type[Section]:
+    """Return the model of the parameters of an element; field k is the parameter number k."""
     # A gain may have the name of an attribute of every model, such as `copy`.
     fields: dict[str, Any] = {
-        f"gain_{k}": (Annotated[kind, Field(alias=name)], field)
-        for k, (name, (kind, field)) in enumerate(gain_fields(gains).items())
+        f"field_{k}": (Annotated[kind, Field(alias=name)], field)
+        for k, (name, (kind, field)) in enumerate(_parameter_fields(stated).items())
     }
     return create_model("Parameters", __base__=Section, **fields)
 
 
-def gains_in(element: Any) -> tuple[Gain, ...]:
-    """Return the gains of an element of a user in the data of a config; none if it is wrong."""
+def _parameter_fields(stated: Declared) -> dict[str, Any]:
+    """Return the fields of the parameters: the gains, then the initial values of own states."""
+    return gain_fields(stated) | initial_fields(stated)
+
+
+def parameters_in(element: Any) -> dict[str, str]:
+    """Return the units of the parameters of an element of a user, by name.
+
+    Args:
+        element: The element in the data of a config; if it is wrong, it has no parameters.
+    """
     try:
-        return declared(element["source"], element["class"]).gains
+        stated = declared(element["source"], element["class"])
     except (DeclarationError, KeyError, TypeError):
-        return ()
+        return {}
+    units = {gain.name: gain.unit for gain in stated.gains}
+    return units | {state.initial_key: state.unit for state in stated.states}

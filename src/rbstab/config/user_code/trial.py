@@ -10,6 +10,7 @@ from rbstab.config.user_code.permission import only_code_of
 from rbstab.elements.element import Element
 from rbstab.elements.user_code.loaded import DeclarationError, UserCodeError, failure
 from rbstab.mechanics.motion import Motion, Wrench
+from rbstab.mechanics.numbers import Array
 
 
 def problem_at_start(config: Any, name: str) -> str | None:
@@ -23,23 +24,23 @@ def problem_at_start(config: Any, name: str) -> str | None:
     try:
         with np.errstate(all="ignore"):
             system = system_of(only_code_of(config, name))
-            motion = system.motion(start_of(config, system))
-            element = next(one for one in system.elements if one.name == name)
-            return next(wrong_values(element, motion), None)
+            motion, pairs = system.acting(start_of(config, system))
+            element, own = next(pair for pair in pairs if pair[0].name == name)
+            return next(wrong_values(element, motion, own), None)
     except (UserCodeError, DeclarationError) as error:
         return str(error)
     except Exception as error:
         return f"it fails at the start: {failure(code, error)}"
 
 
-def wrong_values(element: Element, motion: Motion) -> Iterator[str]:
+def wrong_values(element: Element, motion: Motion, own: Array) -> Iterator[str]:
     """Yield what the statements of an element return that is not of the right type and shape.
 
     Args:
         element: The element.
         motion: A motion of floats.
+        own: The own states.
     """
-    own = np.zeros(0)
     wrench = element.wrench(motion, own)
     if not isinstance(wrench, Wrench):
         yield (
@@ -58,6 +59,10 @@ def wrong_values(element: Element, motion: Motion) -> Iterator[str]:
         value = element.guards(motion, own)
         if np.shape(value) != (element.mode_count,):
             yield f"guards returns {_described(value)} (expected {element.mode_count} numbers)"
+    if element.state_size:
+        value = element.rates(motion, own)
+        if np.shape(value) != (element.state_size,):
+            yield f"rates returns {_described(value)} (expected {element.state_size} numbers)"
 
 
 def _described(value: Any) -> str:

@@ -112,6 +112,8 @@ class RepellingGuard(SoftGuard):
         SOFT_ANGLE,
     )
 
+    kinked: ClassVar[bool] = True
+
     couple: Number
 
     def energy(self, angle: Number) -> Number:

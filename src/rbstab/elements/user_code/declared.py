@@ -9,17 +9,19 @@ import hashlib
 import keyword
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import Any, NamedTuple, get_args
 
-from rbstab.elements.declarations import ANCHOR, POINT, Gain, OwnState, Shape
+from rbstab.elements.declarations import ANCHOR, POINT, Gain, OwnState, Shape, is_initial
 
 MAX_SOURCE = 100_000
 """The largest number of characters of a file."""
 
 MAX_GAINS = 50
 MAX_MODES = 20
+MAX_STATES = 20
+MAX_STATE_SIZE = 50
 
 RESERVED = frozenset(
     {"name", "mode", "gains", "states", "own_states", "mode_count", "state_size", "from_user"}
@@ -30,17 +32,18 @@ RESERVED = frozenset(
 
 _CONSTANTS = {"POINT": POINT, "ANCHOR": ANCHOR}
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
-_LONGEST = {"unit": 40, "description": 200}
-"""The largest number of characters of the texts of a gain."""
+_STATE_NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
+_LONGEST = {"unit": 40, "description": 200, "symbol": 20}
+"""The largest number of characters of the texts of a gain or an own state."""
 
 
 class Declared(NamedTuple):
     """What a class declares.
 
     Attributes:
-        gains: Its gains, which are the parameters in a config.
+        gains: Its gains, which are parameters in a config.
         mode_count: The number of its switches.
-        states: Its own states: none, yet.
+        states: Its own states; their initial values are parameters as well.
     """
 
     gains: tuple[Gain, ...]
@@ -79,10 +82,8 @@ def declared(source: str, class_name: str) -> Declared:
     if class_name not in classes:
         names = ", ".join(classes) or "none"
         raise DeclarationError("is not a class of the file", f"expected one of its own: {names}")
-    if _assigned("states", class_name, classes) is not None:
-        line = classes[class_name].lineno
-        raise DeclarationError("declares own states, which no element of a user can have", "", line)
-    return Declared(_gains(class_name, classes), _mode_count(class_name, classes))
+    gains, modes = _gains(class_name, classes), _mode_count(class_name, classes)
+    return Declared(gains, modes, _states(class_name, classes))
 
 
 def classes_of(source: str) -> dict[str, ast.ClassDef]:
@@ -101,38 +102,91 @@ def classes_of(source: str) -> dict[str, ast.ClassDef]:
 
 
 def _gains(class_name: str, classes: dict[str, ast.ClassDef]) -> tuple[Gain, ...]:
-    node = _assigned("gains", class_name, classes)
+    kind = _Kind(Gain, "gain", 'Gain("k", "N/m", "meaning", shape="number")', MAX_GAINS, _problems)
+    return _listed("gains", kind, class_name, classes)
+
+
+def _states(class_name: str, classes: dict[str, ast.ClassDef]) -> tuple[OwnState, ...]:
+    example = 'OwnState("stretch", "z", "m", "meaning", size=3)'
+    kind = _Kind(OwnState, "own state", example, MAX_STATES, _problems_of_state)
+    return _listed("states", kind, class_name, classes)
+
+
+class _Kind(NamedTuple):
+    """A kind of declaration.
+
+    Attributes:
+        made: The class that a declaration calls.
+        words: What it declares, in words.
+        example: A declaration.
+        most: The largest number of them.
+        problems: Yields what is wrong with one, and what was expected.
+    """
+
+    made: type[Any]
+    words: str
+    example: str
+    most: int
+    problems: Callable[[Any], Iterator[tuple[str, str]]]
+
+
+def _listed(
+    attribute: str, kind: _Kind, class_name: str, classes: dict[str, ast.ClassDef]
+) -> tuple[Any, ...]:
+    """Return the declarations that a class assigns to an attribute."""
+    node = _assigned(attribute, class_name, classes)
     if node is None:
         return ()
+    name = kind.made.__name__
     if not isinstance(node, ast.Tuple | ast.List):
-        raise DeclarationError("has gains that are no tuple", "expected (Gain(...),)", node.lineno)
-    if len(node.elts) > MAX_GAINS:
-        problem = f"has {len(node.elts)} gains"
-        raise DeclarationError(problem, f"expected at most {MAX_GAINS}", node.lineno)
-    gains = tuple(_gain(entry) for entry in node.elts)
-    names = [gain.name for gain in gains]
+        problem = f"has {attribute} that are no tuple"
+        raise DeclarationError(problem, f"expected ({name}(...),)", node.lineno)
+    if len(node.elts) > kind.most:
+        problem = f"has {len(node.elts)} {attribute}"
+        raise DeclarationError(problem, f"expected at most {kind.most}", node.lineno)
+    found = tuple(_declaration(entry, kind) for entry in node.elts)
+    names = [one.name for one in found]
     if len(set(names)) < len(names):
-        raise DeclarationError("has two gains of the same name", "", node.lineno)
-    return gains
+        raise DeclarationError(f"has two {attribute} of the same name", "", node.lineno)
+    return found
 
 
-def _gain(node: ast.expr) -> Gain:
-    if isinstance(node, ast.Name) and node.id in _CONSTANTS:
+def _declaration(node: ast.expr, kind: _Kind) -> Any:
+    name, expected = kind.made.__name__, f"expected {kind.example}"
+    if kind.made is Gain and isinstance(node, ast.Name) and node.id in _CONSTANTS:
         return _CONSTANTS[node.id]
-    if not (isinstance(node, ast.Call) and _name_of(node.func) == "Gain"):
-        problem = "has a gain that cannot be read without running the file"
-        raise DeclarationError(problem, 'expected Gain("k", "N/m", "meaning")', node.lineno)
+    if not (isinstance(node, ast.Call) and _name_of(node.func) == name):
+        article = "an" if kind.words[0] in "aeiou" else "a"
+        problem = f"has {article} {kind.words} that cannot be read without running the file"
+        raise DeclarationError(problem, expected, node.lineno)
     try:
         positional = [ast.literal_eval(argument) for argument in node.args]
         named = {word.arg or "**": ast.literal_eval(word.value) for word in node.keywords}
-        gain = Gain(*positional, **named)
+        made = kind.made(*positional, **named)
     except (TypeError, ValueError, SyntaxError, MemoryError, RecursionError) as error:
-        problem = "has a Gain(...) whose arguments are not plain texts, numbers, True or False"
-        expected = 'expected Gain("k", "N/m", "meaning", shape="number")'
+        problem = f"has a {name}(...) whose arguments are not plain texts, numbers, True or False"
         raise DeclarationError(problem, expected, node.lineno) from error
-    for problem, expected in _problems(gain):
-        raise DeclarationError(f"has a Gain whose {problem}", f"expected {expected}", node.lineno)
-    return gain
+    for problem, wanted in kind.problems(made):
+        raise DeclarationError(f"has a {name} whose {problem}", f"expected {wanted}", node.lineno)
+    return made
+
+
+def _problems_of_state(state: OwnState) -> Iterator[tuple[str, str]]:
+    """Yield what is wrong with an own state, and what was expected."""
+    name, size = state.name, state.size
+    if not (isinstance(name, str) and _STATE_NAME.fullmatch(name)):
+        yield f"name is {name!r:.50}", "a lower-case letter, then up to 39 of a to z, digits or _"
+    yield from _problems_of_texts(state, ("symbol", "unit", "description"))
+    if type(size) is not int or not 1 <= size <= MAX_STATE_SIZE:
+        yield f"size is {size!r:.50}", f"a whole number from 1 to {MAX_STATE_SIZE}"
+
+
+def _problems_of_texts(made: Any, fields: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+    """Yield which texts of a declaration are none, or too long."""
+    for field in fields:
+        text, longest = getattr(made, field), _LONGEST[field]
+        if not (isinstance(text, str) and text.isprintable() and len(text) <= longest):
+            yield f"{field} is {text!r:.50}", f"a text of at most {longest} characters"
 
 
 def _problems(gain: Gain) -> Iterator[tuple[str, str]]:
@@ -142,16 +196,17 @@ def _problems(gain: Gain) -> Iterator[tuple[str, str]]:
         yield f"name is {name!r:.50}", "a letter, then up to 39 letters, digits or _"
     elif name in RESERVED:
         yield f"name is {name}, which every element uses", "another name"
-    for field, longest in _LONGEST.items():
-        text = getattr(gain, field)
-        if not (isinstance(text, str) and text.isprintable() and len(text) <= longest):
-            yield f"{field} is {text!r:.50}", f"a text of at most {longest} characters"
+    elif is_initial(name):
+        yield f"name is {name}, as initial values of own states begin", "another name"
+    yield from _problems_of_texts(gain, ("unit", "description"))
     if gain.shape not in shapes:
         yield f"shape is {gain.shape!r:.50}", f"one of {', '.join(shapes)}"
     if gain.shape == "direction" and gain.positive is False:
         yield "direction has positive=False", "no `positive`: a direction has none"
-    if not isinstance(gain.positive, bool) or not isinstance(gain.dissipates, bool):
-        yield "positive or dissipates is not a truth value", "True or False"
+    if not all(isinstance(x, bool) for x in (gain.positive, gain.dissipates, gain.or_zero)):
+        yield "positive, dissipates or or_zero is not a truth value", "True or False"
+    if gain.or_zero is True and gain.shape != "number":
+        yield "or_zero is True", "it for a number only"
     if gain.default is not None and not (gain.shape == "number" and _is_number(gain.default)):
         yield f"default is {gain.default!r:.50}", "a number that is not negative, for a number"
     for field in ("below", "at_most"):

@@ -136,6 +136,14 @@ def _proved(found: Convergence, count: int | None) -> str:
     return f"the exact motion converges to {which}: {where}"
 
 
+def _driven_settling(settled: float) -> str:
+    """Return when v of a driven motion has settled, as text."""
+    least = f"{SETTLED_FRACTION:g} of its largest value"
+    if math.isnan(settled):
+        return f"v does not stay below {least}"
+    return f"v stays below {least} from t = {settled:.4g} s on"
+
+
 def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
     """Return what was seen of the computed motion: only one at rest was seen to come to rest."""
     status, end = result.status, float(result["time"][-1])
@@ -155,7 +163,7 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
     elif not lines:
         why = "the result has no certificate"
     elif result.attributes.get("verdict") == Verdict.DRIVEN:
-        why = f"inputs drive the computed motion to t = {end:.4g} s"
+        why = f"inputs drive the computed motion to t = {end:.4g} s; {_driven_settling(settled)}"
     elif not math.isnan(settled):
         text = f"the computed motion is at rest from t = {settled:.4g} s on ({SETTLED})"
         return Answer(Sureness.SEEN, text)

@@ -9,7 +9,7 @@ import numpy as np
 
 from rbstab.analysis.exact import balls, exact_system, in_balls
 from rbstab.elements.user_code.loaded import UserCode, failure
-from rbstab.experiment.element_check.states import Sample
+from rbstab.experiment.element_check.states import Sample, own_in
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.motion import Wrench
@@ -34,11 +34,12 @@ BRANCH = "does a statement branch on a value, or use abs, max, sign or where?"
 
 def values(system: System, y: Array) -> Array:
     """Return all that the first element of a system states at a state, one after the other."""
-    element, motion = system.elements[0], system.motion(y)
-    wrench: Wrench = element.wrench(motion, NO_STATE)
-    energies = [element.stored(motion, NO_STATE), element.dissipated(motion, NO_STATE)]
-    guards = element.guards(motion, NO_STATE) if element.mode_count else NO_STATE
-    return np.concatenate([*wrench, np.array(energies), guards])
+    element, motion, own = system.elements[0], system.motion(y), own_in(system, y)
+    wrench: Wrench = element.wrench(motion, own)
+    energies = [element.stored(motion, own), element.dissipated(motion, own)]
+    guards = element.guards(motion, own) if element.mode_count else NO_STATE
+    rates = element.rates(motion, own) if element.state_size else NO_STATE
+    return np.concatenate([*wrench, np.array(energies), guards, rates])
 
 
 def complex_problems(samples: Sequence[Sample], code: UserCode) -> Iterator[str]:

@@ -1,8 +1,8 @@
 """The power balance of an element: what it stores, what it dissipates, and what its wrench gives.
 
 For every motion of the body, stored' + dissipated = -(f'V + c'Ω + Λ'F), with the force f, the
-couple c and the contact force Λ of the wrench. So v falls by what is dissipated, as the theorem
-needs.
+couple c and the contact force Λ of the wrench. In stored' the own states have the stated rates. So
+v falls by what is dissipated, as the theorem needs.
 """
 
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.experiment.element_check.states import Sample
+from rbstab.experiment.element_check.states import Sample, own_in
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array
@@ -18,8 +18,6 @@ from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
 
 TOLERANCE = 1e-12
 """The largest error of a balance, relative to the sum of the sizes of its terms."""
-
-NO_STATE = np.zeros(0)
 
 _TURN, _MOVE = (
     "a turn of 1 rad/s about the body axis",
@@ -80,14 +78,16 @@ def problems_at_rest(sample: Sample) -> Iterator[str]:
 
 def problems_in_motion(sample: Sample) -> Iterator[str]:
     """Yield where the power balance of a moving body fails, or the dissipation is negative."""
-    dissipated = float(sample.element.dissipated(sample.system.motion(sample.y), NO_STATE))
+    dissipated = float(sample.element.dissipated(sample.motion, sample.own))
     wrench, slopes = _wrench(sample, sample.y), _slopes(sample, sample.y)
-    found = _powers(sample, sample.y, wrench, slopes, dissipated)
+    rates = sample.element.rates(sample.motion, sample.own)
+    found = _powers(sample, sample.y, wrench, slopes, dissipated, rates)
     if not found.balances:
+        blamed = ", or `rates` is wrong" if sample.element.state_size else ""
         yield (
-            "`dissipated` is not the power that `wrench` takes from the motion: `stored` changes "
-            f"by {found.stored:.6g} W, `dissipated` is {found.dissipated:.6g} W, and `wrench` "
-            f"gives {found.given:.6g} W to the body (their sum must be 0, and is "
+            f"`dissipated` is not the power that `wrench` takes from the motion{blamed}: `stored` "
+            f"changes by {found.stored:.6g} W, `dissipated` is {found.dissipated:.6g} W, and "
+            f"`wrench` gives {found.given:.6g} W to the body (their sum must be 0, and is "
             f"{found.error:.6g} W)"
         )
     if not dissipated >= -TOLERANCE * found.size:
@@ -102,8 +102,13 @@ def problems_of_velocities(sample: Sample) -> Iterator[str]:
             yield f"`stored` depends on the velocity {name}; only the body has kinetic energy"
 
 
-def _powers(
-    sample: Sample, y: Array, wrench: Wrench, slopes: Array, dissipated: float = 0.0
+def _powers(  # noqa: PLR0913, PLR0917 (all that the powers depend on)
+    sample: Sample,
+    y: Array,
+    wrench: Wrench,
+    slopes: Array,
+    dissipated: float = 0.0,
+    own_rates: Array | float = 0.0,
 ) -> Powers:
     """Return the powers of a wrench along the motion at a state, with all accelerations zero.
 
@@ -111,12 +116,14 @@ def _powers(
         sample: The system.
         y: The state, whose velocities are those of the motion.
         wrench: The wrench.
-        slopes: The derivatives of the stored energy by the entries of Z.
+        slopes: The derivatives of the stored energy by the entries of the state.
         dissipated: The dissipated power, W.
+        own_rates: The rates of the own states; by default these are at rest.
     """
     motion = sample.system.motion(y)
     rates = np.zeros(len(y))
     rates[THETA], rates[X_OF_Z] = motion.B @ motion.Omega, motion.V
+    rates[sample.system.coordinates.size :] = own_rates
     stored = float(slopes @ rates)
     terms = np.concatenate(
         [
@@ -130,11 +137,12 @@ def _powers(
 
 
 def _slopes(sample: Sample, y: Array) -> Array:
-    """Return the derivatives of the stored energy by the entries of Z, by complex steps."""
-    return jacobian(lambda z: sample.element.stored(sample.system.motion(z), NO_STATE), y)
+    """Return the derivatives of the stored energy by the entries of y, by complex steps."""
+    system = sample.system
+    return jacobian(lambda z: sample.element.stored(system.motion(z), own_in(system, z)), y)
 
 
 def _wrench(sample: Sample, y: Array) -> Wrench:
     motion: Motion = sample.system.motion(y)
-    found: Wrench = sample.element.wrench(motion, NO_STATE)
+    found: Wrench = sample.element.wrench(motion, own_in(sample.system, y))
     return found

@@ -9,6 +9,7 @@ from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.body import Body
+from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
 from rbstab.systems.coordinates import CentreCoordinates
@@ -28,7 +29,7 @@ class Sample(NamedTuple):
     Attributes:
         number: Its number, from 1.
         system: The system, with random parameters.
-        y: The state Z.
+        y: The state: Z, then the own states.
     """
 
     number: int
@@ -41,15 +42,34 @@ class Sample(NamedTuple):
         return self.system.elements[0]
 
     @property
+    def motion(self) -> Motion:
+        """The motion at the state."""
+        return self.system.motion(self.y)
+
+    @property
+    def own(self) -> Array:
+        """The own states of the element."""
+        return own_in(self.system, self.y)
+
+    @property
     def words(self) -> str:
         """The state and the parameters of the element, for a message."""
         names = {"Θ": THETA, "Ω": OMEGA, "X": X_OF_Z, "V": V_OF_Z}
         parts = [f"{name} = {_rounded(self.y[place])}" for name, place in names.items()]
         parts += [
+            f"{name.partition('.')[2]} = {_rounded(self.y[place])}"
+            for name, place in self.system.own_states.items()
+        ]
+        parts += [
             f"{gain.name} = {_rounded(getattr(self.element, gain.name))}"
             for gain in self.element.gains
         ]
         return f"state {self.number}: {', '.join(parts)}"
+
+
+def own_in(system: System, y: Array) -> Array:
+    """Return the own states of the element of a system in a state of any kind of number."""
+    return y[system.coordinates.size :]
 
 
 def samples_of(kind: type[Element], count: int) -> list[Sample]:

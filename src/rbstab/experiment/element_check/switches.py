@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from rbstab.experiment.element_check.power import TOLERANCE
-from rbstab.experiment.element_check.states import Sample, with_modes
+from rbstab.experiment.element_check.states import Sample, own_in, with_modes
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import OMEGA, V_OF_Z
@@ -25,6 +25,8 @@ def guard_problems(sample: Sample) -> Iterator[str]:
     slopes = jacobian(lambda y: guards_at(sample.system, y), sample.y)
     if np.any(slopes[:, OMEGA] != 0.0) or np.any(slopes[:, V_OF_Z] != 0.0):
         yield "`guards` depends on velocities, so its rate may jump at a switch"
+    if np.any(own_in(sample.system, slopes.T) != 0.0):
+        yield "`guards` depends on own states, so its rate may jump at a switch"
 
 
 def jump_problems(one: Sample, other: Sample) -> Iterator[str]:
@@ -39,8 +41,8 @@ def jump_problems(one: Sample, other: Sample) -> Iterator[str]:
             modes = (g > 0).astype(float)
             modes[index] = mode
             element = with_modes(one, modes).element
-            energies.append(float(element.stored(one.system.motion(y), np.zeros(0))))
-        stored = float(one.element.stored(one.system.motion(one.y), np.zeros(0)))
+            energies.append(float(element.stored(one.system.motion(y), own_in(one.system, y))))
+        stored = float(one.element.stored(one.motion, one.own))
         size = abs(energies[0]) + abs(energies[1]) + abs(stored) + TOLERANCE
         if not abs(energies[1] - energies[0]) <= CONTINUOUS * size:
             yield (

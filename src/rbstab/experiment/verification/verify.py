@@ -1,6 +1,6 @@
 """Verify a proof by the checker of `analysis/proof_check`, and compare it with a config."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -35,12 +35,17 @@ class Verification(NamedTuple):
         return all(finding.verified for finding in self.findings)
 
 
-def verify(proof: Proof, config: Config | None = None) -> Verification:
+def verify(
+    proof: Proof,
+    config: Config | None = None,
+    progress: "Callable[[Finding], None]" = lambda _: None,
+) -> Verification:
     """Check a proof, and whether it is one of a config.
 
     Args:
         proof: The proof.
         config: The config; None to check the proof for its own energy U alone.
+        progress: Called with each finding about the proof as soon as it is made.
     """
     from rbstab.analysis.proof_check.checker import check
     from rbstab.analysis.proof_check.findings import IN_RANGE, Finding
@@ -50,7 +55,7 @@ def verify(proof: Proof, config: Config | None = None) -> Verification:
         if not proof.states:
             text = f"There is no proof: {proof.outcome}."
         return Verification([Finding(IN_RANGE, "energy", False, text)], [])
-    findings = check(proof.model_dump(mode="json"))
+    findings = check(proof.model_dump(mode="json"), progress)
     if config is not None:
         findings = [*_config_findings(proof, config), *findings]
     return Verification(findings, list(_unchecked(proof, config)))

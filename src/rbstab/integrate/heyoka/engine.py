@@ -25,6 +25,7 @@ from rbstab.integrate.problem import Problem, Progress, Switching, Trajectory, t
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.implicit import Stepper
 from rbstab.integrate.switching.laws import drive_sliding
+from rbstab.integrate.zero_length import ended_at, reason
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array
@@ -53,7 +54,7 @@ def integrate(
     start, first = problem.audited_start(), float(problem.times[0])
     status = initial_status(problem)
     if status is not None:
-        detail = f"{stop_reason(status, problem)} at t = {first:.9g} s"
+        detail = f"{stop_reason(status, problem, start)} at t = {first:.9g} s"
         systems = (problem.system,) if switches(problem) else ()
         return trajectory(problem, [(first, start)], status, detail, 0, 0, systems)
     scale = energy_scale(problem)
@@ -76,7 +77,7 @@ def _integrate_smooth(
         compiled = compiled_system(problem.system, problem.rtol)
     callback = StepCallback(problem, progress, deadline)
     outcome, steps, samples = compiled.run(problem, callback, scale)
-    status = callback.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
+    status = callback.status or status_of(outcome)
     start = float(problem.times[0]), problem.audited_start()
     rows = list(zip(problem.times.tolist(), samples, strict=False)) or [start]
     if len(rows) == len(problem.times):
@@ -87,7 +88,7 @@ def _integrate_smooth(
         stop, state = compiled.final_state()
         if np.isfinite(state).all() and stop > rows[-1][0]:
             rows.append((stop, state))
-        detail = f"{stop_reason(status, problem)} at t = {rows[-1][0]:.9g} s"
+        detail = f"{stop_reason(status, problem, state)} at t = {rows[-1][0]:.9g} s"
     breakpoints = compiled.reached_breakpoints
     return trajectory(problem, rows, status, detail, steps, steps, breakpoints=breakpoints)
 
@@ -133,7 +134,7 @@ class CompiledSystem:
             list(zip(y, rates, strict=True)),
             state=[0.0] * len(y),
             tol=tolerance,
-            t_events=[hy.t_event(leaving)],
+            t_events=[hy.t_event(event) for event in (leaving, *symbolic.clearances(y))],
         )
 
     def run(
@@ -249,6 +250,8 @@ def initial_status(problem: Problem) -> RunStatus | None:
         rates = problem.system_at_start().audited_rates(
             problem.audited_start(), float(problem.times[0])
         )
+    if ended_at(problem.system, start) is not None:
+        return RunStatus.ZERO_LENGTH
     if not (np.isfinite(start).all() and np.isfinite(rates).all()):
         return RunStatus.DIVERGED
     if regularity(start[THETA]) <= problem.range_bound:
@@ -256,8 +259,20 @@ def initial_status(problem: Problem) -> RunStatus | None:
     return None
 
 
-def stop_reason(status: RunStatus, problem: Problem) -> str:
-    """Return why a run stopped, as text."""
+def status_of(outcome: Any) -> RunStatus:
+    """Return the status of a run that ended with an outcome of heyoka.
+
+    Its first terminal event is the end of the range; the others are springs without length.
+    """
+    ended = RunStatus.RANGE_LEFT if -1 - outcome.value == 0 else RunStatus.ZERO_LENGTH
+    return STATUSES.get(outcome, ended)
+
+
+def stop_reason(status: RunStatus, problem: Problem, state: Array | None = None) -> str:
+    """Return why a run stopped, as text; for a spring without length from the last state."""
+    if status is RunStatus.ZERO_LENGTH and state is not None:
+        nearest = int(np.argmin(problem.system.clearances(state)))
+        return reason(problem.system.clearance_owners[nearest])
     return {
         RunStatus.RANGE_LEFT: f"cos θ2 fell to {problem.range_bound:g}",
         RunStatus.DIVERGED: "the state stopped being finite",

@@ -45,6 +45,7 @@ class EnsembleTrajectories(NamedTuple):
             not are meaningless.
         first: The states at the ends of all parts of the first interval, shape (states, lanes,
             parts + 1), if the ensemble divides it and the samples are its own. Valid as the others.
+        supplied_energy: ∫supplied dt, shape (m, n), J; None if no element supplies power.
     """
 
     lanes: Array
@@ -52,6 +53,7 @@ class EnsembleTrajectories(NamedTuple):
     steps: Array
     done: Array
     first: Array | None = None
+    supplied_energy: Array | None = None
 
     @property
     def states(self) -> Array:
@@ -153,6 +155,8 @@ class Ensemble:
             list(zip(y, rates, strict=True)),
             state=np.zeros((len(y), self.batch)),
             tol=tolerance,
+            # A member that ends there is not done, and so runs again alone.
+            t_events=[hy.t_event_batch(event) for event in symbolic.clearances(y)],
         )
         # Views of the integrator's memory: getting them takes as long as a step.
         self._pars, self._state = self.integrator.pars, self.integrator.state
@@ -217,10 +221,14 @@ class Ensemble:
             self._repeat_misfits(found, parameters, starts, scales, times, begin)
         lanes = found.states
         change = lanes[LYAPUNOV_CHANGE, : starts.shape[1]] * scales[:, np.newaxis]
-        members = slice(starts.shape[1])
-        first = found.first[: self.size] if times is None and self.parts > 1 else None
+        members, supplied, first = slice(starts.shape[1]), None, None
+        if self.audited_size > self.size + AUDIT_SIZE:
+            supplied = lanes[self.size, members] * scales[:, np.newaxis]
+        if times is None and self.parts > 1:
+            first = found.first[: self.size]
+        steps, done = found.steps[members], found.done[members]
         return EnsembleTrajectories(
-            lanes[: self.size], change, found.steps[members], found.done[members], first
+            lanes[: self.size], change, steps, done, first=first, supplied_energy=supplied
         )
 
     def _repeat_misfits(  # noqa: PLR0913, PLR0917 (all that a run depends on)

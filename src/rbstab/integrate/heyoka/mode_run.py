@@ -25,6 +25,7 @@ from rbstab.integrate.modes.phases import SWITCH_LIMIT, CurrentPhase, Phase
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.watched_rates import StopRun
+from rbstab.integrate.zero_length import zero_length
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import THETA
@@ -87,6 +88,7 @@ class CompiledModes:
         leaving = regularity(y[THETA]) - hy.par[count]
         guards = guards_at(symbolic, y)
         events = [leaving, *(g + hy.par[count + 2 + i] for i, g in enumerate(guards))]
+        events += symbolic.clearances(y).tolist()
         self.integrator = hy.taylor_adaptive(
             list(zip(y, rates, strict=True)),
             state=[0.0] * len(y),
@@ -205,9 +207,7 @@ class HeyokaModeRun:
             reached = bisect_right(times, integrator.time)
             for t in times[len(self.samples) : reached]:
                 self._add_sample(t, self.phase.on_stop(integrator.update_d_output(t).copy()))
-            if event == RANGE_END:
-                bound = self.problem.range_bound
-                raise StopRun(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")
+            self._check_end(event)
             if self.progress is not None:
                 self.progress(integrator.time)
             if len(self.samples) == len(times):
@@ -223,6 +223,15 @@ class HeyokaModeRun:
                 self._begin_leg(self.breakpoints.pop(0))
             if self.muted:
                 self._unmute()
+
+    def _check_end(self, event: int | None) -> None:
+        """Stop the run if an event is none of a switch."""
+        if event == RANGE_END:
+            bound = self.problem.range_bound
+            raise StopRun(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")
+        number = -1 if event is None else event - 1 - len(self.offsets)
+        if number >= 0:
+            raise zero_length(self.problem.system.clearance_owners[number])
 
     def _begin_leg(self, t: float) -> None:
         """Begin the legs of the inputs at a breakpoint."""
@@ -263,8 +272,9 @@ class HeyokaModeRun:
         # After a missed switch the steps grow again.
         self.max_step *= STEP_REDUCTION
         index = -1 - outcome.value
-        found = 0 <= index <= len(self.offsets)
-        if found and made == 0.0 and index != RANGE_END:
+        owners = self.problem.system.clearance_owners
+        found = 0 <= index <= len(self.offsets) + len(owners)
+        if 0 < index <= len(self.offsets) and made == 0.0:
             # The step began on a zero of the event function, as after a switch. If it is a double
             # zero, heyoka would find it for ever.
             self.offsets[index - 1], self.muted = MUTED, True

@@ -14,7 +14,7 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from rbstab.integrate.heyoka.engine import STATUSES, StepCallback, initial_status, stop_reason
+from rbstab.integrate.heyoka.engine import StepCallback, initial_status, status_of, stop_reason
 from rbstab.integrate.heyoka.symbols import (
     energy_scale,
     parameter_values,
@@ -145,7 +145,7 @@ class VariationalSystem:
             outcome, *_, samples = self.integrator.propagate_grid(
                 times, max_steps=problem.step_limit, callback=callback
             )
-            status = callback.status or STATUSES.get(outcome, RunStatus.RANGE_LEFT)
+            status = callback.status or status_of(outcome)
             if len(samples) == len(times):
                 # A limit reached in the last step does not count.
                 status = RunStatus.COMPLETED

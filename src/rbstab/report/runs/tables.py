@@ -8,6 +8,7 @@ from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.convergence.convergence import FALSE, NOT_DECIDED, PROVED
 from rbstab.experiment.proof import Proof
+from rbstab.experiment.summary import is_driven
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Cell, Head, Table
 from rbstab.report.model.words import NO_VALUE, number
@@ -53,6 +54,13 @@ WORK_NOTE = (
 )
 """Added to the note if a run stores v - ε."""
 
+DRIVEN_NOTE = (
+    "Where inputs supply power, a body may start at rest: it is at rest again from the time after "
+    f"which v stays below {SETTLED_FRACTION:g} of its largest value. While an input goes on, it is "
+    "not."
+)
+"""Added to the note if inputs act on a body."""
+
 TONES: dict[str, str] = {
     Verdict.CERTIFIED: "good",
     Verdict.VIOLATED: "bad",
@@ -67,6 +75,8 @@ ANSWER_TONES = {Sureness.PROVED: "good", Sureness.FALSE: "bad"}
 def summary_table(facts: Sequence[RunFacts]) -> Table:
     """Return the table with one row for each run."""
     note = f"{NOTE} {WORK_NOTE}" if any(entry.run.stores_v_minus_work for entry in facts) else NOTE
+    if any(is_driven(entry.run.result) for entry in facts):
+        note = f"{note} {DRIVEN_NOTE}"
     return Table("runs", "Runs", HEADS, tuple(_row(entry) for entry in facts), note)
 
 

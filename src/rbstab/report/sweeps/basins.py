@@ -16,6 +16,12 @@ MAX_STATES = 8
 """With more distinct rest states there is no table: they probably vary with the parameters."""
 
 
+DIFFERENT = (
+    "The rest states that members approach are not grouped: the members differ in more than their "
+    "starts, so each has its own."
+)
+
+
 @dataclass(frozen=True, eq=False)
 class Basins:
     """The distinct rest states that completed members approach, lowest first.
@@ -38,9 +44,17 @@ class Basins:
         return tuple(f"rest state {k}" for k in range(1, len(self.energies) + 1))
 
 
-@np.errstate(all="ignore")  # a foreign file may have any numbers
 def basins_of(members: Members) -> Basins | None:
-    """Return the basins of a sweep; None unless its members approach 2 to `MAX_STATES` states."""
+    """Return the basins of a sweep; None unless its members approach 2 to `MAX_STATES` states.
+
+    Members have the same rest states only if they differ in their starts alone.
+    """
+    return _grouped(members) if members.share_rest_states else None
+
+
+@np.errstate(all="ignore")  # a foreign file may have any numbers
+def _grouped(members: Members) -> Basins | None:
+    """Return the distinct rest states of members, also of different bodies; None as `basins_of`."""
     if "rest_orientation" not in members.table.layout:
         return None
     Theta, energy = members.column("rest_orientation"), members.column("energy_at_rest")
@@ -68,9 +82,11 @@ def basins_of(members: Members) -> Basins | None:
 
 def basin_blocks(name: str, members: Members) -> list[Block]:
     """Return a table of the rest states that members approach, if there are several."""
-    basins = basins_of(members)
+    basins = _grouped(members)
     if basins is None:
         return []
+    if not members.share_rest_states:
+        return [DIFFERENT]
     heads = (
         Head("rest state"),
         Head("members", numbers=True),

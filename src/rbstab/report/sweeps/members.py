@@ -122,6 +122,16 @@ class Members:
             for column in self.plan.varied_keys_of(variant)
         )
 
+    @property
+    def share_rest_states(self) -> bool:
+        """Whether members have the same body, gravity, controller and elements.
+
+        Without a plan that can be read, nothing is known to differ.
+        """
+        if self.plan is None:
+            return True
+        return len(self.plan.variants) < 2 and self.share_proofs
+
     @cached_property
     def level(self) -> Array | None:
         """c* of each member, J, shape (n,), NaN if unknown; None without any proof.

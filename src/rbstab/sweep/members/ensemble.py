@@ -156,7 +156,8 @@ class _VariantEngine:
         varies_load = any(path[0] == "gravity" for path in varied)
         loaded = any(base.gravity) or varies_load or bool(base.elements)
         if all(map(is_of_initial_state, varied)):
-            nearest = nearest_rest_state(self.problem.system)
+            with np.errstate(all="ignore"):
+                nearest = nearest_rest_state(self.problem.system)
             q = configurations(self.problem.system).configuration(nearest.motion, nearest.own)
             return SharedState(q, nearest.energy) if nearest.found else None
         # Without a load it is the unloaded position, where no energy is stored. Elements of the
@@ -221,6 +222,8 @@ class _VariantEngine:
             return _BatchTraces({}, {})
         available = vars(members) | members.own_states
         available |= {"lyapunov_change": trajectories.lyapunov_change}
+        if trajectories.supplied_energy is not None:
+            available |= {"supplied_energy": trajectories.supplied_energy}
         forces = self.forces.along(parameters, trajectories, rows)
         evaluated = {
             "contact_force": np.moveaxis(forces.contact_force, 0, 2),
@@ -280,6 +283,7 @@ class _VariantEngine:
             energy_at_rest=rest.energy,
             rest_orientation=rest.orientation,
             own_states={name: along(states[place]) for name, place in own_states.items()},
+            driven=self.problem.system.supplies,
         )
 
     def _may_have_left_range(self, members: MemberTrajectories, outcome: dict[str, Array]) -> Array:

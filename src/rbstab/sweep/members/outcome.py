@@ -123,6 +123,7 @@ class MemberTrajectories:
         own_states: The own states of the elements by name, each of shape (m, n, size).
         contact_work: ε, shape (m, n), J, if `lyapunov` is v - ε (for s = F + κE); otherwise None.
             v - ε does not end at zero, so settling times are computed from v.
+        driven: Whether inputs supply power.
     """
 
     time: Array
@@ -139,6 +140,7 @@ class MemberTrajectories:
     rest_orientation: Array
     own_states: dict[str, Array] = field(default_factory=dict)
     contact_work: Array | None = None
+    driven: bool = False
 
 
 def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[str, Array]:
@@ -179,7 +181,10 @@ def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[
         "peak_contact_displacement_error": peaks.error[E_ROWS].max(axis=0),
         "peak_orientation_error": peaks.error[THETA_ROWS].max(axis=0),
         "settling_time": settling_times(
-            times, value, members.orientation[:, -1] - members.rest_orientation
+            times,
+            value,
+            members.orientation[:, -1] - members.rest_orientation,
+            driven=members.driven,
         ),
         "displacement_settling_time": last_above(times, distance, np.full(count, SETTLED_DISTANCE)),
     }

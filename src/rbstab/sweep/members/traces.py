@@ -17,6 +17,9 @@ from rbstab.systems.quantities import RUN_DIMENSIONS, quantities_with, run_dimen
 
 TIME = "time"
 
+SUPPLIED = "supplied_energy"
+"""A quantity of plans with inputs only; traces of older versions do not have it."""
+
 TRACE_QUANTITIES = (
     "orientation",
     "angular_velocity",
@@ -30,6 +33,7 @@ TRACE_QUANTITIES = (
     "lyapunov_rate",
     "lyapunov_change",
     "energy_residual",
+    SUPPLIED,
 )
 """The quantities of a trace, named as in a run file. A variant may lack some own states."""
 
@@ -70,7 +74,10 @@ def layout_of(plan: Plan) -> TraceLayout:
     problems = list(plan.initial_value_problems.values())
     own_states = {name for problem in problems for name in problem.system.own_states}
     states = element_states(plan)
-    names = (n for n in TRACE_QUANTITIES if n not in OWN_STATES or n in own_states)
+    missing = set(OWN_STATES) - own_states
+    if not any(problem.system.supplies for problem in problems):
+        missing.add(SUPPLIED)
+    names = (name for name in TRACE_QUANTITIES if name not in missing)
     return TraceLayout(problems[0].times, (*names, *(state.name for state in states)), states)
 
 

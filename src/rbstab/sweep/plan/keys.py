@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from rbstab.config.elements import declarations_of
 from rbstab.config.errors import ConfigProblem, Location, closest_keys
 from rbstab.config.messages import describe
 from rbstab.config.overrides import parse_key
+from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.sweep.plan.axes import VARIANT, VariedKey, value_at
 from rbstab.sweep.plan.distributions import FiniteList, MemberNumber
@@ -25,7 +27,9 @@ def check_keys(problems: ProblemCollector, plan: Plan) -> None:
         if not owners:
             problems.add(varied.place, *_missing(plan, varied), of_key=True)
         values = [value_at(plan.templates[variant], varied.path) for variant in owners]
-        for problem in dict.fromkeys(_problem_with(varied, value) for value in values):
+        found = [_problem_with(varied, value) for value in values]
+        found += [_problem_with_spring(varied, plan.bases[variant]) for variant in owners]
+        for problem in dict.fromkeys(found):
             if problem is not None:
                 problems.add(varied.place, *problem, of_key=True)
 
@@ -70,6 +74,17 @@ def _problem_with(varied: VariedKey, value: Any) -> tuple[str, str] | None:
     if not varied.scale and not _is_number(value):
         return f"is {describe(value)} in the base", "expected a number, or controller.variant"
     return _problem_with_whole_number(varied)
+
+
+def _problem_with_spring(varied: VariedKey, base: Config) -> tuple[str, str] | None:
+    """Return the problem if a gain varies that the formulas of a spring in the base leave out."""
+    if varied.path[0] != "elements" or varied.path[2:] not in (("rest_length",), ("damping",)):
+        return None
+    section = base.elements[str(varied.path[1])]
+    if varied.path[2] in {gain.name for gain in declarations_of(section).gains}:
+        return None
+    problem = "is varied, but the base has a spring of rest_length 0 without damping"
+    return problem, "expected a base with rest_length or damping above 0"
 
 
 def _problem_with_whole_number(varied: VariedKey) -> tuple[str, str] | None:

@@ -1,0 +1,253 @@
+"""Descent in an energy with kinks, to a minimum that may lie on some of them.
+
+The force of an element with kinks (`Element.kinked`) jumps where one of its event functions g is
+zero. The stored energy U(q; m) is linear in each of its modes m. On a kink a body rests where a
+mode between 0 and 1 balances the forces:
+
+    ∂U/∂q (q; m) = 0, and g = 0 or m is the mode of the side of q (0 <= m <= 1).
+
+First the modes are replaced by smooth functions of g, which become ever steeper. So the descent
+comes close to the minimum, and the modes show which kinks it lies on. Newton steps then solve the
+equations above.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.configuration import Configurations
+from rbstab.analysis.descents.descent import descend
+from rbstab.integrate.straight_line.equations import StraightLine
+from rbstab.mechanics.derivatives import jacobian
+from rbstab.mechanics.numbers import Array, Number, sqrt
+from rbstab.systems.modes import modes_of, with_modes, with_modes_at
+from rbstab.systems.system import System
+
+WIDTHS = tuple(10.0**exponent for exponent in range(-2, -8, -1))
+"""m and rad: the widths over which the modes change, one after the other."""
+
+STEP = 1e-6
+"""rad and m; the step of differences, smaller where the modes change within less."""
+
+BETWEEN = 1e-3
+"""A mode farther than this from 0 and 1, at the last width, is that of a kink under the minimum."""
+
+MAX_SOLVES = 20
+"""The maximum number of Newton steps on the kinks; about three are enough."""
+
+ON_KINK = 1e-9
+"""m and rad: the largest |g| of a body that rests on a kink."""
+
+
+class KinkedMinimum(NamedTuple):
+    """The end of a descent.
+
+    Attributes:
+        q: The configuration, shape (n,).
+        gradient: The largest generalized force that no mode balances, N m and N; infinite if q is
+            not on its kinks.
+        on_kink: Whether it lies on a kink.
+    """
+
+    q: Array
+    gradient: float
+    on_kink: bool
+
+
+def has_kinks(system: System) -> bool:
+    """Return whether the stored energy of a system has kinks."""
+    return any(type(element).kinked for element in system.elements)
+
+
+def descend_to_kinks(
+    at_rest: Configurations,
+    q: Array,
+    tolerance: float,
+    is_late: Callable[[], bool],
+    is_inside: Callable[[Array], Array],
+) -> KinkedMinimum:
+    """Descend in energy from a configuration to a minimum, on kinks or beside them.
+
+    Args:
+        at_rest: The configurations.
+        q: The first configuration, shape (n,).
+        tolerance: The largest generalized force at the end, N m and N.
+        is_late: Returns whether the descent must end now.
+        is_inside: As for `descend`.
+    """
+    energy = _ModedEnergy(at_rest)
+    for width in WIDTHS:
+        smooth = _Smoothed(energy, width)
+        ends, _, _ = descend(smooth, q[:, np.newaxis], np.array([tolerance]), is_late, is_inside)
+        q = ends[:, 0]
+    modes = energy.smooth_modes(q, WIDTHS[-1])
+    held = (modes > BETWEEN) & (modes < 1.0 - BETWEEN)
+    while True:
+        found, modes = _solved(energy, q, modes, held, tolerance)
+        outside = held & ~((modes >= 0.0) & (modes <= 1.0))
+        if not outside.any():
+            return found
+        held &= ~outside
+
+
+class _ModedEnergy:
+    """The energy of configurations as a function of the modes of the kinked elements.
+
+    Args:
+        at_rest: The configurations.
+    """
+
+    def __init__(self, at_rest: Configurations) -> None:
+        self._at_rest, self._system = at_rest, at_rest.system
+        count, size = len(_kinked_modes(at_rest.system)), at_rest.size
+        self._energy = StraightLine(_energy_of, self._system, size + count)
+        self._guards = StraightLine(_guards_of, self._system, size)
+        self._switches = len(modes_of(self._system)) > count
+
+    def at(self, q: Array) -> Callable[[Array, Array], Number]:
+        """Return the energy as a function of q and the kinked modes, near a configuration.
+
+        The other modes are those of this configuration.
+        """
+        at_rest, energy = self._at_rest, self._energy
+        if self._switches:
+            energy = energy.in_modes_of(with_modes_at(self._system, at_rest.state(q)))
+        return lambda x, modes: (
+            energy(np.concatenate([at_rest.placed(x), modes]))[0] + at_rest.spring(x)
+        )
+
+    def guards(self, q: Array) -> Array:
+        """Return the event functions of the kinked elements at q, of floats or complex numbers."""
+        return self._guards(self._at_rest.placed(q))
+
+    def smooth_modes(self, q: Array, width: float) -> Array:
+        """Return ½(1 + g/√(g² + δ²)) of the kinked modes, with the width δ."""
+        g = self.guards(q)
+        return 0.5 * (1.0 + g / sqrt(g * g + width * width))
+
+
+class _Smoothed:
+    """The energy with smooth modes, as `descend` calls it."""
+
+    def __init__(self, energy: _ModedEnergy, width: float) -> None:
+        self._energy, self._width = energy, width
+
+    def __call__(self, _rows: Array, q: Array) -> "_Smoothed":
+        self._q = q[:, 0]
+        at, width = self._energy.at(self._q), self._width
+
+        def value(x: Array) -> Number:
+            return at(x, self._energy.smooth_modes(x, width))
+
+        self._value = value
+        self.value = np.array([float(value(self._q))])
+        self.gradient = jacobian(value, self._q)[np.newaxis]
+        return self
+
+    @property
+    def hessian(self) -> Array:
+        """The Hessian, shape (1, n, n)."""
+        step = STEP * min(1.0, 10.0 * self._width)
+        return _hessian(lambda x: jacobian(self._value, x), self._q, step)[np.newaxis]
+
+
+def _solved(
+    energy: _ModedEnergy, q: Array, modes: Array, held: Array, tolerance: float
+) -> tuple[KinkedMinimum, Array]:
+    """Solve ∂U/∂q = 0 on the held kinks by Newton steps, and return the modes there."""
+    modes, count = np.where(held, modes, np.round(modes)), int(held.sum())
+    best = KinkedMinimum(q, np.inf, bool(count)), modes
+    for _ in range(MAX_SOLVES):
+        if not np.isfinite(q).all():
+            break
+        found = _residual(energy, q, modes, held)
+        if found.gradient < best[0].gradient:
+            best = found, modes
+        if best[0].gradient <= tolerance and found is not best[0]:
+            break
+        slope = _slope(energy, q)
+        normals = jacobian(energy.guards, q)[held]
+        # The energy is linear in the modes, so two values give its derivative.
+        pulls = np.array(
+            [
+                slope(q, _with_mode(modes, k, 1.0)) - slope(q, _with_mode(modes, k, 0.0))
+                for k in np.flatnonzero(held).tolist()
+            ]
+        ).reshape(count, len(q))
+        curvature = _hessian(partial(_swapped, slope, modes), q, STEP)
+        matrix = np.block([[curvature, pulls.T], [normals, np.zeros((count, count))]])
+        wrong = np.concatenate([slope(q, modes), energy.guards(q)[held]])
+        # Kinks at which the forces are not determined have many solutions: take the nearest.
+        step = np.linalg.lstsq(matrix, -wrong, rcond=1e-12)[0]
+        q, modes = q + step[: len(q)], modes.copy()
+        modes[held] += step[len(q) :]
+    return best
+
+
+def _residual(energy: _ModedEnergy, q: Array, modes: Array, held: Array) -> KinkedMinimum:
+    g = energy.guards(q)
+    sides = np.all((g[~held] > 0) == (modes[~held] > 0.5))
+    on_kinks = np.abs(g[held]).max(initial=0.0) <= ON_KINK
+    steepness = float(np.abs(_slope(energy, q)(q, modes)).max())
+    return KinkedMinimum(q, steepness if on_kinks and sides else np.inf, bool(held.any()))
+
+
+def _slope(energy: _ModedEnergy, q: Array) -> Callable[[Array, Array], Array]:
+    """Return ∂U/∂q as a function of q and the kinked modes."""
+    at = energy.at(q)
+    return lambda x, modes: jacobian(lambda z: at(z, modes), x)
+
+
+def _swapped(slope: Callable[[Array, Array], Array], modes: Array, x: Array) -> Array:
+    return slope(x, modes)
+
+
+def _with_mode(modes: Array, index: int, value: float) -> Array:
+    changed = modes.copy()
+    changed[index] = value
+    return changed
+
+
+def _hessian(gradient: Callable[[Array], Array], q: Array, step: float) -> Array:
+    """Return the derivatives of a gradient by central differences; they guide a descent."""
+    steps = step * np.maximum(1.0, 1e-3 * np.abs(q))
+    rows = [
+        (gradient(q + shift) - gradient(q - shift)) / (2 * size)
+        for shift, size in zip(np.diag(steps), steps, strict=True)
+    ]
+    return 0.5 * (np.array(rows) + np.array(rows).T)
+
+
+def _energy_of(system: System, variables: Array) -> Array:
+    """Return the energy at [q, modes of the kinked elements], shape (1,)."""
+    at_rest, modes, places = Configurations(system), _modes(system), _kinked_modes(system)
+    y = at_rest.state(variables[: at_rest.size])
+    for place, mode in zip(places, variables[at_rest.size :], strict=True):
+        modes[place] = mode
+    return np.array([with_modes(system, tuple(modes)).potential_energy(y)])
+
+
+def _guards_of(system: System, q: Array) -> Array:
+    """Return the event functions of the kinked elements at q."""
+    motion, none = Configurations(system).motion(q), np.zeros(0)
+    found = [element.guards(motion, none) for element in system.elements if type(element).kinked]
+    return np.concatenate(found)
+
+
+def _kinked_modes(system: System) -> list[int]:
+    """Return the places of the modes of kinked elements among all modes."""
+    places: list[int] = []
+    begin = 0
+    for element in system.elements:
+        end = begin + element.mode_count
+        places += range(begin, end) if type(element).kinked else ()
+        begin = end
+    return places
+
+
+def _modes(system: System) -> list[Any]:
+    """Return the modes of a system, of any kind of number."""
+    elements: list[Any] = [element for element in system.elements if element.mode_count]
+    return [mode for element in elements for mode in element.mode]

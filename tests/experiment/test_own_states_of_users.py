@@ -1,0 +1,271 @@
+"""Protects own states of elements of users: the same motion as `kind: embedded`, and names.
+
+The example `creeping_tie.py` states what the embedded tie of the program states. So runs, sweeps
+and sensitivities must agree with those of the tie, which other tests compare with closed forms.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.config_elements import config_data
+from support.problems import ENGINES
+from support.user_code import element_text
+
+import rbstab
+from rbstab.config.build import problem_of
+from rbstab.config.entries import entries_of, is_of_initial_state
+from rbstab.config.errors import ConfigError
+from rbstab.config.load import acting_sections, initial_sections, load_config, plain_data, run_id
+from rbstab.config.units import Kind, unit_of
+from rbstab.elements.user_code.loaded import UserCode, element_class
+from rbstab.experiment.element_check.check import check_class
+from rbstab.experiment.proof import proof_id
+from rbstab.experiment.tuning.sensitivities import sensitivities
+from rbstab.sweep.options import SweepOptions
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.sweep import sweep_to_folder
+
+EXAMPLE = Path(__file__).parents[2] / "configs" / "examples" / "creeping_tie.py"
+VALUES = {
+    "point": [0.15, 0.1, -0.42],
+    "anchor": [0.1, 0.1, -0.4],
+    "K_c": [[4000.0, 300.0, 0.0], [300.0, 5000.0, -200.0], [0.0, -200.0, 6000.0]],
+    "L_c": [150.0, 150.0, 200.0],
+    "K_d": [900.0, 800.0, 1200.0],
+    "L_d": [120.0, 150.0, 90.0],
+    "initial_state": [0.02, -0.03, 0.01],
+}
+OURS = {"kind": "embedded"} | VALUES
+THEIRS = {"kind": "python", "file": EXAMPLE.name, "class": "CreepingTie", "parameters": VALUES}
+BODY = ("orientation", "angular_velocity", "position", "velocity", "energy", "lyapunov")
+
+MAXWELL = element_text(
+    """
+    states = (OwnState("extension", "s", "m", "extension of the spring", size=1),)
+
+    def rates(self, motion, own):
+        along = line(motion, self.point, self.anchor)
+        return np.array([along.rate]) - self.k / self.c * own
+
+    def wrench(self, motion, own):
+        along = line(motion, self.point, self.anchor)
+        return force_at(motion, self.point, -self.k * own[0] * along.direction)
+
+    def stored(self, motion, own):
+        return 0.5 * self.k * own[0] * own[0]
+
+    def dissipated(self, motion, own):
+        return (self.k * own[0]) * (self.k * own[0]) / self.c
+    """,
+    'POINT, ANCHOR, Gain("k", "N/m", "stiffness", shape="number"), '
+    'Gain("c", "N s/m", "damping", shape="number")',
+).replace("import power", "import OwnState, power")
+"""A spring and a damper in a row. Its stored energy depends on its own state alone."""
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / EXAMPLE.name).write_text(EXAMPLE.read_text(encoding="utf-8"), encoding="utf-8")
+
+
+def load(element, **sections):
+    return load_config(config_data({"tie": element}, **sections), allow_python=True)
+
+
+def with_parameters(**changes):
+    return THEIRS | {"parameters": VALUES | changes}
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_motion_is_that_of_the_embedded_tie(engine):
+    integration = {"engine": engine, "duration": 1.0, "samples": 51, "rtol": 1e-13}
+    theirs, ours = (
+        rbstab.simulate(load(element, integration=integration)) for element in (THEIRS, OURS)
+    )
+    assert theirs.status == ours.status == "completed"
+    for name in (*BODY, "tie.state"):
+        size = max(1.0, np.abs(ours[name]).max())
+        assert np.abs(theirs[name] - ours[name]).max() < 1e-12 * size, name
+    np.testing.assert_array_equal(theirs["tie.state"][0], VALUES["initial_state"])
+    assert np.abs(theirs["tie.state"][-1] - theirs["tie.state"][0]).max() > 1e-3
+    one, other = theirs.variables["tie.state"], ours.variables["tie.state"]
+    assert (one.unit, one.dimensions) == (other.unit, other.dimensions)
+    assert one.long_name == "D: the point between the springs, inertial"
+
+
+def test_a_state_of_another_size_is_stored_and_relaxes(tmp_path):
+    """A spring and a damper in a row between fixed points: s falls as exp(-k t/c)."""
+    (tmp_path / "mine.py").write_text(MAXWELL)
+    far = {
+        "point": [0, 0, 0],
+        "anchor": [1.0, 0, 0],
+        "k": 8.0,
+        "c": 2.0,
+        "initial_extension": [0.3],
+    }
+    heavy = {"mass": 1e12, "inertia": [1e12] * 3, "contact_point": [0, 0, 0]}
+    element = {"kind": "python", "file": "mine.py", "class": "Mine", "parameters": far}
+    integration = {"duration": 0.5, "samples": 6, "rtol": 1e-12}
+    data = {"schema_version": 2, "body": heavy, "gravity": [0, 0, 0]}
+    config = load_config(
+        data | {"elements": {"mine": element}, "integration": integration}, allow_python=True
+    )
+    result = rbstab.simulate(config)
+    expected = 0.3 * np.exp(-4.0 * result["time"])
+    np.testing.assert_allclose(result["mine.extension"][:, 0], expected, rtol=1e-10)
+    assert result.variables["mine.extension"].dimensions == ("time", "mine.extension_component")
+
+
+def check(text):
+    code = UserCode(text, "mine.py")
+    return check_class(element_class(code, "Mine"), code)
+
+
+CREEPING = EXAMPLE.read_text(encoding="utf-8").replace("CreepingTie", "Mine")
+
+WRONG = {
+    "sign of a rate": (
+        CREEPING.replace(" - self.K_d @ own) / self.L_d", " + self.K_d @ own) / self.L_d"),
+        "`dissipated` is not the power that `wrench` takes from the motion, or `rates` is wrong",
+    ),
+    "sign of a force": (
+        CREEPING.replace("-spring - self", "spring - self"),
+        "`dissipated` is not the power",
+    ),
+    "forgotten rate": (
+        MAXWELL.replace("def rates", "def speeds"),
+        "rates returns an array of shape (0,)",
+    ),
+    "wrong size": (
+        MAXWELL.replace("[along.rate]", "[along.rate, 0.0]"),
+        "rates returns an array of shape (2,) (expected 1 numbers)",
+    ),
+    "time": (
+        CREEPING.replace("/ self.L_d\n", "/ self.L_d * (1 + motion.time)\n"),
+        "`rates` depends",
+    ),
+    "floats only": (
+        MAXWELL.replace("np.array([along.rate])", "np.array([float(np.real(along.rate))])"),
+        "the slope by a complex step is not that of differences",
+    ),
+    "guards by own states": (
+        MAXWELL.replace(
+            "    def rates",
+            "    mode_count = 1\n\n    def guards(self, motion, own):\n"
+            "        return np.array([own[0] - 0.1])\n\n    def rates",
+        ),
+        "`guards` depends on own states",
+    ),
+}
+
+
+@pytest.mark.filterwarnings("ignore:Casting complex values")
+@pytest.mark.parametrize("name", WRONG)
+def test_the_wrong_statement_is_named(name):
+    text, expected = WRONG[name]
+    assert text not in (CREEPING, MAXWELL)
+    problems = check(text).problems
+    assert any(expected in problem for problem in problems), problems
+
+
+@pytest.mark.parametrize("text", [CREEPING, MAXWELL], ids=["creeping", "maxwell"])
+def test_right_elements_pass(text):
+    found = check(text)
+    assert found.problems == ()
+    assert "heyoka's expressions pass" in found.passed
+    assert found.notes == ()
+
+
+def test_a_problem_shows_the_own_states():
+    (problem,) = check(WRONG["sign of a rate"][0]).problems
+    assert "V = [" in problem
+    assert ", state = [" in problem
+
+
+def test_the_start_is_of_the_initial_state_and_the_rest_is_not():
+    config, moved = load(THEIRS), load(with_parameters(initial_state=[0.0, 0.0, 0.5]))
+    assert run_id(config) != run_id(moved)
+    assert proof_id(config) == proof_id(moved)
+    assert acting_sections(config) == acting_sections(moved)
+    assert initial_sections(config) != initial_sections(moved)
+    keys = [entry.key for entry in entries_of(config) if is_of_initial_state(entry.paths[0])]
+    assert keys[-3:] == [f"elements.tie.parameters.initial_state[{k}]" for k in range(3)]
+    assert problem_of(config).system.own_states == {"tie.state": slice(12, 15)}
+    again = load_config(plain_data(config), allow_python=True)
+    assert run_id(again) == run_id(config)
+    kind = Kind("python", None, EXAMPLE.read_text(encoding="utf-8"), "CreepingTie")
+    assert unit_of("elements.tie.parameters.initial_state", [kind]) == "m"
+    assert unit_of("elements.tie.parameters.K_d", [kind]) == "N/m"
+
+
+def test_the_default_start_is_zero():
+    values = {key: value for key, value in VALUES.items() if key != "initial_state"}
+    config = load(THEIRS | {"parameters": values})
+    assert config.elements["tie"].parameters["initial_state"] == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "key", "text"),
+    [
+        ({"initial_state": [0, 0]}, "elements.tie.parameters.initial_state", "has 2 entries"),
+        ({"initial_state": [0, 0, "x"]}, "elements.tie.parameters.initial_state", "number"),
+        ({"initial_stat": [0, 0, 0]}, "elements.tie.parameters.initial_stat", "initial_state"),
+    ],
+)
+def test_wrong_initial_values(parameters, key, text):
+    with pytest.raises(ConfigError) as found:
+        load(with_parameters(**parameters))
+    (problem,) = found.value.problems
+    assert problem.key.startswith(key)
+    assert text in f"{problem.problem} {problem.expected}"
+
+
+def test_sensitivities_are_those_of_ours():
+    pytest.importorskip("heyoka")
+    integration = {"duration": 0.5, "samples": 26, "rtol": 1e-12}
+    theirs, ours = (sensitivities(load(e, integration=integration)) for e in (THEIRS, OURS))
+    keys = {entry.key.replace(".parameters", ""): row for row, entry in enumerate(theirs.entries)}
+    common = [entry.key for entry in ours.entries if entry.key in keys]
+    assert {f"elements.tie.initial_state[{k}]" for k in range(3)} <= set(common)
+    rows = {entry.key: row for row, entry in enumerate(ours.entries)}
+    found = theirs.derivatives[[keys[key] for key in common]]
+    expected = ours.derivatives[[rows[key] for key in common]]
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_sweep_is_that_of_the_embedded_tie(tmp_path, engine):
+    columns = ("lyapunov_end", "final_position", "final_tie.state", "energy_at_rest")
+    tables, traces = [], []
+    for name, element, inner in (("theirs", THEIRS, "parameters."), ("ours", OURS, "")):
+        plan = load_plan(
+            {
+                "title": name,
+                "base": config_data(
+                    {"tie": element}, integration={"duration": 0.5, "samples": 11, "engine": engine}
+                ),
+                "vary": {
+                    f"elements.tie.{inner}initial_state[0]": {"uniform": [-0.05, 0.05]},
+                    f"elements.tie.{inner}K_d[1]": {"uniform": [500, 900]},
+                },
+                "design": "random",
+                "members": 5,
+                "seed": 3,
+                "keep": "traces",
+            },
+            allow_python=True,
+        )
+        sweep_to_folder(plan, tmp_path / name, SweepOptions(threads=1))
+        tables.append(rbstab.open_sweep(tmp_path / name))
+        traces.append(rbstab.open_traces(tmp_path / name).of(2))
+    for column in columns:
+        found, expected = (table[column] for table in tables)
+        assert np.isfinite(found).all()
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-10, err_msg=column)
+    start = tables[0]["elements_tie_parameters_initial_state_0"][2]
+    kept, other = (trace["tie.state"] for trace in traces)
+    assert kept[0, 0] == start
+    np.testing.assert_allclose(kept, other, rtol=1e-9, atol=1e-10)

@@ -1,0 +1,245 @@
+"""Protects springs without length: a status where a motion arrives there, on both engines.
+
+A mass that is thrown straight at the anchor of its spring meets it at a time in closed form: on the
+way, the spring is an oscillator about its length without force. Beside the anchor it moves on.
+"""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from support.switching import ENGINES, MASS, data, ligament, solved
+
+import rbstab
+from rbstab.analysis.exact import balls, exact_system, in_balls
+from rbstab.config.build import problem_of
+from rbstab.config.errors import ConfigError
+from rbstab.config.load import load_config
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.derivatives import jacobian
+from rbstab.sweep.options import SweepOptions
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.sweep import sweep_to_folder
+from rbstab_cli.main import cli
+
+STIFFNESS, REST, SPEED = 40.0, 0.5, 10.0
+EACH = pytest.mark.parametrize("engine_name", ENGINES)
+
+
+def spring(**changes):
+    ends = {"point": [0, 0, 0], "anchor": [0, 0, 0]}
+    return {"kind": "spring", **ends, "stiffness": STIFFNESS, "rest_length": REST} | changes
+
+
+def thrown(element=None, aside=0.0, elements=None, **integration):
+    """Return a mass 1 m above its anchor that moves down."""
+    start = {"position": [aside, 0, 1.0], "velocity": [0, 0, -SPEED]}
+    return data(
+        {"strut": element or spring()} | (elements or {}), start, {"duration": 1.0} | integration
+    )
+
+
+def arrival():
+    """Return when z = ℓ₀ + (1 - ℓ₀) cos ωt - (SPEED/ω) sin ωt falls to zero."""
+    frequency = np.sqrt(STIFFNESS / MASS)
+    amplitude = np.hypot(1.0 - REST, SPEED / frequency)
+    phase = np.arctan2(SPEED / frequency, 1.0 - REST)
+    return (np.arccos(-REST / amplitude) - phase) / frequency
+
+
+@EACH
+@pytest.mark.parametrize("method", ["DOP853", "LSODA"])
+def test_a_motion_ends_where_its_spring_has_no_length(engine_name, method):
+    config = thrown()
+    if engine_name == "scipy":
+        config["integration"]["method"] = method
+    elif method != "DOP853":
+        pytest.skip("heyoka has one method")
+    found = solved(config, engine_name)
+    assert found.status is RunStatus.ZERO_LENGTH
+    assert found.times[-1] == pytest.approx(arrival(), abs=1e-5 * REST / SPEED + 1e-7)
+    assert np.linalg.norm(found.states[-1][6:9]) < 1.1e-5 * REST
+    assert found.detail.startswith("strut has no length, so its direction is undefined at t = ")
+
+
+@EACH
+def test_beside_another_element_that_switches(engine_name):
+    other = ligament(anchor=[0, 3, 0], slack_length=9.0)
+    found = solved(thrown(elements={"slack": other}), engine_name)
+    assert found.status is RunStatus.ZERO_LENGTH
+    assert found.times[-1] == pytest.approx(arrival(), abs=2e-6)
+    assert "strut has no length" in found.detail
+
+
+def test_a_motion_that_passes_by_goes_on():
+    config = thrown(aside=1e-3)
+    scipy, heyoka = (solved(config, name) for name in ENGINES)
+    assert scipy.status is heyoka.status is RunStatus.COMPLETED
+    assert scipy.times[np.abs(scipy.states[:, 8]).argmin()] > 0.05
+    np.testing.assert_allclose(scipy.states[-1], heyoka.states[-1], atol=1e-6)
+
+
+@EACH
+@pytest.mark.parametrize("position", [[0, 0, 0], [0, 0, 3e-6]])
+def test_a_start_without_length_has_the_status(engine_name, position):
+    given = problem_of(load_config(thrown()))
+    start = given.start.copy()
+    start[6:9] = position
+    found = solved_problem(given, start, engine_name)
+    assert found.status is RunStatus.ZERO_LENGTH
+    assert found.times.tolist() == [0.0]
+
+
+def solved_problem(given, start, engine_name):
+    from dataclasses import replace
+
+    from rbstab.integrate.engines import engine
+
+    return engine(engine_name)(replace(given, start=start))
+
+
+# In a config.
+
+LINES = """\
+schema_version: 2
+body: {mass: 2, inertia: [1, 1, 1], contact_point: [0, 0, 0]}
+elements:
+  strut:
+    kind: spring
+    point: [0.1, 0, 0]
+    anchor: [0.1, 0, 0]
+    stiffness: 40
+    rest_length: 0.5
+integration: {duration: 1}
+"""
+
+
+def test_the_message_names_line_and_column(tmp_path):
+    path = tmp_path / "zero.yaml"
+    path.write_text(LINES)
+    done = CliRunner().invoke(cli, ["check", str(path)])
+    assert done.exit_code == 2
+    text = "zero.yaml:6:12: elements.strut.point: is on the anchor at the start (0 m from it)"
+    assert text in " ".join(done.output.split()), done.output
+    assert "expected another point or anchor" in done.output
+
+
+def test_a_turned_body_has_the_point_elsewhere():
+    config = rbstab.load_config
+    with pytest.raises(ConfigError):
+        config(data({"a": spring(point=[0, 0, 0.2], anchor=[0, 0, 0.2])}))
+    config(data({"a": spring(point=[0, 0, 0.2], anchor=[0, 0, 0.2])}, {"orientation": [0.1, 0, 0]}))
+    held = {"variant": "permanent", "K_t": [9] * 3, "L_t": [9] * 3, "K_r": [9] * 3, "L_r": [9] * 3}
+    with pytest.raises(ConfigError, match="is on the anchor"):
+        config(data({"a": spring()}, controller=held))
+
+
+def test_a_damper_without_rest_length_needs_a_direction():
+    with pytest.raises(ConfigError, match="visco-elastic"):
+        rbstab.load_config(data({"a": spring(rest_length=0, damping=3.0)}))
+    with pytest.raises(ConfigError, match="rest_length"):
+        rbstab.load_config(data({"a": spring(rest_length=-1e-9)}))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine_name", ENGINES)
+def test_the_member_of_a_sweep_has_the_status(tmp_path, engine_name):
+    """Members at x = -1, 0 and 1 mm: only the one in the middle arrives; one starts there."""
+    base = thrown(engine=engine_name, duration=0.3, samples=11)
+    vary = {"initial.position[0]": {"values": [-1e-3, 0.0, 1e-3]}}
+    vary |= {"initial.position[2]": {"values": [0.0, 1.0]}}
+    plan = load_plan({"title": "Zero", "base": base, "vary": vary, "keep": "traces"})
+    sweep_to_folder(plan, tmp_path / "a", SweepOptions(threads=1))
+    table = rbstab.open_sweep(tmp_path / "a")
+    at_anchor = table["initial_position_0"] == 0.0
+    words = np.array(table.words("status"))
+    assert set(words[at_anchor]) == {"zero length"}
+    assert set(words[~at_anchor]) == {"completed"}
+    from_above = at_anchor & (table["initial_position_2"] == 1.0)
+    np.testing.assert_allclose(table["end_time"][from_above], arrival(), atol=2e-6)
+
+
+# A spring of no rest length.
+
+
+def test_a_spring_without_rest_length_is_a_tie():
+    """It is `kind: visco-elastic` with K_c = k I and nearly no damping, through zero length too."""
+    plain = spring(rest_length=0, point=[0.1, 0, 0.2])
+    tie = {"kind": "visco-elastic", "point": [0.1, 0, 0.2], "anchor": [0, 0, 0]}
+    tie |= {"K_c": [STIFFNESS] * 3, "L_c": [1e-15] * 3}
+    for name in ENGINES:
+        one, other = (solved(thrown(element, samples=51), name) for element in (plain, tie))
+        assert one.status is other.status is RunStatus.COMPLETED
+        np.testing.assert_allclose(one.states, other.states, atol=1e-9)
+
+
+def test_its_statements_at_zero_length_in_all_kinds_of_number():
+    given = problem_of(load_config(data({"a": spring(rest_length=0)})))
+    system, y = given.system, given.start
+    assert np.abs(y).max() == 0.0
+    y = y.copy()
+    y[9:12] = [1.0, 2.0, 3.0]
+    np.testing.assert_array_equal(system.rates(y)[6:], [1.0, 2.0, 3.0, 0.0, 0.0, 0.0])
+    slopes = jacobian(system.rates, y)
+    np.testing.assert_allclose(slopes[9:12, 6:9], -STIFFNESS / MASS * np.eye(3), atol=1e-15)
+    np.testing.assert_array_equal(jacobian(system.potential_energy, y), 0.0)
+    exact = in_balls(lambda: [float(x.mid()) for x in exact_system(system).rates(balls(y))[9:12]])
+    assert exact == [0.0, 0.0, 0.0]
+    for name in ENGINES:
+        found = solved(
+            data({"a": spring(rest_length=0)}, {"velocity": [1, 2, 3]}, {"duration": 2.0}), name
+        )
+        frequency = np.sqrt(STIFFNESS / MASS)
+        expected = np.sin(frequency * found.times) / frequency
+        np.testing.assert_allclose(found.states[:, 6], expected, atol=1e-8)
+
+
+def test_its_rest_states_are_proved():
+    from rbstab.experiment.proof import prove
+
+    controller = {"variant": "permanent", "K_t": [9] * 3, "L_t": [9] * 3}
+    controller |= {"K_r": [90] * 3, "L_r": [9] * 3}
+    config = data({"a": spring(rest_length=0, point=[0, 0, 1])}, controller=controller)
+    assert prove(load_config(config)).proved
+
+
+def test_a_plan_cannot_vary_what_its_formulas_leave_out():
+    base = data({"a": spring(rest_length=0)})
+    vary = {"elements.a.rest_length": {"values": [0.0, 0.5]}}
+    with pytest.raises(ConfigError, match="is varied, but the base has a spring of rest_length 0"):
+        load_plan({"title": "t", "base": base, "vary": vary})
+    load_plan({"title": "t", "base": data({"a": spring(anchor=[0, 0, 2])}), "vary": vary})
+    stiffness = {"elements.a.stiffness": {"values": [1.0, 2.0]}}
+    load_plan({"title": "t", "base": base, "vary": stiffness})
+
+
+# A slack ligament.
+
+
+@EACH
+def test_a_slack_ligament_may_have_no_length(engine_name):
+    """Nothing acts on the mass while it passes its anchor: it moves straight on."""
+    config = data(
+        {"a": ligament(anchor=[0, 0, 0])}, {"position": [0.5, 0, 0], "velocity": [-1, 0, 0]}
+    )
+    config["integration"] |= {"duration": 1.4, "samples": 15}
+    found = solved(config, engine_name)
+    assert found.status is RunStatus.COMPLETED
+    np.testing.assert_allclose(found.states[:, 6], 0.5 - found.times, atol=1e-12)
+    config["initial"] = {"velocity": [0, 0, 0]}
+    found = solved(config, engine_name)
+    assert found.status is RunStatus.COMPLETED
+    assert np.abs(found.states).max() == 0.0
+
+
+def test_the_status_is_stored_and_shown(tmp_path):
+    path = tmp_path / "thrown.yaml"
+    path.write_text(json.dumps(thrown()))
+    arguments = ["run", str(path), "--no-prove", "-o", str(tmp_path)]
+    done = CliRunner().invoke(cli, arguments)
+    assert "zero length: strut has no length, so its direction is undefined" in done.output
+    result = rbstab.open_result(tmp_path / "thrown.h5")
+    assert result.status == "zero length"
+    shown = CliRunner().invoke(cli, ["show", str(tmp_path / "thrown.h5")])
+    assert "zero length" in shown.output

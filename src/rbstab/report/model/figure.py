@@ -8,6 +8,7 @@ points that would not be visible (`decimate`).
 from dataclasses import dataclass
 
 from rbstab.mechanics.numbers import Array
+from rbstab.report.model.split_time import SplitTime
 
 SHARE_ENDS = (-0.03, 1.03)
 """The ends of an axis of fractions: all of it is shown, so that 0.9992 does not look like half."""
@@ -23,6 +24,7 @@ class Axis:
         log: Whether it is logarithmic; values at or below zero are then not drawn.
         categories: Labels of the positions 0, 1, 2, ... on an axis of categories; () for numbers.
         ends: The ends of the axis; None for those of the data.
+        split: The two parts of a time axis with two scales; None for one scale.
     """
 
     label: str
@@ -30,6 +32,7 @@ class Axis:
     log: bool = False
     categories: tuple[str, ...] = ()
     ends: tuple[float, float] | None = None
+    split: SplitTime | None = None
 
     @property
     def text(self) -> str:
@@ -68,7 +71,8 @@ class Points:
         y: Shape (n,).
         label: Their name in the legend.
         colour: Number of their colour in the palette.
-        symbol: Number of their symbol: 0 disc, then cross, open square, open diamond.
+        symbol: Number of their symbol: 0 disc, then cross, open square, open diamond, open
+            triangle that points up, one that points down, plus sign.
         texts: Hover text of each point, shown by HTML pages only; () for none.
     """
 

@@ -24,7 +24,15 @@ from rbstab.report.writers.plotly_figures.text import escaped, packed_array, tic
 JSON = dict[str, Any]
 
 DASHES = ("solid", "dash", "dot", "dashdot")
-SYMBOLS = ("circle", "x", "square-open", "diamond-open")
+SYMBOLS = (
+    "circle",
+    "x",
+    "square-open",
+    "diamond-open",
+    "triangle-up-open",
+    "triangle-down-open",
+    "cross-thin-open",
+)
 LEVEL_COLOUR = "#7F7F7F"
 
 
@@ -65,7 +73,11 @@ def _(mark: Points, panel: Panel) -> list[JSON]:
         mark.x,
         _positive_on_log(panel.y, mark.y),
         mode="markers",
-        marker={"color": colour(mark.colour), "symbol": SYMBOLS[mark.symbol % 4], "size": 7},
+        marker={
+            "color": colour(mark.colour),
+            "symbol": SYMBOLS[mark.symbol % len(SYMBOLS)],
+            "size": 7,
+        },
     )
     if mark.texts:
         trace |= {"text": [escaped(text) for text in mark.texts], "hoverinfo": "text"}

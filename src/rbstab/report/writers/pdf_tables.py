@@ -18,6 +18,9 @@ MIN_HEIGHT = 30.0
 FONT_SIZES = (8.0, 7.0, 6.0)
 """Font sizes in points, tried in this order."""
 
+SHORT_TABLE = 24
+"""A table with at most this many rows never gets a landscape page of its own."""
+
 PADDING = 1.2
 """Space to the left and right of a text, mm."""
 
@@ -41,9 +44,10 @@ class Fit(NamedTuple):
 
 
 def write_table(pdf: ReportPdf, table: Table) -> None:
-    """Write a table on portrait pages in the largest font that fits, or else on landscape pages.
+    """Write a table on portrait pages in the largest font that fits.
 
-    A table that is too wide for both is split by columns; each part has the first column.
+    A table that is too wide is split by columns, and each part has the first column. A long one is
+    first tried on landscape pages.
     """
     fit = _fit(pdf, table)
     pdf.ensure_orientation(landscape=fit.landscape)
@@ -63,12 +67,26 @@ def needs_landscape(pdf: ReportPdf, table: Table) -> bool:
 
 
 def _fit(pdf: ReportPdf, table: Table) -> Fit:
-    for landscape, max_width in ((False, PORTRAIT), (True, LANDSCAPE)):
+    """Return how a table fits.
+
+    A short table that is too wide for a portrait page is split by columns there: it does not
+    interrupt the portrait pages, which would leave two of them half empty.
+    """
+    is_long = len(table.rows) > SHORT_TABLE
+    for landscape, max_width in ((False, PORTRAIT), (True, LANDSCAPE))[: 1 + is_long]:
         for size in FONT_SIZES:
             fit = Fit(landscape, size, _widths(pdf, table, size))
             if sum(fit.widths) <= max_width:
-                return fit
-    return fit
+                return fit._replace(widths=_widened(pdf, table, fit, max_width))
+    return fit if is_long else Fit(False, FONT_SIZES[1], _widths(pdf, table, FONT_SIZES[1]))
+
+
+def _widened(pdf: ReportPdf, table: Table, fit: Fit, max_width: float) -> list[float]:
+    """Return the widths with the space that is left for the columns whose texts wrap."""
+    natural = _widths(pdf, table, fit.size, longest=max_width)
+    wanted = [max(n - w, 0.0) for n, w in zip(natural, fit.widths, strict=True)]
+    share = min((max_width - sum(fit.widths)) / (sum(wanted) or 1.0), 1.0)
+    return [width + share * more for width, more in zip(fit.widths, wanted, strict=True)]
 
 
 def _write_part(pdf: ReportPdf, table: Table, columns: Sequence[int], fit: Fit) -> None:
@@ -106,8 +124,10 @@ def _text(pdf: ReportPdf, cell: Cell) -> str:
     return text if len(text) <= MAX_LENGTH else f"{text[: MAX_LENGTH - 1]}…"
 
 
-def _widths(pdf: ReportPdf, table: Table, size: float) -> list[float]:
-    """Return the widths of the columns, mm."""
+def _widths(
+    pdf: ReportPdf, table: Table, size: float, longest: float = MAX_TEXT_WIDTH
+) -> list[float]:
+    """Return the widths of the columns, mm; longer texts wrap."""
     widths = []
     for number, head in enumerate(table.heads):
         pdf.set_font(FAMILY, "B", size)
@@ -117,7 +137,7 @@ def _widths(pdf: ReportPdf, table: Table, size: float) -> list[float]:
         pdf.set_font(FAMILY, size=size)
         for row in table.rows:
             widest = max(widest, pdf.get_string_width(_text(pdf, row[number])))
-        widths.append(min(widest + 0.3, MAX_TEXT_WIDTH) + 2 * PADDING)
+        widths.append(min(widest + 0.3, longest) + 2 * PADDING)
     return widths
 
 

@@ -10,7 +10,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Figure, Line, Panel, Stack
 from rbstab.report.model.split_time import FIRST_SHARE, SplitTime
 
-MOST = 0.75
+MOST = 0.9
 """A transient is over when this share of all change of a quantity has happened."""
 
 FAST = 0.1

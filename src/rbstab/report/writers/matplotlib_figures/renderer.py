@@ -69,7 +69,7 @@ def draw_figure(figure: Figure) -> Drawing:
     Args:
         figure: The figure. Its title and caption are not drawn; the writer sets them as text.
     """
-    with _style():
+    with style():
         return _draw(figure)
 
 
@@ -80,11 +80,24 @@ def png(figure: Figure, *, dpi: float = 200.0) -> bytes:
         figure: The figure.
         dpi: Dots per inch; the figure is 170 mm wide.
     """
+    drawn = prepared(figure)
+    return png_of(drawn, drawn.get_figheight(), dpi=dpi)
+
+
+def prepared(figure: Figure) -> Drawing:
+    """Draw a figure without invisible points, in its natural height."""
+    with style():
+        return _draw(decimate(figure))
+
+
+def png_of(drawn: Drawing, height: float, *, dpi: float = 200.0) -> bytes:
+    """Render a prepared figure as PNG in a height, in."""
     buffer = BytesIO()
-    with _style(), warnings.catch_warnings():
+    drawn.set_figheight(height)
+    with style(), warnings.catch_warnings():
         # A character that the font lacks is drawn as a box; no warning is needed.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        _draw(decimate(figure)).savefig(buffer, format="png", dpi=dpi)
+        drawn.savefig(buffer, format="png", dpi=dpi)
     return buffer.getvalue()
 
 
@@ -97,13 +110,13 @@ def drawing(figure: Figure, form: str) -> bytes:
     """
     date = {"svg": "Date", "pdf": "CreationDate"}[form]
     buffer = BytesIO()
-    with _style(), warnings.catch_warnings():
+    with style(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
         _draw(decimate(figure)).savefig(buffer, format=form, metadata={date: None})
     return buffer.getvalue()
 
 
-def _style() -> AbstractContextManager[None]:
+def style() -> AbstractContextManager[None]:
     """Return the style of all figures; it ignores the matplotlib settings of the user."""
     return mpl.style.context(["default", STYLE])
 

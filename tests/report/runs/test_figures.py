@@ -33,14 +33,14 @@ def sentences(sections):
 
 
 PAPER = {
-    "permanent": {"states": ("as Fig. 3", ["Θ", "Ω", "X", "V", "v", "v'"])},
+    "permanent": {"states": ("as the paper's Fig. 3", ["Θ", "Ω", "X", "V", "v", "v'"])},
     "visco-elastic": {
-        "rotation": ("as Fig. 4", ["Θ", "Ω", "v", "v'"]),
-        "translation": ("as Fig. 5", ["X", "V", "E"]),
+        "rotation": ("as the paper's Fig. 4", ["Θ", "Ω", "v", "v'"]),
+        "translation": ("as the paper's Fig. 5", ["X", "V", "E"]),
     },
     "embedded": {
-        "rotation": ("as Fig. 6", ["Θ", "Ω", "v", "v'"]),
-        "translation": ("as Fig. 7", ["X", "V", "E", "D"]),
+        "rotation": ("as the paper's Fig. 6", ["Θ", "Ω", "v", "v'"]),
+        "translation": ("as the paper's Fig. 7", ["X", "V", "E", "D"]),
     },
     "free": {
         "rotation": ("", ["Θ", "Ω", "v", "v'"]),

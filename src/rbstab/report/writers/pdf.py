@@ -8,7 +8,8 @@ from PIL import Image
 from rbstab.report.model.document import Animation, Block, Cards, Report, Section, Table
 from rbstab.report.model.figure import Figure
 from rbstab.report.writers.matplotlib_figures.renderer import WIDTH
-from rbstab.report.writers.matplotlib_figures.stills import stills_caption, stills_png
+from rbstab.report.writers.matplotlib_figures.stills import stills_png
+from rbstab.report.writers.motion_caption import stills_caption
 from rbstab.report.writers.pdf_cards import write_cards
 from rbstab.report.writers.pdf_figures import MILLIMETRES_PER_INCH, FigureQueue, Heading
 from rbstab.report.writers.pdf_pages import GREY, SMALL, Picture, ReportPdf

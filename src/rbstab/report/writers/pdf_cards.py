@@ -93,11 +93,13 @@ class CardPen:
 
 def _box(pdf: ReportPdf, card: Card, height: float) -> None:
     """Draw the ground of a card, and a bar in the colour of its first answer."""
-    pdf.set_fill_color(*GROUND)
-    pdf.rect(pdf.l_margin, pdf.get_y(), pdf.epw, height, style="F")
     tones = [statement.tone for statement in card.statements]
-    pdf.set_fill_color(*TONE_COLOURS.get(tones[0] if tones else "", BORDER))
-    pdf.rect(pdf.l_margin, pdf.get_y(), BAR, height, style="F")
+    bar = TONE_COLOURS.get(tones[0] if tones else "", BORDER)
+    # The context resets the colour: fpdf2 would fill the cells of later tables with it.
+    with pdf.local_context():
+        for colour, width in ((GROUND, pdf.epw), (bar, BAR)):
+            pdf.set_fill_color(*colour)
+            pdf.rect(pdf.l_margin, pdf.get_y(), width, height, style="F")
 
 
 def _card(pen: CardPen, card: Card) -> float:

@@ -15,17 +15,20 @@ PORTRAIT, LANDSCAPE = 210.0 - 2 * MARGIN, 297.0 - 2 * MARGIN
 MIN_HEIGHT = 30.0
 """Minimum height left on a page where a table begins: its title, headers and some rows, mm."""
 
-FONT_SIZES = (8.0, 7.0, 6.0)
-"""Font sizes in points, tried in this order."""
+SETTINGS = (
+    *((size, longest) for longest in (50.0, 36.0, 28.0) for size in (8.0, 7.0)),
+    *((6.0, longest) for longest in (50.0, 36.0, 28.0)),
+)
+"""Font sizes, points, and maximum widths of a text, mm, tried in this order; longer texts wrap."""
+
+SPLIT_SETTING = SETTINGS[1]
+"""Font size and maximum width of a text of a table that is split by columns."""
 
 SHORT_TABLE = 24
 """A table with at most this many rows never gets a landscape page of its own."""
 
 PADDING = 1.2
 """Space to the left and right of a text, mm."""
-
-MAX_TEXT_WIDTH = 50.0
-"""Maximum width of a text, mm; longer texts wrap."""
 
 MAX_LENGTH = 400
 """Maximum number of characters of a cell; a row must fit on a page."""
@@ -74,16 +77,17 @@ def _fit(pdf: ReportPdf, table: Table) -> Fit:
     """
     is_long = len(table.rows) > SHORT_TABLE
     for landscape, max_width in ((False, PORTRAIT), (True, LANDSCAPE))[: 1 + is_long]:
-        for size in FONT_SIZES:
-            fit = Fit(landscape, size, _widths(pdf, table, size))
+        for size, longest in SETTINGS:
+            fit = Fit(landscape, size, _widths(pdf, table, size, longest))
             if sum(fit.widths) <= max_width:
                 return fit._replace(widths=_widened(pdf, table, fit, max_width))
-    return fit if is_long else Fit(False, FONT_SIZES[1], _widths(pdf, table, FONT_SIZES[1]))
+    size, longest = SPLIT_SETTING
+    return Fit(is_long, size, _widths(pdf, table, size, longest))
 
 
 def _widened(pdf: ReportPdf, table: Table, fit: Fit, max_width: float) -> list[float]:
     """Return the widths with the space that is left for the columns whose texts wrap."""
-    natural = _widths(pdf, table, fit.size, longest=max_width)
+    natural = _widths(pdf, table, fit.size, max_width)
     wanted = [max(n - w, 0.0) for n, w in zip(natural, fit.widths, strict=True)]
     share = min((max_width - sum(fit.widths)) / (sum(wanted) or 1.0), 1.0)
     return [width + share * more for width, more in zip(fit.widths, wanted, strict=True)]
@@ -124,9 +128,7 @@ def _text(pdf: ReportPdf, cell: Cell) -> str:
     return text if len(text) <= MAX_LENGTH else f"{text[: MAX_LENGTH - 1]}…"
 
 
-def _widths(
-    pdf: ReportPdf, table: Table, size: float, longest: float = MAX_TEXT_WIDTH
-) -> list[float]:
+def _widths(pdf: ReportPdf, table: Table, size: float, longest: float) -> list[float]:
     """Return the widths of the columns, mm; longer texts wrap."""
     widths = []
     for number, head in enumerate(table.heads):

@@ -69,19 +69,6 @@ class Camera:
         return np.column_stack([across / depth[:, np.newaxis], depth])
 
 
-def stills_caption(animation: Animation) -> str:
-    """Return the caption of the stills of an animation."""
-    parts = ["orange: contact point, the line to it from the centre of gravity, and its path"]
-    if animation.anchor is not None:
-        parts.append("green: anchor and connector")
-    if animation.ties:
-        parts.append("red: element that pulls; blue: one that pushes; grey: one without load")
-    return (
-        f"Motion of {animation.title}: poses at the times shown, closer together where the body "
-        f"moves faster. Colours: {'; '.join(parts)}. The arrows are the inertial axes."
-    )
-
-
 def stills_png(animation: Animation, *, dpi: float = 200.0) -> bytes:
     """Render the stills of an animation in a row, as PNG.
 

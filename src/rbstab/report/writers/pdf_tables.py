@@ -21,6 +21,9 @@ SETTINGS = (
 )
 """Font sizes, points, and maximum widths of a text, mm, tried in this order; longer texts wrap."""
 
+MAX_WORD_WIDTH = 50.0
+"""A column is at least as wide as its longest word, but not wider than this, mm."""
+
 SPLIT_SETTING = SETTINGS[1]
 """Font size and maximum width of a text of a table that is split by columns."""
 
@@ -89,7 +92,8 @@ def _widened(pdf: ReportPdf, table: Table, fit: Fit, max_width: float) -> list[f
     """Return the widths with the space that is left for the columns whose texts wrap."""
     natural = _widths(pdf, table, fit.size, max_width)
     wanted = [max(n - w, 0.0) for n, w in zip(natural, fit.widths, strict=True)]
-    share = min((max_width - sum(fit.widths)) / (sum(wanted) or 1.0), 1.0)
+    # Round-off must not make the table wider than its page.
+    share = min((max_width - 1e-6 - sum(fit.widths)) / (sum(wanted) or 1.0), 1.0)
     return [width + share * more for width, more in zip(fit.widths, wanted, strict=True)]
 
 
@@ -134,13 +138,20 @@ def _widths(pdf: ReportPdf, table: Table, size: float, longest: float) -> list[f
     for number, head in enumerate(table.heads):
         pdf.set_font(FAMILY, "B", size)
         # A header may wrap between words, but not within a word.
-        words = pdf.plain(head.text).split() or [""]
-        widest = max(pdf.get_string_width(word) for word in words)
+        word = widest = _longest_word(pdf, pdf.plain(head.text))
         pdf.set_font(FAMILY, size=size)
-        for row in table.rows:
-            widest = max(widest, pdf.get_string_width(_text(pdf, row[number])))
-        widths.append(min(widest + 0.3, longest) + 2 * PADDING)
+        for text in (_text(pdf, row[number]) for row in table.rows):
+            widest = max(widest, pdf.get_string_width(text))
+            word = max(word, _longest_word(pdf, text))
+        # A long word, such as a path or a digest, is broken nevertheless.
+        widest = min(widest, max(longest, min(word, MAX_WORD_WIDTH)))
+        widths.append(widest + 0.3 + 2 * PADDING)
     return widths
+
+
+def _longest_word(pdf: ReportPdf, text: str) -> float:
+    """Return the width of the longest word of a text in the current font, mm."""
+    return max((pdf.get_string_width(word) for word in text.split()), default=0.0)
 
 
 def _split_columns(widths: list[float], max_width: float) -> list[list[int]]:

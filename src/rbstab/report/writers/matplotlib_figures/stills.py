@@ -26,13 +26,33 @@ BODY = np.array([122, 143, 166]) / 255
 SLACK, AXIS = "#7F7F7F", "#7F7F7F"
 SUN = np.array([0.35, -0.55, 0.9]) / np.linalg.norm([0.35, -0.55, 0.9])
 
+TRIAD = 0.16
+"""Length of the longest arrow of the inertial axes, in."""
+
+ARROW = {
+    "arrowstyle": "-|>",
+    "color": AXIS,
+    "linewidth": 0.7,
+    "mutation_scale": 5,
+    "shrinkA": 0,
+    "shrinkB": 0,
+}
+
 DASHED = (0, (2.5, 1.8))
 
 MARGIN = 0.06
 """Space around the body, as a share of the width of a pose."""
 
-MAX_HEIGHT = 2.6
-"""Largest height of a pose, in."""
+MAX_HEIGHT = 1.7
+"""Largest height of a pose, in; four rows then fit on an A4 page, with their captions."""
+
+GAP = 0.06
+"""Space between poses, in."""
+
+EDGE = 0.01
+"""Space around all poses, so that no frame is cut, in."""
+
+FRAME = "#DDDDDD"
 
 TEXT = 0.2
 """Height of the time below a pose, in."""
@@ -90,25 +110,34 @@ def _row(animation: Animation) -> Drawing:
     low, high = places.min(axis=0), places.max(axis=0)
     size = np.maximum(high - low, 0.25 * float((high - low).max()))
     size = size * (1 + 2 * MARGIN)
-    middle, width = 0.5 * (low + high), WIDTH / count
+    middle, width = 0.5 * (low + high), (WIDTH - 2 * EDGE - (count - 1) * GAP) / count
     height = min(width * size[1] / size[0], MAX_HEIGHT)
-    row = Drawing(figsize=(WIDTH, height + TEXT))
+    # Both directions have the same scale.
+    size = max(size[0] / width, size[1] / height) * np.array([width, height])
+    whole = height + TEXT + EDGE
+    row = Drawing(figsize=(WIDTH, whole))
     # The axes are placed here; the layout of the style would move them.
     row.set_layout_engine("none")
     FigureCanvasAgg(row)
     for number, (frame, corners) in enumerate(zip(animation.stills, solids, strict=True)):
-        base = TEXT / (height + TEXT)
-        axes = row.add_axes((number / count, base, 1 / count, 1 - base))
-        axes.set_axis_off()
-        axes.set_xlim(middle[0] - 0.5 * size[0], middle[0] + 0.5 * size[0])
-        axes.set_ylim(middle[1] - 0.5 * size[1], middle[1] + 0.5 * size[1])
-        axes.set_aspect("equal", adjustable="datalim")
+        left = EDGE + number * (width + GAP)
+        axes = row.add_axes((left / WIDTH, TEXT / whole, width / WIDTH, height / whole))
+        _frame(axes, middle, size)
         _pose(axes, animation, camera, frame, corners)
         time = f"t = {animation.times[frame]:.3g} s"
-        row.text((number + 0.5) / count, 0.3 * base, time, ha="center", fontsize=8)
+        row.text((left + 0.5 * width) / WIDTH, 0.3 * TEXT / whole, time, ha="center", fontsize=8)
         if number == 0:
-            _triad(row, axes, camera)
+            _triad(axes, camera, np.array([width, height]), corners)
     return row
+
+
+def _frame(axes: Axes, middle: Array, size: Array) -> None:
+    """Set the same part of the view for all poses, in a thin frame."""
+    axes.set_xlim(middle[0] - 0.5 * size[0], middle[0] + 0.5 * size[0])
+    axes.set_ylim(middle[1] - 0.5 * size[1], middle[1] + 0.5 * size[1])
+    axes.set(xticks=[], yticks=[])
+    for side in axes.spines.values():
+        side.set(color=FRAME, linewidth=0.6)
 
 
 def _pose(axes: Axes, animation: Animation, camera: Camera, frame: int, corners: Array) -> None:
@@ -181,25 +210,32 @@ def _disc(axes: Axes, camera: Camera, point: Array, colour: str, size: float) ->
     )
 
 
-def _triad(row: Drawing, axes: Axes, camera: Camera) -> None:
-    """Draw the directions of the inertial axes at the lower left of a pose."""
-    length = 0.16
-    extent = axes.get_window_extent()
-    scale = np.array([extent.width, extent.height]) / row.dpi
+def _triad(axes: Axes, camera: Camera, size: Array, corners: Array) -> None:
+    """Draw the directions of the inertial axes in the emptiest corner of a pose.
+
+    Args:
+        axes: The axes of the pose.
+        camera: The camera.
+        size: The width and height of the pose, in.
+        corners: The vertices of the body, shape (n, 3), m.
+    """
     ends = camera.project(camera.middle + 0.01 * camera.distance * np.eye(3))[:, :2]
-    ends = ends / np.abs(ends).max() * length
-    origin = np.array([0.12, 0.12])
+    ends = ends / np.abs(ends).max() * TRIAD
+    body = axes.transLimits.transform(camera.project(corners)[:, :2]) * size
+    # The arrows point upwards and to the right of their common origin, but x1 a little downwards.
+    places = [np.array([x, y]) for y in (0.12, size[1] - 0.38) for x in (0.12, size[0] - 0.38)]
+    centres = [place + 0.13 for place in places]
+    distances = [np.abs(body - centre).max(axis=1).min() for centre in centres]
+    origin = places[int(np.argmax(distances))]
     for number, end in enumerate(ends):
-        tip = origin + end
-        style_of_arrow = {"arrowstyle": "-|>", "color": AXIS, "linewidth": 0.7, "mutation_scale": 5}
         axes.annotate(
             "",
-            tuple(tip / scale),
-            tuple(origin / scale),
+            tuple((origin + end) / size),
+            tuple(origin / size),
             xycoords="axes fraction",
-            arrowprops=style_of_arrow | {"shrinkA": 0, "shrinkB": 0},
+            arrowprops=ARROW,
         )
-        x, y = (origin + 1.45 * end) / scale
+        x, y = (origin + 1.45 * end) / size
         axes.text(
             x,
             y,

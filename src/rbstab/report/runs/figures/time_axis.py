@@ -41,8 +41,8 @@ def with_room_for_transients(figure: Figure) -> Figure:
     """Split the time axis of a figure if one of its quantities has a fast transient.
 
     The change of a quantity is the sum of |y(k+1) - y(k)| over its samples. A transient is fast if
-    `MOST` of it happens within `FAST` of the duration. The axis is split where the last fast
-    transient is over, at the next round number. Both parts are linear, so t = 0 stays on the axis.
+    `MOST` of it happens within `FAST` of the duration. The axis is split where the fastest
+    transient is over, but not before `MIN_SAMPLES` intervals, at the next round number. Both parts are linear, so t = 0 stays on the axis.
     The caption says so.
     A figure without fast transients is returned as it is.
     """
@@ -61,12 +61,14 @@ def with_room_for_transients(figure: Figure) -> Figure:
     if not transients:
         return figure
     resolved = max(_resolved(x) for _, x, _ in curves)
-    at = begin + _round_up(max(resolved, *(one.end for one in transients)) - begin)
+    # The fastest one decides: it needs the room most.
+    at = begin + _round_up(max(resolved, min(one.end for one in transients)) - begin)
     if at - begin > MAX_SPLIT * (end - begin):
         return figure
     split = SplitTime(begin, at, end)
     panels = (replace(panel, x=replace(panel.x, split=split)) for panel in figure.panels)
-    caption = f"{figure.caption} {_caption(split, transients)}".strip()
+    over = [transient for transient in transients if transient.end <= at]
+    caption = f"{figure.caption} {_caption(split, over)}".strip()
     return replace(figure, panels=tuple(panels), caption=caption)
 
 

@@ -131,3 +131,10 @@ def test_runs_with_equal_eigenvalues_are_told_apart():
     assert len({mark.symbol for mark in marks[:6]}) == 6
     # A disc would hide the symbols below it.
     assert all(mark.symbol != 0 for mark in marks)
+
+
+def test_the_modes_of_a_sliding_surface_are_said_to_be_missing():
+    _, text = blocks_of(run_of("sliding"), run_of("free", 1))
+    assert "exp(-κt)" in text
+    assert "sliding (κ = 20 1/s)" in text
+    assert "free" not in text

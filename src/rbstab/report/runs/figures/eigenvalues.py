@@ -202,6 +202,20 @@ def _sentences(runs: Sequence[Run], readable: list[Run], drawn: list[Run]) -> li
             "No eigenvalues are drawn where no rest state was found in the range of eq. 5: "
             f"{', '.join(without_rest)}."
         )
+    held = [label for run in drawn if (label := _surface_modes(run))]
+    if held:
+        sentences.append(
+            "Not drawn: the three modes of a sliding surface s = F + κE, on which E decays as "
+            "exp(-κt). The eigenvalues are those of the body that is held at E = 0: "
+            f"{', '.join(held)}."
+        )
     if len(readable) > MAX_LOCI:
         sentences.append(f"Root loci are drawn for the first {MAX_LOCI} runs only.")
     return sentences
+
+
+def _surface_modes(run: Run) -> str:
+    """Return the run with its κ if its connector slides on s = F + κE; "" for other runs."""
+    assert run.config is not None
+    slope = getattr(getattr(run.config.controller, "surface", None), "slope", None)
+    return f"{run.label} (κ = {slope:g} 1/s)" if slope is not None else ""

@@ -42,9 +42,9 @@ def with_room_for_transients(figure: Figure) -> Figure:
 
     The change of a quantity is the sum of |y(k+1) - y(k)| over its samples. A transient is fast if
     `MOST` of it happens within `FAST` of the duration. The axis is split where the fastest
-    transient is over, but not before `MIN_SAMPLES` intervals, at the next round number. Both parts are linear, so t = 0 stays on the axis.
-    The caption says so.
-    A figure without fast transients is returned as it is.
+    transient is over, but not before `MIN_SAMPLES` intervals, at the next round number. Both parts
+    are linear, so t = 0 stays on the axis. The caption says so. A figure without fast transients
+    is returned as it is.
     """
     if not figure.shares_time:
         return figure

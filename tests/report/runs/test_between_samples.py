@@ -6,6 +6,7 @@ from support.figure_runs import cut, lines_of, run_of, with_arrays, without_conf
 
 import rbstab
 from rbstab.config.load import changed_config, resolved
+from rbstab.report.model.figure import Points
 from rbstab.report.runs.figures import between_samples
 from rbstab.report.runs.figures.between_samples import path_between_samples
 from rbstab.report.runs.figures.phase import overlaid_phases, phase_figure
@@ -78,7 +79,7 @@ def test_runs_of_one_body_have_one_rest_state_and_their_own_starts():
     figure = overlaid_phases(runs)
     for component, panel in enumerate(figure.panels):
         assert [line.label for line in lines_of(panel)] == ["free", "again", "permanent"]
-        start, rest = panel.marks[-2:]
+        start, rest = (mark for mark in panel.marks if isinstance(mark, Points))
         assert (start.label, rest.label) == ("start", "rest state")
         expected = [run.result["orientation"][0, component] for run in runs]
         np.testing.assert_array_equal(start.x, expected)

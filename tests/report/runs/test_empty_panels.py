@@ -29,6 +29,7 @@ EMPTY = {
 def test_an_empty_panel_is_left_out_and_named(case):
     panel, reason = EMPTY[case]
     found = without_empty_panels(Figure("f", "F", (FULL, panel), caption="Words."))
+    assert isinstance(found, Figure)
     assert found.panels == (FULL,)
     assert found.caption.startswith("Words. Left out: q (")
     assert reason in found.caption
@@ -43,6 +44,7 @@ def test_a_figure_with_something_in_each_panel_stays():
 def test_a_quantity_that_is_still_drawn_is_left_out_on_one_axis_only():
     panels = (panel_of("v", Line(X, -1 - X)), panel_of("v", Line(X, -1 - X), log=True))
     found = without_empty_panels(Figure("f", "F", panels))
+    assert isinstance(found, Figure)
     assert found.panels == panels[:1]
     assert "v on a logarithmic axis (no value" in found.caption
 

@@ -67,8 +67,8 @@ def with_room_for_transients(figure: Figure) -> Figure:
         return figure
     split = SplitTime(begin, at, end)
     panels = (replace(panel, x=replace(panel.x, split=split)) for panel in figure.panels)
-    over = [transient for transient in transients if transient.end <= at]
-    caption = f"{figure.caption} {_caption(split, over)}".strip()
+    named = [transient for transient in transients if transient.end <= at]
+    caption = f"{figure.caption} {_caption(split, named)}".strip()
     return replace(figure, panels=tuple(panels), caption=caption)
 
 

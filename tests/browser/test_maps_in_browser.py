@@ -14,7 +14,8 @@ from support.made_sweeps import SPIN, code, write_sweep
 from support.pages import report as plain_report
 
 from rbstab.report.model.document import Report, Section
-from rbstab.report.model.figure import Axis, Figure, Panel, Stack
+from rbstab.report.model.figure import Axis, Figure, Level, Line, Panel, Points, Stack
+from rbstab.report.model.split_time import SplitTime
 from rbstab.report.sweeps.sections import sweep_sections
 from rbstab.report.writers.figure_files.data import csv_of
 
@@ -192,6 +193,31 @@ def test_a_stack_gives_its_parts_whole(opened: Opened) -> None:
     page = opened(replace(plain_report(), sections=(Section("s", "S", (figure,)),)))
     values = [(row[3], float(row[5])) for row in downloaded(page, "stack")[1:]]
     assert sorted(values) == [("a", -3), ("a", 1), ("b", -2), ("b", 4)]
+
+
+def test_a_split_time_axis_gives_each_point_once(opened: Opened) -> None:
+    t = np.linspace(0.0, 2.0, 11)
+    marks = (
+        Line(t, np.exp(-t), "decay"),
+        # No three points on a line: a page leaves out what cannot be seen.
+        Stack(t, np.column_stack([np.cos(3 * t), np.sin(3 * t)]), ("a", "b")),
+        Points(np.array([0.2, 1.5]), np.array([1.0, 2.0]), "points"),
+        Level(0.5, "level"),
+        Level(1.2, "instant", vertical=True),
+    )
+    x = Axis("t", "s", split=SplitTime(0.0, 0.4, 2.0))
+    panel = Panel(x, Axis("v"), marks)
+    figure = Figure("split", "Split", (panel, replace(panel, title="again")), shares_time=True)
+    page = opened(replace(plain_report(), sections=(Section("s", "S", (figure,)),)))
+    found = downloaded(page, "split")
+    expected = list(csv.reader(StringIO(csv_of(figure))))
+    assert len(found) == len(expected)
+
+    def place(row: list[str]) -> list[str]:
+        return [f"{float(e):.3f}" if re.fullmatch(r"-?[\d.e-]+", e) else e for e in row]
+
+    for one, other in zip(sorted(found, key=place), sorted(expected, key=place), strict=True):
+        assert all(map(same, one, other))
 
 
 def test_the_data_of_maps_is_whole(opened: Opened, sweep: Report) -> None:

@@ -7,6 +7,7 @@ from support.sections import figures_in
 
 from rbstab.report.model.document import Section
 from rbstab.report.model.figure import Level, Points
+from rbstab.report.model.palette import COLOURS
 from rbstab.report.runs.figures import eigenvalues
 from rbstab.report.runs.figures.eigenvalues import MAX_LOCI, eigenvalue_blocks
 
@@ -119,3 +120,21 @@ def test_both_of_a_pair_are_slow_or_neither_is():
     assert (y > 0).sum() == (y < 0).sum() > 0
     slowest = -points_of(figures["runs-eigenvalues"].panels[0])["permanent"].x.max()
     assert 5 * slowest < -np.nanmin(x) <= 10 * slowest * (1 + 1e-6)
+
+
+def test_runs_with_equal_eigenvalues_are_told_apart():
+    runs = [run_of("free", number, f"run {number}") for number in range(10)]
+    panel = blocks_of(*runs)[0]["runs-eigenvalues"].panels[0]
+    marks = list(points_of(panel).values())
+    looks = {(mark.colour % len(COLOURS), mark.symbol) for mark in marks}
+    assert len(looks) == len(runs)
+    assert len({mark.symbol for mark in marks[:6]}) == 6
+    # A disc would hide the symbols below it.
+    assert all(mark.symbol != 0 for mark in marks)
+
+
+def test_the_modes_of_a_sliding_surface_are_said_to_be_missing():
+    _, text = blocks_of(run_of("sliding"), run_of("free", 1))
+    assert "exp(-κt)" in text
+    assert "sliding (κ = 20 1/s)" in text
+    assert "free" not in text

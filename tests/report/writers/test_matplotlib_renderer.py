@@ -4,6 +4,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from io import BytesIO
+from itertools import pairwise
 from typing import Any, get_args
 
 import matplotlib as mpl
@@ -32,6 +33,7 @@ from rbstab.report.model.figure import (
     Stack,
 )
 from rbstab.report.model.palette import colour
+from rbstab.report.model.split_time import SplitTime
 from rbstab.report.runs.sections import run_sections
 from rbstab.report.writers.matplotlib_figures.renderer import draw_figure, png
 
@@ -392,3 +394,21 @@ def test_marks_on_a_map_do_not_widen_it():
     cells = Cells(np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.eye(2), Axis("z"))
     axes = axes_of(figure_of(cells, Points(np.array([1.0]), np.array([2.0]), "largest")))
     assert (axes.get_xlim(), axes.get_ylim()) == ((-0.5, 1.5), (-1.0, 3.0))
+
+
+def test_a_split_time_axis_has_two_scales_and_ticks_of_both():
+    t = np.linspace(0.0, 2.0, 201)
+    x = Axis("time t", "s", split=SplitTime(0.0, 0.1, 2.0))
+    drawing = draw_figure(
+        Figure("f", "F", (Panel(x, PLAIN, (Line(t, np.exp(-30 * t)),)),), shares_time=True)
+    )
+    axes = drawing.axes[0]
+    to_axes = axes.transData + axes.transAxes.inverted()
+    places = to_axes.transform([(time, 0.5) for time in (0.0, 0.05, 0.1, 1.05, 2.0)])[:, 0]
+    np.testing.assert_allclose(places, [0.0, 0.2, 0.4, 0.7, 1.0], atol=1e-9)
+    ticks = axes.get_xticks()
+    assert {0.0, 0.05, 0.1, 2.0} <= {round(tick, 9) for tick in ticks}
+    drawing.draw_without_rendering()
+    labels = [label for label in axes.get_xticklabels() if label.get_text()]
+    boxes = [label.get_window_extent() for label in labels]
+    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))

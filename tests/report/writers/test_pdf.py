@@ -11,17 +11,20 @@ from support.figure_runs import run_of, without_config
 
 from rbstab.report.model.document import (
     Animation,
+    Card,
+    Cards,
     Cell,
     Head,
     Report,
     Section,
     Solid,
+    Statement,
     Table,
     Unread,
 )
 from rbstab.report.model.figure import Axis, Figure, Line, Panel
 from rbstab.report.runs.sections import run_sections
-from rbstab.report.writers import pdf
+from rbstab.report.writers import pdf_figures
 from rbstab.report.writers.pdf import pdf_of, write_pdf
 
 X = np.linspace(0, 1, 5)
@@ -128,17 +131,18 @@ def test_the_heads_of_a_table_stand_on_each_of_its_pages():
 
 
 @pytest.mark.parametrize(
-    ("columns", "lies", "heads"), [(5, False, 1), (16, True, 1), (40, True, 3)]
+    ("columns", "rows", "lies", "heads"),
+    [(5, 3, False, 1), (16, 3, False, 2), (40, 3, False, 5), (16, 30, True, 1), (40, 30, True, 3)],
 )
-def test_wide_tables_fit(columns, lies, heads):
-    reader = read(report("Before.", table_of(columns, 3, width=14), "After."))
+def test_wide_tables_fit(columns, rows, lies, heads):
+    reader = read(report("Before.", table_of(columns, rows, width=14), "After."))
     (first, *_), *_ = ([p for p in reader.pages if "c0-1" in p.extract_text()],)
     assert (first.mediabox.width > first.mediabox.height) == lies
     text = text_of(reader)
-    for row in range(3):
+    for row in range(rows):
         for column in range(1, columns):
             assert f"c{row}-{column}." in text
-    assert text.count("r0-0") >= heads
+    assert text.count("r0-0.") >= heads
     for page in reader.pages:
         assert all(0 < x < float(page.mediabox.width) - 40 for x in text_starts(page))
     after = [page for page in reader.pages if "After." in page.extract_text()]
@@ -181,11 +185,103 @@ def test_figures_are_numbered_and_keep_their_captions():
         assert len(page.images) == page.extract_text().count("Figure ")
 
 
-def test_a_motion_is_left_out_with_a_sentence():
-    solid = Solid(np.zeros((3, 3)), np.array([[0, 1, 2]]))
-    rotation = np.array([[1.0, 0, 0, 0]])
-    motion = Animation("m", "case 1", X[:1], np.zeros((1, 3)), rotation, solid, np.zeros(3), None)
+SOLID = Solid(np.array([[0.0, 0, 0], [0, 1, 0], [0, 0, 1]]), np.array([[0, 1, 2]]))
+MOTION = Animation(
+    "m",
+    "case 1",
+    X[:2],
+    np.zeros((2, 3)),
+    np.array([[1.0, 0, 0, 0], [0.8, 0.6, 0, 0]]),
+    SOLID,
+    np.array([0.0, 0, 0.4]),
+    np.zeros(3),
+    stills=(0, 1),
+)
+
+
+def test_a_motion_without_stills_is_left_out_with_a_sentence():
+    motion = replace(MOTION, stills=())
     assert "animates the motion of case 1" in text_of(read(report(motion)))
+
+
+def test_a_motion_is_shown_as_stills():
+    reader = read(report(MOTION))
+    (page,) = [page for page in reader.pages if page.images]
+    assert len(page.images) == 1
+    text = text_of(reader)
+    assert "Motion of case 1: poses at the times shown." in text
+    assert "green: anchor" in text
+
+
+def test_the_first_block_of_a_section_is_a_motion_on_the_page_of_its_heading():
+    for lines in range(14, 28, 2):
+        sections = (
+            Section("a", "Before", ("Line.",) * lines),
+            Section("b", "The heading", (MOTION,)),
+        )
+        pages = read(replace(report(), sections=sections)).pages
+        (page,) = [page for page in pages if "The heading" in page.extract_text()]
+        assert len(page.images) == 1
+
+
+def tall(rows, number):
+    """Return a figure of rows of panels, so that one page holds a few of them."""
+    panel = Panel(Axis("x"), Axis("y"), (Line(X, X**number),))
+    return Figure(f"f-{number}", f"Curve {number}", (panel,) * rows)
+
+
+def bottom_of(page):
+    """Return the baseline of the lowest text but the page number, points from the lower edge."""
+    found = []
+
+    def visit(text, current, matrix, *_):
+        if text.strip() and "Curve" in text:
+            found.append(current[5] + matrix[5])
+
+    page.extract_text(visitor_text=visit)
+    return min(found)
+
+
+def test_figures_fill_their_pages():
+    # Three figures of this height fit on a page, with a quarter of it left in their natural height.
+    reader = read(report(*(tall(2, number) for number in range(1, 8))))
+    counts = [len(page.images) for page in reader.pages]
+    full, *_ = counts
+    assert full >= 2
+    for page, count in zip(reader.pages, counts, strict=True):
+        if page is not reader.pages[-1] and count == full:
+            # The margin is 20 mm, and the caption has one line.
+            assert bottom_of(page) / 72 * 25.4 < 20 + 15
+
+
+def test_cards_are_boxes_with_the_answers():
+    statements = (
+        Statement("Does it rest?", "proved", "It comes to rest", "good"),
+        Statement("Does every motion?", "not decided", "Nothing is known"),
+    )
+    card = Card("case 1", statements, (("v(0)", "12 J"), ("ended", "late")), target="second")
+    many = Cards("answers", (card,) * 9, "What the words mean.")
+    after = table_of(3, 2)
+    reader = read(report(many, after))
+    text = text_of(reader)
+    for expected in ("Does it rest?", "proved", "It comes to rest.", "12 J"):
+        assert text.count(expected) == 9
+    # No card is divided by the end of a page.
+    for page in reader.pages:
+        own = page.extract_text()
+        assert own.count("Does it rest?") == own.count("12 J")
+    assert "What the words mean." in text
+    links = [a.get_object() for page in reader.pages for a in page.get("/Annots", [])]
+    assert {str(link["/Dest"]) for link in links} == {"second"}
+
+
+def test_the_ground_of_cards_does_not_colour_later_tables():
+    card = Cards("answers", (Card("case 1", ()),))
+    filled = [pdf_of(report(*blocks)) for blocks in ((table_of(3, 9),), (card, table_of(3, 9)))]
+    contents = [PdfReader(BytesIO(made)).pages[0].get_contents() for made in filled]
+    pages = [content.get_data() for content in contents if content is not None]
+    # A card is two rectangles; a filled table would have one for each of its cells.
+    assert pages[1].count(b" re f") - pages[0].count(b" re f") == 2
 
 
 def test_a_report_of_a_real_run(tmp_path):
@@ -195,7 +291,7 @@ def test_a_report_of_a_real_run(tmp_path):
     write_pdf(replace(report(), sections=run_sections([run])), path)
     reader = PdfReader(path)
     text = text_of(reader)
-    assert "States and Lyapunov function: permanent (as Fig. 3)." in text
+    assert "States and Lyapunov function: permanent (as the paper's Fig. 3)." in text
     assert sum(len(page.images) for page in reader.pages) == 6
     assert [entry.name for entry in tmp_path.iterdir()] == ["report.pdf"]
 
@@ -207,7 +303,7 @@ def test_an_older_report_stays_where_a_new_one_fails(tmp_path, monkeypatch):
     def fails(figure):
         raise MemoryError
 
-    monkeypatch.setattr(pdf, "png", fails)
+    monkeypatch.setattr(pdf_figures, "prepared", fails)
     with pytest.raises(MemoryError):
         write_pdf(report(FIGURE), path)
     assert path.read_text() == "an older report"
@@ -230,7 +326,7 @@ def test_a_heading_stands_on_the_page_of_its_first_table():
     for columns in (5, 16):
         sections = (
             Section("a", "Before", ("Line.",)),
-            Section("b", "The heading", (table_of(columns, 3, width=14),)),
+            Section("b", "The heading", (table_of(columns, 30, width=14),)),
         )
         pages = read(replace(report(), sections=sections)).pages
         (page,) = [page for page in pages if "The heading" in page.extract_text()]

@@ -23,6 +23,7 @@ from rbstab.report.model.figure import (
     Stack,
 )
 from rbstab.report.model.palette import colour
+from rbstab.report.model.split_time import SplitTime
 from rbstab.report.writers.plotly_figures.page_data import page_data
 from rbstab.report.writers.plotly_figures.renderer import plotly_data
 from rbstab.report.writers.plotly_figures.text import packed_array, packed_integers
@@ -313,3 +314,45 @@ def test_numbers_lose_nothing_that_can_be_seen(values: Any) -> None:
 
 def test_infinity_leaves_a_gap() -> None:
     assert np.isnan(unpacked(packed_array(np.array([np.inf, -np.inf, np.nan])))).all()
+
+
+def test_a_split_time_axis_is_two_axes_with_one_vertical_axis() -> None:
+    t = np.linspace(0.0, 2.0, 201)
+    x = Axis("time t", "s", split=SplitTime(0.0, 0.105, 2.0))
+    marks = (
+        Line(t, np.exp(-30 * t), "decay"),
+        Stack(t, np.column_stack([t, t * t]), ("a", "b")),
+        Points(np.array([0.05, 1.0]), np.zeros(2), "events", texts=("early", "late")),
+        Level(0.5, "height"),
+        Level(1.5, "late", vertical=True),
+    )
+    panels = (Panel(x, Axis("y"), marks), Panel(x, Axis("z"), (Line(t, t),)))
+    found = plotly_data(Figure("f", "F", panels, columns=2, shares_time=True))
+    go.Figure({"data": found["data"], "layout": found["layout"]})
+    for layout in (found["layout"], found["narrow"]):
+        ends = ("", "3"), ("2", "4")
+        for first, second in ends:
+            one, other = (layout[f"xaxis{end}"] for end in (first, second))
+            assert one["domain"][1] < other["domain"][0]
+            width = other["domain"][1] - one["domain"][0]
+            assert (one["domain"][1] - one["domain"][0]) / width == pytest.approx(0.4, abs=0.03)
+            assert (one["range"], other["range"]) == ([0.0, 0.105], [0.105, 2.0])
+            assert one["anchor"] == other["anchor"]
+        # The same parts of both panels zoom together.
+        assert layout["xaxis2"]["matches"] == "x"
+        assert layout["xaxis4"]["matches"] == "x3"
+        assert "matches" not in layout["xaxis3"]
+        assert {"xaxis3", "xaxis4"} <= set(layout["meta"]["axes"])
+    decays = [trace for trace in found["data"] if trace.get("legendgroup") == "decay"]
+    assert [trace["xaxis"] for trace in decays] == ["x", "x3"]
+    assert [trace["showlegend"] for trace in decays] == [True, False]
+    first, second = (unpacked(trace["x"]) for trace in decays)
+    # No segment is missing: both parts have the points around the border.
+    assert first[0] == 0
+    assert second[0] <= 0.105 <= first[-1]
+    assert second[-1] == 2
+    assert sum(trace.get("legendgroup") == "a" for trace in found["data"]) == 2
+    events = [trace for trace in found["data"] if trace.get("legendgroup") == "events"]
+    assert [trace["text"] for trace in events] == [["early"], ["late"]]
+    levels = [shape for shape in found["layout"]["shapes"] if shape.get("legendgroup")]
+    assert [shape["xref"] for shape in levels] == ["x domain", "x3 domain", "x3"]

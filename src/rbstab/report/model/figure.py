@@ -8,6 +8,7 @@ points that would not be visible (`decimate`).
 from dataclasses import dataclass
 
 from rbstab.mechanics.numbers import Array
+from rbstab.report.model.split_time import SplitTime
 
 SHARE_ENDS = (-0.03, 1.03)
 """The ends of an axis of fractions: all of it is shown, so that 0.9992 does not look like half."""
@@ -24,6 +25,7 @@ class Axis:
         categories: Labels of the positions 0, 1, 2, ... on an axis of categories; () for numbers.
         ends: The ends of the axis; None for those of the data.
         colours: Numbers of the colours of the categories in the palette; (): 0, 1, 2, ...
+        split: The two parts of a time axis with two scales; None for one scale.
     """
 
     label: str
@@ -32,6 +34,7 @@ class Axis:
     categories: tuple[str, ...] = ()
     ends: tuple[float, float] | None = None
     colours: tuple[int, ...] = ()
+    split: SplitTime | None = None
 
     @property
     def text(self) -> str:
@@ -70,7 +73,8 @@ class Points:
         y: Shape (n,).
         label: Their name in the legend.
         colour: Number of their colour in the palette.
-        symbol: Number of their symbol: 0 disc, then cross, open square, open diamond.
+        symbol: Number of their symbol: 0 disc, then cross, open square, open diamond, open
+            triangle that points up, one that points down, plus sign.
         texts: Hover text of each point, shown by HTML pages only; () for none. Lines end with a
             line feed.
         members: Number of the member of a sweep that each point shows; () for none.

@@ -18,6 +18,9 @@ from rbstab.report.runs.solid import bone_of, semi_axes
 MAX_FRAMES = 360
 """Maximum number of frames. A page stores the pose of each; more would not be visible."""
 
+STILLS = 6
+"""Number of poses that show the motion in print."""
+
 
 def animation_of(run: Run) -> Animation:
     """Return the motion of a run's body, with its shape.
@@ -36,7 +39,9 @@ def animation_of(run: Run) -> Animation:
     turns = Rotation.from_matrix(np.array([attitude.rotation(angles) for angles in Theta[finite]]))
     times = run.result["time"][finite]
     lengths, _ = semi_axes(system.body)
-    frames = _frames(times, X[finite] / lengths[-1], turns)
+    scaled = X[finite] / lengths[-1]
+    frames = _frames(times, scaled, turns, MAX_FRAMES)
+    stills = _frames(times[frames], scaled[frames], turns[frames], STILLS)
     has_anchor = run.config.controller.variant not in ("none", "free")
     return Animation(
         name=run.name,
@@ -49,6 +54,7 @@ def animation_of(run: Run) -> Animation:
         # E is measured from the contact point at X = 0, Θ = 0, moved by X_a (eq. 38).
         anchor=system.body.contact_point + system.anchor if has_anchor else None,
         ties=_ties(run, run.config, turns[frames], finite[frames]),
+        stills=tuple(stills.tolist()),
     )
 
 
@@ -71,16 +77,16 @@ def _ties(run: Run, config: Config, turns: Rotation, samples: Array) -> tuple[Ti
     return tuple(ties)
 
 
-def _frames(times: Array, positions: Array, turns: Rotation) -> Array:
-    """Return the indices of the samples to show, denser where the body moves faster."""
+def _frames(times: Array, positions: Array, turns: Rotation, most: int) -> Array:
+    """Return the indices of at most so many samples, denser where the body moves faster."""
     count = len(times)
-    if count <= MAX_FRAMES:
+    if count <= most:
         return np.arange(count)
     steps = (turns[:-1].inv() * turns[1:]).magnitude()
     steps = steps + np.linalg.norm(np.diff(positions, axis=0), axis=1)
     shares = [_share(np.diff(times)), _share(steps)]
     path = np.concatenate([[0.0], np.cumsum(sum(shares))])
-    targets = np.linspace(0.0, path[-1], MAX_FRAMES)
+    targets = np.linspace(0.0, path[-1], most)[1:-1]
     return np.unique([0, *np.searchsorted(path, targets).clip(max=count - 1), count - 1])
 
 

@@ -3,9 +3,11 @@
 from collections.abc import Sequence
 
 from rbstab.report.model.document import Block, Section
+from rbstab.report.model.figure import Figure
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.distributions import distribution_figure
 from rbstab.report.runs.figures.eigenvalues import eigenvalue_blocks
+from rbstab.report.runs.figures.empty_panels import without_empty_panels
 from rbstab.report.runs.figures.energy import element_figures, energy_figure, force_figures
 from rbstab.report.runs.figures.lyapunov import (
     audit_figure,
@@ -17,6 +19,7 @@ from rbstab.report.runs.figures.phase import overlaid_phases, phase_figure
 from rbstab.report.runs.figures.sliding import sliding_figures
 from rbstab.report.runs.figures.states import overlaid_states, state_figures
 from rbstab.report.runs.figures.stop import stop_figures
+from rbstab.report.runs.figures.time_axis import with_room_for_transients
 
 MAX_CURVES = 24
 """Maximum number of runs drawn as curves; readers cannot distinguish more."""
@@ -50,15 +53,18 @@ def run_sections(runs: Sequence[Run]) -> tuple[Section, ...]:
 
 def _comparison_section(runs: Sequence[Run]) -> Section:
     if len(runs) == 1:
-        return Section("runs-decay", "Decay", (decay_figure(runs),))
+        return Section("runs-decay", "Decay", (_shown(decay_figure(runs)),))
     return Section(
         "runs-compared",
         "Comparison of runs",
-        (
-            decay_figure(runs),
-            *overlaid_states(runs),
-            overlaid_phases(runs),
-            residual_figure(runs),
+        tuple(
+            _shown(figure)
+            for figure in (
+                decay_figure(runs),
+                *overlaid_states(runs),
+                overlaid_phases(runs),
+                residual_figure(runs),
+            )
         ),
     )
 
@@ -75,4 +81,10 @@ def _run_section(run: Run) -> Section:
         *stop_figures(run),
         audit_figure(run),
     )
-    return Section(f"{run.name}-figures", f"Figures of {run.label}", figures)
+    return Section(f"{run.name}-figures", f"Figures of {run.label}", tuple(map(_shown, figures)))
+
+
+def _shown(figure: Figure) -> Block:
+    """Return a figure as it is shown: without empty panels, with room for fast transients."""
+    shown = without_empty_panels(figure)
+    return with_room_for_transients(shown) if isinstance(shown, Figure) else shown

@@ -12,6 +12,7 @@ from markupsafe import Markup, escape
 from rbstab.config.errors import printable
 from rbstab.report.model.document import Animation, Cards, Report, Table
 from rbstab.report.model.figure import Figure
+from rbstab.report.writers.motion_caption import stills_caption
 from rbstab.report.writers.signature import SIGNATURES, pictures_folder
 from rbstab.store.disk.atomic import write_atomically
 
@@ -52,7 +53,8 @@ def markdown(report: Report, pictures: Mapping[str, str]) -> str:
 
     Args:
         report: The report.
-        pictures: The link to the picture of each figure, by the name of the figure.
+        pictures: The link to the picture of each figure, by the name of the figure, and to the
+            stills of each motion.
     """
     environment = Environment(
         loader=PackageLoader("rbstab.report.writers"),
@@ -63,6 +65,7 @@ def markdown(report: Report, pictures: Mapping[str, str]) -> str:
         lstrip_blocks=True,
     )
     environment.filters["md"] = escaped
+    environment.filters["stills_caption"] = stills_caption
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.tests["figure"] = lambda block: isinstance(block, Figure)
     environment.tests["cards"] = lambda block: isinstance(block, Cards)
@@ -79,16 +82,24 @@ def escaped(text: str) -> Markup:
 
 
 def _write_pictures(report: Report, folder: Path) -> dict[str, str]:
-    """Write the picture of each figure; return the file names by the names of the figures."""
+    """Write the pictures of figures and motions; return the file names by their names.
+
+    The name of the stills of a motion is that of the motion, with "-motion" at its end.
+    """
     # Imported late: matplotlib is slow to import, and only figures need it.
     from rbstab.report.writers.matplotlib_figures.renderer import png
+    from rbstab.report.writers.matplotlib_figures.stills import stills_png
 
     names = {}
-    figures = [block for s in report.sections for block in s.blocks if isinstance(block, Figure)]
-    for figure in figures:
+    for block in (block for section in report.sections for block in section.blocks):
+        if isinstance(block, Figure):
+            key, content = block.name, png(block, dpi=DOTS_PER_INCH)
+        elif isinstance(block, Animation) and block.stills:
+            key, content = f"{block.name}-motion", stills_png(block, dpi=DOTS_PER_INCH)
+        else:
+            continue
         folder.mkdir(exist_ok=True)
-        content = png(figure, dpi=DOTS_PER_INCH)
-        name = f"{figure.name}.{hashlib.sha256(content).hexdigest()[:12]}.png"
+        name = f"{key}.{hashlib.sha256(content).hexdigest()[:12]}.png"
         write_atomically(folder / name, content, replace=True)
-        names[figure.name] = name
+        names[key] = name
     return names

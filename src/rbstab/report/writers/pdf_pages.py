@@ -120,15 +120,26 @@ class ReportPdf(FPDF):
         """Return the height of a picture with its caption, mm; at most the height of a page."""
         image, width, *_ = picture
         return min(
-            width * image.height / image.width + self._caption_height(picture), self.eph - HEADING
+            width * image.height / image.width + self.caption_height(picture.caption),
+            self.eph - HEADING,
         )
+
+    @property
+    def room(self) -> float:
+        """The height that is left on the page, mm."""
+        return float(self.h - self.b_margin - self.get_y())
+
+    @property
+    def is_at_top(self) -> bool:
+        """Whether nothing is on the page yet."""
+        return self.get_y() <= self.t_margin
 
     def add_picture(self, picture: Picture) -> None:
         """Add a picture with its caption; scale it down if it is too high for a page."""
         self.ensure_orientation()
         image, width, caption, alt_text = picture
         total_height = self.height_of(picture)
-        height = total_height - self._caption_height(picture)
+        height = total_height - self.caption_height(caption)
         width = min(width, height * image.width / image.height)
         if self.will_page_break(total_height):
             self.add_page()
@@ -138,15 +149,21 @@ class ReportPdf(FPDF):
         self.paragraph(caption, size=SMALL)
         self.ln(2)
 
-    def _caption_height(self, picture: Picture) -> float:
+    def caption_height(self, caption: str) -> float:
         """Return the height of a caption, with the space around it, mm."""
-        self.set_font(FAMILY, size=SMALL)
-        text = self.plain(picture.caption)
+        return self._height_of_text(caption, "", SMALL) + 5
+
+    def heading_height(self, text: str) -> float:
+        """Return the height of a heading, with the space around it, mm."""
+        return self._height_of_text(text, "B", HEADING) + 3 + 0.25 * HEADING
+
+    def _height_of_text(self, text: str, style: str, size: float) -> float:
+        self.set_font(FAMILY, style, size)
         height = self.multi_cell(
-            0, LEADING * SMALL, text, dry_run=True, output=MethodReturnValue.HEIGHT
+            0, LEADING * size, self.plain(text), dry_run=True, output=MethodReturnValue.HEIGHT
         )
         assert isinstance(height, float)
-        return height + 5
+        return height
 
     def to_bytes(self) -> bytes:
         """Return the finished file."""

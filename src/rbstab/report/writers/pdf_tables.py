@@ -15,14 +15,23 @@ PORTRAIT, LANDSCAPE = 210.0 - 2 * MARGIN, 297.0 - 2 * MARGIN
 MIN_HEIGHT = 30.0
 """Minimum height left on a page where a table begins: its title, headers and some rows, mm."""
 
-FONT_SIZES = (8.0, 7.0, 6.0)
-"""Font sizes in points, tried in this order."""
+SETTINGS = (
+    *((size, longest) for longest in (50.0, 36.0, 28.0) for size in (8.0, 7.0)),
+    *((6.0, longest) for longest in (50.0, 36.0, 28.0)),
+)
+"""Font sizes, points, and maximum widths of a text, mm, tried in this order; longer texts wrap."""
+
+MAX_WORD_WIDTH = 50.0
+"""A column is at least as wide as its longest word, but not wider than this, mm."""
+
+SPLIT_SETTING = SETTINGS[1]
+"""Font size and maximum width of a text of a table that is split by columns."""
+
+SHORT_TABLE = 24
+"""A table with at most this many rows never gets a landscape page of its own."""
 
 PADDING = 1.2
 """Space to the left and right of a text, mm."""
-
-MAX_TEXT_WIDTH = 50.0
-"""Maximum width of a text, mm; longer texts wrap."""
 
 MAX_LENGTH = 400
 """Maximum number of characters of a cell; a row must fit on a page."""
@@ -41,9 +50,10 @@ class Fit(NamedTuple):
 
 
 def write_table(pdf: ReportPdf, table: Table) -> None:
-    """Write a table on portrait pages in the largest font that fits, or else on landscape pages.
+    """Write a table on portrait pages in the largest font that fits.
 
-    A table that is too wide for both is split by columns; each part has the first column.
+    A table that is too wide is split by columns, and each part has the first column. A long one is
+    first tried on landscape pages.
     """
     fit = _fit(pdf, table)
     pdf.ensure_orientation(landscape=fit.landscape)
@@ -63,12 +73,28 @@ def needs_landscape(pdf: ReportPdf, table: Table) -> bool:
 
 
 def _fit(pdf: ReportPdf, table: Table) -> Fit:
-    for landscape, max_width in ((False, PORTRAIT), (True, LANDSCAPE)):
-        for size in FONT_SIZES:
-            fit = Fit(landscape, size, _widths(pdf, table, size))
+    """Return how a table fits.
+
+    A short table that is too wide for a portrait page is split by columns there: it does not
+    interrupt the portrait pages, which would leave two of them half empty.
+    """
+    is_long = len(table.rows) > SHORT_TABLE
+    for landscape, max_width in ((False, PORTRAIT), (True, LANDSCAPE))[: 1 + is_long]:
+        for size, longest in SETTINGS:
+            fit = Fit(landscape, size, _widths(pdf, table, size, longest))
             if sum(fit.widths) <= max_width:
-                return fit
-    return fit
+                return fit._replace(widths=_widened(pdf, table, fit, max_width))
+    size, longest = SPLIT_SETTING
+    return Fit(is_long, size, _widths(pdf, table, size, longest))
+
+
+def _widened(pdf: ReportPdf, table: Table, fit: Fit, max_width: float) -> list[float]:
+    """Return the widths with the space that is left for the columns whose texts wrap."""
+    natural = _widths(pdf, table, fit.size, max_width)
+    wanted = [max(n - w, 0.0) for n, w in zip(natural, fit.widths, strict=True)]
+    # Round-off must not make the table wider than its page.
+    share = min((max_width - 1e-6 - sum(fit.widths)) / (sum(wanted) or 1.0), 1.0)
+    return [width + share * more for width, more in zip(fit.widths, wanted, strict=True)]
 
 
 def _write_part(pdf: ReportPdf, table: Table, columns: Sequence[int], fit: Fit) -> None:
@@ -106,19 +132,26 @@ def _text(pdf: ReportPdf, cell: Cell) -> str:
     return text if len(text) <= MAX_LENGTH else f"{text[: MAX_LENGTH - 1]}…"
 
 
-def _widths(pdf: ReportPdf, table: Table, size: float) -> list[float]:
-    """Return the widths of the columns, mm."""
+def _widths(pdf: ReportPdf, table: Table, size: float, longest: float) -> list[float]:
+    """Return the widths of the columns, mm; longer texts wrap."""
     widths = []
     for number, head in enumerate(table.heads):
         pdf.set_font(FAMILY, "B", size)
         # A header may wrap between words, but not within a word.
-        words = pdf.plain(head.text).split() or [""]
-        widest = max(pdf.get_string_width(word) for word in words)
+        word = widest = _longest_word(pdf, pdf.plain(head.text))
         pdf.set_font(FAMILY, size=size)
-        for row in table.rows:
-            widest = max(widest, pdf.get_string_width(_text(pdf, row[number])))
-        widths.append(min(widest + 0.3, MAX_TEXT_WIDTH) + 2 * PADDING)
+        for text in (_text(pdf, row[number]) for row in table.rows):
+            widest = max(widest, pdf.get_string_width(text))
+            word = max(word, _longest_word(pdf, text))
+        # A long word, such as a path or a digest, is broken nevertheless.
+        widest = min(widest, max(longest, min(word, MAX_WORD_WIDTH)))
+        widths.append(widest + 0.3 + 2 * PADDING)
     return widths
+
+
+def _longest_word(pdf: ReportPdf, text: str) -> float:
+    """Return the width of the longest word of a text in the current font, mm."""
+    return max((pdf.get_string_width(word) for word in text.split()), default=0.0)
 
 
 def _split_columns(widths: list[float], max_width: float) -> list[list[int]]:

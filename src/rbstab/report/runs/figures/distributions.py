@@ -12,7 +12,10 @@ MAX_BARS = 40
 
 
 def distribution_figure(runs: Sequence[Run]) -> Figure:
-    """Return histograms of settling time, peak |E|, v(end)/v(0) and |r|/v(0)."""
+    """Return histograms of settling time, peak |E|, v(end)/v(0) and |r|/v(0).
+
+    A quantity that no run has a value of is left out, and the caption says so.
+    """
     summaries = [run.summary for run in runs]
     with np.errstate(all="ignore"):
         decay = [s.lyapunov_end / np.float64(s.lyapunov_start) for s in summaries]
@@ -25,7 +28,8 @@ def distribution_figure(runs: Sequence[Run]) -> Figure:
     panels, missing = [], []
     for axis, values in outcomes:
         shown = _drawable(np.array(values, dtype=float), axis)
-        panels.append(_histogram(shown, axis))
+        if len(shown):
+            panels.append(_histogram(shown, axis))
         if len(shown) < len(runs):
             missing.append(f"{axis.label}: {len(runs) - len(shown)}")
     caption = (
@@ -46,11 +50,10 @@ def _drawable(values: Array, axis: Axis) -> Array:
 
 
 def _histogram(values: Array, axis: Axis) -> Panel:
-    count = Axis("runs")
-    if not len(values):
-        return Panel(axis, count, ())
     # The square root rule.
     bars = int(np.clip(np.sqrt(len(values)), 5, MAX_BARS))
     scaled = np.log10(values) if axis.log else values
     heights, edges = np.histogram(scaled, bins=bars)
-    return Panel(axis, count, (Bars(10.0**edges if axis.log else edges, heights.astype(float)),))
+    return Panel(
+        axis, Axis("runs"), (Bars(10.0**edges if axis.log else edges, heights.astype(float)),)
+    )

@@ -12,7 +12,6 @@ from rbstab.experiment.locus import root_locus
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Axis, Figure, Level, Line, Mark, Panel, Points
-from rbstab.report.model.palette import COLOURS
 from rbstab.report.reading.sources import Run
 
 GAIN = "controller.K_r"
@@ -34,6 +33,10 @@ PANEL_TITLES = {False: "all eigenvalues", True: "slow eigenvalues"}
 """Titles of the panels: with all eigenvalues (False), or only the slow ones (True)."""
 
 REAL, IMAGINARY = Axis("real part Re λ", "1/s"), Axis("imaginary part Im λ", "1/s")
+
+SYMBOLS = (1, 2, 3, 4, 5, 6)
+"""Numbers of the symbols of runs: all are open, so that equal eigenvalues of two runs are seen.
+There is one less than colours, so that runs with the same symbol have other colours."""
 
 BORDER = Level(0.0, "border of stability", vertical=True)
 
@@ -99,7 +102,8 @@ def _spectra(spectra: list[Roots]) -> Figure:
         panels,
         columns=2,
         caption="Eigenvalues of the motion linearised at the rest state. Slow eigenvalues decay at "
-        f"most {SLOW_FACTOR:g} times as fast as the slowest.",
+        f"most {SLOW_FACTOR:g} times as fast as the slowest."
+        + (" Each run has a symbol and a colour of its own." if len(spectra) > 1 else ""),
     )
 
 
@@ -115,7 +119,7 @@ def _crosses(spectra: list[Roots], *, slow: bool) -> list[Mark]:
                 eigenvalues.imag,
                 run.label,
                 colour=run.number,
-                symbol=(1, 2, 3)[run.number // len(COLOURS) % 3],
+                symbol=SYMBOLS[run.number % len(SYMBOLS)],
                 texts=tuple(_described(value) for value in eigenvalues.tolist()),
             )
         )
@@ -198,6 +202,20 @@ def _sentences(runs: Sequence[Run], readable: list[Run], drawn: list[Run]) -> li
             "No eigenvalues are drawn where no rest state was found in the range of eq. 5: "
             f"{', '.join(without_rest)}."
         )
+    held = [label for run in drawn if (label := _surface_modes(run))]
+    if held:
+        sentences.append(
+            "Not drawn: the three modes of a sliding surface s = F + κE, on which E decays as "
+            "exp(-κt). The eigenvalues are those of the body that is held at E = 0: "
+            f"{', '.join(held)}."
+        )
     if len(readable) > MAX_LOCI:
         sentences.append(f"Root loci are drawn for the first {MAX_LOCI} runs only.")
     return sentences
+
+
+def _surface_modes(run: Run) -> str:
+    """Return the run with its κ if its connector slides on s = F + κE; "" for other runs."""
+    assert run.config is not None
+    slope = getattr(getattr(run.config.controller, "surface", None), "slope", None)
+    return f"{run.label} (κ = {slope:g} 1/s)" if slope is not None else ""

@@ -2,50 +2,82 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from rbstab.report.model.figure import Figure, Line, Mark, Panel, Points
 from rbstab.report.reading.sources import Run
+from rbstab.report.runs.figures.between_samples import Path, path_between_samples
 from rbstab.report.runs.figures.curves import axis_of, curve_of, runs_with
+
+MARKED = 6
+"""Number of the palette colour of marked points: grey, which is no run's first choice."""
+
+NAMES = ("orientation", "angular_velocity")
 
 
 def phase_figure(run: Run) -> Figure:
-    """Return the phase portraits of a run, with its start and end."""
-    return Figure(
-        f"{run.name}-phase", f"Phase portraits: {run.label}", _panels([run], single=True), columns=3
-    )
+    """Return the phase portraits of a run, with its start, its end and its rest state."""
+    return _figure([run], f"{run.name}-phase", f"Phase portraits: {run.label}", single=True)
 
 
 def overlaid_phases(runs: Sequence[Run]) -> Figure:
-    """Return the phase portraits of several runs, overlaid."""
-    return Figure("runs-phase", "Phase portraits", _panels(runs, single=False), columns=3)
+    """Return the phase portraits of several runs, overlaid, with their starts and rest states."""
+    return _figure(runs_with(runs, *NAMES), "runs-phase", "Phase portraits", single=False)
 
 
-def _panels(runs: Sequence[Run], *, single: bool) -> tuple[Panel, ...]:
-    x, y = "orientation", "angular_velocity"
-    return tuple(
-        Panel(
-            axis_of(x, component),
-            axis_of(y, component),
-            tuple(
-                mark
-                for run in runs_with(runs, x, y)
-                for mark in (_marked(run, component) if single else [_curve(run, component)])
-            ),
-        )
-        for component in range(3)
-    )
+def _figure(runs: Sequence[Run], name: str, title: str, *, single: bool) -> Figure:
+    paths = [path_between_samples(run) for run in runs]
+    panels = []
+    for component in range(3):
+        marks: list[Mark] = []
+        for run, path in zip(runs, paths, strict=True):
+            curve = curve_of(
+                run, path.angular_velocity[:, component], path.orientation[:, component]
+            )
+            marks.append(Line(curve.x, curve.y) if single else curve)
+        marks += _marked(runs, component, single=single)
+        x, y = (axis_of(quantity, component) for quantity in NAMES)
+        panels.append(Panel(x, y, tuple(marks)))
+    return Figure(name, title, tuple(panels), columns=3, caption=_caption(runs, paths))
 
 
-def _curve(run: Run, component: int) -> Line:
-    result = run.result
-    return curve_of(
-        run, result["angular_velocity"][:, component], result["orientation"][:, component]
-    )
+def _marked(runs: Sequence[Run], component: int, *, single: bool) -> list[Mark]:
+    """Return the starts of runs and their rest states; of a single run also its end."""
+    x, y = (np.array([run.result[name][:, component][[0, -1]] for run in runs]) for name in NAMES)
+    tint = 1 if single else MARKED
+    marks: list[Mark] = [Points(x[:, 0], y[:, 0], "start", colour=tint, symbol=2)]
+    if single:
+        marks.append(Points(x[:, 1], y[:, 1], "end", colour=tint, symbol=0))
+    rests = np.array([run.result["rest_orientation"][component] for run in _with_rest(runs)])
+    # Runs of one body have the same rest state, which needs one mark only.
+    unique = np.unique(rests.round(9))
+    if len(unique):
+        zeros = np.zeros(len(unique))
+        marks.append(Points(unique, zeros, "rest state", colour=MARKED, symbol=1))
+    return marks
 
 
-def _marked(run: Run, component: int) -> list[Mark]:
-    curve = _curve(run, component)
+def _with_rest(runs: Sequence[Run]) -> list[Run]:
+    """Return the runs whose file has the rest state at which v is zero."""
     return [
-        Line(curve.x, curve.y),
-        Points(curve.x[:1], curve.y[:1], "start", colour=1, symbol=2),
-        Points(curve.x[-1:], curve.y[-1:], "end", colour=1, symbol=0),
+        run
+        for run in runs_with(runs, "rest_orientation")
+        if np.isfinite(run.result["rest_orientation"]).all()
     ]
+
+
+def _caption(runs: Sequence[Run], paths: Sequence[Path]) -> str:
+    """Return how the curves are interpolated, and which rest state is marked."""
+    sentences = []
+    cubics, intervals = (sum(getattr(p, name) for p in paths) for name in ("cubics", "intervals"))
+    if cubics:
+        sentences.append(
+            "Between samples, a cubic through both states and both rates is drawn, where it obeys "
+            f"the equations of motion: in {cubics} of {intervals} intervals."
+        )
+    if cubics < intervals:
+        others = "The other samples" if cubics else "Samples"
+        sentences.append(f"{others} are joined by straight lines.")
+    if _with_rest(runs):
+        sentences.append("The rest state is the one at which v is zero; there Ω = 0.")
+    return " ".join(sentences)

@@ -111,4 +111,4 @@ def _figures(
 
 
 def _source(figure: str) -> str:
-    return f"as {figure}" if figure else ""
+    return f"as the paper's {figure}" if figure else ""

@@ -36,8 +36,11 @@ SYMBOLS: tuple[dict[str, Any], ...] = (
     {"marker": "x", "markersize": 5.0, "markeredgewidth": 1.2},
     {"marker": "s", "markersize": 4.5, "markerfacecolor": "none"},
     {"marker": "D", "markersize": 4.5, "markerfacecolor": "none"},
+    {"marker": "^", "markersize": 5.0, "markerfacecolor": "none"},
+    {"marker": "v", "markersize": 5.0, "markerfacecolor": "none"},
+    {"marker": "+", "markersize": 6.0, "markeredgewidth": 1.2},
 )
-"""Disc, cross, open square, open diamond."""
+"""Disc, cross, open square, open diamond, open triangles up and down, plus sign."""
 
 MAX_VALUE = 1e150
 """Larger values are not drawn; axis limits would overflow."""

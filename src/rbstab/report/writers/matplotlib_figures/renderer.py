@@ -8,13 +8,15 @@ from io import BytesIO
 
 import matplotlib as mpl
 import matplotlib.style
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Drawing
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, FormatStrFormatter, MaxNLocator
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Level, Panel
+from rbstab.report.model.split_time import FIRST_SHARE, SplitTime
 from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.matplotlib_figures.marks import draw, draw_colour_bar
 
@@ -54,6 +56,9 @@ STYLE = {
     "pdf.fonttype": 42,
 }
 
+TICK_PITCH = 0.45
+"""Smallest distance of ticks along x, in; with less, their labels would overlap."""
+
 CHARACTER_WIDTH = 0.57
 """Mean width of a character, as a fraction of the font size."""
 
@@ -64,7 +69,7 @@ def draw_figure(figure: Figure) -> Drawing:
     Args:
         figure: The figure. Its title and caption are not drawn; the writer sets them as text.
     """
-    with _style():
+    with style():
         return _draw(figure)
 
 
@@ -75,11 +80,24 @@ def png(figure: Figure, *, dpi: float = 200.0) -> bytes:
         figure: The figure.
         dpi: Dots per inch; the figure is 170 mm wide.
     """
+    drawn = prepared(figure)
+    return png_of(drawn, drawn.get_figheight(), dpi=dpi)
+
+
+def prepared(figure: Figure) -> Drawing:
+    """Draw a figure without invisible points, in its natural height."""
+    with style():
+        return _draw(decimate(figure))
+
+
+def png_of(drawn: Drawing, height: float, *, dpi: float = 200.0) -> bytes:
+    """Render a prepared figure as PNG in a height, in."""
     buffer = BytesIO()
-    with _style(), warnings.catch_warnings():
+    drawn.set_figheight(height)
+    with style(), warnings.catch_warnings():
         # A character that the font lacks is drawn as a box; no warning is needed.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        _draw(decimate(figure)).savefig(buffer, format="png", dpi=dpi)
+        drawn.savefig(buffer, format="png", dpi=dpi)
     return buffer.getvalue()
 
 
@@ -92,13 +110,13 @@ def drawing(figure: Figure, form: str) -> bytes:
     """
     date = {"svg": "Date", "pdf": "CreationDate"}[form]
     buffer = BytesIO()
-    with _style(), warnings.catch_warnings():
+    with style(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
         _draw(decimate(figure)).savefig(buffer, format=form, metadata={date: None})
     return buffer.getvalue()
 
 
-def _style() -> AbstractContextManager[None]:
+def style() -> AbstractContextManager[None]:
     """Return the style of all figures; it ignores the matplotlib settings of the user."""
     return mpl.style.context(["default", STYLE])
 
@@ -193,7 +211,8 @@ def _draw_panel(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str
         axes.set_title(escape_math(panel.title))
     if panel.equal:
         axes.set_aspect("equal", adjustable="datalim")
-    axes.margins(x=0.02)
+    if panel.x.split is None:
+        axes.margins(x=0.02)
     return handles
 
 
@@ -202,12 +221,31 @@ def _set_scales(axes: Axes, panel: Panel, width: float) -> None:
         matplotlib_axis = getattr(axes, f"{name}axis")
         if axis.ends is not None:
             getattr(axes, f"set_{name}lim")(*axis.ends)
-        if axis.log:
+        if axis.split is not None:
+            _set_split_scale(axes, axis.split, width)
+        elif axis.log:
             getattr(axes, f"set_{name}scale")("log")
         elif axis.categories:
             _set_category_ticks(axes, name, axis, width)
         else:
-            matplotlib_axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
+            bins = 6 if name == "y" else max(2, min(6, int(width / TICK_PITCH)))
+            matplotlib_axis.set_major_locator(MaxNLocator(nbins=bins, steps=[1, 2, 5, 10]))
+
+
+def _set_split_scale(axes: Axes, split: SplitTime, width: float) -> None:
+    """Set a time axis with two scales, ticks of both, and a line between them (width in inches)."""
+    axes.set_xscale("function", functions=(split.places, split.times))
+    bins = [max(1, int(s * width / TICK_PITCH)) for s in (FIRST_SHARE, 1 - FIRST_SHARE)]
+    first, second = (
+        np.array(MaxNLocator(nbins=count, steps=[1, 2, 5, 10]).tick_values(*ends))
+        for count, ends in zip(bins, ((split.begin, split.at), (split.at, split.end)), strict=True)
+    )
+    # The first tick of the second part would be too near to the last one of the first part.
+    apart = second[split.places(second) > FIRST_SHARE + 0.7 * TICK_PITCH / width]
+    axes.xaxis.set_major_locator(FixedLocator([*first[first <= split.at], *apart]))
+    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.set_xlim(split.begin, split.end)
+    axes.axvline(split.at, color="#7F7F7F", linewidth=0.8, linestyle=(0, (1, 2)))
 
 
 def _set_category_ticks(axes: Axes, name: str, axis: Axis, width: float) -> None:

@@ -30,7 +30,15 @@ from rbstab.report.writers.plotly_figures.text import (
 JSON = dict[str, Any]
 
 DASHES = ("solid", "dash", "dot", "dashdot")
-SYMBOLS = ("circle", "x", "square-open", "diamond-open")
+SYMBOLS = (
+    "circle",
+    "x",
+    "square-open",
+    "diamond-open",
+    "triangle-up-open",
+    "triangle-down-open",
+    "cross-thin-open",
+)
 LEVEL_COLOUR = "#7F7F7F"
 
 
@@ -71,7 +79,11 @@ def _(mark: Points, panel: Panel) -> list[JSON]:
         mark.x,
         _positive_on_log(panel.y, mark.y),
         mode="markers",
-        marker={"color": colour(mark.colour), "symbol": SYMBOLS[mark.symbol % 4], "size": 7},
+        marker={
+            "color": colour(mark.colour),
+            "symbol": SYMBOLS[mark.symbol % len(SYMBOLS)],
+            "size": 7,
+        },
     )
     if any(isinstance(other, Cells) for other in panel.marks):
         # On a map: larger, and whole at its edge.

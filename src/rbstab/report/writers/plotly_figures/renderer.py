@@ -13,6 +13,7 @@ from rbstab.report.writers.plotly_figures.layout import (
 )
 from rbstab.report.writers.plotly_figures.marks import colour_axis, level_shape, traces
 from rbstab.report.writers.plotly_figures.page_data import page_data
+from rbstab.report.writers.plotly_figures.split_time import parts_of, split_axes
 from rbstab.report.writers.plotly_figures.text import escaped
 
 WIDE, NARROW = 880, 340
@@ -41,15 +42,20 @@ def plotly_data(figure: Figure) -> JSON:
     shapes: list[JSON] = []
     scales: dict[str, JSON] = {}
     for number, panel in enumerate(figure.panels):
-        for mark in panel.marks:
+        parts = (
+            part
+            for mark in panel.marks
+            for part in parts_of(mark, panel, number, len(figure.panels))
+        )
+        for mark, axis in parts:
             if isinstance(mark, Level):
-                shapes.append(_in_panel(level_shape(mark), mark.vertical, number))
+                shapes.append(_in_panel(level_shape(mark), mark.vertical, axis, number))
                 continue
             drawings = traces(mark, panel)
             scale = colour_axis(mark, titled=has_bar_title(mark, panel))
             colours = axis_name("coloraxis", 0 if figure.shares_scale else number)
             for trace in drawings:
-                trace |= {"xaxis": axis_name("x", number), "yaxis": axis_name("y", number)}
+                trace |= {"xaxis": axis_name("x", axis), "yaxis": axis_name("y", number)}
                 trace["meta"] = {"panel": number, "mark": type(mark).__name__.lower()}
             if scale:
                 # The first trace of a map is its values; others are cells without a value.
@@ -70,9 +76,9 @@ def plotly_data(figure: Figure) -> JSON:
     return {"data": data, **layouts, **page_data(figure)}
 
 
-def _in_panel(shape: JSON, vertical: bool, number: int) -> JSON:
-    """Return a line that spans its panel along the other axis."""
-    x, y = axis_name("x", number), axis_name("y", number)
+def _in_panel(shape: JSON, vertical: bool, axis: int, number: int) -> JSON:
+    """Return a line that spans its panel, or a part of it, along the other axis."""
+    x, y = axis_name("x", axis), axis_name("y", number)
     if vertical:
         return shape | {"xref": x, "yref": f"{y} domain"}
     return shape | {"xref": f"{x} domain", "yref": y}
@@ -99,7 +105,7 @@ def _layout(figure: Figure, grid: PanelGrid, shapes: list[JSON], scales: dict[st
             if grid.bar_is_above:
                 bar["title"] = bar["title"] | {"side": "top"}
             layout[name] = scale | {"colorbar": bar}
-    return layout
+    return split_axes(layout, figure, grid)
 
 
 def _title(panel: Panel, number: int) -> JSON:

@@ -51,12 +51,25 @@ function wholeStacks(data) {
   const whole = new Map();
   const others = data.filter((trace) => !trace.stackgroup);
   for (const trace of data.filter((one) => one.stackgroup)) {
-    const key = `${trace.meta.panel} ${trace.legendgroup}`;
+    const key = `${seriesOf(trace)} ${trace.xaxis}`;
     const values = numbersOf(trace.y);
     const before = whole.get(key);
     whole.set(key, { trace, sums: before ? before.sums.map((sum, k) => sum + values[k]) : Array.from(values) });
   }
   return { others, stacks: [...whole.values()] };
+}
+
+const seriesOf = ({ meta, legendgroup }) => `${meta.panel} ${meta.mark} ${legendgroup ?? ""}`;
+
+/** Return the number of an axis from its name "x", "x2", ... or from "x2 domain". */
+const axisNumber = (name) => Number(name.split(" ")[0].slice(1) || 1) - 1;
+
+/** Leave out the points that the second part of a curve shares with the first: a split time axis is two axes. */
+function withoutShared(rows, trace, panels, ends) {
+  const first = ends.get(seriesOf(trace));
+  const kept = axisNumber(trace.xaxis) < panels || first === undefined ? rows : rows.filter(([x]) => x > first);
+  if (rows.length) ends.set(seriesOf(trace), rows.at(-1)[0]);
+  return kept;
 }
 
 const quoted = (entry) => (/[",\n]/.test(String(entry)) ? `"${String(entry).replace(/"/g, '""')}"` : String(entry));
@@ -67,19 +80,24 @@ function csvOf(name) {
   const rows = [COLUMNS];
   const add = (panel, series, found) => rows.push(...found.map((row) => [...heads[panel], series, ...row]));
   const { others, stacks } = wholeStacks(data);
+  const ends = new Map();
   for (const trace of others) {
     const { panel, mark } = trace.meta;
     const series = mark === "cells" ? cells[panel].scale.text : trace.legendgroup ?? "";
-    add(panel, series, traceRows(name, trace, panels[panel]));
+    add(panel, series, withoutShared(traceRows(name, trace, panels[panel]), trace, panels.length, ends));
   }
   for (const { trace, sums } of stacks) {
     const places = column(trace.x);
-    add(trace.meta.panel, trace.legendgroup ?? "", places.map((x, k) => [x, digits(sums[k], trace.y), "", "", ""]));
+    const points = places.map((x, k) => [x, digits(sums[k], trace.y), "", "", ""]);
+    add(trace.meta.panel, trace.legendgroup ?? "", withoutShared(points, trace, panels.length, ends));
   }
   for (const { xref, yref, x0, x1, y0, legendgroup } of layout.shapes) {
-    const panel = Number(xref.split(" ")[0].slice(1) || 1) - 1;
     const isVertical = yref.endsWith("domain") && x0 === x1;
-    add(panel, legendgroup ?? "", [isVertical ? [x0, "", "", "", ""] : ["", y0, "", "", ""]]);
+    // The border of a split axis is no data, and a horizontal line is drawn on both parts.
+    const isBorder = isVertical && xref.endsWith("domain");
+    const isSecond = axisNumber(xref) >= panels.length;
+    if (isBorder || (isSecond && !isVertical)) continue;
+    add(axisNumber(xref) % panels.length, legendgroup ?? "", [isVertical ? [x0, "", "", "", ""] : ["", y0, "", "", ""]]);
   }
   return rows.map((row) => row.map(quoted).join(",")).join("\n") + "\n";
 }

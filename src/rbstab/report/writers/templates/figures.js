@@ -124,7 +124,8 @@ function followTime(figure) {
     const axes = drawings[box.dataset.name].layout.meta.axes.filter((key) => key.startsWith("x"));
     axes.forEach((key, number) => {
       const x = full[key];
-      const y = full[key.replace("x", "y")];
+      // Both parts of a split time axis have the same vertical axis.
+      const y = full[`yaxis${x.anchor.slice(1)}`];
       figure.cursors[number] ??= box.appendChild(Object.assign(document.createElement("div"), { className: "cursor" }));
       const style = figure.cursors[number].style;
       const at = x.c2p(clock.now);
@@ -207,6 +208,9 @@ function symbol({ color, symbol: kind = "circle" }) {
     x: "M9.5 2.5l7 7m0 -7l-7 7",
     "square-open": "M9.5 2.5h7v7h-7z",
     "diamond-open": "M13 1.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
+    "triangle-up-open": "M13 1.5l4.5 8.5h-9z",
+    "triangle-down-open": "M13 10.5l4.5 -8.5h-9z",
+    "cross-thin-open": "M13 1.5v9m-4.5 -4.5h9",
   }[kind];
   return { d: path, stroke: color, "stroke-width": 1.8, fill: kind === "circle" ? color : "none" };
 }

@@ -51,6 +51,7 @@ class NoEnergyReason(Enum):
         "the body is not held, so the length of a spring depends on X; "
         "`rbstab stability --search-only` looks for rest states"
     )
+    BARRIER_OF_FREE_LINES = "no proof takes a barrier into account beside springs of a free body"
     LINES_OF_BODIES = "no proof for all bodies within tolerances takes a spring into account"
     BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
     OUTER_BARRIER = "no proof takes a guard of θ1 and θ3 (outer_stiffness) into account"
@@ -186,7 +187,7 @@ def eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:
     bare = energy.length_coefficient()
     if not lengths:
         return bare, []
-    compliance = _inverse_stiffness(energy)
+    compliance = inverse_stiffness(energy)
     b = [energy.length_coefficient(i) for i in lengths]
     minimizer = [-sum((b[j] * compliance[i][j] for j in lengths), start=0 * bare) for i in lengths]
     # Π(Θ, x*) = Π(Θ, 0) + ½ b'x*, because b + Hx* = 0.
@@ -194,7 +195,7 @@ def eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:
     return reduced, minimizer
 
 
-def _inverse_stiffness(energy: Polynomial) -> list[list[Polynomial]]:
+def inverse_stiffness(energy: Polynomial) -> list[list[Polynomial]]:
     """Return H⁻¹, whose entries are constants."""
     from flint import fmpq_mat  # imported late, as in `polynomial`
 

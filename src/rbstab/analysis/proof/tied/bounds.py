@@ -51,26 +51,37 @@ class Pose:
 
     def at(self, z: Array) -> "Bounds":
         """Return the bounds at the centres, with z of shape (m, 3)."""
-        return _bounds(self.energy, self.at_centre, Intervals(z, np.zeros_like(z)))
+        return self.of(self.at_centre, Intervals(z, np.zeros_like(z)))
 
     def within(self, z: Boxes) -> "Bounds":
         """Return the bounds over the boxes, with boxes of z."""
-        return _bounds(self.energy, self.over, between(z.low, z.high))
+        return self.of(self.over, between(z.low, z.high))
+
+    def of(self, orders: list[Orders], z: Intervals) -> "Bounds":
+        """Return the bounds of `at_centre` or `over` with z, shape (m, 3)."""
+        lines = []
+        for k, line in enumerate(self.energy.lines):
+            r = [self._line(orders, k, order) for order in range(3)]
+            lines.append(LineBounds(line.weight, z + r[0], r[1], r[2]))
+        return Bounds(self.energy, orders[0], z, lines)
+
+    def offset(self, orders: list[Orders], line: int) -> Intervals:
+        """Return r of a line, shape (m, 3)."""
+        return self._line(orders, line, 0)
+
+    def slopes(self, line: int) -> Intervals:
+        """Return ∂r_k/∂θ_i of a line over the boxes, shape (m, 3, 3)."""
+        return self._line(self.over, line, 1)
+
+    def _line(self, orders: list[Orders], line: int, order: int) -> Intervals:
+        offset = orders[1 + 3 * line : 4 + 3 * line]
+        return _stacked([entry[order] for entry in offset])
 
 
 def _both(form: TrigonometricForm, t: Array, Theta: Boxes) -> tuple[Orders, Orders]:
     """Return a form and its derivatives at the centres, and over the boxes."""
     found = at_centres(form, t, Theta)
     return found[:3], over_boxes(found, Theta.radius)[:3]
-
-
-def _bounds(energy: TiedEnergy, orders: list[Orders], z: Intervals) -> "Bounds":
-    lines = []
-    for k in range(len(energy.lines)):
-        offset = orders[1 + 3 * k : 4 + 3 * k]
-        r = [_stacked([entry[order] for entry in offset]) for order in range(3)]
-        lines.append(LineBounds(energy.lines[k].weight, z + r[0], r[1], r[2]))
-    return Bounds(energy, orders[0], z, lines)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +161,8 @@ class Bounds:
     @property
     def force(self) -> Intervals:
         """Σ w_j u_j, shape (m, 3)."""
-        return total([line.pull for line in self.lines])
+        nothing = Intervals(*np.zeros((2, *self.z.middle.shape)))
+        return total([nothing, *(line.pull for line in self.lines)])
 
     @property
     def pulled(self) -> Intervals:

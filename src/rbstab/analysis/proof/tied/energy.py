@@ -58,7 +58,7 @@ class TiedEnergy:
         form: U.
         stiffness: S, shape (3, 3), N/m.
         compliance: S⁻¹, shape (3, 3), m/N.
-        lines: The lines with w other than 0. A spring without a rest length has none.
+        lines: The lines, with w < 0. A spring without a rest length has none: w is 0.
         minimizer: The entries of x*(Θ).
         own: H_DD⁻¹H_DX, shape (own states, 3): D = D* minus this times z.
         configurations: The configurations of the system.
@@ -121,6 +121,9 @@ def _tied(at_rest: Configurations, energy: Polynomial) -> TiedEnergy:
     plain, weights = lengths_apart(energy)
     reduced, minimizer = eliminated(plain)
     compliance = [[_number(entry) for entry in row] for row in inverse_stiffness(plain)]
+    if any(weight > 0 for weight in weights):
+        # A line that pulls at any length could be at rest without a length.
+        raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
     block = [[compliance[i][j] for j in POSITION] for i in POSITION]
     pairs = zip(weights, energy.ring.squares, strict=True)
     return TiedEnergy(

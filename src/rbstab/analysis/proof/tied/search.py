@@ -5,7 +5,6 @@ equation narrows the part of it that belongs to a box of Θ. What is left is tes
 `branch_and_bound`, in six variables.
 """
 
-import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -24,9 +23,6 @@ BATCH = 512
 
 BOX_LIMIT = 400_000
 """The number of boxes at which a search stops."""
-
-TIME_LIMIT = 300.0
-"""s: a search that takes longer stops."""
 
 MIN_RADIUS = 1e-7
 """rad, and the same part of the box of z: narrower boxes are not halved again."""
@@ -63,14 +59,12 @@ class TiedZero:
 class TiedZeros:
     """The zeros of ∇W with Θ in a box at which each line has a length.
 
-    undecided are boxes of six variables that may contain further zeros. seconds is the time that
-    the search took.
+    undecided are boxes of six variables that may contain further zeros.
     """
 
     zeros: tuple[TiedZero, ...]
     undecided: Boxes
     examined: int
-    seconds: float
     outcome: SearchOutcome
 
 
@@ -152,13 +146,20 @@ def part(boxes: Boxes, entries: slice) -> Boxes:
     return Boxes(boxes.low[:, entries], boxes.high[:, entries])
 
 
-def narrowed(pose: Pose, boxes: Boxes) -> tuple[Boxes, Array]:
-    """Narrow z in boxes; return them, and whether each may have a rest state."""
+def narrowed(pose: Pose, boxes: Boxes, *, angles: bool = True) -> tuple[Boxes, Array]:
+    """Narrow z in boxes; return them, and whether each may have a rest state.
+
+    Args:
+        pose: That of the boxes.
+        boxes: The boxes of six variables.
+        angles: Whether ∂W/∂Θ must be zero too, or ∂W/∂z alone.
+    """
+    entries = slice(0 if angles else SHIFT.start, None)
     low, high = boxes.low.copy(), boxes.high.copy()
     left = np.ones(len(boxes), dtype=bool)
     for _ in range(NARROWINGS):
         bounds = pose.within(Boxes(low[:, SHIFT], high[:, SHIFT]))
-        shift, gradient = bounds.shift, bounds.gradient
+        shift, gradient = bounds.shift, bounds.gradient[:, entries]
         low[:, SHIFT] = np.fmax(low[:, SHIFT], shift.low)
         high[:, SHIFT] = np.fmin(high[:, SHIFT], shift.high)
         left &= np.all(low <= high, axis=1) & ~bounds.unbalanced
@@ -218,7 +219,6 @@ def prove(
     starts: Iterable[Array] = (),
     end: Array = RANGE_END,
     box_limit: int = BOX_LIMIT,
-    time_limit: float = TIME_LIMIT,
 ) -> TiedZeros:
     """Enclose every zero of ∇W with -end <= Θ <= end at which each line has a length.
 
@@ -227,9 +227,7 @@ def prove(
         starts: Points [Θ, z] from which Newton's method is started; they only save time.
         end: The largest |Θ|, shape (3,), rad.
         box_limit: The number of boxes at which the search stops.
-        time_limit: The time at which it stops, s.
     """
-    began = time.perf_counter()
     scale = scale_of(energy)
     search = _Search(energy, scale)
     with np.errstate(all="ignore"):
@@ -237,8 +235,6 @@ def prove(
         whole = np.concatenate([end, scale[SHIFT]])
         pending, undecided, examined = Boxes(-whole[np.newaxis], whole[np.newaxis]), [], 0
         while len(pending) and examined < box_limit:
-            if time.perf_counter() - began > time_limit:
-                break
             batch, pending = pending[-BATCH:], pending[:-BATCH]
             examined += len(batch)
             left, axis = search.examine(batch)
@@ -247,12 +243,11 @@ def prove(
             pending = joined([pending, left[~small].halves(axis[~small])])
     remaining = joined([_nothing(), pending, *undecided])
     remaining = remaining[search.outside_domains(remaining)]
-    seconds = time.perf_counter() - began
-    return _classified(search, remaining, examined, seconds, end, stopped=bool(len(pending)))
+    return _classified(search, remaining, examined, end, stopped=bool(len(pending)))
 
 
 def _classified(
-    search: _Search, undecided: Boxes, examined: int, seconds: float, end: Array, *, stopped: bool
+    search: _Search, undecided: Boxes, examined: int, end: Array, *, stopped: bool
 ) -> TiedZeros:
     whole = Boxes(-end[np.newaxis], end[np.newaxis])
     inside, unclear = [], [undecided, *search.ambiguous]
@@ -266,7 +261,7 @@ def _classified(
     outcome = SearchOutcome.UNDECIDED if len(left) else SearchOutcome.PROVED
     if stopped:
         outcome = SearchOutcome.BOX_LIMIT
-    return TiedZeros(tuple(inside), left, examined, seconds, outcome)
+    return TiedZeros(tuple(inside), left, examined, outcome)
 
 
 def _nothing() -> Boxes:

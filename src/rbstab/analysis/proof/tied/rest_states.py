@@ -77,7 +77,9 @@ def tied_rest_states(
     """
     energy = replace(energy, form=replace(energy.form, reach=max(energy.form.reach, *end)))
     found = prove(energy, _starts(energy, end), end, box_limit)
-    region = tied_region(energy, found, end, box_limit)
+    # After the limit of boxes, undecided boxes cover most of the range, and no region is left.
+    stopped = found.outcome is SearchOutcome.BOX_LIMIT
+    region = None if stopped else tied_region(energy, found, end, box_limit)
     points = sorted(
         (_point(energy, zero) for zero in found.zeros), key=lambda one: one.point.state.energy
     )

@@ -44,7 +44,7 @@ def tied_system(springs, soft=1.0, K_c=K_C, K_d=None, *others):
     return System(body, elements, CentreCoordinates(), np.zeros(3))
 
 
-def energy_of(springs, Theta, X, soft=1.0, K_c=K_C, K_d=None):
+def energy_of(springs, Theta, X, *, soft=1.0, K_c=K_C, K_d=None):
     """Return the least stored energy of `tied_system` over D, without the program."""
     series = K_c if K_d is None else np.linalg.inv(np.linalg.inv(K_c) + np.linalg.inv(K_d))
     A = attitude(Theta)
@@ -80,7 +80,7 @@ def found_by_scipy(springs, rng, starts, **changes):
         start = np.concatenate([Theta, R - attitude(Theta) @ R + 0.1 * rng.normal(size=3)])
         y = root(slope, start, tol=1e-11).x
         inside = np.all(np.abs(y[:3]) < end - 1e-6)
-        if inside and np.abs(slope(y)).max() < 1e-3:
-            if not any(np.abs(y - other).max() < 1e-4 for other in found):
-                found.append(y)
+        known = any(np.abs(y - other).max() < 1e-4 for other in found)
+        if inside and not known and np.abs(slope(y)).max() < 1e-3:
+            found.append(y)
     return found

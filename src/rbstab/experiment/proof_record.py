@@ -61,8 +61,8 @@ class ProvedState(_Model):
     index is the number of independent directions in which the energy decreases. index_proved is
     whether it is proved; None in proofs of version 1, which computed it in doubles.
 
-    enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state. Of a
-    tied body with springs, it is the only one with z in the box `shift` too, m (`TiedEnergy`).
+    enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
+    Of a tied body with springs, it is the only one there with z in the box `shift`, m.
     """
 
     orientation: Triple
@@ -279,8 +279,8 @@ class Proof(ProvedStates):
     proofs of version 1, which have no `regions`. unwrapped is also None after a search without a
     proof, and where θ1 and θ3 have no bound that is small enough for a proof.
 
-    A tied body with springs has no U. Its proof has tied_energy instead, which is W; its rest states
-    are those at which each spring has a length.
+    A tied body with springs has no U. Its proof has tied_energy instead, which is W; its rest
+    states are those at which each spring has a length.
     """
 
     id: str

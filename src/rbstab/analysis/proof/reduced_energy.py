@@ -46,9 +46,7 @@ class NoEnergyReason(Enum):
     NO_LENGTH = (
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )
-    FREE_LINES = (
-        "the body is not held, so the length of a spring depends on X"
-    )
+    FREE_LINES = "the body is not held, so the length of a spring depends on X"
     BARRIER_OF_FREE_LINES = "no proof takes a barrier into account beside springs of a free body"
     LINES_OF_BODIES = "no proof for all bodies within tolerances takes a spring into account"
     BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"

@@ -1,4 +1,4 @@
-"""Protects the checker of proofs with springs of a tied body: it refuses each kind of wrong claim."""
+"""Protects the checker of proofs for tied bodies with springs: it refuses wrong claims."""
 
 from copy import deepcopy
 

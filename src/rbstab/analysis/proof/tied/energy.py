@@ -153,9 +153,7 @@ def _offset(square: Polynomial, minimizer: Sequence[Polynomial]) -> tuple[Trigon
     zeros = [square.length_coefficient() - sum((one * one for one in shift), start=0 * square)]
     zeros += [square.length_coefficient(i) for i in lengths if i not in POSITION]
     zeros += [
-        square.length_coefficient(i, j) - of_X.get((i, j), 0)
-        for i in lengths
-        for j in lengths[i:]
+        square.length_coefficient(i, j) - of_X.get((i, j), 0) for i in lengths for j in lengths[i:]
     ]
     # A form is unique, so it shows whether a polynomial in sines and cosines is zero.
     if square.degree > 2 or any(np.any(form_of(zero).coefficients) for zero in zeros):

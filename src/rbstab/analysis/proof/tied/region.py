@@ -31,7 +31,7 @@ from rbstab.analysis.proof.tied.search import (
 from rbstab.mechanics.numbers import Array
 
 BATCH = 512
-BOX_LIMIT = 400_000
+BOX_LIMIT = 300_000
 """The number of boxes at which the search stops; then there is no region."""
 
 SLACK = 1e-3
@@ -131,7 +131,10 @@ def _least(
         examined += len(batch)
         if examined > box_limit:
             return None, examined
-        batch, lower = (_on_face if place.face else _without_length)(energy, place, batch)
+        if place.line is None:
+            batch, lower = _on_face(energy, batch)
+        else:
+            lower = _without_length(energy, place.line, batch)
         finished = lower >= target
         bound = min(bound, float(lower[finished].min(initial=np.inf)))
         left = batch[~finished]
@@ -150,7 +153,7 @@ def _start(energy: TiedEnergy, place: Place) -> Boxes:
     return Boxes(low, high)
 
 
-def _on_face(energy: TiedEnergy, place: Place, boxes: Boxes) -> tuple[Boxes, Array]:
+def _on_face(energy: TiedEnergy, boxes: Boxes) -> tuple[Boxes, Array]:
     """Bound W from below where ∂W/∂z = 0; boxes without such a point have no bound to keep."""
     pose = Pose(energy, part(boxes, ANGLES))
     boxes, left = narrowed(pose, boxes, angles=False)
@@ -164,18 +167,17 @@ def _on_face(energy: TiedEnergy, place: Place, boxes: Boxes) -> tuple[Boxes, Arr
     return boxes, _larger(expanded, over.value.low)
 
 
-def _without_length(energy: TiedEnergy, place: Place, boxes: Boxes) -> tuple[Boxes, Array]:
+def _without_length(energy: TiedEnergy, line: int, boxes: Boxes) -> Array:
     """Bound W from below where a line has no length, so that z = -r(Θ)."""
-    assert place.line is not None
     pose = Pose(energy, boxes)
-    over, centre = (_with_z(pose, orders, place.line) for orders in (pose.over, pose.at_centre))
-    slopes = pose.slopes(place.line)
+    over, centre = (_with_z(pose, orders, line) for orders in (pose.over, pose.at_centre))
+    slopes = pose.slopes(line)
     pulled = (over.pulled + over.force)[:, :, np.newaxis]
     gradient = over.form[1] + -((pulled * slopes).sum(1))
-    for line in over.lines:
-        gradient = gradient + line.moment
+    for other in over.lines:
+        gradient = gradient + other.moment
     slope = np.einsum("mi,mi->m", gradient.size, boxes.radius) * (1 + 20 * ROUNDING)
-    return boxes, _larger(centre.value.low - slope, over.value.low)
+    return _larger(centre.value.low - slope, over.value.low)
 
 
 def _with_z(pose: Pose, orders: list[list[Intervals]], line: int) -> Bounds:
@@ -213,17 +215,19 @@ def _seen(energy: TiedEnergy, places: list[Place], others: list[TiedZero]) -> Ti
 
 def _values(energy: TiedEnergy, place: Place, Theta: Array) -> Array:
     """Return the least W over z at angles of a place, to round-off, shape (m,)."""
-    r = [
-        np.stack([form.value(Theta) for form in line.offset], axis=1) for line in energy.lines
-    ]
+    r = [np.stack([form.value(Theta) for form in line.offset], axis=1) for line in energy.lines]
     if place.line is not None:
         z = -r[place.line]
     else:
         z = np.zeros_like(Theta)
         for _ in range(FIXED_POINT_STEPS):
-            z = -sum(
-                line.weight * _unit(z + offset) for line, offset in zip(energy.lines, r, strict=True)
-            ) @ energy.compliance
+            z = (
+                -sum(
+                    line.weight * _unit(z + offset)
+                    for line, offset in zip(energy.lines, r, strict=True)
+                )
+                @ energy.compliance
+            )
     value = energy.form.value(Theta) + 0.5 * np.einsum("mi,ij,mj->m", z, energy.stiffness, z)
     for line, offset in zip(energy.lines, r, strict=True):
         value = value + line.weight * np.linalg.norm(z + offset, axis=1)

@@ -15,12 +15,11 @@ from rbstab.analysis.proof.tied.search import (
     BOX_LIMIT,
     SHIFT,
     TiedZero,
-    TiedZeros,
     part,
     prove,
     scale_of,
 )
-from rbstab.analysis.proof.unwrapped import MAX_END, confined_end
+from rbstab.analysis.proof.unwrapped import BOX_LIMIT_WITH_LINES, MAX_END, confined_end
 from rbstab.analysis.rest_state import rest_state_at
 from rbstab.mechanics.numbers import Array
 
@@ -76,7 +75,7 @@ def tied_rest_states(
         box_limit: The number of boxes at which each search stops.
     """
     energy = replace(energy, form=replace(energy.form, reach=max(energy.form.reach, *end)))
-    found = prove(energy, _starts(energy, end), end, box_limit)
+    found = prove(energy, _starts(end), end, box_limit)
     # After the limit of boxes, undecided boxes cover most of the range, and no region is left.
     stopped = found.outcome is SearchOutcome.BOX_LIMIT
     region = None if stopped else tied_region(energy, found, end, box_limit)
@@ -95,7 +94,7 @@ def tied_rest_states(
 
 
 def unwrapped_tied_states(
-    energy: TiedEnergy, box_limit: int = BOX_LIMIT
+    energy: TiedEnergy, box_limit: int = BOX_LIMIT_WITH_LINES
 ) -> TiedRestStates | None:
     """Prove the rest states with |θ2| < π/2 and any θ1 and θ3; None without bounds for them."""
     end = tied_end(energy)
@@ -119,7 +118,7 @@ def tied_end(energy: TiedEnergy) -> Array | None:
     return confined_end(energy.form, steepest * (1 + 1e-12), largest)
 
 
-def _starts(energy: TiedEnergy, end: Array) -> list[Array]:
+def _starts(end: Array) -> list[Array]:
     rng = np.random.default_rng(0)
     angles = [np.zeros(3), *rng.uniform(-end, end, size=(STARTS, 3))]
     return [np.concatenate([Theta, np.zeros(3)]) for Theta in angles]
@@ -137,7 +136,6 @@ def _point(energy: TiedEnergy, zero: TiedZero) -> TiedPoint:
 
 
 def _computed_index(energy: TiedEnergy, y: Array) -> int:
-    from rbstab.analysis.proof.tied.bounds import Pose
 
     Theta = box_around(y[ANGLES], 0.0)
     hessian = Pose(energy, Theta).at(y[np.newaxis, SHIFT]).hessian.middle[0]

@@ -21,7 +21,7 @@ from rbstab.mechanics.numbers import Array
 BATCH = 512
 """Number of boxes examined at once."""
 
-BOX_LIMIT = 400_000
+BOX_LIMIT = 300_000
 """The number of boxes at which a search stops."""
 
 MIN_RADIUS = 1e-7

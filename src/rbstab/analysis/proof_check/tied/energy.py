@@ -175,7 +175,9 @@ class Values:
         self.W, self.z = W, list(z)
         self.U = parts[0]
         self.pulled = [sum((W.stiffness[i, j] * z[j] for j in AXES), arb(0)) for i in AXES]
-        self.value = self.U[0] + sum((a * b for a, b in zip(self.pulled, z, strict=True)), arb(0)) / 2
+        self.value = (
+            self.U[0] + sum((a * b for a, b in zip(self.pulled, z, strict=True)), arb(0)) / 2
+        )
         self.gradient = [*self.U[1], *self.pulled]
         self.pulls = list[list[Ball]]()
         self.kept = list[tuple[Ball, list[Ball], list[Orders]]]()
@@ -187,9 +189,7 @@ class Values:
             s = sum((square(one) for one in e), arb(0))
             length = s.max(arb(0)).sqrt()
             along = [_slope(one, length) for one in e]
-            slopes = [
-                sum((along[k] * r[k][1][i] for k in AXES), arb(0)) for i in AXES
-            ] + along
+            slopes = [sum((along[k] * r[k][1][i] for k in AXES), arb(0)) for i in AXES] + along
             self.value += line.weight * length
             self.gradient = [
                 total + line.weight * slope

@@ -65,14 +65,10 @@ def check_region(
     if not height >= arb(claim["lower_bound"]):
         wrong.append(f"It is not shown to be {claim['lower_bound']:.10g} J above rest state 1.")
     text = f"Every motion with an energy below {shown_bound} converges to rest state 1."
-    return Finding(
-        range_.name, "certified region", not wrong, " ".join(wrong) or text, covers
-    )
+    return Finding(range_.name, "certified region", not wrong, " ".join(wrong) or text, covers)
 
 
-def _cover(
-    W: TiedEnergy, bound: Ball, place: Box, face: tuple[int, Ball] | None = None
-) -> Cover:
+def _cover(W: TiedEnergy, bound: Ball, place: Box, face: tuple[int, Ball] | None = None) -> Cover:
     """Cover a place by boxes of Θ in which the least W over z is at least a bound."""
 
     def reason(box: Box) -> str | None:
@@ -84,7 +80,9 @@ def _cover(
             z = [arb(low).union(arb(high)) for low, high in part]
             return _is_above(pose, centre, z, bound)
 
-        return "b" if all_settled(pose, settled, lambda values: values.value >= bound, width) else None
+        return (
+            "b" if all_settled(pose, settled, lambda values: values.value >= bound, width) else None
+        )
 
     return cover(place, reason)
 

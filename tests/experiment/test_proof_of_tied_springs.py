@@ -2,6 +2,7 @@
 
 import json
 from functools import partial
+from typing import Any
 
 import pytest
 from support.config_elements import CONTROLLER, TIE, config_data
@@ -19,7 +20,7 @@ TIED = CONTROLLER | {
     "K_c": [9000.0, 9000.0, 9000.0],
     "L_c": [90.0, 90.0, 90.0],
 }
-SPRING = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.6, 0.01, 0.9]}
+SPRING: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.6, 0.01, 0.9]}
 SPRING |= {"stiffness": 300.0, "rest_length": 0.5}
 BARRIER = {"kind": "guard", "method": "barrier", "stiffness": 30.0}
 

@@ -1,5 +1,7 @@
 """Bodies tied by a connector, with springs; and their energies by formulas of their own."""
 
+from typing import Any
+
 import numpy as np
 from scipy.optimize import root
 
@@ -28,6 +30,7 @@ def spring_of(point=(0.1, 0.2, 0.3), anchor=(0.5, 0.1, 0.9), stiffness=900.0, re
 
 def tied_system(springs, soft=1.0, K_c=K_C, K_d=None, *others):
     """Return the paper's body, tied at its contact point, with springs and `soft` times K_r."""
+    connector: ViscoElasticConnector | EmbeddedConnector
     if K_d is None:
         connector = ViscoElasticConnector(K_c, DAMPING)
     else:
@@ -74,7 +77,7 @@ def found_by_scipy(springs, rng, starts, **changes):
     """Return rest states [Θ, X] in the range of eq. 5 that SciPy finds from random starts."""
     slope = slope_of(springs, **changes)
     end = np.array([np.pi, np.pi / 2, np.pi])
-    found = []
+    found = list[Any]()
     for _ in range(starts):
         Theta = rng.uniform(-end, end)
         start = np.concatenate([Theta, R - attitude(Theta) @ R + 0.1 * rng.normal(size=3)])

@@ -31,7 +31,7 @@ BENT = spring_of((0.0, 0.0, 0.5), (0.1, 0.05, 1.3), 6000.0, 1.3)
 
 OTHER = spring_of((-0.2, 0.1, 0.0), (-0.6, 0.2, -0.1), 500.0, 0.7)
 
-SMALL = np.array([0.5, 0.5, 0.5])
+SMALL = np.array([0.75, 0.75, 0.4])
 
 
 def places_of(rest):
@@ -134,6 +134,8 @@ def test_the_region_ends_at_the_border_or_where_a_spring_has_no_length():
         rest = tied_rest_states(W)
         assert rest.unique
         region, (lowest,) = rest.region, rest.states
+        assert region is not None
+        assert region.energy_bound is not None
         assert (region.face in {Face.THETA2_LOW, Face.THETA2_HIGH}) == face
         assert (region.line is None) == face
         height = expected - lowest.point.state.energy

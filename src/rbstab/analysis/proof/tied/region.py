@@ -197,6 +197,7 @@ def _seen(energy: TiedEnergy, places: list[Place], others: list[TiedZero]) -> Ti
     from scipy.optimize import minimize  # imported late, as in `least_value`
 
     rng = np.random.default_rng(0)
+    best: list[tuple[float, Array, Face | None, int | None]]
     best = [(float(value_at(energy, one.y).middle[0]), one.y[ANGLES], None, None) for one in others]
     for place in places:
         low, high = place.Theta.low[0], place.Theta.high[0]

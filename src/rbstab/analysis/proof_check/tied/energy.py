@@ -170,7 +170,7 @@ class Values:
     """
 
     def __init__(
-        self, W: TiedEnergy, parts: Sequence[Orders], z: Sequence[Ball], without: int | None
+        self, W: TiedEnergy, parts: list[Orders], z: Sequence[Ball], without: int | None
     ) -> None:
         self.W, self.z = W, list(z)
         self.U = parts[0]

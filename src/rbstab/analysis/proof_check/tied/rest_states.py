@@ -6,7 +6,8 @@ and again, and halved where they are too many.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 from flint import arb, arb_mat
 
@@ -21,7 +22,8 @@ MOST_PARTS = 60
 """The largest number of parts of z in a box of Θ; then the box of Θ is halved."""
 
 
-class TiedState(NamedTuple):
+@dataclass(frozen=True)
+class TiedState:
     """One rest state of a proof.
 
     Attributes:

@@ -11,12 +11,13 @@ from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.tied.bounds import Pose as ProverPose
 from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from rbstab.analysis.proof.tied.rest_states import tied_rest_states
+from rbstab.analysis.proof.tied.search import isolated_zero, newton, scale_of
 from rbstab.analysis.proof_check.findings import range_with
 from rbstab.analysis.proof_check.tied import checker
 from rbstab.analysis.proof_check.tied.checker import check_tied
 from rbstab.analysis.proof_check.tied.energy import Pose, TiedEnergy
-from rbstab.analysis.proof_check.tied.rest_states import index_of
-from rbstab.experiment.proof_record import tied_record
+from rbstab.analysis.proof_check.tied.rest_states import Expansion, index_of
+from rbstab.experiment.proof_record import tied_energy_of, tied_record
 
 END = np.array([0.3, 0.3, 0.3])
 """rad: a small range, so that a check takes a second."""
@@ -164,6 +165,27 @@ def test_bounds_over_a_box_contain_those_at_its_points(proof):
             strict=True,
         )
         assert all(one.contains(other) for one, other in pairs)
+
+
+def test_a_box_with_two_rest_states_has_not_only_one():
+    """A spring that pushes from above bends the body to both sides."""
+    bent = spring_of((0.0, 0.0, 0.5), (0.1, 0.05, 1.3), 6000.0, 1.3)
+    prover = tied_energy_of_doubles(tied_system([bent], 0.3, K_d=K_D))
+    scale = scale_of(prover)
+    starts = [[0.62, -0.33, -0.19, -0.14, -0.18, -0.47], [-0.51, 0.69, 0.06, 0.17, 0.11, -0.47]]
+    with np.errstate(all="ignore"):
+        found = [newton(prover, np.array(start)) for start in starts]
+        zeros = [isolated_zero(prover, y, scale) for y in found if y is not None]
+    assert [zero is not None and zero.index for zero in zeros] == [0, 1]
+    W = TiedEnergy(tied_energy_of(prover).model_dump())
+    points = np.array(found)
+    low, high = points.min(axis=0) - 1e-3, points.max(axis=0) + 1e-3
+    both = tuple(zip(low.tolist(), high.tolist(), strict=True))
+    assert not Expansion(W, both).is_unique
+    for point in points:
+        near = tuple((x - 1e-6, x + 1e-6) for x in point.tolist())
+        assert Expansion(W, near).is_unique
+        assert Expansion(W, near).has_zero
 
 
 @pytest.mark.parametrize("index", range(7))

@@ -29,6 +29,7 @@ from rbstab.experiment.proof_record import (
     no_proof,
     proof_record,
     searched_record,
+    tied_record,
 )
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
@@ -36,6 +37,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
 if TYPE_CHECKING:
+    from rbstab.analysis.proof.reduced_energy import ExactSystem
     from rbstab.analysis.proof.rest_states import RestStates
 
 __all__ = [
@@ -87,6 +89,12 @@ START_RANGE = np.array([np.inf, np.pi / 2, np.inf])
 SPRING_VERSION = 1
 """The same for configs with a spring: before it, nothing was proved of them."""
 
+TIED_VERSION = 1
+"""The same for those of them whose body is tied."""
+
+HELD_OR_SLIDING = ("permanent", "sliding")
+"""Variants whose proofs do not depend on `TIED_VERSION`; with a sliding connector there is none."""
+
 
 def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     """Return the identity of a proof: a digest of body, gravity, controller and version.
@@ -102,6 +110,8 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
         parts.append(f"barrier {BARRIER_VERSION}")
     if any(element.kind == "spring" for element in config.elements.values()):
         parts.append(f"spring {SPRING_VERSION}")
+        if config.controller.variant not in HELD_OR_SLIDING:
+            parts.append(f"tied {TIED_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
@@ -142,12 +152,33 @@ def prove(
             regions_of = _without_regions if wide is not None and wide.every_start else _regions_of
             found, unwrapped = regions_of(rest), None if wide is None else regions_of(wide)
     except NoReducedEnergy as error:
-        if search_only and error.reason is NoEnergyReason.FREE_LINES:
+        if error.reason is not NoEnergyReason.FREE_LINES:
+            return no_proof(identity, str(error), time.perf_counter() - start_time)
+        if search_only:
             states = searched_rest_states(system)
             return searched_record(identity, states, time.perf_counter() - start_time)
-        seconds = time.perf_counter() - start_time
-        return no_proof(identity, str(error), seconds)
+        return _tied_proof(identity, system, exact_system, start_time)
     return proof_record(identity, found, unwrapped, time.perf_counter() - start_time)
+
+
+def _tied_proof(
+    identity: str, system: System, exact_system: "ExactSystem", start_time: float
+) -> Proof:
+    """Prove the rest states of a body with springs that is tied: in six variables."""
+    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+    from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
+    from rbstab.analysis.proof.tied.energy import tied_energy
+    from rbstab.analysis.proof.tied.rest_states import tied_rest_states, unwrapped_tied_states
+
+    try:
+        energy = tied_energy(system, exact_system)
+    except NoReducedEnergy as error:
+        return no_proof(identity, str(error), time.perf_counter() - start_time)
+    rest = tied_rest_states(energy)
+    # The wider range takes longer still.
+    stopped = rest.outcome is SearchOutcome.BOX_LIMIT
+    wide = None if stopped else unwrapped_tied_states(energy)
+    return tied_record(identity, rest, wide, time.perf_counter() - start_time)
 
 
 def _no_search(config: Config) -> str | None:
@@ -185,9 +216,12 @@ def _regions_of(rest: "RestStates") -> Found:
 
 
 def has_no_rest_state(proof: Proof) -> bool:
-    """Return whether it is proved that there is no rest state with |θ2| < π/2."""
+    """Return whether it is proved that there is no rest state with |θ2| < π/2.
+
+    Never of a tied body with springs: it may balance where a spring has no length.
+    """
     wide = proof.unwrapped
-    return wide is not None and wide.proved and not wide.states
+    return proof.tied_energy is None and wide is not None and wide.proved and not wide.states
 
 
 def start_level(problem: Problem, proof: Proof) -> float | None:
@@ -232,7 +266,7 @@ def start_state(problem: Problem, proof: Proof) -> int | None:
     Returns:
         The number, from 1 for the lowest; None if it is not proved.
     """
-    if proof.reduced_energy is None or problem.exact is None:
+    if not proof.has_energy or problem.exact is None:
         return 1 if _starts_below(problem, proof) else None
     start = in_balls(partial(enclosed_start, problem.exact))
     return None if start is None else reached_state(proof, *start)
@@ -275,10 +309,12 @@ def _reached(
 
     low, high = box
     inside = np.all(low >= -end) and np.all(low <= high) and np.all(high <= end)
-    if not inside or proof.reduced_energy is None:
+    if not inside or not proof.has_energy:
         return None
     if states.region is not None and _is_below(energy, states.region.energy_bound):
         return 1
+    if proof.reduced_energy is None:
+        return None
     whole = Boxes(np.array([low], dtype=float), np.array([high], dtype=float))
     form = replace(proof.reduced_energy.form, reach=max(MAX_ANGLE, float(end.max())))
     for region in states.regions:

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from rbstab.analysis.proof.lines.searched import SearchedState
     from rbstab.analysis.proof.regions.minimum_regions import MinimumRegion
     from rbstab.analysis.proof.rest_states import RestPoint, RestStates
+    from rbstab.analysis.proof.tied.energy import TiedEnergy
+    from rbstab.analysis.proof.tied.region import TiedRegion
+    from rbstab.analysis.proof.tied.rest_states import TiedPoint, TiedRestStates
     from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
 NO_STABILIZERS = "no stabilizers damp every motion"
@@ -35,7 +38,10 @@ SUPPLIES = "an input supplies power"
 
 Triple = tuple[float, float, float]
 
-OF_ELEMENTS = ("barrier", "every_start", "lines")
+NO_LENGTH = "a spring without length"
+"""Where c* is attained, if not on a face of the range nor at a rest state."""
+
+OF_ELEMENTS = ("barrier", "every_start", "lines", "shift", "tied_energy")
 """Entries that a file has only with a barrier or a spring."""
 
 
@@ -56,6 +62,7 @@ class ProvedState(_Model):
     whether it is proved; None in proofs of version 1, which computed it in doubles.
 
     enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
+    Of a tied body with springs, it is the only one there with z in the box `shift`, m.
     """
 
     orientation: Triple
@@ -66,13 +73,14 @@ class ProvedState(_Model):
     proved: bool
     enclosure: tuple[Triple, Triple]
     index_proved: bool | None = None
+    shift: tuple[Triple, Triple] | None = None
 
 
 class ProvedRegion(_Model):
     """Motions with v < level converge to the lowest rest state; proved for v < lower_bound, J.
 
     energy is c*, J. It is attained at the orientation `attained_at`: on the named face of the
-    range, or at another rest state (face None).
+    range, at another rest state (face None), or where a spring has no length (`NO_LENGTH`).
 
     energy_bound is the same bound for the sum of all energies, J: each motion that at some time is
     in the range with less energy converges to the lowest rest state. None: not proved, or not
@@ -175,6 +183,31 @@ class ProvedEnergy(_Model):
         return TrigonometricForm(quadratic, linear, C, guard=guard, lines=lines)
 
 
+class ProvedFreeLine(_Model):
+    """The length of a line in an energy of Θ and z: w |z + r(Θ)|, J.
+
+    weight is w, N. offset has the coefficients of the three entries of r, m, as those of
+    `ProvedEnergy`. Each number is the exact one rounded once.
+    """
+
+    weight: float
+    offset: tuple[Coefficients, Coefficients, Coefficients]
+
+
+class ProvedTiedEnergy(_Model):
+    """The energy W of a proof for a tied body with springs, J: U(Θ) + ½ z'Sz + Σ w_j |z + r_j(Θ)|.
+
+    z is X minus its value without lines. U is ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3), and
+    stiffness is S, N/m. Each number is the exact one rounded once.
+    """
+
+    quadratic: tuple[Triple, Triple, Triple]
+    linear: Triple
+    coefficients: Coefficients
+    stiffness: tuple[Triple, Triple, Triple]
+    lines: tuple[ProvedFreeLine, ...]
+
+
 class ProvedStates(_Model):
     """The rest states in a range of Θ, lowest first, and the regions of the minima.
 
@@ -245,12 +278,16 @@ class Proof(ProvedStates):
     reduced_energy is U, and unwrapped has the rest states for all real θ1 and θ3. Both are None in
     proofs of version 1, which have no `regions`. unwrapped is also None after a search without a
     proof, and where θ1 and θ3 have no bound that is small enough for a proof.
+
+    A tied body with springs has no U. Its proof has tied_energy instead, which is W; its rest
+    states are those at which each spring has a length.
     """
 
     id: str
     seconds: float
     reduced_energy: ProvedEnergy | None = None
     unwrapped: UnwrappedStates | None = None
+    tied_energy: ProvedTiedEnergy | None = None
 
     def __repr__(self) -> str:
         """Return one line: the rest states, and how the proof ended."""
@@ -267,6 +304,11 @@ class Proof(ProvedStates):
         sentences = [text.partition(": ") for text in statements_of(self)]
         facts = [(name, text) for name, _, text in sentences]
         return card("Proof", "Rest states and regions", facts)
+
+    @property
+    def has_energy(self) -> bool:
+        """Whether the energy is stored from which the proof follows; not in version 1."""
+        return self.reduced_energy is not None or self.tied_energy is not None
 
     @property
     def has_barrier(self) -> bool:
@@ -353,23 +395,98 @@ def proof_record(identity: str, found: Found, unwrapped: Found | None, seconds: 
     )
 
 
-def _entries(found: Found) -> dict[str, Any]:
-    """Return the fields of `ProvedStates`."""
-    from rbstab.analysis.proof.boxes import hulls
+def tied_record(
+    identity: str, rest: "TiedRestStates", unwrapped: "TiedRestStates | None", seconds: float
+) -> Proof:
+    """Return what was proved of a tied body with springs as plain data.
 
-    rest, region = found.rest, found.region
-    undecided = hulls(rest.undecided)
-    ends = zip(undecided.low.tolist(), undecided.high.tolist(), strict=True)
+    Args:
+        identity: The id of the proof.
+        rest: What was proved in the range of eq. 5.
+        unwrapped: The same for all real θ1 and θ3, or None.
+        seconds: The time that it took.
+    """
+    wide = None
+    if unwrapped is not None:
+        wide = UnwrappedStates(end=_triple(unwrapped.end), **_tied_entries(unwrapped))
+    return Proof(
+        id=identity,
+        seconds=seconds,
+        tied_energy=tied_energy_of(rest.energy),
+        unwrapped=wide,
+        **_tied_entries(rest),
+    )
+
+
+def _tied_entries(rest: "TiedRestStates") -> dict[str, Any]:
+    """Return the fields of `ProvedStates`."""
+    region = rest.region
     return {
         "outcome": rest.outcome.value,
         "proved": rest.proved,
         "unique": rest.unique,
         "examined": rest.examined,
-        "undecided": tuple((_triple(low), _triple(high)) for low, high in ends),
+        "undecided": _hulls(rest.undecided),
+        "states": tuple(_tied_state(one) for one in rest.states),
+        "region": None if region is None else _tied_region(region, rest),
+    }
+
+
+def _tied_state(one: "TiedPoint") -> ProvedState:
+    return _state(one.point).model_copy(update={"shift": _corners(one.shift)})
+
+
+def _tied_region(region: "TiedRegion", rest: "TiedRestStates") -> ProvedRegion:
+    face = None if region.face is None else _face_name(region.face, rest.end)
+    lowest = rest.states[0].point.state.energy
+    return ProvedRegion(
+        energy=region.energy,
+        level=region.energy - lowest,
+        lower_bound=region.lower_bound,
+        attained_at=_triple(region.attained_at),
+        face=face if region.line is None else NO_LENGTH,
+        proved=rest.proved and region.energy_bound is not None,
+        energy_bound=region.energy_bound,
+    )
+
+
+def tied_energy_of(energy: "TiedEnergy") -> ProvedTiedEnergy:
+    """Return an energy of Θ and z as plain data."""
+    return ProvedTiedEnergy(
+        quadratic=energy.form.quadratic.tolist(),
+        linear=energy.form.linear.tolist(),
+        coefficients=energy.form.coefficients.tolist(),
+        stiffness=energy.stiffness.tolist(),
+        lines=tuple(
+            ProvedFreeLine(
+                weight=line.weight, offset=tuple(one.coefficients.tolist() for one in line.offset)
+            )
+            for line in energy.lines
+        ),
+    )
+
+
+def _entries(found: Found) -> dict[str, Any]:
+    """Return the fields of `ProvedStates`."""
+    rest, region = found.rest, found.region
+    return {
+        "outcome": rest.outcome.value,
+        "proved": rest.proved,
+        "unique": rest.unique,
+        "examined": rest.examined,
+        "undecided": _hulls(rest.undecided),
         "states": tuple(_state(point) for point in rest.states),
         "region": None if region is None else _region(region, rest.end),
         "regions": tuple(_minimum(one, rest.end) for one in found.regions),
     }
+
+
+def _hulls(undecided: "Boxes") -> tuple[tuple[Triple, Triple], ...]:
+    from rbstab.analysis.proof.boxes import hulls
+
+    merged = hulls(undecided)
+    ends = zip(merged.low.tolist(), merged.high.tolist(), strict=True)
+    return tuple((_triple(low), _triple(high)) for low, high in ends)
 
 
 def _state(point: "RestPoint") -> ProvedState:

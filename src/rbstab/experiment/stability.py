@@ -7,7 +7,13 @@ import numpy as np
 from rbstab.analysis.linearisation import Linearisation, linearise
 from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.proof import start_level, start_state
-from rbstab.experiment.proof_record import Proof, ProvedMinimum, ProvedState, ProvedStates
+from rbstab.experiment.proof_record import (
+    NO_LENGTH,
+    Proof,
+    ProvedMinimum,
+    ProvedState,
+    ProvedStates,
+)
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.algebra import ZERO
@@ -102,7 +108,9 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
     number = f"{count or 'no'} rest state{'s' if count > 1 else ''}"
     if proof.proved:
         every = " to be all" if count else ""
-        sentences = [f"Rest states: {number} in the range of eq. 5, proved{every} ({boxes})."]
+        lengths = " at which each spring has a length" if proof.tied_energy else ""
+        where = f"in the range of eq. 5{lengths}"
+        sentences = [f"Rest states: {number} {where}, proved{every} ({boxes})."]
     else:
         sentences = [f"Rest states: {number} found; not proved to be all: {proof.outcome}."]
     if proof.every_start and count:
@@ -117,10 +125,10 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
         )
     elif proof.globally_stable:
         sentences.append(
-            "Globally stable: proved. Every motion that stays in the range, and keeps a distance "
-            "from θ2 = ±π/2, converges to the rest state."
+            f"Globally stable: proved. Every motion that stays in the range, and keeps a distance "
+            f"from θ2 = ±π/2{and_lengths(proof)}, converges to the rest state."
         )
-    elif proof.proved and not count:
+    elif proof.proved and not count and proof.tied_energy is None:
         sentences.append("Globally stable: false; no motion that stays in the range comes to rest.")
     elif proof.unique:
         sentences.append("Globally stable: false; the only rest state is not a minimum.")
@@ -135,6 +143,11 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
     return sentences
 
 
+def and_lengths(proof: Proof) -> str:
+    """Return what else a motion must keep, as the end of a list: lengths of springs, or nothing."""
+    return " and each spring from a length of 0" if proof.tied_energy else ""
+
+
 def _region_sentences(stability: Stability) -> list[str]:
     region = stability.proof.region
     if stability.proof.every_start and stability.proof.states:
@@ -142,6 +155,8 @@ def _region_sentences(stability: Stability) -> list[str]:
     if region is None or stability.start is None:
         return ["Certified region: none."]
     where = f"on {region.face}" if region.face else "at another rest state"
+    if region.face == NO_LENGTH:
+        where = f"at {NO_LENGTH}"
     if region.lower_bound > 0:
         sentences = [
             f"Certified region: every motion with v(0) < {region.lower_bound:.6g} J converges to "
@@ -176,7 +191,7 @@ def _pass_of(region: ProvedMinimum) -> str:
 
 def _unwrapped_sentences(proof: Proof) -> list[str]:
     """Return sentences on all real θ1 and θ3."""
-    if proof.reduced_energy is None or proof.outcome == SEARCHED:
+    if not proof.has_energy or proof.outcome == SEARCHED:
         return []
     found = proof.unwrapped
     if found is None:
@@ -191,7 +206,8 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
     if proof.every_start:
         first += "; globally stable: every start with |θ2| < π/2 converges"
     elif found.globally_stable:
-        first += "; globally stable: every motion that keeps a distance from θ2 = ±π/2 converges"
+        keeps = f"keeps a distance from θ2 = ±π/2{and_lengths(proof)}"
+        first += f"; globally stable: every motion that {keeps} converges"
     sentences, region = [f"{first}."], found.region
     if region is not None and region.lower_bound > 0:
         sentences.append(

@@ -268,10 +268,10 @@ def _bare_enclosure(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
 def _enclosure_with_lines(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
     """Compute the bounds of a form with lines; terms of opposite signs are taken together."""
     radius, t = boxes.radius, form.basis(boxes.centre)
-    parts = [_at_centres(form, t, boxes)]
+    parts = [at_centres(form, t, boxes)]
     for line in form.lines:
-        s = _at_centres(line.square, t, boxes)
-        parts.append([*line.of_square(s[:3]), line.of_square(_over_boxes(s, radius))[3]])
+        s = at_centres(line.square, t, boxes)
+        parts.append([*line.of_square(s[:3]), line.of_square(over_boxes(s, radius))[3]])
     value, gradient, hessian, third = (total(part) for part in zip(*parts, strict=True))
     return Enclosure(
         radius,
@@ -285,7 +285,7 @@ def _enclosure_with_lines(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
     )
 
 
-def _at_centres(form: TrigonometricForm, t: Array, boxes: Boxes) -> list[Intervals]:
+def at_centres(form: TrigonometricForm, t: Array, boxes: Boxes) -> list[Intervals]:
     """Return a form without its lines, and its derivatives; those of order 3 over the boxes."""
     found = [known(one) for one in form.derivatives(t, boxes.centre, 3)]
     drift = np.einsum("kijl,ml->mkij", form.fourth_derivative_bound, boxes.radius)
@@ -293,7 +293,7 @@ def _at_centres(form: TrigonometricForm, t: Array, boxes: Boxes) -> list[Interva
     return found
 
 
-def _over_boxes(found: list[Intervals], radius: Array) -> list[Intervals]:
+def over_boxes(found: list[Intervals], radius: Array) -> list[Intervals]:
     """Return a function and its derivatives over boxes, by the mean value theorem.
 
     Args:

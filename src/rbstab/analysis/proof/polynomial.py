@@ -49,18 +49,28 @@ class Ring:
     """The polynomials in some angles, their sines and cosines, some lengths and some parameters.
 
     A square root of a polynomial in sines and cosines is one more variable ℓ, if there is one left:
-    ℓ² is that polynomial, its `squares` entry. Else the root is the unknown value.
+    ℓ² is that polynomial, its `squares` entry. Else the root is the unknown value. With
+    `roots_of_lengths` the polynomial may have the variables x too.
 
     Args:
         angles: The number of angles θ.
         lengths: The number of further variables x, which have no sine.
         parameters: The number of variables z in [-1, 1] that place a body in a box of bodies.
         roots: The largest number of variables ℓ.
+        roots_of_lengths: Whether ℓ² may depend on x.
     """
 
-    def __init__(self, angles: int, lengths: int, parameters: int = 0, roots: int = 0) -> None:
+    def __init__(
+        self,
+        angles: int,
+        lengths: int,
+        parameters: int = 0,
+        roots: int = 0,
+        *,
+        roots_of_lengths: bool = False,
+    ) -> None:
         self.angles, self.lengths, self.parameters = angles, lengths, parameters
-        self.roots = roots
+        self.roots, self.roots_of_lengths = roots, roots_of_lengths
         self.squares: list[Polynomial] = []
 
     @cached_property
@@ -115,7 +125,8 @@ class Ring:
         """Return the variable ℓ of the square root of a known polynomial; None if there is none."""
         for powers, _ in value.terms():
             term = self.split(powers)
-            if any(term.angles + term.lengths + term.parameters + term.roots):
+            lengths = () if self.roots_of_lengths else term.lengths
+            if any(term.angles + lengths + term.parameters + term.roots):
                 return None
         places = (k for k, square in enumerate(self.squares) if square.value == value.value)
         place = next(places, len(self.squares))

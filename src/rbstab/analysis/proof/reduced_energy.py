@@ -9,14 +9,13 @@ import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.proof.guard import Guard, exact_number, separated
-from rbstab.analysis.proof.lines.separate import separated_lines
+from rbstab.analysis.proof.lines.separate import lengths_apart, separated_lines
 from rbstab.analysis.proof.lines.shortest import NoLength
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.sliding import SlidingConnector
-from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import has_modes
 from rbstab.systems.parameters import map_parameters
@@ -47,10 +46,8 @@ class NoEnergyReason(Enum):
     NO_LENGTH = (
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )
-    FREE_LINES = (
-        "the body is not held, so the length of a spring depends on X; "
-        "`rbstab stability --search-only` looks for rest states"
-    )
+    FREE_LINES = "the body is not held, so the length of a spring depends on X"
+    BARRIER_OF_FREE_LINES = "no proof takes a barrier into account beside springs of a free body"
     LINES_OF_BODIES = "no proof for all bodies within tolerances takes a spring into account"
     BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
     OUTER_BARRIER = "no proof takes a guard of θ1 and θ3 (outer_stiffness) into account"
@@ -121,7 +118,8 @@ def _stored_energy(
     at_rest: Configurations, exact_system: ExactSystem | None, roots: int
 ) -> tuple[Polynomial, Guard | None]:
     """Return Π without barriers, in a ring with square roots, and the sum of the barriers."""
-    ring = Ring(3, at_rest.size - 3, roots=roots)
+    # The lengths of lines depend on X too if the body is free.
+    ring = Ring(3, at_rest.size - 3, roots=roots, roots_of_lengths=not at_rest.held)
     if exact_system is None:
         exact = map_parameters(at_rest.system, lambda _, value: ring.constants(value))
     else:
@@ -145,14 +143,12 @@ def _guard(barriers: Sequence[Barrier]) -> Guard | None:
 def _reduced(at_rest: Configurations, energy: Polynomial, guard: Guard | None) -> ReducedEnergy:
     """Return the reduced energy of a stored energy and a barrier."""
     if not energy.known:
-        springs = any(isinstance(element, Spring) for element in at_rest.system.elements)
-        free = springs and not at_rest.held
-        raise NoReducedEnergy(
-            NoEnergyReason.FREE_LINES if free else NoEnergyReason.NOT_TRIGONOMETRIC
-        )
-    reduced, minimizer = eliminated(energy)
+        raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
     try:
-        plain, lines = separated_lines(reduced)
+        if not at_rest.held:
+            energy = _without_lengths(energy)
+        reduced, minimizer = eliminated(energy)
+        plain, lines = separated_lines(reduced) if at_rest.held else (reduced, ())
         return ReducedEnergy(
             at_rest,
             replace(form_of(plain), guard=guard, lines=lines),
@@ -162,6 +158,14 @@ def _reduced(at_rest: Configurations, energy: Polynomial, guard: Guard | None) -
         raise NoReducedEnergy(NoEnergyReason.NO_LENGTH) from error
     except NotTrigonometric as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
+
+
+def _without_lengths(energy: Polynomial) -> Polynomial:
+    """Return the energy of a free body whose springs have no rest length: it is quadratic in X."""
+    plain, weights = lengths_apart(energy)
+    if any(weights):
+        raise NoReducedEnergy(NoEnergyReason.FREE_LINES)
+    return plain
 
 
 def reject_switching(system: System) -> None:
@@ -186,7 +190,7 @@ def eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:
     bare = energy.length_coefficient()
     if not lengths:
         return bare, []
-    compliance = _inverse_stiffness(energy)
+    compliance = inverse_stiffness(energy)
     b = [energy.length_coefficient(i) for i in lengths]
     minimizer = [-sum((b[j] * compliance[i][j] for j in lengths), start=0 * bare) for i in lengths]
     # Π(Θ, x*) = Π(Θ, 0) + ½ b'x*, because b + Hx* = 0.
@@ -194,7 +198,7 @@ def eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:
     return reduced, minimizer
 
 
-def _inverse_stiffness(energy: Polynomial) -> list[list[Polynomial]]:
+def inverse_stiffness(energy: Polynomial) -> list[list[Polynomial]]:
     """Return H⁻¹, whose entries are constants."""
     from flint import fmpq_mat  # imported late, as in `polynomial`
 

@@ -65,15 +65,26 @@ def unwrapped_end(form: TrigonometricForm) -> Array | None:
     None if k is not positive definite.
     """
     form = replace(form, guard=None)
+    return confined_end(form, _steepest(form), form.largest)
+
+
+def confined_end(form: TrigonometricForm, steepest: Array, largest: float) -> Array | None:
+    """Return the largest |Θ| of a box that contains all rest states, as `unwrapped_end` does.
+
+    Args:
+        form: U; only its quadratic part and its value are used.
+        steepest: Bounds on the slopes of the rest of the energy by θ1 and θ3, shape (2,), J/rad.
+        largest: A bound on its magnitude, J; not more than an estimate.
+    """
     compliance = _compliance(form.quadratic[np.ix_([0, 2], [0, 2])])
     if compliance is None:
         return None
     turned = np.abs(form.quadratic[[0, 2], 1]) * RANGE_END[1]
-    load = np.abs(form.linear[[0, 2]]) + turned + _steepest(form)
+    load = np.abs(form.linear[[0, 2]]) + turned + steepest
     bound = compliance @ load * MARGIN
     # Wide enough that U is higher there than at θ2 = ±π/2; this needs no proof.
     top = form.value(np.array([[0.0, sign * np.pi / 2, 0.0] for sign in (-1, 1)])).max()
-    height = max(0.0, float(top)) + form.largest
+    height = max(0.0, float(top)) + largest
     climb = np.sqrt(2.0 * height * np.diag(compliance))
     first, third = np.maximum(np.maximum(bound, climb), PI)
     return np.array([first, RANGE_END[1], third])

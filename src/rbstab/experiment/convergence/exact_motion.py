@@ -97,7 +97,7 @@ def convergence_at_start(config: Config, problem: Problem, proof: Proof | None) 
     if refused is not None:
         return refused
     assert proof is not None
-    if proof.reduced_energy is None:
+    if not proof.has_energy:
         return _by_older_proof(problem, proof)
     with proof_precision():
         start = _exact_start(config, problem)

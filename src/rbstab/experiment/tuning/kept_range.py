@@ -89,10 +89,11 @@ def unguarded(config: Config) -> Unguarded:
     """
     problem = problem_of(config)
     proof = prove(config, problem)
+    lines = proof.reduced_energy is not None and proof.reduced_energy.form.lines
+    if lines or proof.tied_energy is not None:
+        raise NotDecidedError("a soft guard beside springs has no proof")
     if proof.reduced_energy is None:
         raise NotDecidedError(proof.outcome)
-    if proof.reduced_energy.form.lines:
-        raise NotDecidedError("a soft guard beside springs has no proof")
     border = border_of_pitch(proof.reduced_energy.form)
     if border is None:
         raise NotDecidedError("θ1 and θ3 have no bound that is small enough for a proof")

@@ -9,10 +9,11 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.proof import PROOF_VERSION, Proof, proof_id
-from rbstab.experiment.proof_record import energy_of
+from rbstab.experiment.proof_record import energy_of, tied_energy_of
 from rbstab.experiment.switching_record import smooth_rest_system
 
 if TYPE_CHECKING:
+    from rbstab.analysis.proof.reduced_energy import ExactSystem
     from rbstab.analysis.proof_check.findings import Finding
 
 CONFIG = "the config"
@@ -49,13 +50,15 @@ def verify(
     """
     from rbstab.analysis.proof_check.checker import check
     from rbstab.analysis.proof_check.findings import IN_RANGE, Finding
+    from rbstab.analysis.proof_check.tied.checker import check_tied
 
-    if proof.reduced_energy is None:
+    if not proof.has_energy:
         text = "The file has no reduced energy U. Make the proof again with `rbstab stability`."
         if not proof.states:
             text = f"There is no proof: {proof.outcome}."
         return Verification([Finding(IN_RANGE, "energy", False, text)], [])
-    findings = check(proof.model_dump(mode="json"), progress)
+    checked_by = check if proof.reduced_energy else check_tied
+    findings = checked_by(proof.model_dump(mode="json"), progress)
     if config is not None:
         findings = [*_config_findings(proof, config), *findings]
     return Verification(findings, list(_unchecked(proof, config)))
@@ -64,8 +67,7 @@ def verify(
 def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
     from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
-    from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
-    from rbstab.analysis.proof_check.equations import agrees_with_equations
+    from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
     from rbstab.analysis.proof_check.findings import Finding
 
     same_id = proof.id in {proof_id(config, version) for version in range(2, PROOF_VERSION + 1)}
@@ -89,25 +91,48 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     elif not damped:
         text = "No stabilizers damp every motion."
     yield Finding(CONFIG, "hypotheses", indefinite is None and damped, text)
-    exact, stored = partial(system_of, config), proof.reduced_energy
-    assert stored is not None
     try:
-        found = reduced_energy(smooth_rest_system(problem_of(config)), exact).form
+        compare = _same_energy if proof.reduced_energy else _same_tied_energy
+        same = compare(proof, config, partial(system_of, config))
     except NoReducedEnergy as error:
         yield Finding(CONFIG, "energy", False, f"The config has no reduced energy: {error}.")
         return
-    same = energy_of(found).model_dump() == stored.model_dump()
-    same = same and agrees_with_equations(stored.model_dump(mode="json"), exact)
-    text = "The energy U of the proof is that of the config: all its coefficients agree."
+    name = "U" if proof.reduced_energy else "W"
+    text = f"The energy {name} of the proof is that of the config: all its coefficients agree."
     if not same:
-        text = "The energy U of the proof is not that of the config."
+        text = f"The energy {name} of the proof is not that of the config."
     yield Finding(CONFIG, "energy", same, text)
+
+
+def _same_energy(proof: Proof, config: Config, exact: "ExactSystem") -> bool:
+    """Return whether U of a proof is that of a config."""
+    from rbstab.analysis.proof.reduced_energy import reduced_energy
+    from rbstab.analysis.proof_check.equations import agrees_with_equations
+
+    stored = proof.reduced_energy
+    assert stored is not None
+    found = reduced_energy(smooth_rest_system(problem_of(config)), exact).form
+    same = energy_of(found).model_dump() == stored.model_dump()
+    return same and agrees_with_equations(stored.model_dump(mode="json"), exact)
+
+
+def _same_tied_energy(proof: Proof, config: Config, exact: "ExactSystem") -> bool:
+    """Return whether W of a proof is that of a config."""
+    from rbstab.analysis.proof.tied.energy import tied_energy
+    from rbstab.analysis.proof_check.tied.equations import agrees_with_tied_equations
+
+    stored = proof.tied_energy
+    assert stored is not None
+    found = tied_energy(smooth_rest_system(problem_of(config)), exact)
+    same = tied_energy_of(found).model_dump() == stored.model_dump()
+    return same and agrees_with_tied_equations(stored.model_dump(mode="json"), exact)
 
 
 def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:
     """Yield what was not checked, as sentences."""
     if config is None:
-        yield "The energy U was not compared with a config; use --config CONFIG."
+        name = "U" if proof.reduced_energy else "W"
+        yield f"The energy {name} was not compared with a config; use --config CONFIG."
     wide = proof.unwrapped
     if not proof.proved:
         yield "The proof does not claim to list all rest states in the range of eq. 5."

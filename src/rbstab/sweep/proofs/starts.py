@@ -176,7 +176,7 @@ def _whole_bound(proof: Proof, states: ProvedStates) -> float:
         return np.inf
     if region is None:
         return -np.inf
-    if proof.reduced_energy is None:
+    if not proof.has_energy:
         energy = states.states[0].energy
         return region.lower_bound + energy - ROUND_OFF * (abs(region.lower_bound) + abs(energy))
     return -np.inf if region.energy_bound is None else region.energy_bound

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from support.held_springs import R, energy_of, held_system, length_of, random_springs
 
 from rbstab.analysis.proof.boxes import Boxes
-from rbstab.analysis.proof.enclosure import _at_centres, _over_boxes, enclosure
+from rbstab.analysis.proof.enclosure import at_centres, enclosure, over_boxes
 from rbstab.analysis.proof.least_value import lower_bounds, upper_bounds
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
@@ -79,7 +79,7 @@ def test_derivatives_at_points_contain_those_of_the_length(seed):
 
 @settings(max_examples=8, deadline=None)
 @given(seeds)
-def test_bounds_over_boxes_contain_the_energy_of_the_body(seed):
+def test_boundsover_boxes_contain_the_energy_of_the_body(seed):
     """With two springs; near the least length of a spring, its derivatives are large."""
     rng = np.random.default_rng(seed)
     springs = random_springs(rng, 2)
@@ -137,8 +137,8 @@ def test_a_function_over_boxes_contains_its_values():
     rng = np.random.default_rng(0)
     centre, radius = rng.uniform(-3, 3, size=(50, 3)), np.full((50, 3), 0.05)
     boxes = Boxes(centre - radius, centre + radius)
-    at_centres = _at_centres(wave, wave.basis(boxes.centre), boxes)
-    over = _over_boxes(at_centres, boxes.radius)
+    found = at_centres(wave, wave.basis(boxes.centre), boxes)
+    over = over_boxes(found, boxes.radius)
     for end in (boxes.low, boxes.high):
         exact = [part.values for part in wave.derivatives(wave.basis(end), end, 3)]
         for part, values in zip(over, exact, strict=True):

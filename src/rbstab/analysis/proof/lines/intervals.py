@@ -56,6 +56,20 @@ class Intervals:
         radius = a * other.radius + self.radius * b + self.radius * other.radius
         return _wider(self.middle * other.middle, radius)
 
+    def __neg__(self) -> "Intervals":
+        return Intervals(-self.middle, self.radius)
+
+    def square(self) -> "Intervals":
+        """Return x²: no number below zero."""
+        most = self.size
+        least = np.maximum(np.maximum(self.low, -self.high), 0.0)
+        return between(least * least * (1 - ROUNDING), most * most * (1 + ROUNDING))
+
+    def sum(self, axis: int) -> "Intervals":
+        """Return the sum along an axis of at most six entries."""
+        rounding = ROUNDING * np.abs(self.middle).sum(axis)
+        return _wider(self.middle.sum(axis), self.radius.sum(axis) + rounding)
+
     def negative_power(self, exponent: int) -> "Intervals":
         """Return x^(-exponent/2) of positive numbers x; an entry that may be zero has no bound.
 

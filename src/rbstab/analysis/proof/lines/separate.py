@@ -19,7 +19,7 @@ demands."""
 def separated_lines(energy: Polynomial) -> tuple[Polynomial, tuple[Line, ...]]:
     """Return an energy without its lengths, and the lines whose lengths it has.
 
-    Even powers of a length are replaced by those of its square. Each line in the ring must have a
+    Each line in the ring must have a
     length at each attitude, also one of weight 0 (a spring without a rest length): its force has
     the direction of the line.
 
@@ -29,14 +29,20 @@ def separated_lines(energy: Polynomial) -> tuple[Polynomial, tuple[Line, ...]]:
         NoLength: A line may have no length.
     """
     ring = energy.ring
-    plain, weights = _parts(energy)
+    plain, weights = lengths_apart(energy)
     squares = [_trimmed(form_of(square)) for square in ring.squares]
     pairs = zip(weights, squares, strict=True)
     return plain, tuple(line_of(float(weight), square) for weight, square in pairs)
 
 
-def _parts(energy: Polynomial) -> tuple[Polynomial, list[Fraction]]:
-    """Return the energy without lengths, and the factor of each length."""
+def lengths_apart(energy: Polynomial) -> tuple[Polynomial, list[Fraction]]:
+    """Return an energy without its lengths, and the factor of each of them.
+
+    Even powers of a length are replaced by those of its square.
+
+    Raises:
+        NotTrigonometric: A length is multiplied by another one, or by a variable.
+    """
     ring = energy.ring
     plain = ring.constant(0)
     weights = [Fraction(0)] * len(ring.squares)

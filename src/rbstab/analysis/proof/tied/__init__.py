@@ -1,0 +1,1 @@
+"""Proofs for a body with springs that is not held: functions of Θ and of its position."""

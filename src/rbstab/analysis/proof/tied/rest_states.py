@@ -1,0 +1,142 @@
+"""The rest states of a tied body with springs, in one range of Θ, with the region of the lowest."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around
+from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+from rbstab.analysis.proof.rest_states import RestPoint
+from rbstab.analysis.proof.tied.bounds import Pose
+from rbstab.analysis.proof.tied.energy import TiedEnergy
+from rbstab.analysis.proof.tied.region import TiedRegion, tied_region
+from rbstab.analysis.proof.tied.search import (
+    ANGLES,
+    BOX_LIMIT,
+    SHIFT,
+    TiedZero,
+    part,
+    prove,
+    scale_of,
+)
+from rbstab.analysis.proof.unwrapped import BOX_LIMIT_WITH_LINES, MAX_END, confined_end
+from rbstab.analysis.rest_state import rest_state_at
+from rbstab.mechanics.numbers import Array
+
+STARTS = 60
+"""The number of points from which Newton's method looks for rest states first."""
+
+
+@dataclass(frozen=True, eq=False)
+class TiedPoint:
+    """A rest state, and the box of z that belongs to its enclosure."""
+
+    point: RestPoint
+    shift: Boxes
+
+
+@dataclass(frozen=True, eq=False)
+class TiedRestStates:
+    """The rest states of a tied body with springs, from the lowest energy to the highest.
+
+    undecided are the boxes of Θ, over any z, that may have further rest states. end is the largest
+    |Θ|, shape (3,), rad. examined counts the boxes of the search alone.
+    """
+
+    energy: TiedEnergy
+    states: tuple[TiedPoint, ...]
+    undecided: Boxes
+    examined: int
+    outcome: SearchOutcome
+    region: TiedRegion | None
+    end: Array
+
+    @property
+    def proved(self) -> bool:
+        """Whether these are proved to be all rest states at which each spring has a length."""
+        return self.outcome is SearchOutcome.PROVED
+
+    @property
+    def unique(self) -> bool | None:
+        """Whether there is exactly one; None if neither answer is proved."""
+        if len(self.states) > 1:
+            return False
+        return len(self.states) == 1 if self.proved else None
+
+
+def tied_rest_states(
+    energy: TiedEnergy, end: Array = RANGE_END, box_limit: int = BOX_LIMIT
+) -> TiedRestStates:
+    """Prove the rest states with -end <= Θ <= end, and the region of the lowest.
+
+    Args:
+        energy: W.
+        end: The largest |Θ|, shape (3,), rad.
+        box_limit: The number of boxes at which each search stops.
+    """
+    energy = replace(energy, form=replace(energy.form, reach=max(energy.form.reach, *end)))
+    found = prove(energy, _starts(end), end, box_limit)
+    # After the limit of boxes, undecided boxes cover most of the range, and no region is left.
+    stopped = found.outcome is SearchOutcome.BOX_LIMIT
+    region = None if stopped else tied_region(energy, found, end, box_limit)
+    points = sorted(
+        (_point(energy, zero) for zero in found.zeros), key=lambda one: one.point.state.energy
+    )
+    return TiedRestStates(
+        energy,
+        tuple(points),
+        part(found.undecided, ANGLES),
+        found.examined,
+        found.outcome,
+        region,
+        end,
+    )
+
+
+def unwrapped_tied_states(
+    energy: TiedEnergy, box_limit: int = BOX_LIMIT_WITH_LINES
+) -> TiedRestStates | None:
+    """Prove the rest states with |θ2| < π/2 and any θ1 and θ3; None without bounds for them."""
+    end = tied_end(energy)
+    if end is None or not np.all(end < MAX_END):
+        return None
+    return tied_rest_states(energy, end, box_limit)
+
+
+def tied_end(energy: TiedEnergy) -> Array | None:
+    """Return the largest |Θ| of a box that contains all rest states, as `unwrapped_end` does.
+
+    The slope of a line's energy is w u'∂r/∂θ_i, at most |w| |∂r/∂θ_i|.
+    """
+    steepest, largest = energy.form.steepest[[0, 2]], energy.form.largest
+    z = float(np.linalg.norm(scale_of(energy)[SHIFT]))
+    for line in energy.lines:
+        slopes = np.array([form.trigonometric_bound(1)[[0, 2]] for form in line.offset])
+        sizes = [float(form.trigonometric_bound(0)) for form in line.offset]
+        steepest = steepest + abs(line.weight) * np.sqrt((slopes**2).sum(axis=0)) * (1 + 1e-12)
+        largest += abs(line.weight) * (z + float(np.linalg.norm(sizes)))
+    return confined_end(energy.form, steepest * (1 + 1e-12), largest)
+
+
+def _starts(end: Array) -> list[Array]:
+    rng = np.random.default_rng(0)
+    angles = [np.zeros(3), *rng.uniform(-end, end, size=(STARTS, 3))]
+    return [np.concatenate([Theta, np.zeros(3)]) for Theta in angles]
+
+
+def _point(energy: TiedEnergy, zero: TiedZero) -> TiedPoint:
+    q = energy.configuration(zero.y[ANGLES], zero.y[SHIFT])
+    state = rest_state_at(energy.configurations, q)
+    index = zero.index
+    if index is None:
+        index = _computed_index(energy, zero.y)
+    box, proved = part(zero.enclosure, ANGLES), zero.index is not None
+    point = RestPoint(state, index, box, proved=True, index_proved=proved)
+    return TiedPoint(point, part(zero.enclosure, SHIFT))
+
+
+def _computed_index(energy: TiedEnergy, y: Array) -> int:
+
+    Theta = box_around(y[ANGLES], 0.0)
+    hessian = Pose(energy, Theta).at(y[np.newaxis, SHIFT]).hessian.middle[0]
+    return int(np.sum(np.linalg.eigvalsh(hessian) < 0))

@@ -1,0 +1,272 @@
+"""All rest states of a tied body with springs, by branch and bound over Θ and z.
+
+At a rest state z = -S⁻¹Σ w_j u_j with unit vectors u_j. So z is in a box that is known, and this
+equation narrows the part of it that belongs to a box of Θ. What is left is tested as in
+`branch_and_bound`, in six variables.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around, joined
+from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+from rbstab.analysis.proof.index import proved_index
+from rbstab.analysis.proof.tied.bounds import Pose
+from rbstab.analysis.proof.tied.energy import TiedEnergy
+from rbstab.analysis.proof.tied.krawczyk import Image, image, inverses
+from rbstab.mechanics.numbers import Array
+
+BATCH = 512
+"""Number of boxes examined at once."""
+
+BOX_LIMIT = 300_000
+"""The number of boxes at which a search stops."""
+
+MIN_RADIUS = 1e-7
+"""rad, and the same part of the box of z: narrower boxes are not halved again."""
+
+NARROWINGS = 3
+"""The number of times that z is narrowed before a box is tested."""
+
+MAX_STARTS = 32
+"""The maximum number of boxes of a batch from which Newton's method is started."""
+
+NEWTON_STEPS = 40
+CONVERGED_STEP = 1e-9
+RADII = np.geomspace(1e-14, 2.0, 120)
+"""The radii of the boxes that are tried about a zero, relative to the scale of each variable."""
+
+ANGLES, SHIFT = slice(0, 3), slice(3, 6)
+
+
+@dataclass(frozen=True, eq=False)
+class TiedZero:
+    """A zero of ∇W, at y = [Θ, z]: exactly one is in `enclosure`, and no other one is in `domain`.
+
+    Both boxes have six variables and contain y, the zero to round-off. index is the number of
+    negative eigenvalues of the Hessian in all of the enclosure; None if that is not proved.
+    """
+
+    y: Array
+    enclosure: Boxes
+    domain: Boxes
+    index: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class TiedZeros:
+    """The zeros of ∇W with Θ in a box at which each line has a length.
+
+    undecided are boxes of six variables that may contain further zeros.
+    """
+
+    zeros: tuple[TiedZero, ...]
+    undecided: Boxes
+    examined: int
+    outcome: SearchOutcome
+
+
+@dataclass
+class _Search:
+    energy: TiedEnergy
+    scale: Array
+    zeros: list[TiedZero] = field(default_factory=list)
+    ambiguous: list[Boxes] = field(default_factory=list)
+    failed: list[Array] = field(default_factory=list)
+
+    def add_zeros_near(self, starts: Iterable[Array]) -> None:
+        """Add the zeros to which Newton's method leads, if they are not known yet."""
+        for start in starts:
+            y = newton(self.energy, start)
+            if y is None or self._is_known(y):
+                continue
+            zero = isolated_zero(self.energy, y, self.scale)
+            if zero is None:
+                self.failed.append(y)
+            elif any(zero.enclosure.within(other.domain)[0] for other in self.zeros):
+                continue  # the same zero
+            elif any(zero.enclosure.intersects(other.enclosure)[0] for other in self.zeros):
+                self.ambiguous.append(zero.enclosure)
+            else:
+                self.zeros.append(zero)
+
+    def _is_known(self, y: Array) -> bool:
+        point = Boxes(y[np.newaxis], y[np.newaxis])
+        known = any(point.within(zero.domain)[0] for zero in self.zeros)
+        return known or any(
+            np.abs((y - other) / self.scale).max() < 10 * CONVERGED_STEP for other in self.failed
+        )
+
+    def outside_domains(self, boxes: Boxes) -> Array:
+        """Return whether each box is not part of the domain of a known zero."""
+        left = np.ones(len(boxes), dtype=bool)
+        for zero in self.zeros:
+            left &= ~boxes.within(zero.domain)
+        return left
+
+    def examine(self, boxes: Boxes) -> tuple[Boxes, Array]:
+        """Return what may contain an unknown zero, and the axis along which to cut each box."""
+        boxes = boxes[self.outside_domains(boxes)]
+        pose = Pose(self.energy, part(boxes, ANGLES))
+        boxes, left = narrowed(pose, boxes)
+        boxes, pose = boxes[left], pose[left]
+        if not len(boxes):
+            return boxes, np.zeros(0, dtype=int)
+        found = image_of(pose, boxes)
+        small = found.box
+        left = np.all(small.low <= small.high, axis=1)
+        near = left & np.all(np.abs(found.step.middle) <= 2 * boxes.radius, axis=1)
+        self.add_zeros_near(boxes.centre[near][:MAX_STARTS])
+        left &= self.outside_domains(small)
+        small, residual = small[left], found.residual[left]
+        return small, self._axes(small, residual)
+
+    def _axes(self, boxes: Boxes, residual: Array) -> Array:
+        """Return the axis that adds most to |I - YH|δ, if this is known; else the widest."""
+        relative = boxes.radius / self.scale
+        smear = np.einsum("mij,i->mj", residual, 1 / self.scale) * boxes.radius
+        usable = np.all(np.isfinite(smear), axis=1)
+        return np.where(usable, smear.argmax(axis=1), relative.argmax(axis=1))
+
+
+def scale_of(energy: TiedEnergy) -> Array:
+    """Return 1 rad for each angle, and bounds on |z_i| at all rest states, shape (6,), m.
+
+    |z_i| = |Σ w_j (S⁻¹u_j)_i| is at most the norm of a row of S⁻¹ times Σ |w_j|.
+    """
+    pull = sum(abs(line.weight) for line in energy.lines)
+    rows = np.sqrt((energy.compliance**2).sum(axis=1))
+    return np.concatenate([np.ones(3), rows * pull * (1 + 1e-12)])
+
+
+def part(boxes: Boxes, entries: slice) -> Boxes:
+    """Return some axes of boxes."""
+    return Boxes(boxes.low[:, entries], boxes.high[:, entries])
+
+
+def narrowed(pose: Pose, boxes: Boxes, *, angles: bool = True) -> tuple[Boxes, Array]:
+    """Narrow z in boxes; return them, and whether each may have a rest state.
+
+    Args:
+        pose: That of the boxes.
+        boxes: The boxes of six variables.
+        angles: Whether ∂W/∂Θ must be zero too, or ∂W/∂z alone.
+    """
+    entries = slice(0 if angles else SHIFT.start, None)
+    low, high = boxes.low.copy(), boxes.high.copy()
+    left = np.ones(len(boxes), dtype=bool)
+    for _ in range(NARROWINGS):
+        bounds = pose.within(Boxes(low[:, SHIFT], high[:, SHIFT]))
+        shift, gradient = bounds.shift, bounds.gradient[:, entries]
+        low[:, SHIFT] = np.fmax(low[:, SHIFT], shift.low)
+        high[:, SHIFT] = np.fmin(high[:, SHIFT], shift.high)
+        left &= np.all(low <= high, axis=1) & ~bounds.unbalanced
+        left &= ~np.any((gradient.low > 0) | (gradient.high < 0), axis=1)
+        # An empty box stays as it was: it is left out.
+        empty = ~np.all(low <= high, axis=1)
+        low[empty], high[empty] = boxes.low[empty], boxes.high[empty]
+    return Boxes(low, high), left
+
+
+def image_of(pose: Pose, boxes: Boxes) -> Image:
+    """Return the image of boxes in six variables; the pose belongs to the same boxes of Θ."""
+    z = part(boxes, SHIFT)
+    at_centre, over = pose.at(z.centre), pose.within(z)
+    return image(boxes, at_centre.gradient, at_centre.hessian.middle, over.hessian)
+
+
+def newton(energy: TiedEnergy, start: Array) -> Array | None:
+    """Return the zero of ∇W to which Newton's method leads from a point, or None."""
+    y, last = start.copy(), np.inf
+    for _ in range(NEWTON_STEPS):
+        bounds = Pose(energy, _point(y[ANGLES])).at(y[np.newaxis, SHIFT])
+        gradient, hessian = bounds.gradient.middle, bounds.hessian.middle
+        step = (inverses(hessian) @ gradient[0])[0]
+        last = float(np.abs(step).max())
+        if not np.isfinite(last):
+            return None
+        y = y - step * min(1.0, 0.5 / max(last, 1e-300))
+        if np.abs(y[ANGLES]).max() > energy.form.reach:
+            return None
+        if last < 1e-14:
+            break
+    return y if last < CONVERGED_STEP else None
+
+
+def isolated_zero(energy: TiedEnergy, y: Array, scale: Array) -> TiedZero | None:
+    """Prove that a zero near a point exists, and that it is the only one in a box about it."""
+    boxes = joined([box_around(y, radius * scale) for radius in RADII])
+    pose = Pose(energy, part(boxes, ANGLES))
+    found = image_of(pose, boxes)
+    unique = found.at_most_one_zero
+    exactly_one = np.flatnonzero(unique & found.at_least_one_zero)
+    if not len(exactly_one):
+        return None
+    first, widest = exactly_one[0], np.flatnonzero(unique)[-1]
+    hessian = pose.within(part(boxes, SHIFT)).hessian[first]
+    return TiedZero(
+        y,
+        boxes[first : first + 1],
+        boxes[widest : widest + 1],
+        proved_index(hessian.middle, hessian.radius),
+    )
+
+
+def prove(
+    energy: TiedEnergy,
+    starts: Iterable[Array] = (),
+    end: Array = RANGE_END,
+    box_limit: int = BOX_LIMIT,
+) -> TiedZeros:
+    """Enclose every zero of ∇W with -end <= Θ <= end at which each line has a length.
+
+    Args:
+        energy: W.
+        starts: Points [Θ, z] from which Newton's method is started; they only save time.
+        end: The largest |Θ|, shape (3,), rad.
+        box_limit: The number of boxes at which the search stops.
+    """
+    scale = scale_of(energy)
+    search = _Search(energy, scale)
+    with np.errstate(all="ignore"):
+        search.add_zeros_near(starts)
+        whole = np.concatenate([end, scale[SHIFT]])
+        pending, undecided, examined = Boxes(-whole[np.newaxis], whole[np.newaxis]), [], 0
+        while len(pending) and examined < box_limit:
+            batch, pending = pending[-BATCH:], pending[:-BATCH]
+            examined += len(batch)
+            left, axis = search.examine(batch)
+            small = (left.radius / scale).max(axis=1, initial=0.0) < MIN_RADIUS
+            undecided.append(left[small])
+            pending = joined([pending, left[~small].halves(axis[~small])])
+    remaining = joined([_nothing(), pending, *undecided])
+    remaining = remaining[search.outside_domains(remaining)]
+    return _classified(search, remaining, examined, end, stopped=bool(len(pending)))
+
+
+def _classified(
+    search: _Search, undecided: Boxes, examined: int, end: Array, *, stopped: bool
+) -> TiedZeros:
+    whole = Boxes(-end[np.newaxis], end[np.newaxis])
+    inside, unclear = [], [undecided, *search.ambiguous]
+    for zero in search.zeros:
+        Theta = part(zero.enclosure, ANGLES)
+        if Theta.within(whole)[0]:
+            inside.append(zero)
+        elif Theta.intersects(whole)[0]:
+            unclear.append(zero.enclosure)
+    left = joined(unclear)
+    outcome = SearchOutcome.UNDECIDED if len(left) else SearchOutcome.PROVED
+    if stopped:
+        outcome = SearchOutcome.BOX_LIMIT
+    return TiedZeros(tuple(inside), left, examined, outcome)
+
+
+def _nothing() -> Boxes:
+    return Boxes(np.zeros((0, 6)), np.zeros((0, 6)))
+
+
+def _point(Theta: Array) -> Boxes:
+    return Boxes(Theta[np.newaxis], Theta[np.newaxis])

@@ -1,0 +1,143 @@
+"""Check a proof for a tied body with springs: `docs/proofs.md`, theorem 12.
+
+From the proof come only its claims: the energy W, the enclosures of the rest states, their indices,
+and the bound of the region. All the rest is computed here anew, in balls of 128 bits.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from flint import arb, ctx
+
+from rbstab.analysis.proof_check.boxes import Box, box_between, shown, within
+from rbstab.analysis.proof_check.checker import FARTHEST_END, PLACE_LIMIT, PRECISION
+from rbstab.analysis.proof_check.cover import cover
+from rbstab.analysis.proof_check.energy import TooLongError
+from rbstab.analysis.proof_check.findings import (
+    IN_RANGE,
+    UNWRAPPED,
+    Finding,
+    Range,
+    range_with,
+)
+from rbstab.analysis.proof_check.tied.energy import TiedEnergy
+from rbstab.analysis.proof_check.tied.regions import check_region
+from rbstab.analysis.proof_check.tied.rest_states import (
+    TiedState,
+    domain,
+    faults,
+    no_zero,
+    tied_states,
+)
+
+
+def check_tied(
+    proof: Mapping[str, Any], progress: Callable[[Finding], None] = lambda _: None
+) -> list[Finding]:
+    """Check the rest states of a proof and its region, for both ranges of Θ.
+
+    Args:
+        proof: A proof as plain data, with `tied_energy`.
+        progress: Called with each finding as soon as it is made.
+
+    Returns:
+        The findings. The proof is verified if all of them are.
+    """
+    findings = list[Finding]()
+    with ctx.workprec(PRECISION):
+        try:
+            W = TiedEnergy(proof["tied_energy"])
+            for finding in _all_findings(W, proof):
+                findings.append(finding)
+                progress(finding)
+        except TooLongError as error:
+            about = findings[-1].about if findings else IN_RANGE
+            findings.append(Finding(about, "time", False, f"{error}."))
+        except ValueError as error:
+            findings.append(Finding(IN_RANGE, "energy", False, f"{error}."))
+    return findings
+
+
+def _all_findings(W: TiedEnergy, proof: Mapping[str, Any]) -> Iterator[Finding]:
+    yield from _findings(W, proof, range_with(IN_RANGE, (arb.pi(), arb.pi() / 2, arb.pi())))
+    wide = proof["unwrapped"]
+    if wide is None:
+        return
+    first, third = arb(wide["end"][0]), arb(wide["end"][2])
+    range_ = range_with(UNWRAPPED, (first, arb.pi() / 2, third))
+    confined = _confined(W, range_)
+    yield confined
+    if confined.verified:
+        yield from _findings(W, wide, range_)
+    if wide.get("every_start"):
+        text = "A spring may lose its length, so that every start converges is not shown."
+        yield Finding(UNWRAPPED, "every start", False, text)
+
+
+def _confined(W: TiedEnergy, range_: Range) -> Finding:
+    """Check by theorem 6 that there is no rest state beyond the ends of θ1 and θ3."""
+    bound, (first, _, third) = W.U.confinement(), range_.ends
+    near = first < FARTHEST_END and third < FARTHEST_END
+    verified = near and bound is not None and bool(bound[0] < first) and bool(bound[1] < third)
+    text = f"All of them have |θ1| < {float(first):.5g} and |θ3| < {float(third):.5g} rad"
+    text = f"{text}." if verified else f"{text}: this could not be confirmed."
+    return Finding(range_.name, "ends", verified, text)
+
+
+def _findings(W: TiedEnergy, claims: Mapping[str, Any], range_: Range) -> Iterator[Finding]:
+    """Check the claims on one range."""
+    name = "rest states"
+    if sum(len(claims[key]) for key in ("states", "undecided", "regions")) > PLACE_LIMIT:
+        text = f"There are more than {PLACE_LIMIT} rest states and boxes: too many to check."
+        yield Finding(range_.name, name, False, text)
+        return
+    states = tied_states(claims)
+    wrong = list(faults(W, states, range_)) or _miscounts(claims, states)
+    text = f"{len(states)} of {len(claims['states'])} are isolated, each in its enclosure."
+    yield Finding(range_.name, name, not wrong, " ".join(wrong) or text)
+    region = claims["region"]
+    has_bound = region is not None and region["energy_bound"] is not None
+    # All that follows builds on the rest states.
+    if wrong or not (claims["proved"] or has_bound):
+        return
+    boxes = [box_between(corners) for corners in claims["undecided"]]
+    undecided = {f"undecided box {n}": box for n, box in enumerate(boxes, start=1)}
+    others = _others(W, states, undecided, range_)
+    yield others
+    if others.verified and has_bound and states:
+        yield check_region(W, region, states, undecided, range_)
+
+
+def _miscounts(claims: Mapping[str, Any], states: list[TiedState]) -> list[str]:
+    """Return what is wrong with the claims on the number of rest states."""
+    if claims["regions"]:
+        return ["Regions of single minima are not proved for a tied body with springs."]
+    if len(states) != len(claims["states"]):
+        return ["Not each of the rest states is proved."]
+    if claims["proved"] and claims["undecided"]:
+        return ["The rest states are said to be all, but some boxes are undecided."]
+    expected = len(states) == 1 if claims["proved"] else False if len(states) > 1 else None
+    if claims["unique"] != expected:
+        return ["Whether there is one rest state does not follow from those that are listed."]
+    return []
+
+
+def _others(
+    W: TiedEnergy, states: list[TiedState], undecided: Mapping[str, Box], range_: Range
+) -> Finding:
+    """Cover a range by boxes of Θ that have no rest state but those listed."""
+    places = [domain(W, state) for state in states]
+
+    def reason(box: Box) -> str | None:
+        for number, one in enumerate(undecided.values(), start=1):
+            if within(box, one):
+                return f"u{number}"
+        return "z" if no_zero(W, box, places) else None
+
+    found = cover(range_.box, reason)
+    outside = f" outside of {len(undecided)} undecided boxes" if undecided else ""
+    text = f"There is no other{outside}."
+    if found.open is not None:
+        text = f"The box {shown(found.open)} may contain one that is not listed."
+    claim = "no other rest state"
+    return Finding(range_.name, claim, found.open is None, text, {"range": found})

@@ -1,0 +1,78 @@
+"""Compare the energy W of a proof with the equations of a system, at some points.
+
+As in `equations`, values of the stored energy in balls are all that is used. W counts z from X*(Θ),
+which follows from a line: its end is X + A p - anchor by the equations, and z + r(Θ) by W.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from flint import arb, arb_mat
+
+from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.exact import decimal_balls, in_balls
+from rbstab.analysis.proof_check.equations import POINTS
+from rbstab.analysis.proof_check.tied.energy import Pose, TiedEnergy
+from rbstab.analysis.proof_check.trigonometric import Ball
+from rbstab.elements.spring import Spring
+from rbstab.mechanics import point
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
+
+SHIFTS = ((0.1, -0.2, 0.05), (-0.3, 0.0, 0.2))
+"""z at which both are compared, m."""
+
+
+def agrees_with_tied_equations(
+    energy: Mapping[str, Any], exact_system: Callable[[Callable[[Array], Array]], System]
+) -> bool:
+    """Return whether W has the values that follow from the equations.
+
+    Args:
+        energy: `tied_energy` of a proof.
+        exact_system: Builds the system in a kind of number from the doubles of its config.
+    """
+
+    def compare() -> bool:
+        W, at_rest = TiedEnergy(energy), configurations(exact_system(decimal_balls))
+        springs = [one for one in at_rest.system.elements if isinstance(one, Spring)]
+        # Springs at the same points share a line, so it is not known which of them has the first.
+        return any(_agrees(W, at_rest, spring) for spring in springs)
+
+    return bool(in_balls(compare))
+
+
+def _agrees(W: TiedEnergy, at_rest: Configurations, spring: Spring) -> bool:
+    """Return whether W agrees if its first line is that of a spring."""
+    for Theta in POINTS:
+        angles = [arb(angle) for angle in Theta]
+        pose = Pose(W, tuple((angle, angle) for angle in Theta))
+        own = at_rest.size - at_rest.pose_size
+        q = np.array([*angles, *[arb(0)] * (3 + own)], dtype=object)
+        end = point.position(at_rest.motion(q), spring.point) - spring.anchor
+        unloaded = [r[0] - one for r, one in zip(pose.offset(0, "centre"), end, strict=True)]
+        for shift in SHIFTS:
+            z = [arb(entry) for entry in shift]
+            X = [one + other for one, other in zip(unloaded, z, strict=True)]
+            if not pose.at(z).value.overlaps(_least_energy(at_rest, [*angles, *X])):
+                return False
+    return True
+
+
+def _least_energy(at_rest: Configurations, pose: list[Ball]) -> Ball:
+    """Return the least stored energy over D, as it is quadratic in D: e = c + b'D + ½ D'HD."""
+    size = at_rest.size - at_rest.pose_size
+
+    def energy(*own: int) -> Ball:
+        """Return e with 1 added to the entries of D with these indices."""
+        D = [arb(own.count(index)) for index in range(size)]
+        return arb(0) + at_rest.energy(np.array([*pose, *D], dtype=object))
+
+    c = energy()
+    if size == 0:
+        return c
+    single = [energy(i) - c for i in range(size)]
+    rows = [[energy(i, j) - c - single[i] - single[j] for j in range(size)] for i in range(size)]
+    b = arb_mat([[single[i] - rows[i][i] / 2] for i in range(size)])
+    return c - (b.transpose() * arb_mat(rows).inv() * b)[0, 0] / 2

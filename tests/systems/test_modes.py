@@ -65,7 +65,9 @@ def test_on_a_threshold_the_rate_decides_where_a_motion_begins(system, speed, ex
 
 def test_rates_of_the_event_functions(system):
     y = state(x=0.31, angle=0.2, speed=0.7, spin=1.9)
-    np.testing.assert_allclose(guard_rates(system, y), [0.7, 0.7, 1.9, -1.9], atol=1e-14)
+    # ℓ₀ is 1 m and ℓ = 1.01 m: both functions of the ligament are half of ℓ² plus a constant.
+    expected = [1.01 * 0.7, 1.01 * 0.7, 1.9, -1.9]
+    np.testing.assert_allclose(guard_rates(system, y), expected, atol=1e-14)
 
 
 def test_names(system):

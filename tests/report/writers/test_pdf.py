@@ -17,6 +17,7 @@ from rbstab.report.model.document import (
     Head,
     Report,
     Section,
+    Sketch,
     Solid,
     Statement,
     Table,
@@ -26,6 +27,7 @@ from rbstab.report.model.figure import Axis, Figure, Line, Panel
 from rbstab.report.runs.sections import run_sections
 from rbstab.report.writers import pdf_figures
 from rbstab.report.writers.pdf import pdf_of, write_pdf
+from rbstab.report.writers.sketches import HEIGHT
 
 X = np.linspace(0, 1, 5)
 
@@ -273,6 +275,22 @@ def test_cards_are_boxes_with_the_answers():
     assert "What the words mean." in text
     links = [a.get_object() for page in reader.pages for a in page.get("/Annots", [])]
     assert {str(link["/Dest"]) for link in links} == {"second"}
+
+
+def test_the_sketch_of_a_card_is_drawn_beside_its_caption():
+    curve = np.column_stack([X, X**2])
+    sketch = Sketch("Drawn for a test.", (("red", curve), ("blue", curve)))
+    made = [read(report(Cards("c", (Card("case 1", (), sketch=s),)))) for s in (None, sketch)]
+    without, reader = made
+    text = text_of(reader)
+    for expected in ("Drawn for a test.", "red", "blue"):
+        assert expected in text
+        assert expected not in text_of(without)
+    content = reader.pages[0].get_contents()
+    assert content is not None
+    # The frame and two curves are three strokes, and x = 3/4 is 225 of 300.
+    assert content.get_data().split().count(b"S") == 3
+    assert content.get_data().count(f" 225 {HEIGHT * (1 - 0.75**2):g} l".encode()) == 2
 
 
 def test_the_ground_of_cards_does_not_colour_later_tables():

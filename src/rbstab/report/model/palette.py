@@ -28,3 +28,9 @@ def colour(number: int) -> str:
 def gap_opacity(number: int) -> float:
     """Return the opacity of the cells without a value for the reason with the given number."""
     return GAPS[min(number, len(GAPS) - 1)]
+
+
+def rgb(number: int) -> tuple[int, int, int]:
+    """Return the colour with the given number as red, green and blue, 0 to 255."""
+    red, green, blue = bytes.fromhex(colour(number)[1:])
+    return red, green, blue

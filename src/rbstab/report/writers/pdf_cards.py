@@ -1,13 +1,16 @@
 """Cards of a PDF: boxes with the answers, so that they are read first."""
 
 from collections.abc import Sequence
+from io import BytesIO
 from typing import NamedTuple
 
 from fpdf.enums import MethodReturnValue, XPos, YPos
 
-from rbstab.report.model.document import Card, Cards, Statement
+from rbstab.report.model.document import Card, Cards, Sketch, Statement
+from rbstab.report.model.palette import rgb
 from rbstab.report.writers.pdf_pages import BLACK, FAMILY, GREY, LEADING, SMALL, TEXT, ReportPdf
 from rbstab.report.writers.pdf_tables import TONE_COLOURS
+from rbstab.report.writers.sketches import ASPECT, svg
 
 PADDING = 3.0
 """Space between the border of a card and its texts, mm."""
@@ -20,6 +23,10 @@ GROUND, BORDER = (245, 247, 249), (190, 198, 206)
 
 BAR = 1.2
 """Width of the coloured bar at the left of a card, mm."""
+
+
+SKETCH_WIDTH = 62.0
+"""Width of a sketch, mm."""
 
 
 class Place(NamedTuple):
@@ -115,6 +122,8 @@ def _card(pen: CardPen, card: Card) -> float:
     ]
     ends = [_statement(pen, *pair) for pair in zip(card.statements, places, strict=True)]
     y = max(ends, default=y)
+    if card.sketch is not None:
+        y = _sketch(pen, card.sketch, Place(left, y + 2, width))
     if card.facts:
         y = _facts(pen, card.facts, Place(left, y + 2, width))
     if not pen.dry_run:
@@ -128,6 +137,19 @@ def _statement(pen: CardPen, statement: Statement, place: Place) -> float:
     y = pen.write(statement.question, place, Look(SMALL, colour=GREY))
     y = pen.write(statement.word, place._replace(y=y), Look(TEXT, "B", colour))
     return pen.write(f"{statement.sentence}.", place._replace(y=y))
+
+
+def _sketch(pen: CardPen, sketch: Sketch, place: Place) -> float:
+    """Draw a sketch with its caption beside it, in the colours of its curves; return its end."""
+    if not pen.dry_run:
+        picture = BytesIO(svg(sketch).encode())
+        pen.pdf.image(picture, place.x, place.y, SKETCH_WIDTH, alt_text=sketch.caption)
+    beside = Place(place.x + SKETCH_WIDTH + GAP, place.y, place.width - SKETCH_WIDTH - GAP)
+    y = pen.write(sketch.caption, beside, Look(SMALL - 1, colour=GREY))
+    for number, (label, _) in enumerate(sketch.curves):
+        if label:
+            y = pen.write(label, beside._replace(y=y), Look(SMALL - 1, "B", rgb(number)))
+    return max(y, place.y + SKETCH_WIDTH * ASPECT)
 
 
 def _facts(pen: CardPen, facts: Sequence[tuple[str, str]], place: Place) -> float:

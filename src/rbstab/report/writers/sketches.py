@@ -15,7 +15,10 @@ WIDTH, HEIGHT = 300.0, 72.0
 MARGIN = 4.0
 """Room around the frame for marks on it."""
 
-FRAME = "#8888"
+ASPECT = (HEIGHT + 2 * MARGIN) / (WIDTH + 2 * MARGIN)
+"""The height of a picture over its width."""
+
+FRAME = "#999999"
 """Grey that is visible on light and dark pages."""
 
 

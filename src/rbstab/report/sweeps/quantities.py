@@ -1,6 +1,7 @@
 """Quantities of members that maps, curves and distributions show."""
 
 from dataclasses import dataclass, replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -74,11 +75,17 @@ def proved_time(members: Members) -> MemberQuantity | None:
 
 def mapped(members: Members) -> list[MemberQuantity]:
     """Return the quantities that maps and curves show, if they have finite values."""
-    quantities = [settling_time(members), peak_displacement(members), regularity(members)]
-    quantities.append(start_over_level(members) or start_energy(members))
-    proved = proved_time(members)
-    quantities += [] if proved is None else [proved]
-    return [quantity for quantity in quantities if np.isfinite(quantity.values).any()]
+    if members not in _MAPPED:
+        found = [settling_time(members), peak_displacement(members), regularity(members)]
+        found.append(start_over_level(members) or start_energy(members))
+        proved = proved_time(members)
+        found += [] if proved is None else [proved]
+        _MAPPED[members] = [quantity for quantity in found if np.isfinite(quantity.values).any()]
+    return list(_MAPPED[members])
+
+
+_MAPPED: WeakKeyDictionary[Members, list[MemberQuantity]] = WeakKeyDictionary()
+"""Quantities of the sweeps in memory: five blocks of a report ask for them."""
 
 
 def varies(values: Array) -> bool:

@@ -234,12 +234,11 @@ class Experiment(Section):
                 "expected another variant of the controller, or no inputs",
             )
         check_sliding_points(elements)
-        others = [*inputs(elements), *stops(elements)]
-        if sliding_ties(elements) and others:
+        if sliding_ties(elements) and stops(elements):
             raise value_error(
-                f"has {', '.join(others)} beside sliding ties on a slope with the exact law: "
-                f"{', '.join(sliding_ties(elements))}",
-                "expected a boundary layer, or no inputs and stops",
+                f"has {', '.join(stops(elements))} beside sliding ties on a slope with the exact "
+                f"law: {', '.join(sliding_ties(elements))}",
+                "expected a boundary layer, or no stops",
             )
         return elements
 
@@ -250,11 +249,6 @@ class Experiment(Section):
             raise value_error(
                 f"has several stops: {', '.join(stops(elements))}",
                 "expected one: the body would never reach the others",
-            )
-        if stops(elements) and inputs(elements):
-            raise value_error(
-                f"has inputs beside a stop: {', '.join(inputs(elements))}",
-                "expected one of the two: the load on a stop must not depend on the time",
             )
         for name in stops(elements):
             angle = elements[name].angle

@@ -70,19 +70,23 @@ def at_start(system: System, y: Array, time: float = 0.0) -> System:
         return system
     s = _surface_values(system, y)
     with suppress(RedundantTiesError):
-        return chosen(system, y, np.flatnonzero(np.abs(s) <= START_TOLERANCE))[0]
+        return chosen(system, y, np.flatnonzero(np.abs(s) <= START_TOLERANCE), time)[0]
     return system
 
 
-def after_events(system: System, y: Array, modes: list[int]) -> tuple[System, Array]:
+def after_events(
+    system: System, y: Array, modes: list[int], time: float = 0.0
+) -> tuple[System, Array]:
     """Return a system after events, and the state, with Filippov's choice for its sliding ties.
 
     An event of another element may change a force by a jump, and so release axes that are held.
+    So may a breakpoint of an input, at which no event function has reached zero.
 
     Args:
         system: The system, in which all other modes have switched already.
         y: The state, or the audited state.
         modes: The indices of the modes whose event functions have reached zero.
+        time: The time, s.
 
     Raises:
         RedundantTiesError: The forces that hold the axes are not determined.
@@ -90,10 +94,10 @@ def after_events(system: System, y: Array, modes: list[int]) -> tuple[System, Ar
     places = slide_modes(system)
     now = np.array(modes_of(system))
     rows = np.flatnonzero(np.isin(places, modes).any(axis=0) | (now[places[1]] > 0))
-    return chosen(system, y, rows)
+    return chosen(system, y, rows, time)
 
 
-def chosen(system: System, y: Array, rows: Array) -> tuple[System, Array]:
+def chosen(system: System, y: Array, rows: Array, time: float = 0.0) -> tuple[System, Array]:
     """Return a system with Filippov's choice for the axes on their surfaces, and the state.
 
     The state is moved to s = 0 on the held axes, and to `RELEASE_OFFSET` on the side to which the
@@ -103,6 +107,7 @@ def chosen(system: System, y: Array, rows: Array) -> tuple[System, Array]:
         system: The system; the modes of all other axes are right.
         y: The state, or the audited state.
         rows: The axes on their surfaces, among those of all ties.
+        time: The time, s.
 
     Raises:
         RedundantTiesError: The forces that hold the axes are not determined.
@@ -112,7 +117,7 @@ def chosen(system: System, y: Array, rows: Array) -> tuple[System, Array]:
     places, modes = slide_modes(system), np.array(modes_of(system))
     modes[places[:, rows]] = 1.0
     system = with_modes(system, tuple(modes.tolist()))
-    motion, pairs = system.loads(y)
+    motion, pairs = system.loads(y, time)
     found = surfaces(system.body, system.coordinates, motion, pairs)
     bounds = np.concatenate([e.K_s for e in _ties(system)])[rows]
     W, b = found.mobility[np.ix_(rows, rows)], found.rates[rows]

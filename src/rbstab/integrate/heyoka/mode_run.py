@@ -85,7 +85,7 @@ class CompiledModes:
         rates = scaled_audit(rates, system.size, hy.par[count + 1])
         self.names = first
         leaving = regularity(y[THETA]) - hy.par[count]
-        guards = guards_at(symbolic, y)
+        guards = guards_at(symbolic, y, hy.time)
         events = [leaving, *(g + hy.par[count + 2 + i] for i, g in enumerate(guards))]
         self.integrator = hy.taylor_adaptive(
             list(zip(y, rates, strict=True)),
@@ -200,9 +200,16 @@ class HeyokaModeRun:
             if self.steps >= self.problem.step_limit:
                 raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
             event = self._step(self.breakpoints[0] if self.breakpoints else last)
-            reached = bisect_right(times, integrator.time)
-            for t in times[len(self.samples) : reached]:
-                self._add_sample(t, self.phase.on_stop(integrator.update_d_output(t).copy()))
+            ends_leg = bool(self.breakpoints) and (
+                self.breakpoints[0] - integrator.time < self._spacing
+            )
+            at_breakpoint: Array | None = None
+            for t in times[len(self.samples) : bisect_right(times, integrator.time)]:
+                state = self.phase.on_stop(integrator.update_d_output(t).copy())
+                if ends_leg and t == self.breakpoints[0]:
+                    at_breakpoint = state
+                else:
+                    self._add_sample(t, state)
             if event == RANGE_END:
                 bound = self.problem.range_bound
                 raise StopRun(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")
@@ -217,8 +224,11 @@ class HeyokaModeRun:
                 integrator.state[:] = self.phase.on_stop(integrator.state.copy())
             if event is not None or self.lowest < 0:
                 self._switch()
-            if self.breakpoints and self.breakpoints[0] - integrator.time < self._spacing:
+            if ends_leg:
                 self._begin_leg(self.breakpoints.pop(0))
+                if at_breakpoint is not None:
+                    # This sample belongs to the leg that begins, and to its modes.
+                    self._add_sample(integrator.time, at_breakpoint)
             if self.muted:
                 self._unmute()
 
@@ -227,10 +237,11 @@ class HeyokaModeRun:
         assert self.problem.schedule is not None
         self.integrator.time = t
         self.reached_breakpoints.append(t)
-        self.current.begin_leg(t)
+        state = self.integrator.state.copy()
+        after = self.current.begin_leg(t, state)
         places = self.problem.schedule.places(self.names)
         self.values[places] = self.problem.schedule.legs_at(t)
-        self._set_parameters()
+        self._go_on(state, after)
 
     def _step(self, last: float) -> int | None:
         """Make a step to an event, or of the engine's choice; repeat it if it missed a switch.
@@ -247,7 +258,7 @@ class HeyokaModeRun:
             if outcome == NOT_FINITE:
                 self._return_to(begin, state)
                 raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
-            self.margins = self.phase.margins(integrator.state)
+            self.margins = self.phase.margins(integrator.state, integrator.time)
             self.lowest = np.fmin.reduce(self.margins)
             shorter = abs(made) / STEP_REDUCTION if self.lowest < -MISSED else None
             if self.muted:
@@ -321,11 +332,14 @@ class HeyokaModeRun:
     def _flip(self, modes: list[int], t: float) -> None:
         """Switch modes at a time that has been reached; the state may jump."""
         state = self.integrator.state.copy()
-        after = self.current.cross(modes, t, state)
-        if after is not state and self.current.impacts is not None:
+        self._go_on(state, self.current.cross(modes, t, state))
+
+    def _go_on(self, before: Array, after: Array) -> None:
+        """Go on in the current phase from the state after a switch, which may have jumped."""
+        if after is not before and self.current.impacts is not None:
             self._go_on_from(after)
             return
-        if after is not state:
+        if after is not before:
             self.integrator.state[:] = after
             self.integrator.reset_cooldowns()
         self._set_parameters()
@@ -339,7 +353,7 @@ class HeyokaModeRun:
         integrator = self.integrator
         integrator.state[:] = state
         integrator.reset_cooldowns()
-        self.margins = self.phase.margins(state)
+        self.margins = self.phase.margins(state, integrator.time)
         self.lowest = np.fmin.reduce(self.margins)
         self.offsets[np.abs(self.margins) <= MISSED] = MUTED
         self._set_parameters()

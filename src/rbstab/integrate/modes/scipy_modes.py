@@ -73,7 +73,7 @@ class ModeRun(ScipyRun):
             self._follow_phase(end)
 
     def _begin_leg(self, t: float) -> None:
-        self.current.begin_leg(t)
+        self.y = self.current.begin_leg(t, self.y)
         self.rates.audited_rates = self.phase.audited_rates
 
     def _follow_phase(self, end: float) -> None:
@@ -99,7 +99,7 @@ class ModeRun(ScipyRun):
             if target <= self.t:
                 return
             solver = self._solver_at(target)
-            margin = float(self.phase.margins(solver.y)[switch.mode])
+            margin = float(self.phase.margins(solver.y, solver.t)[switch.mode])
             rate = float(self.phase.margin_rates(solver.y, solver.t)[switch.mode])
             correction = -margin / rate if rate < 0 else 0.0
             small = abs(correction) <= float(np.spacing(target))

@@ -10,7 +10,7 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.derivatives import jacobian
-from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
 MAX_NON_FINITE_IN_A_ROW = 1000
@@ -37,7 +37,7 @@ class EquationsInTime:
 
     def __init__(
         self,
-        equations: Callable[[System, Array, Number], Array],
+        equations: Callable[..., Array],
         system: System,
         timed: bool | None = None,
     ) -> None:
@@ -75,7 +75,7 @@ class EquationsInTime:
 class _WithTime:
     """Equations of a system as a function of one vector: the audited state, then the time."""
 
-    equations: Callable[[System, Array, Number], Array]
+    equations: Callable[..., Array]
 
     def __call__(self, system: System, variables: Array) -> Array:
         """Return the value of the equations."""

@@ -155,7 +155,7 @@ def test_an_axis_is_released_where_a_sine_exceeds_its_force(engine_name):
     held = np.array([modes_of(system)[-3] for system in found.systems])
     np.testing.assert_array_equal(held, t < released)
     for system, y, time in zip(found.systems, found.states, t.tolist(), strict=True):
-        motion, pairs = system.acting(y, time)
+        _, pairs = system.acting(y, time)
         (own,) = [own for one, own in pairs if one.slides]
         if time < released:
             assert own[0] == pytest.approx(force(time), abs=1e-9)

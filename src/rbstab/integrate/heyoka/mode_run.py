@@ -200,16 +200,9 @@ class HeyokaModeRun:
             if self.steps >= self.problem.step_limit:
                 raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
             event = self._step(self.breakpoints[0] if self.breakpoints else last)
-            ends_leg = bool(self.breakpoints) and (
-                self.breakpoints[0] - integrator.time < self._spacing
-            )
-            at_breakpoint: Array | None = None
-            for t in times[len(self.samples) : bisect_right(times, integrator.time)]:
-                state = self.phase.on_stop(integrator.update_d_output(t).copy())
-                if ends_leg and t == self.breakpoints[0]:
-                    at_breakpoint = state
-                else:
-                    self._add_sample(t, state)
+            reached = bisect_right(times, integrator.time)
+            for t in times[len(self.samples) : reached]:
+                self._add_sample(t, self.phase.on_stop(integrator.update_d_output(t).copy()))
             if event == RANGE_END:
                 bound = self.problem.range_bound
                 raise StopRun(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")
@@ -224,11 +217,8 @@ class HeyokaModeRun:
                 integrator.state[:] = self.phase.on_stop(integrator.state.copy())
             if event is not None or self.lowest < 0:
                 self._switch()
-            if ends_leg:
+            if self.breakpoints and self.breakpoints[0] - integrator.time < self._spacing:
                 self._begin_leg(self.breakpoints.pop(0))
-                if at_breakpoint is not None:
-                    # This sample belongs to the leg that begins, and to its modes.
-                    self._add_sample(integrator.time, at_breakpoint)
             if self.muted:
                 self._unmute()
 
@@ -242,6 +232,11 @@ class HeyokaModeRun:
         places = self.problem.schedule.places(self.names)
         self.values[places] = self.problem.schedule.legs_at(t)
         self._go_on(state, after)
+        if self.samples[-1][0] == t:
+            # This sample belongs to the leg that begins, and so to its modes.
+            self.systems[-1] = self.phase.system
+            if self.current.impacts is not None:
+                self.current.impacts.repeat_sample()
 
     def _step(self, last: float) -> int | None:
         """Make a step to an event, or of the engine's choice; repeat it if it missed a switch.

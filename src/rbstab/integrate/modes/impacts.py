@@ -158,6 +158,11 @@ class Impacts:
         """Store the impacts so far as those of a sample."""
         self._samples.append((self.count, self.lost, self.resting))
 
+    def repeat_sample(self) -> None:
+        """Store the last sample again, after a breakpoint at its time."""
+        self._samples.pop()
+        self.add_sample()
+
     def trace(self) -> ImpactTrace:
         """Return the impacts of the samples so far."""
         counts, lost, resting = zip(*self._samples, strict=True)

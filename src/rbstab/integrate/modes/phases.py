@@ -107,7 +107,7 @@ class Phase:
 
 
 def depend_on_loads(system: System) -> bool:
-    """Return whether event functions of a system depend on its loads: of a stop, or of sliding ties.
+    """Return whether event functions depend on the loads: those of a stop and of sliding ties.
 
     They are then not the same in all modes, and they depend on the time if the loads do.
     """

@@ -5,7 +5,6 @@ terminal event, so a step ends at the first switch in it. Then the driver sets t
 """
 
 from bisect import bisect_right
-from dataclasses import replace
 from typing import Any
 
 import heyoka as hy
@@ -21,7 +20,7 @@ from rbstab.integrate.heyoka.symbols import (
     symbols_of,
 )
 from rbstab.integrate.modes.first_switch import first_switch
-from rbstab.integrate.modes.phases import SWITCH_LIMIT, CurrentPhase, Phase
+from rbstab.integrate.modes.phases import CurrentPhase, Phase
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.watched_rates import StopRun
@@ -120,7 +119,7 @@ class HeyokaModeRun:
         problem: The problem; its start has a status of its own if the run cannot begin there.
         progress: Called after every step.
         deadline: The deadline of the run.
-        switch_limit: The run stops after this many switches.
+        switch_limit: The run stops after this many switches; default see `CurrentPhase`.
         scale: The energy scale, J; default that of the start.
     """
 
@@ -129,7 +128,7 @@ class HeyokaModeRun:
         problem: Problem,
         progress: Progress | None,
         deadline: Deadline,
-        switch_limit: int = SWITCH_LIMIT,
+        switch_limit: int | None = None,
         scale: float | None = None,
     ) -> None:
         self.problem, self.progress, self.deadline = problem, progress, deadline
@@ -187,8 +186,7 @@ class HeyokaModeRun:
             tuple(self.systems),
             self.reached_breakpoints,
         )
-        impacts = self.current.impacts
-        return found if impacts is None else replace(found, impacts=impacts.trace())
+        return self.current.recorded(found)
 
     def _integrate(self) -> None:
         times = self.problem.times.tolist()
@@ -235,8 +233,7 @@ class HeyokaModeRun:
         if self.samples[-1][0] == t:
             # This sample belongs to the leg that begins, and so to its modes.
             self.systems[-1] = self.phase.system
-            if self.current.impacts is not None:
-                self.current.impacts.repeat_sample()
+            self.current.repeat_sample(self.samples[-1][1])
 
     def _step(self, last: float) -> int | None:
         """Make a step to an event, or of the engine's choice; repeat it if it missed a switch.
@@ -369,6 +366,5 @@ class HeyokaModeRun:
         state[self.problem.system.size :] *= self.scale
         self.samples.append((t, state))
         self.systems.append(self.phase.system)
-        if self.current.impacts is not None:
-            self.current.impacts.add_sample()
+        self.current.add_sample(state)
         self.deadline.samples = len(self.samples)

@@ -4,12 +4,14 @@ The margin of a mode is its event function if the mode is 1, and minus that if i
 positive as long as the mode is the right one; where it falls to zero, the mode switches.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.integrate.modes.connector_switches import ConnectorSwitches
 from rbstab.integrate.modes.impacts import Impacts
-from rbstab.integrate.problem import Problem
+from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import EquationsInTime, StopRun, audited_rates_of
@@ -198,21 +200,26 @@ class CurrentPhase:
 
     Args:
         problem: The problem.
-        switch_limit: The run stops after this many switches.
+        switch_limit: The run stops after this many switches. Default that of the sliding
+            controller; without one `SWITCH_LIMIT`.
 
     Attributes:
         phase: The current phase.
         count: The number of switches.
         impact_count: The number of impacts.
         impacts: The impacts; None if the system has no stop.
+        connector: The switches of the connector of a sliding controller; None without one.
     """
 
-    def __init__(self, problem: Problem, switch_limit: int) -> None:
+    def __init__(self, problem: Problem, switch_limit: int | None = None) -> None:
         self._phases = Phases(problem)
         self.phase = self._phases.first
         self.count = self.impact_count = 0
-        self._limit = switch_limit
         self._last: dict[int, float] = {}
+        switching = problem.switching
+        self.connector = ConnectorSwitches(problem, switching) if switching is not None else None
+        most = SWITCH_LIMIT if switching is None else switching.switch_limit
+        self._limit = most if switch_limit is None else switch_limit
         has_stop = stop_of(problem.system) is not None
         self.impacts = Impacts(self, self.phase.system) if has_stop else None
 
@@ -231,9 +238,12 @@ class CurrentPhase:
         """
         if self.impacts is not None:
             return self.impacts.after(modes, t, y)
+        before = self.phase.system
         self.switch(modes, t)
         if self._phases.slides:
             self.phase, y = self._phases.slid(self.phase, modes, t, y)
+        if self.connector is not None:
+            self.connector.add_transitions(before, self.phase.system, t)
         return y
 
     def begin_leg(self, t: float, y: Array) -> Array:
@@ -254,9 +264,34 @@ class CurrentPhase:
         self._last.clear()
         if self.impacts is not None:
             return self.impacts.released(t, y)
+        before = self.phase.system
         if self._phases.slides:
             self.phase, y = self._phases.slid(self.phase, [], t, y)
+        if self.connector is not None:
+            self.connector.add_transitions(before, self.phase.system, t)
         return y
+
+    def add_sample(self, y: Array) -> None:
+        """Store what has happened so far as that of a sample, at a state."""
+        if self.impacts is not None:
+            self.impacts.add_sample()
+        if self.connector is not None:
+            self.connector.add_sample(self.phase.system, y)
+
+    def repeat_sample(self, y: Array) -> None:
+        """Store the last sample again, after a breakpoint at its time."""
+        if self.impacts is not None:
+            self.impacts.repeat_sample()
+        if self.connector is not None:
+            self.connector.repeat_sample(self.phase.system, y)
+
+    def recorded(self, run: Trajectory) -> Trajectory:
+        """Return a run with its impacts, and with the switches of a sliding connector."""
+        if self.impacts is not None:
+            run = replace(run, impacts=self.impacts.trace())
+        if self.connector is not None:
+            run = replace(run, switches=self.connector.trace())
+        return run
 
     def switch(self, modes: list[int], t: float) -> None:
         """Switch some modes at a time.
@@ -270,6 +305,8 @@ class CurrentPhase:
                 raise StopRun(RunStatus.SOLVER_FAILURE, f"the motion stays where {name} switches")
             self._last[mode] = t
         self.phase = self._phases.after(self.phase, modes)
+        if self.connector is not None:
+            self.connector.add_events(modes, t)
         self.count += len(modes)
         if self.count >= self._limit:
             raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {self.count} switches")

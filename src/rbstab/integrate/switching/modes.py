@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.sliding_ties import AtContact
 from rbstab.integrate.problem import Switching
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
@@ -56,8 +57,13 @@ def _with_entry(
 
 
 def connector_of(system: System) -> SlidingConnector:
-    """Return the sliding connector of a system."""
-    return next(e for e in system.elements if isinstance(e, SlidingConnector))
+    """Return the sliding connector of a system, as eq. 39 with the sides of its modes."""
+    for element in system.elements:
+        if isinstance(element, SlidingConnector):
+            return element
+        if isinstance(element, AtContact):
+            return element.connector
+    raise ValueError("the system has no sliding connector")
 
 
 def system_for_modes(system: System, modes: Modes) -> System:

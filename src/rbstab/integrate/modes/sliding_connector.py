@@ -1,0 +1,77 @@
+"""A sliding controller beside elements that switch, supply power or have states of their own.
+
+The drivers in `integrate.switching` follow a sliding connector alone. Beside such elements its axes
+are modes like theirs, and the driver of modes follows all of them.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.sliding_ties import (
+    AtContact,
+    CrossingConnector,
+    FilippovConnector,
+    LayeredConnector,
+)
+from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.problem import Problem, Switching, Trajectory
+from rbstab.integrate.switching.modes import connector_of
+from rbstab.integrate.switching.trust import perturbed_start, trusted_until
+from rbstab.systems.modes import has_modes
+from rbstab.systems.system import System
+
+
+def follows_modes(problem: Problem) -> bool:
+    """Return whether the driver of modes follows the sliding connector of a problem."""
+    system = problem.system
+    others = has_modes(system) or system.supplies or system.size > system.coordinates.size
+    return problem.switching is not None and others
+
+
+def drive_by_modes(
+    problem: Problem, integrate: Callable[[Problem], Trajectory], deadline: Deadline
+) -> Trajectory:
+    """Integrate a problem whose sliding connector `follows_modes`, and find how far it is trusted.
+
+    Args:
+        problem: The problem.
+        integrate: Integrates a problem whose elements switch, with the switches of its connector.
+        deadline: The deadline of both runs.
+    """
+    assert problem.switching is not None
+    by_modes = replace(problem, system=with_connector_by_modes(problem.system, problem.switching))
+    run = integrate(by_modes)
+    if run.switches is None or not problem.diagnosed:
+        return run
+    samples = deadline.samples
+    second = integrate(replace(by_modes, start=perturbed_start(problem), diagnosed=False))
+    deadline.samples = samples
+    ends = [None] * (len(second.times) - 1) + [second.status]
+    rows = zip(second.times.tolist(), second.states, ends, strict=True)
+    return replace(run, switches=run.switches._replace(trusted_until=trusted_until(run, rows)))
+
+
+def with_connector_by_modes(system: System, switching: Switching) -> System:
+    """Return a system whose sliding connector has modes 0 and 1.
+
+    Args:
+        system: The system, with a `SlidingConnector`.
+        switching: The rules for its modes. They decide which class it is.
+    """
+    connector = connector_of(system)
+    if switching.step or switching.sticks:
+        raise ValueError("implicit steps and sticking are those of a sliding connector alone")
+    kind: type[AtContact] = CrossingConnector
+    if switching.layered:
+        kind = LayeredConnector
+    elif connector.rate_weight:
+        kind = FilippovConnector
+    changed = kind(
+        K_s=connector.K_s,
+        rate_weight=connector.rate_weight,
+        slope=connector.slope,
+        layer_width=connector.layer_width,
+    )
+    elements = (changed if isinstance(e, SlidingConnector) else e for e in system.elements)
+    return replace(system, elements=tuple(elements))

@@ -1,4 +1,4 @@
-"""Filippov's choice of the modes of sliding ties at a state on their surfaces s = F + κE.
+"""Filippov's choice of the modes of sliding axes at a state on their surfaces s = F + κE.
 
 Of the axes on their surfaces, each has a force |Λ_i| <= K_s. It moves to positive s only under
 -K_s, to negative s only under K_s, and otherwise ṡ_i = 0. With ṡ = WΛ + b these are the conditions
@@ -29,6 +29,10 @@ BOUND_TOLERANCE = 1e-9
 SMALLEST_MOBILITY = 1e-12
 """A mobility that is smaller than this part of the largest one counts as zero: the points of ties
 cannot all move freely against each other, since the body is rigid."""
+
+
+MAX_PIVOTS = 1000
+"""The most principal pivots of a choice; one for each axis is the rule."""
 
 
 class RedundantTiesError(ValueError):
@@ -121,35 +125,57 @@ def chosen(system: System, y: Array, rows: Array, time: float = 0.0) -> tuple[Sy
     found = surfaces(system.body, system.coordinates, motion, pairs)
     bounds = np.concatenate([e.K_s for e in _ties(system)])[rows]
     W, b = found.mobility[np.ix_(rows, rows)], found.rates[rows]
-    force = least_in_box(W, b, bounds)
-    is_held = np.abs(force) < bounds * (1.0 - BOUND_TOLERANCE)
+    side = sides(W, b, bounds)
+    is_held = side == 0
     if is_held.any() and np.linalg.cond(W[np.ix_(is_held, is_held)]) > 1.0 / SMALLEST_MOBILITY:
         raise RedundantTiesError("the forces of sliding ties are not determined")
-    side = np.where(is_held, 0.0, -np.sign(force))
     modes[places[0, rows]] = side >= 0
     modes[places[1, rows]] = is_held
     after = with_modes(system, tuple(modes.tolist()))
     return after, _moved(after, y, found, rows, side * RELEASE_OFFSET)
 
 
-def least_in_box(W: Array, b: Array, bounds: Array) -> Array:
-    """Return the x with the least ½ x'Wx + b'x in the box |x_i| <= bounds_i.
+def sides(W: Array, b: Array, bounds: Array, tolerance: float = -BOUND_TOLERANCE) -> Array:
+    """Return Filippov's choice for axes on their surfaces: 0 if it is held, else its side, ±1.
+
+    The choice is that of Λ with the least ½ Λ'WΛ + b'Λ in the box. It is found by principal pivots:
+    of the axes that break a condition, the first one is changed, until none does. For a positive
+    definite W this ends with the only choice that breaks none.
 
     Args:
-        W: Positive semidefinite, shape (n, n).
-        b: Shape (n,).
-        bounds: Positive, shape (n,).
-    """
-    # Imported late: most systems have no sliding ties.
-    from scipy.optimize import lsq_linear
+        W: The mobility of the axes, positive semidefinite, shape (n, n).
+        b: Their rates ṡ under all other forces, shape (n,).
+        bounds: K_s, shape (n,).
+        tolerance: An axis is held if its force is at most K_s times 1 plus this.
 
+    Returns:
+        Shape (n,).
+
+    Source: J. J. Júdice and F. M. Pires, J. Optim. Theory Appl. 74 (1992) 391-411.
+    """
     # In units of the bounds all forces have one size.
-    values, vectors = np.linalg.eigh(np.outer(bounds, bounds) * W)
-    roots = np.sqrt(np.maximum(values, SMALLEST_MOBILITY * values[-1]))
-    factor = roots[:, np.newaxis] * vectors.T
-    right = -(vectors.T @ (bounds * b)) / roots
-    found: Any = lsq_linear(factor, right, bounds=(-1.0, 1.0), method="bvls", tol=1e-15)
-    return np.asarray(bounds * found.x)
+    mobility, rates = _definite(np.outer(bounds, bounds) * W), bounds * b
+    least = 2.0 * BOUND_TOLERANCE * np.diag(mobility)
+    chosen = np.zeros(len(b))
+    for _ in range(MAX_PIVOTS):
+        held = chosen == 0
+        force = -chosen
+        force[held] = np.linalg.solve(
+            mobility[np.ix_(held, held)], -(rates + mobility @ force)[held]
+        )
+        inward = -chosen * (mobility @ force + rates)
+        wrong = np.where(held, np.abs(force) > 1.0 + tolerance, inward > least)
+        if not wrong.any():
+            break
+        axis = int(wrong.argmax())
+        chosen[axis] = -np.sign(force[axis]) if held[axis] else 0.0
+    return chosen
+
+
+def _definite(W: Array) -> Array:
+    """Return a positive semidefinite matrix with its smallest eigenvalues raised."""
+    values, vectors = np.linalg.eigh(W)
+    return (vectors * np.maximum(values, SMALLEST_MOBILITY * values[-1])) @ vectors.T
 
 
 def _moved(system: System, y: Array, found: Surfaces, rows: Array, targets: Array) -> Array:

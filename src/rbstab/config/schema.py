@@ -231,12 +231,6 @@ class Experiment(Section):
                 "expected law: exact or {boundary_layer: width}, or elements that do not switch, "
                 "supply power, or have states",
             )
-        if is_sliding and beside and controller.stick_energy:
-            raise value_error(
-                f"has {', '.join(beside)} beside a sliding connector with a stick_energy",
-                "expected stick_energy: 0, or elements that do not switch, supply power, or have "
-                "states",
-            )
         sliding = {name: elements[name].point for name in sliding_ties(elements)}
         body = info.data.get("body")
         on_slope = is_sliding and isinstance(controller.surface, Slope)

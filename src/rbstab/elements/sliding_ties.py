@@ -149,6 +149,7 @@ class Filippov(SlidingByModes):
 
     mode_count: ClassVar[int] = 6
     slides: ClassVar[bool] = True
+    sticks: ClassVar[bool] = False
 
     mode: Array
 
@@ -178,6 +179,38 @@ class Filippov(SlidingByModes):
         """Return ṡ = F' + κF, shape (3,), m/s², from the acceleration of the point, inertial."""
         F = self.at_point(motion).F
         return self.connector.surface(F, acceleration)
+
+    def held_rate(self, motion: Motion) -> Array:
+        """Return what is zero on held axes and changes by `surface_rate`: s, shape (3,), m/s."""
+        return self.surface(self.at_point(motion))
+
+    def distance(self, motion: Motion) -> Array:
+        """Return how far each axis is from being held, shape (3,): |s|, m/s."""
+        return np.abs(self.held_rate(motion))
+
+
+class Sticking(Filippov):
+    """Λ = -K_s sgn(E) on s = E, which each axis crosses, but for those that stick at E = F = 0.
+
+    No axis comes to rest there by itself. One that begins at rest is held, and those whose bounces
+    have become weak stick (`integrate.modes.sticking`). The equivalent force keeps Ė = 0. The modes
+    are those of `Filippov`.
+    """
+
+    sticks: ClassVar[bool] = True
+
+    def surface_rate(self, motion: Motion, acceleration: Array) -> Array:
+        """Return F', shape (3,), m/s²."""
+        return acceleration
+
+    def held_rate(self, motion: Motion) -> Array:
+        """Return F, shape (3,), m/s."""
+        return self.at_point(motion).F
+
+    def distance(self, motion: Motion) -> Array:
+        """Return the larger one of |E| and |F| of each axis, shape (3,), m or m/s."""
+        here = self.at_point(motion)
+        return np.maximum(np.abs(here.E), np.abs(here.F))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -228,5 +261,12 @@ class LayeredConnector(Layered, AtContact):
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FilippovConnector(Filippov, AtContact):
     """The connector of a controller on s = F + κE, on which each axis slides."""
+
+    mode: Array = field(default_factory=lambda: np.zeros(6))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StickingConnector(Sticking, AtContact):
+    """The connector of a controller on s = E, whose axes may stick there."""
 
     mode: Array = field(default_factory=lambda: np.zeros(6))

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import E_OF_W, F_OF_W
 from rbstab.systems.modes import modes_of, with_first_modes, with_modes
 from rbstab.systems.surface_forces import Surfaces, impulses, surfaces
 from rbstab.systems.system import System
@@ -72,9 +73,10 @@ def at_start(system: System, y: Array, time: float = 0.0) -> System:
     system = with_first_modes(system, y, time)
     if not slides(system):
         return system
-    s = _surface_values(system, y)
+    motion = system.motion(y)
+    distance = np.concatenate([tie.distance(motion) for tie in _ties(system)])
     with suppress(RedundantTiesError):
-        return chosen(system, y, np.flatnonzero(np.abs(s) <= START_TOLERANCE), time)[0]
+        return chosen(system, y, np.flatnonzero(distance <= START_TOLERANCE), time)[0]
     return system
 
 
@@ -97,7 +99,10 @@ def after_events(
     """
     places = slide_modes(system)
     now = np.array(modes_of(system))
-    rows = np.flatnonzero(np.isin(places, modes).any(axis=0) | (now[places[1]] > 0))
+    crossed, released = np.isin(places, modes)
+    # An axis on s = E has arrived with a rate, and crosses.
+    arrived = released | (crossed & ~_sticky_rows(system))
+    rows = np.flatnonzero(arrived | (now[places[1]] > 0))
     return chosen(system, y, rows, time)
 
 
@@ -133,6 +138,11 @@ def chosen(system: System, y: Array, rows: Array, time: float = 0.0) -> tuple[Sy
     modes[places[1, rows]] = is_held
     after = with_modes(system, tuple(modes.tolist()))
     return after, _moved(after, y, found, rows, side * RELEASE_OFFSET)
+
+
+def _sticky_rows(system: System) -> Array:
+    """Return which axes stick on s = E, and do not slide on s = F + κE, shape (rows,)."""
+    return np.repeat([tie.sticks for tie in _ties(system)], 3)
 
 
 def sides(W: Array, b: Array, bounds: Array, tolerance: float = -BOUND_TOLERANCE) -> Array:
@@ -179,20 +189,19 @@ def _definite(W: Array) -> Array:
 
 
 def _moved(system: System, y: Array, found: Surfaces, rows: Array, targets: Array) -> Array:
-    """Return the state with s moved to targets on some rows, by impulses."""
-    s = _surface_values(system, y)[rows]
+    """Return the state with s moved to targets on some rows: by impulses, and E on s = E."""
+    motion, sticky = system.motion(y), _sticky_rows(system)[rows]
+    s = np.concatenate([tie.held_rate(motion) for tie in _ties(system)])[rows]
     sizes = np.zeros(len(found.rates))
     W = found.mobility[np.ix_(rows, rows)]
-    sizes[rows] = np.linalg.lstsq(W, targets - s, rcond=SMALLEST_MOBILITY)[0]
-    motion = system.motion(y)
+    rates = np.where(sticky, 0.0, targets)
+    sizes[rows] = np.linalg.lstsq(W, rates - s, rcond=SMALLEST_MOBILITY)[0]
     jump = impulses(system.body, system.coordinates, motion, _ties(system), sizes)
-    return np.concatenate([y[: len(jump)] + jump, y[len(jump) :]])
-
-
-def _surface_values(system: System, y: Array) -> Array:
-    """Return s of all axes of all ties, shape (rows,), m/s."""
-    motion = system.motion(y)
-    return np.concatenate([tie.surface(tie.at_point(motion)) for tie in _ties(system)])
+    moved = np.concatenate([y[: len(jump)] + jump, y[len(jump) :]])
+    # Only a connector sticks; its E and F are coordinates.
+    axes = rows[sticky] % 3
+    moved[E_OF_W.start + axes], moved[F_OF_W.start + axes] = targets[sticky], 0.0
+    return moved
 
 
 def _ties(system: System) -> list[Any]:

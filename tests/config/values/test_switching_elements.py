@@ -135,10 +135,10 @@ def test_projection_is_refused():
     assert message.startswith("integration: has drift_control: projection")
 
 
-def test_sticking_of_a_sliding_connector_is_refused_beside_them():
+def test_implicit_steps_of_a_sliding_connector_are_refused_beside_them():
     sliding = {"variant": "sliding", "K_s": [1, 1, 1], "surface": "position"} | STABILIZERS
     settings = {"coordinates": "W"}
     load_config(data({"it": ligament()}, controller=sliding, integration=settings))
-    sticking = sliding | {"stick_energy": 1.0}
-    (message,) = said({"it": ligament()}, controller=sticking, integration=settings)
-    assert message.startswith("elements: has it beside a sliding connector with a stick_energy")
+    implicit = sliding | {"law": {"implicit": 1e-3}}
+    (message,) = said({"it": ligament()}, controller=implicit, integration=settings)
+    assert message.startswith("elements: has it beside a sliding connector with implicit steps")

@@ -11,11 +11,15 @@ import numpy as np
 from rbstab.elements.sliding_ties import AtContact
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.switch_trace import SwitchTrace, Transition
-from rbstab.integrate.switching.chatter import chatter_energy
+from rbstab.integrate.switching.chatter import chatter_energy, most_axes_stick
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY
+from rbstab.systems.modes import modes_of, with_modes
 from rbstab.systems.system import System
+
+Stuck = tuple[System, Array]
+"""A system and an audited state."""
 
 
 class ConnectorSwitches:
@@ -30,7 +34,15 @@ class ConnectorSwitches:
         self._diagnosed = problem.diagnosed
         self._first, self._count = _places(problem.system)
         self._log = SwitchLog(switching.stored_switches, switching.switch_limit)
-        self._samples: list[tuple[Array, list[int], float]] = []
+        self._stick_energy = switching.stick_energy if switching.sticks else 0.0
+        self._discarded = 0.0
+        self._samples: list[tuple[Array, list[int], float, float]] = []
+
+    def begin(self, system: System, t: float) -> None:
+        """Store the axes that are held at the start, s, as axes that stick there."""
+        for axis, held in enumerate(_held(system)):
+            if held:
+                self._log.add_transition(t, axis, Transition.STICK)
 
     def add_events(self, modes: list[int], t: float) -> None:
         """Count the events among modes that are those of axes of the connector.
@@ -53,6 +65,42 @@ class ConnectorSwitches:
                 kind = Transition.STICK if now else Transition.RELEASE
                 self._log.add_transition(t, axis, kind)
 
+    def stuck(self, modes: list[int], before: System, now: System, t: float, y: Array) -> Stuck:
+        """Return the system and the state after a test whether a weak chatter ends by sticking.
+
+        It is made where an axis has crossed, and none was released: its force is at the bound.
+
+        Args:
+            modes: The modes whose event functions have reached zero.
+            before: The system before the switch.
+            now: The system after it.
+            t: The time, s.
+            y: The audited state.
+        """
+        places = range(self._first, self._first + self._count)
+        axes = {(mode - self._first) % 3 for mode in modes if mode in places}
+        was_held = _held(before)
+        is_due = self._stick_energy > 0 and self._log.total >= self._log.next_stick_test
+        if not (is_due and axes) or any(was_held[axis] for axis in axes):
+            return now, y
+        if chatter_energy(now, y[BODY]) >= self._stick_energy:
+            return now, y
+        held = np.flatnonzero(_held(now)).tolist()
+        found = most_axes_stick(now, y, held, lambda more: self._with_held(now, more), t)
+        self._log.schedule_stick_test()
+        if found is None:
+            return now, y
+        self._discarded += found.discarded
+        self._log.add_sticks(t, found.axes)
+        return found.system, found.state
+
+    def _with_held(self, system: System, axes: tuple[int, ...]) -> System:
+        """Return a system in which some axes of the connector are held."""
+        modes = np.array(modes_of(system))
+        for axis in axes:
+            modes[[self._first + axis, self._first + 3 + axis]] = 1.0
+        return with_modes(system, tuple(modes.tolist()))
+
     def add_sample(self, system: System, y: Array) -> None:
         """Store the modes and the switches so far as those of a sample.
 
@@ -62,7 +110,7 @@ class ConnectorSwitches:
         """
         side, _ = _connector(system).side_and_layer()
         energy = chatter_energy(system, y[BODY]) if self._diagnosed else np.nan
-        self._samples.append((side, self._log.counts.copy(), energy))
+        self._samples.append((side, self._log.counts.copy(), energy, self._discarded))
 
     def repeat_sample(self, system: System, y: Array) -> None:
         """Store the last sample again, after a breakpoint at its time."""
@@ -71,12 +119,12 @@ class ConnectorSwitches:
 
     def trace(self) -> SwitchTrace:
         """Return the switches of the samples so far, without `trusted_until`."""
-        modes, counts, energies = zip(*self._samples, strict=True)
+        modes, counts, energies, discarded = zip(*self._samples, strict=True)
         return SwitchTrace(
             modes=np.array(modes),
             counts=np.array(counts),
             chatter_energy=np.array(energies),
-            discarded_energy=np.zeros(len(energies)),
+            discarded_energy=np.array(discarded),
             switch_times=np.array(self._log.times),
             switch_axes=np.array(self._log.axes, dtype=int),
             transitions=self._log.transitions,

@@ -218,6 +218,8 @@ class CurrentPhase:
         self._last: dict[int, float] = {}
         switching = problem.switching
         self.connector = ConnectorSwitches(problem, switching) if switching is not None else None
+        if self.connector is not None:
+            self.connector.begin(self.phase.system, float(problem.times[0]))
         most = SWITCH_LIMIT if switching is None else switching.switch_limit
         self._limit = most if switch_limit is None else switch_limit
         has_stop = stop_of(problem.system) is not None
@@ -243,7 +245,11 @@ class CurrentPhase:
         if self._phases.slides:
             self.phase, y = self._phases.slid(self.phase, modes, t, y)
         if self.connector is not None:
-            self.connector.add_transitions(before, self.phase.system, t)
+            now = self.phase.system
+            self.connector.add_transitions(before, now, t)
+            system, y = self.connector.stuck(modes, before, now, t, y)
+            if system is not now:
+                self.phase = self._phases.of(modes_of(system))
         return y
 
     def begin_leg(self, t: float, y: Array) -> Array:

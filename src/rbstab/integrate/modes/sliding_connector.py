@@ -7,19 +7,27 @@ are modes like theirs, and the driver of modes follows all of them.
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.sliding_ties import (
     AtContact,
     CrossingConnector,
     FilippovConnector,
     LayeredConnector,
+    StickingConnector,
 )
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.problem import Problem, Switching, Trajectory
+from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.integrate.switching.modes import connector_of
 from rbstab.integrate.switching.trust import perturbed_start, trusted_until
+from rbstab.systems.filippov import START_TOLERANCE
 from rbstab.systems.modes import has_modes
 from rbstab.systems.system import System
+
+LEAST_CHANGE = 1e-20
+"""The least change of a state at the start of the second run: the engine heyoka diverges from
+states of rest that differ from zero by the smallest number of a computer."""
 
 
 def follows_modes(problem: Problem) -> bool:
@@ -40,33 +48,34 @@ def drive_by_modes(
         deadline: The deadline of both runs.
     """
     assert problem.switching is not None
-    by_modes = replace(problem, system=with_connector_by_modes(problem.system, problem.switching))
+    by_modes = replace(problem, system=with_connector_by_modes(problem))
     run = integrate(by_modes)
     if run.switches is None or not problem.diagnosed:
         return run
     samples = deadline.samples
-    second = integrate(replace(by_modes, start=perturbed_start(problem), diagnosed=False))
+    second = integrate(
+        replace(by_modes, start=perturbed_start(problem, LEAST_CHANGE), diagnosed=False)
+    )
     deadline.samples = samples
     ends = [None] * (len(second.times) - 1) + [second.status]
     rows = zip(second.times.tolist(), second.states, ends, strict=True)
     return replace(run, switches=run.switches._replace(trusted_until=trusted_until(run, rows)))
 
 
-def with_connector_by_modes(system: System, switching: Switching) -> System:
-    """Return a system whose sliding connector has modes 0 and 1.
-
-    Args:
-        system: The system, with a `SlidingConnector`.
-        switching: The rules for its modes. They decide which class it is.
-    """
+def with_connector_by_modes(problem: Problem) -> System:
+    """Return the system of a problem with a sliding connector that has modes 0 and 1."""
+    system, switching = problem.system, problem.switching
+    assert switching is not None
+    if switching.step:
+        raise ValueError("implicit steps are those of a sliding connector alone")
     connector = connector_of(system)
-    if switching.step or switching.sticks:
-        raise ValueError("implicit steps and sticking are those of a sliding connector alone")
     kind: type[AtContact] = CrossingConnector
     if switching.layered:
         kind = LayeredConnector
     elif connector.rate_weight:
         kind = FilippovConnector
+    elif switching.sticks or _begins_at_rest(problem):
+        kind = StickingConnector
     changed = kind(
         K_s=connector.K_s,
         rate_weight=connector.rate_weight,
@@ -75,3 +84,10 @@ def with_connector_by_modes(system: System, switching: Switching) -> System:
     )
     elements = (changed if isinstance(e, SlidingConnector) else e for e in system.elements)
     return replace(system, elements=tuple(elements))
+
+
+def _begins_at_rest(problem: Problem) -> bool:
+    """Return whether an axis of the contact point begins at E = F = 0, and so may be held."""
+    motion = problem.system.motion(problem.start)
+    at_rest = np.maximum(np.abs(motion.E), np.abs(motion.F)) <= START_TOLERANCE
+    return bool(at_rest.any())

@@ -22,9 +22,14 @@ Sampled = tuple[float, Array, RunStatus | None]
 """The time and the state of a sample, and a status if the run ends there early."""
 
 
-def perturbed_start(problem: Problem) -> Array:
-    """Return the start of the second run: one unit in the last place away in every state."""
-    return np.nextafter(problem.start, np.inf)
+def perturbed_start(problem: Problem, least: float = 0.0) -> Array:
+    """Return the start of the second run: one unit in the last place away in every state.
+
+    Args:
+        problem: The problem of the first run.
+        least: The least change of a state.
+    """
+    return np.maximum(np.nextafter(problem.start, np.inf), problem.start + least)
 
 
 def trusted_until(run: Trajectory, second: Iterator[Sampled]) -> float:

@@ -283,6 +283,11 @@ REFUSED = {
         OTHERS["sine"] | {"mount": EMBEDDED},
         "has mount, push beside a sliding connector with implicit steps (expected law: exact",
     ),
+    "sticking at a stop": (
+        {"stick_energy": 10.0},
+        OTHERS["stop"],
+        "has end beside a sliding connector with a stick_energy (expected stick_energy: 0, or no",
+    ),
     "stop": (
         SLOPE,
         OTHERS["stop"],

@@ -26,7 +26,7 @@ def integrate(
         switching = problem.switching
         if follows_modes(problem):
             return drive_by_modes(
-                problem, lambda p: ModeRun(p, progress, deadline).result(), deadline
+                problem, lambda p, told: ModeRun(p, told, deadline).result(), progress, deadline
             )
         if switching is not None:
             return drive_sliding(

@@ -50,7 +50,9 @@ def integrate(
     """Integrate a problem with heyoka; `rtol` is its only tolerance (see `Engine`)."""
     deadline = deadline or Deadline(problem.time_limit)
     if follows_modes(problem):
-        return drive_by_modes(problem, lambda p: _integrate_modes(p, progress, deadline), deadline)
+        return drive_by_modes(
+            problem, lambda p, told: _integrate_modes(p, told, deadline), progress, deadline
+        )
     if problem.switching is not None:
         return _integrate_switching(problem, problem.switching, progress, deadline)
     return _integrate_modes(problem, progress, deadline)

@@ -1,7 +1,8 @@
 """A sliding controller beside elements that switch, supply power or have states of their own.
 
 The drivers in `integrate.switching` follow a sliding connector alone. Beside such elements its axes
-are modes like theirs, and the driver of modes follows all of them.
+are modes like theirs, and the driver of modes follows all of them. A second run finds how far a
+motion is trusted, also one with ties that bounce on s = E.
 """
 
 from collections.abc import Callable
@@ -13,12 +14,13 @@ from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.sliding_ties import (
     AtContact,
     CrossingConnector,
+    CrossingTie,
     FilippovConnector,
     LayeredConnector,
     StickingConnector,
 )
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.problem import Problem, Trajectory
+from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.switching.modes import connector_of
 from rbstab.integrate.switching.trust import perturbed_start, trusted_until
 from rbstab.systems.filippov import START_TOLERANCE
@@ -26,41 +28,52 @@ from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import has_modes
 from rbstab.systems.system import System
 
+ModeIntegration = Callable[[Problem, Progress | None], Trajectory]
+"""An engine for problems whose elements switch."""
+
 LEAST_CHANGE = 1e-20
 """The least change of a state at the start of the second run: the engine heyoka diverges from
 states of rest that differ from zero by the smallest number of a computer."""
 
 
 def follows_modes(problem: Problem) -> bool:
-    """Return whether the driver of modes follows the sliding connector of a problem."""
+    """Return whether `drive_by_modes` integrates a problem.
+
+    It follows a sliding connector beside other elements, and ties whose axes bounce on s = E.
+    """
     system = problem.system
-    others = has_modes(system) or system.supplies or system.size > system.coordinates.size
-    return problem.switching is not None and others
+    if problem.switching is None:
+        return any(isinstance(element, CrossingTie) for element in system.elements)
+    return has_modes(system) or system.supplies or system.size > system.coordinates.size
 
 
 def drive_by_modes(
-    problem: Problem, integrate: Callable[[Problem], Trajectory], deadline: Deadline
+    problem: Problem, integrate: ModeIntegration, progress: Progress | None, deadline: Deadline
 ) -> Trajectory:
-    """Integrate a problem whose sliding connector `follows_modes`, and find how far it is trusted.
+    """Integrate a problem that `follows_modes`, and find how far it is trusted.
 
     Args:
         problem: The problem.
         integrate: Integrates a problem whose elements switch, with the switches of its connector.
+        progress: Called after every step of the first run.
         deadline: The deadline of both runs.
     """
-    assert problem.switching is not None
-    by_modes = replace(problem, system=with_connector_by_modes(problem))
-    run = integrate(by_modes)
-    if run.switches is None or not problem.diagnosed:
+    by_modes = problem
+    if problem.switching is not None:
+        by_modes = replace(problem, system=with_connector_by_modes(problem))
+    run = integrate(by_modes, progress)
+    if not problem.diagnosed:
         return run
     samples = deadline.samples
-    second = integrate(
-        replace(by_modes, start=perturbed_start(problem, LEAST_CHANGE), diagnosed=False)
-    )
+    start = perturbed_start(problem, LEAST_CHANGE)
+    second = integrate(replace(by_modes, start=start, diagnosed=False), None)
     deadline.samples = samples
     ends = [None] * (len(second.times) - 1) + [second.status]
     rows = zip(second.times.tolist(), second.states, ends, strict=True)
-    return replace(run, switches=run.switches._replace(trusted_until=trusted_until(run, rows)))
+    trusted = trusted_until(run, rows, problem.system.coordinates.size)
+    if run.switches is not None:
+        return replace(run, switches=run.switches._replace(trusted_until=trusted))
+    return replace(run, trusted_until=trusted)
 
 
 def with_connector_by_modes(problem: Problem) -> System:

@@ -32,15 +32,16 @@ def perturbed_start(problem: Problem, least: float = 0.0) -> Array:
     return np.maximum(np.nextafter(problem.start, np.inf), problem.start + least)
 
 
-def trusted_until(run: Trajectory, second: Iterator[Sampled]) -> float:
+def trusted_until(run: Trajectory, second: Iterator[Sampled], size: int = 12) -> float:
     """Return the time of the last sample that does not depend on the last digit of the start.
 
     The trusted time ends when two runs differ by more than `TRUST_TOLERANCE` times the largest
-    value of Θ, Ω, E or F. After that, both runs are equally valid in double precision.
+    value of Θ, Ω, E or F (X or V). After that, both runs are equally valid in double precision.
 
     Args:
         run: The run.
         second: The samples of a second run, from `perturbed_start`.
+        size: The number of states that are compared: those of the body.
 
     Returns:
         The time, s. It is NaN if the deadline ends the second run before the two runs differ:
@@ -49,7 +50,7 @@ def trusted_until(run: Trajectory, second: Iterator[Sampled]) -> float:
     if run.status is RunStatus.TIME_LIMIT:
         return np.nan
     # The largest value is taken over all axes, because a held axis contains only round-off.
-    states = run.states[:, :12]
+    states = run.states[:, :size]
     largest_values = np.abs(states).reshape(len(run.times), -1, 3).max(axis=(0, 2))
     scale = np.repeat(np.maximum(largest_values, NEGLIGIBLE), 3)
     trusted = float(run.times[0])

@@ -51,6 +51,11 @@ class EquationsInTime:
         )
         self._finite_value = self._of.finite_value
 
+    @property
+    def of_state(self) -> StraightLine | None:
+        """The same equations as a function of the state alone; None if they depend on the time."""
+        return None if self._timed else self._of
+
     def __call__(self, y: Array, t: complex = 0.0) -> Array:
         """Return the value at an audited state of floats or complex numbers."""
         return self._of(np.append(y, t) if self._timed else y)

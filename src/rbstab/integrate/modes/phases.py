@@ -72,6 +72,7 @@ class Phase:
         )
         self.signs = 2.0 * np.array(modes_of(system)) - 1.0
         self._guards = guards or event_functions(system)
+        self._guards_of_state = self._guards.of_state
         stop = stop_of(system)
         self.rests = stop is not None and bool(stop.mode.any())
         self._on_stop = StraightLine(laid_on_stop, system, size) if self.rests else None
@@ -82,7 +83,9 @@ class Phase:
 
     def margins(self, y: Array, t: float) -> Array:
         """Return the margins at an audited state and a time, s, shape (modes,)."""
-        return self.signs * self._guards(y, t)
+        # This is called ten times a step, so it leaves out what only a time needs.
+        of_state = self._guards_of_state
+        return self.signs * (self._guards(y, t) if of_state is None else of_state(y))
 
     def margin_rates(self, y: Array, t: float, rates: Array | None = None) -> Array:
         """Return the rates of the margins along the motion, shape (modes,).

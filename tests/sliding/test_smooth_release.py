@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from support.sliding import pushed_ball, solve_sliding
 
 from rbstab.integrate.heyoka.flow import HeyokaFlow
-from rbstab.integrate.switching import filippov
+from rbstab.integrate.switching import switch_log
 from rbstab.integrate.switching.filippov import FilippovDriver
 
 M, K, LOAD, STIFFNESS = 2.0, 30.0, 4.0, 25.0
@@ -148,8 +148,8 @@ def test_every_release_is_the_last_event(slope):
 @pytest.mark.parametrize("slope", [None, 4.0])
 def test_a_release_is_no_occasion_to_stick_again(monkeypatch, slope):
     """The force is at its bound up to round-off: a check there would hold the axis again."""
-    monkeypatch.setattr(filippov, "MIN_STICK_TEST_INTERVAL", 0)
-    monkeypatch.setattr(filippov, "STICK_TEST_DIVISOR", 10**9)
+    monkeypatch.setattr(switch_log, "MIN_STICK_TEST_INTERVAL", 0)
+    monkeypatch.setattr(switch_log, "STICK_TEST_DIVISOR", 10**9)
     for sign in (1.0, -1.0):
         start = (1e-3, -0.1) if slope is None else (-0.3, 0.7)
         run = solve_sliding("heyoka", pushed(0, sign, *start, slope))

@@ -261,9 +261,26 @@ def sliding_ties(elements: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def check_sliding_points(elements: Mapping[str, Any]) -> None:
-    """Raise a validation error if the forces of ties that slide cannot be determined."""
-    sliding = {name: elements[name].point for name in sliding_ties(elements)}
+def followed_by_modes(elements: Mapping[str, Any]) -> list[str]:
+    """Return the names of the elements that switch, supply power, or have states of their own.
+
+    Beside one of them the modes of a sliding connector are followed as those of elements.
+    """
+    return [
+        name
+        for name, section in elements.items()
+        if section.kind == "input"
+        or declarations_of(section).mode_count
+        or declarations_of(section).states
+    ]
+
+
+def check_sliding_points(sliding: Mapping[str, Any]) -> None:
+    """Raise a validation error if the forces on points that slide cannot be determined.
+
+    Args:
+        sliding: The points by the names of their ties, and that of a connector.
+    """
     if len(sliding) > MAX_SLIDING:
         raise value_error(
             f"has {len(sliding)} sliding ties on slopes with the exact law: {', '.join(sliding)}",

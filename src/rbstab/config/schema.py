@@ -20,10 +20,11 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from rbstab.config.controllers import CONTROLLERS, NoController, model_name
+from rbstab.config.controllers import CONTROLLERS, Implicit, NoController, Slope, model_name
 from rbstab.config.elements import (
     Elements,
     check_sliding_points,
+    followed_by_modes,
     inputs,
     sliding_ties,
     stops,
@@ -278,25 +279,31 @@ class Experiment(Section):
     @field_validator("elements")
     @classmethod
     def _check_sliding(cls, elements: Any, info: ValidationInfo) -> Any:
-        controller = info.data.get("controller")
-        if controller is not None and controller.variant == "sliding" and switching(elements):
+        controller: Any = info.data.get("controller")
+        is_sliding = controller is not None and controller.variant == "sliding"
+        beside = followed_by_modes(elements)
+        if is_sliding and beside and isinstance(controller.law, Implicit):
             raise value_error(
-                f"has elements that switch, beside a sliding connector: "
-                f"{', '.join(switching(elements))}",
-                "expected another variant of the controller, or elements that do not switch",
+                f"has {', '.join(beside)} beside a sliding connector with implicit steps",
+                "expected law: exact or {boundary_layer: width}, or elements that do not switch, "
+                "supply power, or have states",
             )
-        if controller is not None and controller.variant == "sliding" and inputs(elements):
+        sliding = {name: elements[name].point for name in sliding_ties(elements)}
+        body = info.data.get("body")
+        on_slope = is_sliding and isinstance(controller.surface, Slope)
+        if on_slope and body is not None and controller.law == "exact":
+            sliding["connector"] = body.contact_point
+        check_sliding_points(sliding)
+        if is_sliding and controller.stick_energy and stops(elements):
             raise value_error(
-                f"has inputs beside a sliding connector: {', '.join(inputs(elements))}",
-                "expected another variant of the controller, or no inputs",
+                f"has {', '.join(stops(elements))} beside a sliding connector with a stick_energy",
+                "expected stick_energy: 0, or no stops",
             )
-        check_sliding_points(elements)
-        others = [*inputs(elements), *stops(elements)]
-        if sliding_ties(elements) and others:
+        if sliding and stops(elements):
             raise value_error(
-                f"has {', '.join(others)} beside sliding ties on a slope with the exact law: "
-                f"{', '.join(sliding_ties(elements))}",
-                "expected a boundary layer, or no inputs and stops",
+                f"has {', '.join(stops(elements))} beside sliding on a slope with the exact law: "
+                f"{', '.join(sliding)}",
+                "expected a boundary layer, or no stops",
             )
         return elements
 
@@ -307,11 +314,6 @@ class Experiment(Section):
             raise value_error(
                 f"has several stops: {', '.join(stops(elements))}",
                 "expected one: the body would never reach the others",
-            )
-        if stops(elements) and inputs(elements):
-            raise value_error(
-                f"has inputs beside a stop: {', '.join(inputs(elements))}",
-                "expected one of the two: the load on a stop must not depend on the time",
             )
         for name in stops(elements):
             angle = elements[name].angle

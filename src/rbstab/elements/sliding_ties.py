@@ -1,4 +1,8 @@
-"""Sliding-mode ties: the sliding connector (eq. 39) at points of its own, with modes 0 and 1."""
+"""The sliding connector (eq. 39) with modes 0 and 1, at the contact point or at points of ties.
+
+Each law is one class of modes, event functions and force. It stands before the class that gives the
+point.
+"""
 
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
@@ -9,6 +13,7 @@ from rbstab.elements.at_point import AtPoint
 from rbstab.elements.declarations import ANCHOR, POINT, Gain
 from rbstab.elements.element import Element, force_at_contact
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number
 
@@ -55,12 +60,13 @@ class SlidingByModes(Element):
         """Σ K_s |E| for s = E, J; 0 for s = F + κE, where the force has no potential."""
         return self.connector.stored(motion, own)
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
-        """The power that the force takes from the body, W: 0 for s = E, -F'Λ for s = F + κE.
+    def at_point(self, motion: Motion) -> Motion:
+        """Return the motion with E and F of the point: here those of the contact point."""
+        return motion
 
-        On s = F + κE it is negative where the force pulls the point towards E = 0.
-        """
-        return -self.rate_weight * (self.force(motion, own) @ motion.F)
+    def place(self, body: Body) -> Array:
+        """Return the point of the body, shape (3,), m, body: here the contact point."""
+        return body.contact_point
 
     def surface(self, motion: Motion) -> Array:
         """s = ρF + κE, shape (3,), m or m/s."""
@@ -74,9 +80,20 @@ class SlidingTie(AtPoint, SlidingByModes):
     gains: ClassVar[tuple[Gain, ...]] = (POINT, ANCHOR, *SlidingConnector.gains)
     mode_count: ClassVar[int] = 3
 
+    def place(self, body: Body) -> Array:
+        """Return the point of the tie."""
+        return self.point
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class CrossingTie(SlidingTie):
+    def dissipated(self, motion: Motion, own: Array) -> Number:
+        """The power that the force takes from the body, W: 0 for s = E, -F'Λ for s = F + κE.
+
+        On s = F + κE it is negative where the force pulls the point towards E = 0.
+        """
+        here = self.at_point(motion)
+        return -self.rate_weight * (self.force(here, own) @ here.F)
+
+
+class Crossing(SlidingByModes):
     """Λ = -K_s sgn(E) on s = E, which each axis crosses.
 
     The force is in the second derivative of E, so Ė is continuous where it jumps: a motion that
@@ -86,9 +103,10 @@ class CrossingTie(SlidingTie):
     Its modes are 1 for each axis with E > 0, shape (3,).
     """
 
+    mode_count: ClassVar[int] = 3
     kinked: ClassVar[bool] = True
 
-    mode: Array = field(default_factory=lambda: np.zeros(3))
+    mode: Array
 
     def side_and_layer(self) -> tuple[Array, Array]:
         """σ = 2m - 1, and no layer."""
@@ -99,8 +117,7 @@ class CrossingTie(SlidingTie):
         return self.surface(self.at_point(motion))
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class LayeredTie(SlidingTie):
+class Layered(SlidingByModes):
     """Λ = -K_s sat(s/δ): inside the layer |s| <= δ, s/δ replaces the sign. No force jumps.
 
     Its modes are 1 for each axis with s > δ, then 1 for each with s < -δ, shape (6,).
@@ -108,19 +125,12 @@ class LayeredTie(SlidingTie):
 
     mode_count: ClassVar[int] = 6
 
-    mode: Array = field(default_factory=lambda: np.zeros(6))
+    mode: Array
 
     def side_and_layer(self) -> tuple[Array, Array]:
         """σ = m₊ - m₋ and β = 1 - m₊ - m₋."""
         above, below = self.mode[:3], self.mode[3:]
         return above - below, 1.0 - above - below
-
-    def at_rest(self) -> Element:
-        """The tie on s = E whose layer is that of κE: at rest F = 0."""
-        if not self.rate_weight:
-            return self
-        width = self.layer_width / self.slope
-        return replace(self, rate_weight=0.0, slope=1.0, layer_width=width)
 
     def guards(self, motion: Motion, own: Array) -> Array:
         """s - δ and -s - δ of each axis, m or m/s."""
@@ -128,8 +138,7 @@ class LayeredTie(SlidingTie):
         return np.concatenate([s - self.layer_width, -s - self.layer_width])
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class FilippovTie(SlidingTie):
+class Filippov(SlidingByModes):
     """Λ = -K_s sgn(s) on s = F + κE, where each axis slides while the force is strong enough.
 
     The force is in the rate of s. So an axis that has arrived at s = 0 is held there by the
@@ -141,20 +150,9 @@ class FilippovTie(SlidingTie):
 
     mode_count: ClassVar[int] = 6
     slides: ClassVar[bool] = True
+    sticks: ClassVar[bool] = False
 
-    mode: Array = field(default_factory=lambda: np.zeros(6))
-
-    def at_rest(self) -> Element:
-        """The tie on s = E: at rest F = 0, and any force up to K_s holds an axis at E = 0."""
-        return CrossingTie(
-            name=self.name,
-            point=self.point,
-            anchor=self.anchor,
-            K_s=self.K_s,
-            rate_weight=0.0,
-            slope=1.0,
-            layer_width=1.0,
-        )
+    mode: Array
 
     @property
     def held(self) -> Array:
@@ -182,3 +180,113 @@ class FilippovTie(SlidingTie):
         """Return ṡ = F' + κF, shape (3,), m/s², from the acceleration of the point, inertial."""
         F = self.at_point(motion).F
         return self.connector.surface(F, acceleration)
+
+    def held_rate(self, motion: Motion) -> Array:
+        """Return what is zero on held axes and changes by `surface_rate`: s, shape (3,), m/s."""
+        return self.surface(self.at_point(motion))
+
+    def distance(self, motion: Motion) -> Array:
+        """Return how far each axis is from being held, shape (3,): |s|, m/s."""
+        return np.abs(self.held_rate(motion))
+
+
+class Sticking(Filippov):
+    """Λ = -K_s sgn(E) on s = E, which each axis crosses, but for those that stick at E = F = 0.
+
+    No axis comes to rest there by itself. One that begins at rest is held, and those whose bounces
+    have become weak stick (`integrate.modes.sticking`). The equivalent force keeps Ė = 0. The modes
+    are those of `Filippov`.
+    """
+
+    sticks: ClassVar[bool] = True
+
+    def surface_rate(self, motion: Motion, acceleration: Array) -> Array:
+        """Return F', shape (3,), m/s²."""
+        return acceleration
+
+    def held_rate(self, motion: Motion) -> Array:
+        """Return F, shape (3,), m/s."""
+        return self.at_point(motion).F
+
+    def distance(self, motion: Motion) -> Array:
+        """Return the larger one of |E| and |F| of each axis, shape (3,), m or m/s."""
+        here = self.at_point(motion)
+        return np.maximum(np.abs(here.E), np.abs(here.F))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CrossingTie(Crossing, SlidingTie):
+    """A sliding tie on s = E, which each axis crosses."""
+
+    mode: Array = field(default_factory=lambda: np.zeros(3))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LayeredTie(Layered, SlidingTie):
+    """A sliding tie with a boundary layer."""
+
+    mode: Array = field(default_factory=lambda: np.zeros(6))
+
+    def at_rest(self) -> Element:
+        """The tie on s = E whose layer is that of κE: at rest F = 0."""
+        if not self.rate_weight:
+            return self
+        width = self.layer_width / self.slope
+        return replace(self, rate_weight=0.0, slope=1.0, layer_width=width)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FilippovTie(Filippov, SlidingTie):
+    """A sliding tie on s = F + κE, on which each axis slides."""
+
+    mode: Array = field(default_factory=lambda: np.zeros(6))
+
+    def at_rest(self) -> Element:
+        """The tie on s = E: at rest F = 0, and any force up to K_s holds an axis at E = 0."""
+        return CrossingTie(
+            name=self.name,
+            point=self.point,
+            anchor=self.anchor,
+            K_s=self.K_s,
+            rate_weight=0.0,
+            slope=1.0,
+            layer_width=1.0,
+        )
+
+
+class AtContact(SlidingByModes):
+    """The connector of a controller, at the contact point.
+
+    On s = F + κE it has no potential and dissipates nothing: v - ε of eq. 28 replaces v, as for
+    `SlidingConnector`.
+    """
+
+    name = "connector"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CrossingConnector(Crossing, AtContact):
+    """The connector of a controller on s = E, which each axis crosses."""
+
+    mode: Array = field(default_factory=lambda: np.zeros(3))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LayeredConnector(Layered, AtContact):
+    """The connector of a controller with a boundary layer."""
+
+    mode: Array = field(default_factory=lambda: np.zeros(6))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FilippovConnector(Filippov, AtContact):
+    """The connector of a controller on s = F + κE, on which each axis slides."""
+
+    mode: Array = field(default_factory=lambda: np.zeros(6))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StickingConnector(Sticking, AtContact):
+    """The connector of a controller on s = E, whose axes may stick there."""
+
+    mode: Array = field(default_factory=lambda: np.zeros(6))

@@ -202,6 +202,8 @@ def recorded(
         if trajectory.switches is not None:
             arrays |= switching_arrays(trajectory.switches)
             change = change - trajectory.switches.discarded_energy
+        if trajectory.trusted_until is not None:
+            arrays["trusted_until"] = np.array(trajectory.trusted_until)
         if trajectory.impacts is not None:
             arrays |= impact_arrays(system, trajectory.impacts)
             change = change - trajectory.impacts.lost
@@ -240,7 +242,10 @@ def motion_warnings(trajectory: Trajectory) -> list[str]:
         if outside.any():
             t = trajectory.times[int(outside.argmax())]
             warnings.append(f"{name} is outside [-π, π], the range of eq. 5, from t = {t:.6g} s")
-    if trajectory.switches is not None and np.isnan(trajectory.switches.trusted_until):
+    switches, trusted = trajectory.switches, trajectory.trusted_until
+    if switches is not None:
+        trusted = switches.trusted_until
+    if trusted is not None and np.isnan(trusted):
         warnings.append("trusted_until is unknown: the time limit ended the run that determines it")
     return warnings
 

@@ -61,7 +61,7 @@ class Problem:
         time_limit: The longest wall time, s; see `Deadline`.
         switching: The rules for a sliding connector, or None if the system has none.
         diagnosed: Whether the run of a sliding connector reports its chatter energy and
-            `trusted_until`, which needs a second run.
+            `trusted_until`, which needs a second run. So does `trusted_until` of a sliding tie.
         exact: Builds the system and the start from the numbers of the config, in the kind of number
             to which a function converts doubles. None: the problem is not that of a config.
         schedule: The legs of the inputs that are made of legs; None if there are no such inputs.
@@ -118,6 +118,8 @@ class Trajectory:
         supplied_energy: What the elements have supplied, ∫supplied dt, shape (n,), J; None if no
             element supplies power.
         breakpoints: The breakpoints of the schedule on which the engine ended a step, s.
+        trusted_until: The time up to which a motion that bounces on s = E is reproducible in double
+            precision, s; None if it is not asked for, or if `switches` has it.
     """
 
     times: Array
@@ -133,6 +135,7 @@ class Trajectory:
     impacts: ImpactTrace | None = None
     supplied_energy: Array | None = None
     breakpoints: Array = field(default_factory=lambda: np.zeros(0))
+    trusted_until: float | None = None
 
 
 class Engine(Protocol):
@@ -174,6 +177,9 @@ def first_samples(whole: Trajectory, count: int, deadline: Deadline) -> Trajecto
         if whole.supplied_energy is not None
         else None,
         breakpoints=whole.breakpoints[whole.breakpoints <= last],
+        trusted_until=None
+        if whole.trusted_until is None
+        else float(np.minimum(whole.trusted_until, last)),
     )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.modes.phases import switches
 from rbstab.integrate.modes.scipy_modes import ModeRun
+from rbstab.integrate.modes.sliding_connector import drive_by_modes, follows_modes
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.scipy_flow import ScipyFlow
 from rbstab.integrate.scipy_run import ScipyRun
@@ -23,6 +24,10 @@ def integrate(
         # Overflow and failed steps become statuses, so the warnings (LSODA's too) are not needed.
         warnings.simplefilter("ignore")
         switching = problem.switching
+        if follows_modes(problem):
+            return drive_by_modes(
+                problem, lambda p, told: ModeRun(p, told, deadline).result(), progress, deadline
+            )
         if switching is not None:
             return drive_sliding(
                 problem,

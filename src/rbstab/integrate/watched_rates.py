@@ -1,6 +1,8 @@
 """The rates of a system as SciPy's integrators call them, which can end a run at any call."""
 
+from collections.abc import Callable
 from copy import copy
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,50 +26,70 @@ class StopRun(Exception):
         self.status = status
 
 
-class AuditedRates:
-    """The audited rates of a system, as a function of the audited state and the time.
+class EquationsInTime:
+    """Equations of a system, as a function of the audited state and the time.
 
     Args:
+        equations: A function of a system, an audited state and a time.
         system: The system.
+        timed: Whether they depend on the time; default: whether the system does.
     """
 
-    def __init__(self, system: System) -> None:
-        self._timed, size = system.timed, system.audited_size
-        # The time is one more variable, but only of a system that depends on it.
+    def __init__(
+        self,
+        equations: Callable[..., Array],
+        system: System,
+        timed: bool | None = None,
+    ) -> None:
+        self._timed = system.timed if timed is None else timed
+        size = system.audited_size
+        # The time is one more variable, but only of equations that depend on it.
         self._of = (
-            StraightLine(_rates_with_time, system, size + 1)
+            StraightLine(_WithTime(equations), system, size + 1)
             if self._timed
-            else StraightLine(System.audited_rates, system, size)
+            else StraightLine(equations, system, size)
         )
         self._finite_value = self._of.finite_value
 
-    def __call__(self, y: Array, t: float = 0.0) -> Array:
-        """Return the rates at an audited state of floats or complex numbers."""
+    @property
+    def of_state(self) -> StraightLine | None:
+        """The same equations as a function of the state alone; None if they depend on the time."""
+        return None if self._timed else self._of
+
+    def __call__(self, y: Array, t: complex = 0.0) -> Array:
+        """Return the value at an audited state of floats or complex numbers."""
         return self._of(np.append(y, t) if self._timed else y)
 
     def finite_value(self, y: Array, t: float = 0.0) -> Array | None:
-        """Return the rates; None if they or y are not finite, or if there is no code for them."""
+        """Return the value; None if it or y is not finite, or if there is no code for it."""
         return self._finite_value(np.append(y, t) if self._timed else y)
 
     def by_numpy(self, y: Array, t: float = 0.0) -> Array:
-        """Return the rates as numpy evaluates them."""
+        """Return the value as numpy evaluates it."""
         return self._of.by_numpy(np.append(y, t) if self._timed else y)
 
-    def in_modes_of(self, system: System) -> "AuditedRates":
-        """Return the rates of a system that differs from this one in its modes alone."""
+    def in_modes_of(self, system: System) -> "EquationsInTime":
+        """Return the equations of a system that differs from this one in its modes alone."""
         other = copy(self)
         other._of = self._of.in_modes_of(system)
         other._finite_value = other._of.finite_value
         return other
 
 
-def _rates_with_time(system: System, variables: Array) -> Array:
-    return system.audited_rates(variables[:-1], variables[-1])
+@dataclass(frozen=True)
+class _WithTime:
+    """Equations of a system as a function of one vector: the audited state, then the time."""
+
+    equations: Callable[..., Array]
+
+    def __call__(self, system: System, variables: Array) -> Array:
+        """Return the value of the equations."""
+        return self.equations(system, variables[:-1], variables[-1])
 
 
-def audited_rates_of(system: System) -> AuditedRates:
+def audited_rates_of(system: System) -> EquationsInTime:
     """Return the audited rates of a system, as a function of the audited state and the time."""
-    return AuditedRates(system)
+    return EquationsInTime(System.audited_rates, system)
 
 
 class WatchedRates:

@@ -75,7 +75,7 @@ def impact(system: System, y: Array) -> Impact:
     return Impact(state, float(rate), float(stop.lost_energy(rate, mobility)))
 
 
-def rests(system: System, y: Array, side: int) -> bool:
+def rests(system: System, y: Array, side: int, time: float = 0.0) -> bool:
     """Return whether a body at its stop rests: its next hop is not higher than `HOP_HEIGHT`.
 
     A hop with the rate θ̇2, against an acceleration α towards the stop, has the height θ̇2²/(2α).
@@ -84,16 +84,17 @@ def rests(system: System, y: Array, side: int) -> bool:
         system: The system, in the modes that the other elements have there.
         y: The state, after the impact.
         side: The side, 1 or -1.
+        time: The time, s.
     """
-    motion, pairs = system.acting(y)
+    motion, pairs = system.acting(y, time)
     towards = next(side * float(own[1]) for element, own in pairs if element.holds)
     return towards > 0 and float(pitch.rate(motion)) ** 2 <= 2.0 * towards * HOP_HEIGHT
 
 
-def resting_side(system: System, y: Array) -> int:
+def resting_side(system: System, y: Array, time: float = 0.0) -> int:
     """Return the side on which a body rests against its stop, 1 or -1; 0 if it does not."""
     side = side_of(system, y)
-    return side if side and rests(system, y, side) else 0
+    return side if side and rests(system, y, side, time) else 0
 
 
 def laid_on_stop(system: System, y: Array) -> Array:

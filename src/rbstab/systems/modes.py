@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.mechanics.derivatives import derivative_along
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.impact import first_stop_mode, resting_side, stop_of
 from rbstab.systems.system import System
 
@@ -49,14 +49,17 @@ def with_modes(system: System, modes: Modes) -> System:
     return replace(system, elements=tuple(changed))
 
 
-def guards_at(system: System, y: Array) -> Array:
-    """Return the event functions of all elements at a state, in the order of the modes."""
-    motion, pairs = system.acting(y)
+def guards_at(system: System, y: Array, time: Number = 0.0) -> Array:
+    """Return the event functions of all elements at a state, in the order of the modes.
+
+    Those of an element that `holds` or `slides` depend on the loads, and so on the time.
+    """
+    motion, pairs = system.acting(y, time)
     found = [element.guards(motion, own) for element, own in pairs if element.mode_count]
     return np.concatenate([np.zeros(0), *found])
 
 
-def with_modes_at(system: System, y: Array) -> System:
+def with_modes_at(system: System, y: Array, time: float = 0.0) -> System:
     """Return a system in the modes that belong to a state; itself if none of its elements switches.
 
     A mode is 1 where the real part of its event function is positive. A mode of a stop is 1 if the
@@ -65,14 +68,15 @@ def with_modes_at(system: System, y: Array) -> System:
     Args:
         system: The system, in any modes.
         y: The state, of floats, of complex numbers, or of numbers that `float` accepts.
+        time: The time, s.
     """
     if not has_modes(system):
         return system
     if any(element.slides for element in system.elements):
         # A tie that holds an axis has other event functions.
         system = with_modes(system, (0.0,) * len(modes_of(system)))
-    system = with_modes(system, tuple(float(_real(g) > 0) for g in guards_at(system, y)))
-    return _with_stop_at(system, y)
+    system = with_modes(system, tuple(float(_real(g) > 0) for g in guards_at(system, y, time)))
+    return _with_stop_at(system, y, time)
 
 
 def with_first_modes(system: System, y: Array, time: float = 0.0) -> System:
@@ -86,35 +90,38 @@ def with_first_modes(system: System, y: Array, time: float = 0.0) -> System:
         y: The state at the start, of floats.
         time: The time of the start, s.
     """
-    system = with_modes_at(system, y)
+    system = with_modes_at(system, y, time)
     if not has_modes(system):
         return system
-    g = guards_at(system, y)
+    g = guards_at(system, y, time)
     if (g == 0).any():
         rates = guard_rates(system, y, time)
         system = with_modes(system, tuple(((g > 0) | ((g == 0) & (rates > 0))).astype(float)))
-        system = _with_stop_at(system, y)
+        system = _with_stop_at(system, y, time)
     return system
 
 
-def _with_stop_at(system: System, y: Array) -> System:
+def _with_stop_at(system: System, y: Array, time: float) -> System:
     """Return a system whose stop is in the modes that belong to a state.
 
     Args:
         system: The system, whose other elements are in the modes of the state.
         y: The state.
+        time: The time, s.
     """
     if stop_of(system) is None:
         return system
     modes, first = list(modes_of(system)), first_stop_mode(system)
-    side = resting_side(system, np.array([_real(number) for number in y]))
+    side = resting_side(system, np.array([_real(number) for number in y]), time)
     modes[first : first + 2] = [float(side > 0), float(side < 0)]
     return with_modes(system, tuple(modes))
 
 
 def guard_rates(system: System, y: Array, time: float = 0.0) -> Array:
     """Return the rates of the event functions along the motion, at a state of floats."""
-    rates: Array = derivative_along(lambda z: guards_at(system, z), y, system.rates(y, time))
+    along = np.append(system.rates(y, time), 1.0)
+    at = np.append(y, time)
+    rates: Array = derivative_along(lambda z: guards_at(system, z[:-1], z[-1]), at, along)
     return rates
 
 

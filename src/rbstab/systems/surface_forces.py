@@ -81,7 +81,7 @@ def surfaces(body: Body, coordinates: Coordinates, motion: Motion, pairs: list[P
     # Loads change the accelerations of a body at rest as they do those of a moving one.
     still = motion._replace(Omega=ZERO, V=ZERO, E=ZERO, F=ZERO)
     columns = [
-        _rates(body, coordinates, still, point.force_at(still, tie.point, unit), ties)
+        _rates(body, coordinates, still, point.force_at(still, tie.place(body), unit), ties)
         for tie in ties
         for unit in UNIT
     ]
@@ -103,7 +103,8 @@ def impulses(
     """
     still = motion._replace(Omega=ZERO, V=ZERO, E=ZERO, F=ZERO)
     wrenches = [
-        point.force_at(still, tie.point, sizes[3 * k : 3 * k + 3]) for k, tie in enumerate(ties)
+        point.force_at(still, tie.place(body), sizes[3 * k : 3 * k + 3])
+        for k, tie in enumerate(ties)
     ]
     # An impulse does to velocities at rest what the same force does to accelerations.
     jump, _ = coordinates.dynamics(body, still, _sum(wrenches))
@@ -131,7 +132,7 @@ def _rates(
     # Λ is the whole force at the contact point, also what holds it there.
     V_rate = (loads.force + Lambda_) / body.mass
     accelerations = [
-        tie.surface_rate(motion, point.acceleration(motion, tie.point, rates[OMEGA], V_rate))
+        tie.surface_rate(motion, point.acceleration(motion, tie.place(body), rates[OMEGA], V_rate))
         for tie in ties
     ]
     return np.concatenate(accelerations)

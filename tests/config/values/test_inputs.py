@@ -216,10 +216,11 @@ REFUSED: dict[str, Any] = {
             "controller": {
                 "variant": "sliding",
                 "surface": "position",
+                "law": {"implicit": 1e-3},
                 **{name: [1, 1, 1] for name in ("K_t", "L_t", "K_r", "L_r", "K_s")},
             }
         },
-        "elements: has inputs beside a sliding connector: a (expected another variant",
+        "elements: has a beside a sliding connector with implicit steps (expected law: exact or",
     ),
     "LSODA": (
         {"integration": {"method": "LSODA"}},

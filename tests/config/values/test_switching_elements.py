@@ -135,8 +135,10 @@ def test_projection_is_refused():
     assert message.startswith("integration: has drift_control: projection")
 
 
-def test_a_sliding_connector_is_refused_beside_them():
+def test_implicit_steps_of_a_sliding_connector_are_refused_beside_them():
     sliding = {"variant": "sliding", "K_s": [1, 1, 1], "surface": "position"} | STABILIZERS
     settings = {"coordinates": "W"}
-    (message,) = said({"it": ligament()}, controller=sliding, integration=settings)
-    assert message.startswith("elements: has elements that switch, beside a sliding connector: it")
+    load_config(data({"it": ligament()}, controller=sliding, integration=settings))
+    implicit = sliding | {"law": {"implicit": 1e-3}}
+    (message,) = said({"it": ligament()}, controller=implicit, integration=settings)
+    assert message.startswith("elements: has it beside a sliding connector with implicit steps")

@@ -153,7 +153,7 @@ def test_a_step_ends_exactly_on_a_switch_at_any_tolerance(method):
 
     class Recording(ModeRun):
         def _switch(self, mode):
-            margins.append(self.phase.margins(self.y)[mode])
+            margins.append(self.phase.margins(self.y, self.t)[mode])
             super()._switch(mode)
 
     settings = {"rtol": 1e-4, "atol": 1e-4, "method": method, "duration": 5.0}

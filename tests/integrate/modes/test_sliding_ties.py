@@ -21,7 +21,7 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config
 from rbstab.elements.sliding_ties import CrossingTie, FilippovTie, LayeredTie
 from rbstab.mechanics.algebra import solved as solution
-from rbstab.systems.filippov import chosen, least_in_box, slide_modes
+from rbstab.systems.filippov import chosen, sides, slide_modes
 from rbstab.systems.modes import modes_of, with_modes
 
 ROOT = Path(__file__).parents[3]
@@ -288,15 +288,35 @@ def test_filippov_has_one_consistent_choice_of_all(rng):
         W, b = root @ root.T + 0.1 * np.eye(n), 3 * rng.normal(size=n)
         K_s = rng.uniform(0.5, 2, size=n)
         consistent = []
-        for sides in product([0.0, 1.0, -1.0], repeat=n):
-            held, force = np.array(sides) == 0, -K_s * np.array(sides)
+        for given in map(np.array, product([0.0, 1.0, -1.0], repeat=n)):
+            held, force = given == 0, -K_s * given
             right = -(b + W @ force)[held]
             force[held] = np.linalg.solve(W[np.ix_(held, held)], right) if held.any() else []
             rate = W @ force + b
-            if np.all(np.abs(force) <= K_s) and np.all(np.array(sides)[~held] * rate[~held] >= 0):
-                consistent.append(force)
+            if np.all(np.abs(force) <= K_s) and np.all(given[~held] * rate[~held] >= 0):
+                consistent.append(given)
         assert len(consistent) == 1
-        np.testing.assert_allclose(least_in_box(W, b, K_s), consistent[0], rtol=1e-9, atol=1e-12)
+        np.testing.assert_array_equal(sides(W, b, K_s), consistent[0])
+
+
+@pytest.mark.parametrize("rank", [3, 5, 9])
+def test_filippov_s_choice_is_the_least_in_the_box(rng, rank):
+    """Nine axes, also of a mobility without full rank: another program finds the same least."""
+    from scipy.optimize import lsq_linear
+
+    found = set()
+    for _ in range(40):
+        root, K_s = rng.normal(size=(rank, 9)), rng.uniform(0.5, 2, size=9)
+        right = 5 * rng.normal(size=rank)
+        # ½ |root Λ - right|² is ½ Λ'WΛ + b'Λ but for a constant.
+        least = lsq_linear(root, right, bounds=(-K_s, K_s), method="bvls", tol=1e-14)
+        choice = sides(root.T @ root, -root.T @ right, K_s)
+        rate = root.T @ (root @ least.x - right)
+        # Where a rate is not zero the force is at its bound; the rates are the same for all least.
+        is_free = np.abs(rate) > 1e-6
+        np.testing.assert_array_equal(choice[is_free], np.sign(rate)[is_free])
+        found |= set(choice)
+    assert found == {0.0, 1.0, -1.0}
 
 
 def test_the_choice_lands_on_the_surfaces(rng):
@@ -423,3 +443,36 @@ def test_a_tie_that_begins_at_rest_on_position_ends_with_its_name():
     found = solved(data({"one": tie()}, gravity=[0.0, 0.0, -9.81]), "scipy")
     assert found.status == "solver failure"
     assert "the motion stays where one switches" in found.detail
+
+
+# How far a motion can be trusted.
+
+
+def bounced(surface: Any, **integration: Any) -> Any:
+    """Return the result of a turning body with a tie at its contact point."""
+    elements = {"tie": tie([0.15, 0.1, -0.42], 20000.0, surface)}
+    return rbstab.simulate(several(elements, **{"samples": 11, **integration}))
+
+
+@pytest.mark.heavy
+def test_a_tie_that_bounces_is_trusted_for_a_while():
+    """After that time a start that differs in its last digit leads elsewhere."""
+    config = as_tie(example("position_exact_20000", engine="heyoka", samples=101))
+    run = rbstab.simulate(config)
+    trusted = float(run["trusted_until"])
+    assert 0.1 < trusted < 0.4
+    spin = [16, 32, np.nextafter(-16, 0)]
+    other = rbstab.simulate(config | {"initial": {"angular_velocity": spin}})
+    difference = np.abs(run["contact_velocity"] - other["contact_velocity"]).max(axis=1)
+    size = np.abs(run["contact_velocity"]).max()
+    assert difference[run["time"] <= trusted / 2].max() < 1e-5 * size
+    assert difference[run["time"] > trusted].max() > 1e-2 * size
+
+
+def test_a_motion_that_is_not_chaotic_has_no_second_run():
+    """It would only take time: a tie on a slope slides."""
+    assert "trusted_until" not in bounced({"slope": 20.0}, duration=0.05).variables
+
+
+def test_a_short_motion_is_trusted_to_its_end():
+    assert bounced("position", duration=0.02)["trusted_until"] == 0.02

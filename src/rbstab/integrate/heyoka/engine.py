@@ -21,6 +21,7 @@ from rbstab.integrate.heyoka.symbols import (
     symbols_of,
 )
 from rbstab.integrate.modes.phases import switches
+from rbstab.integrate.modes.sliding_connector import drive_by_modes, follows_modes
 from rbstab.integrate.problem import Problem, Progress, Switching, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.implicit import Stepper
@@ -49,8 +50,17 @@ def integrate(
 ) -> Trajectory:
     """Integrate a problem with heyoka; `rtol` is its only tolerance (see `Engine`)."""
     deadline = deadline or Deadline(problem.time_limit)
+    if follows_modes(problem):
+        return drive_by_modes(
+            problem, lambda p, told: _integrate_modes(p, told, deadline), progress, deadline
+        )
     if problem.switching is not None:
         return _integrate_switching(problem, problem.switching, progress, deadline)
+    return _integrate_modes(problem, progress, deadline)
+
+
+def _integrate_modes(problem: Problem, progress: Progress | None, deadline: Deadline) -> Trajectory:
+    """Integrate a problem whose elements may switch."""
     start, first = problem.audited_start(), float(problem.times[0])
     status = initial_status(problem)
     if status is not None:

@@ -5,7 +5,6 @@ terminal event, so a step ends at the first switch in it. Then the driver sets t
 """
 
 from bisect import bisect_right
-from dataclasses import replace
 from typing import Any
 
 import heyoka as hy
@@ -21,7 +20,7 @@ from rbstab.integrate.heyoka.symbols import (
     symbols_of,
 )
 from rbstab.integrate.modes.first_switch import first_switch
-from rbstab.integrate.modes.phases import SWITCH_LIMIT, CurrentPhase, Phase
+from rbstab.integrate.modes.phases import CurrentPhase, Phase
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.watched_rates import StopRun
@@ -86,7 +85,7 @@ class CompiledModes:
         rates = scaled_audit(rates, system.size, hy.par[count + 1])
         self.names = first
         leaving = regularity(y[THETA]) - hy.par[count]
-        guards = guards_at(symbolic, y)
+        guards = guards_at(symbolic, y, hy.time)
         events = [leaving, *(g + hy.par[count + 2 + i] for i, g in enumerate(guards))]
         events += symbolic.clearances(y).tolist()
         self.integrator = hy.taylor_adaptive(
@@ -122,7 +121,7 @@ class HeyokaModeRun:
         problem: The problem; its start has a status of its own if the run cannot begin there.
         progress: Called after every step.
         deadline: The deadline of the run.
-        switch_limit: The run stops after this many switches.
+        switch_limit: The run stops after this many switches; default see `CurrentPhase`.
         scale: The energy scale, J; default that of the start.
     """
 
@@ -131,7 +130,7 @@ class HeyokaModeRun:
         problem: Problem,
         progress: Progress | None,
         deadline: Deadline,
-        switch_limit: int = SWITCH_LIMIT,
+        switch_limit: int | None = None,
         scale: float | None = None,
     ) -> None:
         self.problem, self.progress, self.deadline = problem, progress, deadline
@@ -191,8 +190,7 @@ class HeyokaModeRun:
             tuple(self.systems),
             self.reached_breakpoints,
         )
-        impacts = self.current.impacts
-        return found if impacts is None else replace(found, impacts=impacts.trace())
+        return self.current.recorded(found)
 
     def _integrate(self) -> None:
         times = self.problem.times.tolist()
@@ -238,10 +236,15 @@ class HeyokaModeRun:
         assert self.problem.schedule is not None
         self.integrator.time = t
         self.reached_breakpoints.append(t)
-        self.current.begin_leg(t)
+        state = self.integrator.state.copy()
+        after = self.current.begin_leg(t, state)
         places = self.problem.schedule.places(self.names)
         self.values[places] = self.problem.schedule.legs_at(t)
-        self._set_parameters()
+        self._go_on(state, after)
+        if self.samples[-1][0] == t:
+            # This sample belongs to the leg that begins, and so to its modes.
+            self.systems[-1] = self.phase.system
+            self.current.repeat_sample(self.samples[-1][1])
 
     def _step(self, last: float) -> int | None:
         """Make a step to an event, or of the engine's choice; repeat it if it missed a switch.
@@ -258,7 +261,7 @@ class HeyokaModeRun:
             if outcome == NOT_FINITE:
                 self._return_to(begin, state)
                 raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
-            self.margins = self.phase.margins(integrator.state)
+            self.margins = self.phase.margins(integrator.state, integrator.time)
             self.lowest = np.fmin.reduce(self.margins)
             shorter = abs(made) / STEP_REDUCTION if self.lowest < -MISSED else None
             if self.muted:
@@ -333,11 +336,14 @@ class HeyokaModeRun:
     def _flip(self, modes: list[int], t: float) -> None:
         """Switch modes at a time that has been reached; the state may jump."""
         state = self.integrator.state.copy()
-        after = self.current.cross(modes, t, state)
-        if after is not state and self.current.impacts is not None:
+        self._go_on(state, self.current.cross(modes, t, state))
+
+    def _go_on(self, before: Array, after: Array) -> None:
+        """Go on in the current phase from the state after a switch, which may have jumped."""
+        if after is not before and self.current.impacts is not None:
             self._go_on_from(after)
             return
-        if after is not state:
+        if after is not before:
             self.integrator.state[:] = after
             self.integrator.reset_cooldowns()
         self._set_parameters()
@@ -351,7 +357,7 @@ class HeyokaModeRun:
         integrator = self.integrator
         integrator.state[:] = state
         integrator.reset_cooldowns()
-        self.margins = self.phase.margins(state)
+        self.margins = self.phase.margins(state, integrator.time)
         self.lowest = np.fmin.reduce(self.margins)
         self.offsets[np.abs(self.margins) <= MISSED] = MUTED
         self._set_parameters()
@@ -372,6 +378,5 @@ class HeyokaModeRun:
         state[self.size :] *= self.scale
         self.samples.append((t, state))
         self.systems.append(self.phase.system)
-        if self.current.impacts is not None:
-            self.current.impacts.add_sample()
+        self.current.add_sample(state)
         self.deadline.samples = len(self.samples)

@@ -43,8 +43,9 @@ def first_switch(
         rates: Their audited rates, of the same shape.
     """
     times = np.linspace(*ends, TESTS_PER_STEP + 1)
-    inner = [phase.margins(state) for state in path(times[1:-1]).T]
-    margins = np.array([phase.margins(states[0]), *inner, phase.margins(states[1])])
+    columns = [states[0], *path(times[1:-1]).T, states[1]]
+    pairs = zip(columns, times.tolist(), strict=True)
+    margins = np.array([phase.margins(state, t) for state, t in pairs])
     slopes = [phase.margin_rates(y, t, f) for y, t, f in zip(states, ends, rates, strict=True)]
     found = [
         switch
@@ -74,7 +75,7 @@ class _Margin:
 
     def __call__(self, t: float) -> float:
         """Return the margin at a time."""
-        return float(self.phase.margins(self.path(t))[self.mode])
+        return float(self.phase.margins(self.path(t), t)[self.mode])
 
     def first_zero(self, times: Array, margins: Array, slopes: list[Array]) -> Switch | None:
         """Return where the margin first falls to zero; see `first_switch`."""

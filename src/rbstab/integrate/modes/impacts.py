@@ -107,7 +107,7 @@ class Impacts:
             if any(mode in self._sides for mode in modes):
                 self._end_rest(t)
             current.switch(modes, t)
-            return self._checked(t, y)
+            return self.released(t, y)
         if t == self._last:
             raise StopRun(RunStatus.SOLVER_FAILURE, "the hops at the stop became too short")
         found = impact(current.phase.system, y)
@@ -116,7 +116,7 @@ class Impacts:
         others = [m for m in current.phase.coinciding(y, t).tolist() if m not in self._sides]
         if others:
             current.switch(others, t)
-        if rests(current.phase.system, y, self._sides[meets[0]]):
+        if rests(current.phase.system, y, self._sides[meets[0]], t):
             y, discarded = self._rest(meets[0], t, y)
             lost += discarded
         # Nothing is recorded if the run ends here, before the impact.
@@ -141,12 +141,15 @@ class Impacts:
         if self._rests:
             self._rests[-1] = self._rests[-1][0], t
 
-    def _checked(self, t: float, y: Array) -> Array:
-        """Release a body that rests, if its load has jumped by a switch of another element."""
+    def released(self, t: float, y: Array) -> Array:
+        """Release a body that rests if its load has jumped, and return the state.
+
+        A switch of another element can change the load, or a breakpoint of an input.
+        """
         side, current = self.resting, self._current
         if side:
             mode = next(mode for mode, of in self._sides.items() if of == side)
-            if current.phase.margins(y)[mode] < 0:
+            if current.phase.margins(y, t)[mode] < 0:
                 self._end_rest(t)
                 current.switch([mode], t)
         return y
@@ -154,6 +157,11 @@ class Impacts:
     def add_sample(self) -> None:
         """Store the impacts so far as those of a sample."""
         self._samples.append((self.count, self.lost, self.resting))
+
+    def repeat_sample(self) -> None:
+        """Store the last sample again, after a breakpoint at its time."""
+        self._samples.pop()
+        self.add_sample()
 
     def trace(self) -> ImpactTrace:
         """Return the impacts of the samples so far."""

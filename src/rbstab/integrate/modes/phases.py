@@ -4,15 +4,17 @@ The margin of a mode is its event function if the mode is 1, and minus that if i
 positive as long as the mode is the right one; where it falls to zero, the mode switches.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.integrate.modes.connector_switches import ConnectorSwitches
 from rbstab.integrate.modes.impacts import Impacts
-from rbstab.integrate.problem import Problem
+from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.watched_rates import AuditedRates, StopRun, audited_rates_of
+from rbstab.integrate.watched_rates import EquationsInTime, StopRun, audited_rates_of
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import RedundantTiesError, after_events, at_start, slides
@@ -49,8 +51,8 @@ class Phase:
 
     Args:
         system: The system, in these modes.
-        guards: Its event functions, as a function of the audited state; None if they are not those
-            of other modes.
+        guards: Its event functions, as a function of the audited state and the time; None if they
+            are not those of other modes.
         rates: The audited rates of the system in other modes, if they are known.
 
     Attributes:
@@ -61,7 +63,7 @@ class Phase:
     """
 
     def __init__(
-        self, system: System, guards: StraightLine | None, rates: AuditedRates | None = None
+        self, system: System, guards: EquationsInTime | None, rates: EquationsInTime | None = None
     ) -> None:
         size = system.audited_size
         self.system = system
@@ -69,7 +71,8 @@ class Phase:
             audited_rates_of(system) if rates is None else rates.in_modes_of(system)
         )
         self.signs = 2.0 * np.array(modes_of(system)) - 1.0
-        self._guards = guards or StraightLine(guards_at, system, size)
+        self._guards = guards or event_functions(system)
+        self._guards_of_state = self._guards.of_state
         stop = stop_of(system)
         self.rests = stop is not None and bool(stop.mode.any())
         self._on_stop = StraightLine(laid_on_stop, system, size) if self.rests else None
@@ -78,9 +81,11 @@ class Phase:
         """Return an audited state laid on the stop, if the body `rests`; else the state."""
         return y if self._on_stop is None else self._on_stop(y)
 
-    def margins(self, y: Array) -> Array:
-        """Return the margins at an audited state, shape (modes,)."""
-        return self.signs * self._guards(y)
+    def margins(self, y: Array, t: float) -> Array:
+        """Return the margins at an audited state and a time, s, shape (modes,)."""
+        # This is called ten times a step, so it leaves out what only a time needs.
+        of_state = self._guards_of_state
+        return self.signs * (self._guards(y, t) if of_state is None else of_state(y))
 
     def margin_rates(self, y: Array, t: float, rates: Array | None = None) -> Array:
         """Return the rates of the margins along the motion, shape (modes,).
@@ -91,7 +96,7 @@ class Phase:
             rates: The audited rates there, if they are known.
         """
         along = self.audited_rates(y, t) if rates is None else rates
-        return self.signs * self._guards(y + 1j * STEP * along).imag / STEP
+        return self.signs * self._guards(y + 1j * STEP * along, t + 1j * STEP).imag / STEP
 
     def coinciding(self, y: Array, t: float, rates: Array | None = None) -> Array:
         """Return the indices of the modes whose margins reach zero at this state, up to round-off.
@@ -101,9 +106,22 @@ class Phase:
             t: The time, s.
             rates: The audited rates there, if they are known.
         """
-        margins, falling = self.margins(y), -self.margin_rates(y, t, rates)
+        margins, falling = self.margins(y, t), -self.margin_rates(y, t, rates)
         reach = COINCIDENCE * (float(np.spacing(t)) * falling + EPSILON)
         return np.flatnonzero((falling > 0) & (margins <= reach))
+
+
+def depend_on_loads(system: System) -> bool:
+    """Return whether event functions depend on the loads: those of a stop and of sliding ties.
+
+    They are then not the same in all modes, and they depend on the time if the loads do.
+    """
+    return slides(system) or stop_of(system) is not None
+
+
+def event_functions(system: System) -> EquationsInTime:
+    """Return the event functions of a system, as a function of the audited state and the time."""
+    return EquationsInTime(guards_at, system, system.timed and depend_on_loads(system))
 
 
 class Phases:
@@ -122,11 +140,9 @@ class Phases:
         self._schedule = problem.schedule
         self._system = at_start(problem.system_at_start(), problem.start, first)
         self.slides = slides(problem.system)
-        # They are the same in all modes, but for those of a stop and of a tie that slides.
-        differ = self.slides or stop_of(problem.system) is not None
-        size = problem.system.audited_size
-        self._guards = None if differ else StraightLine(guards_at, self._system, size)
-        self._rates: AuditedRates | None = None
+        same = not depend_on_loads(problem.system)
+        self._guards = event_functions(self._system) if same else None
+        self._rates: EquationsInTime | None = None
         self._known: dict[Modes, Phase] = {}
         self.first = self.of(modes_of(self._system))
 
@@ -159,19 +175,20 @@ class Phases:
         self._known.clear()
         return self.of(modes_of(phase.system))
 
-    def slid(self, phase: Phase, switched: list[int], y: Array) -> tuple[Phase, Array]:
+    def slid(self, phase: Phase, switched: list[int], t: float, y: Array) -> tuple[Phase, Array]:
         """Return the phase and the state after Filippov's choice for the axes of sliding ties.
 
         Args:
             phase: The phase in which all other modes have switched already.
             switched: The indices of the modes whose event functions have reached zero.
+            t: The time, s.
             y: The audited state. Axes are put on their surfaces.
 
         Raises:
             StopRun: The forces of the ties are not determined.
         """
         try:
-            system, y = after_events(phase.system, y, switched)
+            system, y = after_events(phase.system, y, switched, t)
         except RedundantTiesError as error:
             raise StopRun(RunStatus.SOLVER_FAILURE, str(error)) from error
         return self.of(modes_of(system)), y
@@ -186,21 +203,28 @@ class CurrentPhase:
 
     Args:
         problem: The problem.
-        switch_limit: The run stops after this many switches.
+        switch_limit: The run stops after this many switches. Default that of the sliding
+            controller; without one `SWITCH_LIMIT`.
 
     Attributes:
         phase: The current phase.
         count: The number of switches.
         impact_count: The number of impacts.
         impacts: The impacts; None if the system has no stop.
+        connector: The switches of the connector of a sliding controller; None without one.
     """
 
-    def __init__(self, problem: Problem, switch_limit: int) -> None:
+    def __init__(self, problem: Problem, switch_limit: int | None = None) -> None:
         self._phases = Phases(problem)
         self.phase = self._phases.first
         self.count = self.impact_count = 0
-        self._limit = switch_limit
         self._last: dict[int, float] = {}
+        switching = problem.switching
+        self.connector = ConnectorSwitches(problem, switching) if switching is not None else None
+        if self.connector is not None:
+            self.connector.begin(self.phase.system, float(problem.times[0]))
+        most = SWITCH_LIMIT if switching is None else switching.switch_limit
+        self._limit = most if switch_limit is None else switch_limit
         has_stop = stop_of(problem.system) is not None
         self.impacts = Impacts(self, self.phase.system) if has_stop else None
 
@@ -219,14 +243,64 @@ class CurrentPhase:
         """
         if self.impacts is not None:
             return self.impacts.after(modes, t, y)
+        before = self.phase.system
         self.switch(modes, t)
         if self._phases.slides:
-            self.phase, y = self._phases.slid(self.phase, modes, y)
+            self.phase, y = self._phases.slid(self.phase, modes, t, y)
+        if self.connector is not None:
+            now = self.phase.system
+            self.connector.add_transitions(before, now, t)
+            system, y = self.connector.stuck(modes, before, now, t, y)
+            if system is not now:
+                self.phase = self._phases.of(modes_of(system))
         return y
 
-    def begin_leg(self, t: float) -> None:
-        """Begin the legs of the inputs at a breakpoint; no mode switches there."""
+    def begin_leg(self, t: float, y: Array) -> Array:
+        """Begin the legs of the inputs at a breakpoint, and return the state after it.
+
+        Loads may jump there. So axes of sliding ties may be released, or a body that rests against
+        its stop. The state is `y` itself, unless axes are put beside their surfaces.
+
+        Args:
+            t: The breakpoint, s.
+            y: The audited state.
+
+        Raises:
+            StopRun: The forces of sliding ties are not determined, or the limit is reached.
+        """
         self.phase = self._phases.with_leg(self.phase, t)
+        # What has switched at this time already may switch again, under another load.
+        self._last.clear()
+        if self.impacts is not None:
+            return self.impacts.released(t, y)
+        before = self.phase.system
+        if self._phases.slides:
+            self.phase, y = self._phases.slid(self.phase, [], t, y)
+        if self.connector is not None:
+            self.connector.add_transitions(before, self.phase.system, t)
+        return y
+
+    def add_sample(self, y: Array) -> None:
+        """Store what has happened so far as that of a sample, at a state."""
+        if self.impacts is not None:
+            self.impacts.add_sample()
+        if self.connector is not None:
+            self.connector.add_sample(self.phase.system, y)
+
+    def repeat_sample(self, y: Array) -> None:
+        """Store the last sample again, after a breakpoint at its time."""
+        if self.impacts is not None:
+            self.impacts.repeat_sample()
+        if self.connector is not None:
+            self.connector.repeat_sample(self.phase.system, y)
+
+    def recorded(self, run: Trajectory) -> Trajectory:
+        """Return a run with its impacts, and with the switches of a sliding connector."""
+        if self.impacts is not None:
+            run = replace(run, impacts=self.impacts.trace())
+        if self.connector is not None:
+            run = replace(run, switches=self.connector.trace())
+        return run
 
     def switch(self, modes: list[int], t: float) -> None:
         """Switch some modes at a time.
@@ -240,6 +314,8 @@ class CurrentPhase:
                 raise StopRun(RunStatus.SOLVER_FAILURE, f"the motion stays where {name} switches")
             self._last[mode] = t
         self.phase = self._phases.after(self.phase, modes)
+        if self.connector is not None:
+            self.connector.add_events(modes, t)
         self.count += len(modes)
         if self.count >= self._limit:
             raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {self.count} switches")

@@ -5,14 +5,13 @@ less accurate than steps. The time of the switch is then corrected by the margin
 repeated step. So the order of the method holds through all switches.
 """
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.modes.first_switch import first_switch
-from rbstab.integrate.modes.phases import SWITCH_LIMIT, CurrentPhase, Phase, Switch
+from rbstab.integrate.modes.phases import CurrentPhase, Phase, Switch
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.scipy_run import ScipyRun
 from rbstab.mechanics.numbers import Array
@@ -32,7 +31,7 @@ class ModeRun(ScipyRun):
         problem: The problem; its method is a one-step method.
         progress: Called after every step.
         deadline: The deadline of the run.
-        switch_limit: The run stops after this many switches.
+        switch_limit: The run stops after this many switches; default see `CurrentPhase`.
     """
 
     def __init__(
@@ -40,7 +39,7 @@ class ModeRun(ScipyRun):
         problem: Problem,
         progress: Progress | None,
         deadline: Deadline,
-        switch_limit: int = SWITCH_LIMIT,
+        switch_limit: int | None = None,
     ) -> None:
         self.current = CurrentPhase(problem, switch_limit)
         super().__init__(problem, progress, deadline)
@@ -52,15 +51,13 @@ class ModeRun(ScipyRun):
         return self.current.phase
 
     def result(self) -> Trajectory:
-        """Integrate, and return the trajectory with its impacts."""
-        found, impacts = super().result(), self.current.impacts
-        return found if impacts is None else replace(found, impacts=impacts.trace())
+        """Integrate, and return the trajectory with its impacts and switches."""
+        return self.current.recorded(super().result())
 
     def _add_sample(self, t: float, y: Array) -> None:
         super()._add_sample(t, y)
         self.systems.append(self.phase.system)
-        if self.current.impacts is not None:
-            self.current.impacts.add_sample()
+        self.current.add_sample(y)
 
     def _integrate(self) -> None:
         if self.current.impacts is not None:
@@ -73,7 +70,7 @@ class ModeRun(ScipyRun):
             self._follow_phase(end)
 
     def _begin_leg(self, t: float) -> None:
-        self.current.begin_leg(t)
+        self.y = self.current.begin_leg(t, self.y)
         self.rates.audited_rates = self.phase.audited_rates
 
     def _follow_phase(self, end: float) -> None:
@@ -99,7 +96,7 @@ class ModeRun(ScipyRun):
             if target <= self.t:
                 return
             solver = self._solver_at(target)
-            margin = float(self.phase.margins(solver.y)[switch.mode])
+            margin = float(self.phase.margins(solver.y, solver.t)[switch.mode])
             rate = float(self.phase.margin_rates(solver.y, solver.t)[switch.mode])
             correction = -margin / rate if rate < 0 else 0.0
             small = abs(correction) <= float(np.spacing(target))

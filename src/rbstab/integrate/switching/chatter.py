@@ -1,11 +1,12 @@
 """The chatter of a sliding connector on the surface s = E: its energy, and its end by sticking."""
 
+from collections.abc import Callable
 from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.integrate.switching.modes import Modes, SurfaceDynamics, connector_of, system_for_modes
+from rbstab.integrate.switching.modes import Modes, connector_of, system_for_modes
 from rbstab.mechanics.algebra import inverse, quadratic_form
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
@@ -32,6 +33,15 @@ def chatter_energy(system: System, y: Array) -> float:
     return float(contact_kinetic_energy(system, y) + connector_of(system).K_s @ np.abs(E))
 
 
+class Stick(NamedTuple):
+    """Axes that stick: their state and system after it, and the discarded energy, J."""
+
+    axes: tuple[int, ...]
+    state: Array
+    system: System
+    discarded: float
+
+
 class StickResult(NamedTuple):
     """The result of sticking: new modes and state, the axes, and the discarded energy, J."""
 
@@ -42,6 +52,34 @@ class StickResult(NamedTuple):
 
 
 def stick(system: System, y: Array, modes: Modes) -> StickResult | None:
+    """Make as many axes as possible stick (see `most_axes_stick`); return None if no axis may.
+
+    Args:
+        system: The system in these modes, in coordinates W.
+        y: The audited state.
+        modes: The modes.
+    """
+
+    def with_held(axes: tuple[int, ...]) -> Modes:
+        candidate = modes
+        for axis in axes:
+            candidate = candidate.with_axis(axis, 0.0, held=1.0)
+        return candidate
+
+    held = [axis for axis in range(3) if modes.held[axis]]
+    found = most_axes_stick(system, y, held, lambda axes: system_for_modes(system, with_held(axes)))
+    if found is None:
+        return None
+    return StickResult(with_held(found.axes), found.state, found.axes, found.discarded)
+
+
+def most_axes_stick(
+    system: System,
+    y: Array,
+    held: list[int],
+    holding: Callable[[tuple[int, ...]], System],
+    time: float = 0.0,
+) -> Stick | None:
     """Make as many axes as possible stick, to end a weak chatter; return None if no axis may.
 
     The caller must have tested that the chatter energy is below its bound. A set S of axes may
@@ -51,25 +89,24 @@ def stick(system: System, y: Array, modes: Modes) -> StickResult | None:
     little, because the shift of E also changes the energy of the stabilizers.
 
     Args:
-        system: The system in these modes, in coordinates W.
+        system: The system, in coordinates W.
         y: The audited state.
-        modes: The modes.
+        held: The axes that are held already.
+        holding: Returns the system in which some more axes are held.
+        time: The time, s.
     """
-    free = [axis for axis in range(3) if not modes.held[axis]]
+    free = [axis for axis in range(3) if axis not in held]
     for size in range(len(free), 0, -1):
         for axes in combinations(free, size):
-            candidate = modes
-            for axis in axes:
-                candidate = candidate.with_axis(axis, 0.0, held=1.0)
-            held = system_for_modes(system, candidate)
+            after_it = holding(axes)
             # An axis that is already held takes part in the impulse.
-            all_held = [axis for axis in range(3) if candidate.held[axis]]
+            all_held = sorted({*held, *axes})
             after = _state_without_chatter(system, y, all_held)
-            force = SurfaceDynamics(held, after).force
+            force = after_it.observe(after, time).contact_force
             if all(abs(force[axis]) <= connector_of(system).K_s[axis] for axis in all_held):
-                before = system.observe(y).energy.sum()
-                discarded = float(before - held.observe(after).energy.sum())
-                return StickResult(candidate, after, axes, discarded)
+                before = system.observe(y, time).energy.sum()
+                discarded = float(before - after_it.observe(after, time).energy.sum())
+                return Stick(axes, after, after_it, discarded)
     return None
 
 

@@ -5,7 +5,6 @@ implicit steps (`implicit`).
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple, Protocol
 
@@ -18,19 +17,16 @@ from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.integrate.switching.chatter import chatter_energy
 from rbstab.integrate.switching.modes import Modes, initial_modes, system_for_modes
 from rbstab.integrate.switching.switch_log import SwitchLog
+from rbstab.integrate.switching.trust import (
+    NUMERICAL_ERRORS,
+    Sampled,
+    perturbed_start,
+    trusted_until,
+)
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY, THETA
 from rbstab.systems.system import System
-
-NUMERICAL_ERRORS = (ArithmeticError, ValueError, np.linalg.LinAlgError)
-"""Exceptions raised if a small linear system contains infinities."""
-
-TRUST_TOLERANCE = 1e-4
-"""If two runs differ by more than this times the largest entry, they are not reproducible."""
-
-NEGLIGIBLE = 1e-9
-"""rad, rad/s, m, m/s: a vector that never exceeds this contains only round-off."""
 
 
 class SwitchEvent(NamedTuple):
@@ -114,7 +110,7 @@ def drive(
     Args:
         problem: The problem.
         make_driver: Makes the driver of a problem. It is called twice if the problem is diagnosed
-            (see `_trusted_until`).
+            (see `trusted_until`).
         progress: Called with the time of each sample.
         deadline: The deadline of both runs; the drivers check it. Default one that starts now.
     """
@@ -155,45 +151,18 @@ def drive(
     result = trajectory(problem, rows, status, detail, driver.steps, driver.evaluations)
     switches = _switch_trace(samples, chatter_energies[: len(samples)], driver.log)
     if problem.diagnosed:
-        switches = switches._replace(trusted_until=_trusted_until(make_driver, problem, result))
+        switches = switches._replace(
+            trusted_until=trusted_until(result, _second_run(make_driver, problem))
+        )
     return replace(result, switches=switches, systems=tuple(systems[: len(samples)]))
 
 
-def _trusted_until(
-    make_driver: Callable[[Problem], Driver], problem: Problem, run: Trajectory
-) -> float:
-    """Return the time of the last sample that does not depend on the last digit of the start.
-
-    A second run starts one unit in the last place away in every state. The trusted time ends when
-    the two runs differ by more than `TRUST_TOLERANCE` times the largest value of Θ, Ω, E or F.
-    After that, both runs are equally valid in double precision.
-
-    Returns:
-        The time, s. It is NaN if the deadline ends the second run before the two runs differ:
-        then the time is not known.
-    """
-    if run.status is RunStatus.TIME_LIMIT:
-        return np.nan
-    perturbed = make_driver(replace(problem, start=np.nextafter(problem.start, np.inf)))
-    # The largest value is taken over all axes, because a held axis contains only round-off.
-    largest_values = np.abs(run.states).reshape(len(run.times), -1, 3).max(axis=(0, 2))
-    scale = np.repeat(np.maximum(largest_values, NEGLIGIBLE), 3)
-    trusted = float(run.times[0])
-    # A failure of the second run also ends the trusted time.
-    with suppress(*NUMERICAL_ERRORS):
-        for row, sample in enumerate(perturbed.samples()):
-            state = sample.driver_state
-            is_same_sample = row < len(run.times) and state.time == run.times[row]
-            if is_same_sample:
-                difference = np.abs(state.state[: len(scale)] - run.states[row])
-                if not (difference <= TRUST_TOLERANCE * scale).all():
-                    break
-                trusted = state.time
-            if state.status is RunStatus.TIME_LIMIT and trusted < run.times[-1]:
-                return np.nan
-            if not is_same_sample:
-                break
-    return trusted
+def _second_run(make_driver: Callable[[Problem], Driver], problem: Problem) -> Iterator[Sampled]:
+    """Yield the samples of the second run that finds how far the first can be trusted."""
+    perturbed = make_driver(replace(problem, start=perturbed_start(problem)))
+    for sample in perturbed.samples():
+        state = sample.driver_state
+        yield state.time, state.state, state.status
 
 
 def _switch_trace(

@@ -28,10 +28,6 @@ from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY
 
-MIN_STICK_TEST_INTERVAL = 32
-"""The minimum number of switches between two stick tests, because one test costs as much as many
-switches."""
-
 RELEASE_OFFSET = 1e-13
 """m or m/s: the distance from the surface at which an axis is released. It is below the error of
 the integration."""
@@ -48,9 +44,6 @@ SURFACE_TOLERANCE = 1e-13
 
 MAX_EVENTS_PER_INSTANT = 100
 """The run fails after this many flows in a row that end at the same time."""
-
-STICK_TEST_DIVISOR = 64
-"""The number of switches between two stick tests grows to 1/64 of all switches so far."""
 
 
 class Flow(Protocol):
@@ -294,12 +287,9 @@ class FilippovDriver:
         if chatter_energy(system, current.state) >= self.switching.stick_energy:
             return current
         found = stick(system, current.state, current.modes)
-        interval = max(MIN_STICK_TEST_INTERVAL, self.log.total // STICK_TEST_DIVISOR)
-        self.log.next_stick_test = self.log.total + interval
+        self.log.schedule_stick_test()
         if found is None:
             return current
         self.discarded += found.discarded
-        for axis in found.axes:
-            self.log.add_switch(current.time, axis)
-            self.log.add_transition(current.time, axis, Transition.STICK)
+        self.log.add_sticks(current.time, found.axes)
         return current._replace(state=found.state, modes=found.modes)

@@ -2,18 +2,19 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.sliding_ties import AtContact
 from rbstab.integrate.problem import Switching
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
-from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import E_OF_W, F_OF_W
 from rbstab.systems.coordinates import ContactCoordinates, PartlyHeldCoordinates
+from rbstab.systems.filippov import sides
 from rbstab.systems.system import System
 
 UNREACHABLE = 1e300
@@ -56,8 +57,13 @@ def _with_entry(
 
 
 def connector_of(system: System) -> SlidingConnector:
-    """Return the sliding connector of a system."""
-    return next(e for e in system.elements if isinstance(e, SlidingConnector))
+    """Return the sliding connector of a system, as eq. 39 with the sides of its modes."""
+    for element in system.elements:
+        if isinstance(element, SlidingConnector):
+            return element
+        if isinstance(element, AtContact):
+            return element.connector
+    raise ValueError("the system has no sliding connector")
 
 
 def system_for_modes(system: System, modes: Modes) -> System:
@@ -137,9 +143,7 @@ def modes_on_surface(system: System, y: Array, modes: Modes, axes: list[int]) ->
     """Return Filippov's choice of modes for axes on a surface s = F + κE.
 
     An axis is held if the equivalent force that keeps ṡ = 0 is inside its bounds ±K_s. Otherwise
-    the axis leaves to the side of the sign of ṡ. Exactly one choice is consistent, because the
-    mobility is positive definite. If two choices are equally good to round-off, the choice with
-    more held axes is taken.
+    the axis leaves to the side of the sign of ṡ (`systems.filippov`).
 
     Args:
         system: The system, in any modes.
@@ -147,29 +151,12 @@ def modes_on_surface(system: System, y: Array, modes: Modes, axes: list[int]) ->
         modes: The modes of the other axes.
         axes: The axes on the surface.
     """
-    choices = sorted(product((0.0, 1.0, -1.0), repeat=len(axes)), key=lambda c: sum(map(abs, c)))
-    best, best_violation = modes, np.inf
-    for choice in choices:
-        candidate = modes
-        for axis, side in zip(axes, choice, strict=True):
-            candidate = candidate.with_axis(axis, side, held=float(side == 0.0))
-        dynamics = SurfaceDynamics(system_for_modes(system, candidate), y)
-        violation = max(*(_violation(dynamics, candidate, axis) for axis in axes), 0.0)
-        if violation < best_violation - ROUND_OFF:
-            best, best_violation = candidate, violation
-        if best_violation <= ROUND_OFF:
-            break  # No violation is negative, so no later choice is better than round-off.
-    return best
-
-
-def _violation(dynamics: SurfaceDynamics, modes: Modes, axis: int) -> Number:
-    """Return how far an axis is from Filippov's rule in some modes; at most 0 if it obeys.
-
-    For a held axis it is the excess of the force, for another axis the rate towards the surface,
-    both relative to the bound of the force.
-    """
-    K_s = connector_of(dynamics.system).K_s[axis]
-    if modes.held[axis]:
-        return abs(dynamics.force[axis]) / K_s - 1.0
-    inward_rate = -modes.mode[axis] * dynamics.surface_rate[axis]
-    return inward_rate / (dynamics.mobility[axis, axis] * K_s)
+    for axis in axes:
+        modes = modes.with_axis(axis, 0.0)
+    dynamics = SurfaceDynamics(system_for_modes(system, modes), y)
+    W, bounds = dynamics.mobility[np.ix_(axes, axes)], connector_of(system).K_s[axes]
+    # An axis that needs its whole force, to round-off, is held.
+    chosen = sides(W, dynamics.surface_rate[axes], bounds, tolerance=ROUND_OFF)
+    for axis, side in zip(axes, chosen.tolist(), strict=True):
+        modes = modes.with_axis(axis, side, held=float(side == 0.0))
+    return modes

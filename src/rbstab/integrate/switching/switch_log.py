@@ -8,6 +8,13 @@ MAX_TRANSITIONS = 100_000
 """At most this many sticks and releases are stored. The exact law makes a few; the implicit law may
 make one in every step."""
 
+MIN_STICK_TEST_INTERVAL = 32
+"""The minimum number of switches between two stick tests, because one test costs as much as many
+switches."""
+
+STICK_TEST_DIVISOR = 64
+"""The number of switches between two stick tests grows to 1/64 of all switches so far."""
+
 
 @dataclass
 class SwitchLog:
@@ -53,3 +60,14 @@ class SwitchLog:
         """Record a stick or a release; only `add_switch` counts it as a switch."""
         if len(self.transitions) < MAX_TRANSITIONS:
             self.transitions.append((time, axis, kind))
+
+    def add_sticks(self, time: float, axes: tuple[int, ...]) -> None:
+        """Record axes that stick to end a weak chatter."""
+        for axis in axes:
+            self.add_switch(time, axis)
+            self.add_transition(time, axis, Transition.STICK)
+
+    def schedule_stick_test(self) -> None:
+        """Set the number of switches at which sticking is tested next, after a test."""
+        interval = max(MIN_STICK_TEST_INTERVAL, self.total // STICK_TEST_DIVISOR)
+        self.next_stick_test = self.total + interval

@@ -1,0 +1,151 @@
+"""The switches of the connector of a sliding controller, whose modes the driver of modes follows.
+
+They are stored as those of the driver in `integrate.switching`: an event of an axis is a switch,
+and a change of its hold is a stick or a release.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from rbstab.elements.sliding_ties import AtContact
+from rbstab.integrate.problem import Problem, Switching
+from rbstab.integrate.switch_trace import SwitchTrace, Transition
+from rbstab.integrate.switching.chatter import chatter_energy, most_axes_stick
+from rbstab.integrate.switching.switch_log import SwitchLog
+from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import BODY
+from rbstab.systems.modes import modes_of, with_modes
+from rbstab.systems.system import System
+
+Stuck = tuple[System, Array]
+"""A system and an audited state."""
+
+
+class ConnectorSwitches:
+    """The switches of one run.
+
+    Args:
+        problem: The problem; its system has the connector by modes.
+        switching: The rules for its modes.
+    """
+
+    def __init__(self, problem: Problem, switching: Switching) -> None:
+        self._diagnosed = problem.diagnosed
+        self._first, self._count = _places(problem.system)
+        self._log = SwitchLog(switching.stored_switches, switching.switch_limit)
+        self._stick_energy = switching.stick_energy if switching.sticks else 0.0
+        self._discarded = 0.0
+        self._samples: list[tuple[Array, list[int], float, float]] = []
+
+    def begin(self, system: System, t: float) -> None:
+        """Store the axes that are held at the start, s, as axes that stick there."""
+        for axis, held in enumerate(_held(system)):
+            if held:
+                self._log.add_transition(t, axis, Transition.STICK)
+
+    def add_events(self, modes: list[int], t: float) -> None:
+        """Count the events among modes that are those of axes of the connector.
+
+        Args:
+            modes: The modes whose event functions have reached zero.
+            t: The time, s.
+        """
+        places = range(self._first, self._first + self._count)
+        for axis in sorted({(mode - self._first) % 3 for mode in modes if mode in places}):
+            self._log.add_switch(t, axis)
+
+    def add_transitions(self, before: System, after: System, t: float) -> None:
+        """Store the axes that stick or are released between two systems at one time."""
+        if before is after:
+            return
+        held = zip(_held(before), _held(after), strict=True)
+        for axis, (was, now) in enumerate(held):
+            if was != now:
+                kind = Transition.STICK if now else Transition.RELEASE
+                self._log.add_transition(t, axis, kind)
+
+    def stuck(self, modes: list[int], before: System, now: System, t: float, y: Array) -> Stuck:
+        """Return the system and the state after a test whether a weak chatter ends by sticking.
+
+        It is made where an axis has crossed, and none was released: its force is at the bound.
+
+        Args:
+            modes: The modes whose event functions have reached zero.
+            before: The system before the switch.
+            now: The system after it.
+            t: The time, s.
+            y: The audited state.
+        """
+        places = range(self._first, self._first + self._count)
+        axes = {(mode - self._first) % 3 for mode in modes if mode in places}
+        was_held = _held(before)
+        is_due = self._stick_energy > 0 and self._log.total >= self._log.next_stick_test
+        if not (is_due and axes) or any(was_held[axis] for axis in axes):
+            return now, y
+        if chatter_energy(now, y[BODY]) >= self._stick_energy:
+            return now, y
+        held = np.flatnonzero(_held(now)).tolist()
+        found = most_axes_stick(now, y, held, lambda more: self._with_held(now, more), t)
+        self._log.schedule_stick_test()
+        if found is None:
+            return now, y
+        self._discarded += found.discarded
+        self._log.add_sticks(t, found.axes)
+        return found.system, found.state
+
+    def _with_held(self, system: System, axes: tuple[int, ...]) -> System:
+        """Return a system in which some axes of the connector are held."""
+        modes = np.array(modes_of(system))
+        for axis in axes:
+            modes[[self._first + axis, self._first + 3 + axis]] = 1.0
+        return with_modes(system, tuple(modes.tolist()))
+
+    def add_sample(self, system: System, y: Array) -> None:
+        """Store the modes and the switches so far as those of a sample.
+
+        Args:
+            system: The system in the modes of the sample.
+            y: The state.
+        """
+        side, _ = _connector(system).side_and_layer()
+        energy = chatter_energy(system, y[BODY]) if self._diagnosed else np.nan
+        self._samples.append((side, self._log.counts.copy(), energy, self._discarded))
+
+    def repeat_sample(self, system: System, y: Array) -> None:
+        """Store the last sample again, after a breakpoint at its time."""
+        self._samples.pop()
+        self.add_sample(system, y)
+
+    def trace(self) -> SwitchTrace:
+        """Return the switches of the samples so far, without `trusted_until`."""
+        modes, counts, energies, discarded = zip(*self._samples, strict=True)
+        return SwitchTrace(
+            modes=np.array(modes),
+            counts=np.array(counts),
+            chatter_energy=np.array(energies),
+            discarded_energy=np.array(discarded),
+            switch_times=np.array(self._log.times),
+            switch_axes=np.array(self._log.axes, dtype=int),
+            transitions=self._log.transitions,
+            trusted_until=np.nan,
+        )
+
+
+def _connector(system: System) -> Any:
+    return next(element for element in system.elements if isinstance(element, AtContact))
+
+
+def _held(system: System) -> list[bool]:
+    connector = _connector(system)
+    return (connector.held > 0).tolist() if connector.slides else [False] * 3
+
+
+def _places(system: System) -> tuple[int, int]:
+    """Return the index of the first mode of the connector, and how many it has."""
+    begin = 0
+    for element in system.elements:
+        if isinstance(element, AtContact):
+            return begin, element.mode_count
+        begin += element.mode_count
+    raise ValueError("the system has no connector with modes")

@@ -1,0 +1,112 @@
+"""A sliding controller beside elements that switch, supply power or have states of their own.
+
+The drivers in `integrate.switching` follow a sliding connector alone. Beside such elements its axes
+are modes like theirs, and the driver of modes follows all of them. A second run finds how far a
+motion is trusted, also one with ties that bounce on s = E.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.sliding_ties import (
+    AtContact,
+    CrossingConnector,
+    CrossingTie,
+    FilippovConnector,
+    LayeredConnector,
+    StickingConnector,
+)
+from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.problem import Problem, Progress, Trajectory
+from rbstab.integrate.switching.modes import connector_of
+from rbstab.integrate.switching.trust import perturbed_start, trusted_until
+from rbstab.systems.filippov import START_TOLERANCE
+from rbstab.systems.impact import stop_of
+from rbstab.systems.modes import has_modes
+from rbstab.systems.system import System
+
+ModeIntegration = Callable[[Problem, Progress | None], Trajectory]
+"""An engine for problems whose elements switch."""
+
+LEAST_CHANGE = 1e-20
+"""The least change of a state at the start of the second run: the engine heyoka diverges from
+states of rest that differ from zero by the smallest number of a computer."""
+
+
+def follows_modes(problem: Problem) -> bool:
+    """Return whether `drive_by_modes` integrates a problem.
+
+    It follows a sliding connector beside other elements, and ties whose axes bounce on s = E.
+    """
+    system = problem.system
+    if problem.switching is None:
+        return any(isinstance(element, CrossingTie) for element in system.elements)
+    return has_modes(system) or system.supplies or system.size > system.coordinates.size
+
+
+def drive_by_modes(
+    problem: Problem, integrate: ModeIntegration, progress: Progress | None, deadline: Deadline
+) -> Trajectory:
+    """Integrate a problem that `follows_modes`, and find how far it is trusted.
+
+    Args:
+        problem: The problem.
+        integrate: Integrates a problem whose elements switch, with the switches of its connector.
+        progress: Called after every step of the first run.
+        deadline: The deadline of both runs.
+    """
+    by_modes = problem
+    if problem.switching is not None:
+        by_modes = replace(problem, system=with_connector_by_modes(problem))
+    run = integrate(by_modes, progress)
+    if not problem.diagnosed:
+        return run
+    samples = deadline.samples
+    start = perturbed_start(problem, LEAST_CHANGE)
+    second = integrate(replace(by_modes, start=start, diagnosed=False), None)
+    deadline.samples = samples
+    ends = [None] * (len(second.times) - 1) + [second.status]
+    rows = zip(second.times.tolist(), second.states, ends, strict=True)
+    trusted = trusted_until(run, rows, problem.system.coordinates.size)
+    if run.switches is not None:
+        return replace(run, switches=run.switches._replace(trusted_until=trusted))
+    return replace(run, trusted_until=trusted)
+
+
+def with_connector_by_modes(problem: Problem) -> System:
+    """Return the system of a problem with a sliding connector that has modes 0 and 1."""
+    system, switching = problem.system, problem.switching
+    assert switching is not None
+    if switching.step:
+        raise ValueError("implicit steps are those of a sliding connector alone")
+    connector = connector_of(system)
+    kind: type[AtContact] = CrossingConnector
+    if switching.layered:
+        kind = LayeredConnector
+    elif connector.rate_weight:
+        kind = FilippovConnector
+    elif switching.sticks or _begins_at_rest(problem):
+        kind = StickingConnector
+    changed = kind(
+        K_s=connector.K_s,
+        rate_weight=connector.rate_weight,
+        slope=connector.slope,
+        layer_width=connector.layer_width,
+    )
+    elements = (changed if isinstance(e, SlidingConnector) else e for e in system.elements)
+    return replace(system, elements=tuple(elements))
+
+
+def _begins_at_rest(problem: Problem) -> bool:
+    """Return whether an axis of the contact point begins at E = F = 0, and so may be held.
+
+    No axis is held beside a stop: the forces of both would have to be solved together.
+    """
+    if stop_of(problem.system) is not None:
+        return False
+    motion = problem.system.motion(problem.start)
+    at_rest = np.maximum(np.abs(motion.E), np.abs(motion.F)) <= START_TOLERANCE
+    return bool(at_rest.any())

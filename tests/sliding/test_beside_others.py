@@ -1,0 +1,323 @@
+"""Protects a sliding controller beside inputs, elements that switch, and elements with own states.
+
+There another driver follows it: the one of all elements with modes. Independent facts: alone, the
+driver of sliding connectors follows the same motion, with gravity as a weight instead of an input;
+both engines agree; v balances with what was supplied.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+import rbstab
+from rbstab.config.errors import ConfigError
+from rbstab.config.load import load_config
+
+EXAMPLES = Path(__file__).parents[2] / "configs" / "examples" / "sliding"
+ENGINES = ("scipy", "heyoka")
+EACH = pytest.mark.parametrize("engine_name", ENGINES)
+GRAVITY = [3.0, -5.0, -9.81]
+
+MOTION = ("orientation", "angular_velocity", "contact_displacement", "contact_velocity")
+
+
+def example(name: str, elements: Any = None, **integration: Any) -> dict[str, Any]:
+    """Return an example, with elements."""
+    config: dict[str, Any] = yaml.safe_load((EXAMPLES / f"{name}.yaml").read_text(encoding="utf-8"))
+    config["integration"] |= {"duration": 0.25, "samples": 26} | integration
+    return config | ({"schema_version": 2, "elements": elements} if elements else {})
+
+
+def push(signal: dict[str, Any], amplitude: float, direction: Any = (1, 1, 1)) -> dict[str, Any]:
+    """Return a force at the centre of gravity."""
+    ends = {"quantity": "force", "point": [0, 0, 0], "direction": list(direction)}
+    return {"kind": "input", **ends, "amplitude": amplitude, "signal": signal}
+
+
+def transitions(run: Any) -> list[tuple[int, str]]:
+    return [
+        (int(axis), str(kind))
+        for axis, kind in zip(run["transition_axis"], run["transition_kind"], strict=True)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "engine_name"),
+    [
+        ("slope_exact_2000", "scipy"),
+        pytest.param("slope_exact_2000", "heyoka", marks=pytest.mark.heavy),
+        ("slope_layer_2000", "heyoka"),
+        ("position_layer_2000", "heyoka"),
+        pytest.param("position_exact_2000", "heyoka", marks=pytest.mark.heavy),
+    ],
+)
+def test_a_constant_force_is_a_weight(name, engine_name):
+    """Two drivers: that of sliding connectors with gravity, that of modes with an input."""
+    config = example(name, engine=engine_name)
+    alone = rbstab.simulate(config | {"gravity": GRAVITY})
+    weight = config["body"]["mass"] * float(np.linalg.norm(GRAVITY))
+    given = example(name, {"weight": push({"kind": "constant"}, weight, GRAVITY)})
+    beside = rbstab.simulate(given | {"integration": config["integration"]})
+    assert beside.status == alone.status == "completed"
+    assert beside.attributes["verdict"] == "driven"
+    for quantity in (*MOTION, "contact_force", "chatter_energy"):
+        size = max(np.abs(alone[quantity]).max(), 1.0)
+        assert np.abs(beside[quantity] - alone[quantity]).max() < 1e-9 * size, quantity
+    for quantity in ("mode", "switch_count", "switch_axis", "discarded_energy", "trusted_until"):
+        np.testing.assert_array_equal(beside[quantity], alone[quantity], quantity)
+    assert alone["switch_count"][-1].sum() > 5
+    np.testing.assert_allclose(beside["switch_time"], alone["switch_time"], rtol=0, atol=1e-11)
+    if name == "slope_exact_2000":
+        assert transitions(beside) == transitions(alone)
+        times = beside["transition_time"], alone["transition_time"]
+        np.testing.assert_allclose(*times, rtol=0, atol=1e-11)
+        assert len(times[0]) > 2
+
+
+EMBEDDED = {"kind": "embedded", "point": [0.1, 0, 0.2], "anchor": [0, 0, 0]} | {
+    name: [300.0, 200.0, 100.0] for name in ("K_c", "L_c", "K_d", "L_d")
+}
+LIGAMENT = {
+    "kind": "ligament",
+    "point": [0.1, 0, 0],
+    "anchor": [0.4, 0, 0],
+    "stiffness": 2000.0,
+    "slack_length": 0.3,
+    "toe_strain": 0.05,
+    "damping": 2.0,
+}
+TIE = {
+    "kind": "sliding",
+    "point": [-0.2, 0.1, 0.3],
+    "anchor": [-0.2, 0.1, 0.3],
+    "K_s": [400.0, 300.0, 200.0],
+    "surface": {"slope": 10},
+}
+NOISE = {"kind": "noise", "seed": 3, "rate": 40.0, "correlation_time": 0.05}
+OTHERS: dict[str, dict[str, Any]] = {
+    "own states": {"mount": EMBEDDED},
+    "ligament": {"line": LIGAMENT},
+    "sine": {"push": push({"kind": "sine", "frequency": 3.0}, 500.0)},
+    "noise and ligament": {"push": push(NOISE, 400.0), "line": LIGAMENT},
+    "stop": {"end": {"kind": "guard", "method": "stop", "angle": 0.7, "restitution": 0.5}},
+    "tie": {"tie": TIE},
+}
+HEAVY = pytest.mark.heavy
+
+
+@pytest.mark.parametrize(
+    ("name", "others"),
+    [
+        ("slope_exact_2000", "own states"),
+        ("slope_exact_2000", "sine"),
+        pytest.param("slope_exact_2000", "tie", marks=HEAVY),
+        pytest.param("slope_exact_2000", "noise and ligament", marks=HEAVY),
+        ("position_layer_2000", "stop"),
+        pytest.param("position_layer_2000", "own states", marks=HEAVY),
+        ("position_exact_2000", "noise and ligament"),
+        pytest.param("position_exact_2000", "stop", marks=HEAVY),
+    ],
+)
+def test_engines_agree_and_the_audit_closes(name, others):
+    one, two = (rbstab.simulate(example(name, OTHERS[others], engine=e)) for e in ENGINES)
+    driven = "push" in OTHERS[others]
+    for run in (one, two):
+        assert run.status == "completed"
+        # The tie on a slope has no potential of its own, so v may rise.
+        expected = "violated" if others == "tie" else "driven" if driven else "consistent"
+        assert run.attributes["verdict"] == expected
+        supplied = np.abs(run["supplied_energy"]).max() if driven else 0.0
+        scale = run["lyapunov"][0] + supplied
+        assert np.abs(run["energy_residual"]).max() < 1e-10 * scale
+    for quantity in MOTION:
+        size = max(np.abs(one[quantity]).max(), 1.0)
+        assert np.abs(one[quantity] - two[quantity]).max() < 1e-9 * size, quantity
+    for quantity in ("mode", "switch_count", "switch_axis", "trusted_until"):
+        np.testing.assert_array_equal(one[quantity], two[quantity], quantity)
+    np.testing.assert_allclose(one["switch_time"], two["switch_time"], rtol=0, atol=1e-9)
+
+
+@EACH
+def test_an_axis_is_released_at_a_breakpoint(engine_name):
+    """A knock of 60 kN exceeds K_s. All axes slide before it, and again soon after it."""
+    knock = {"kind": "pulse", "start": 0.1, "duration": 0.01}
+    elements = {"knock": push(knock, 6e4, (0, 0, 1))}
+    run = rbstab.simulate(example("slope_exact_20000", elements, engine=engine_name, samples=251))
+    assert run.attributes["verdict"] == "driven"
+    found = list(zip(run["transition_time"], transitions(run), strict=True))
+    first = [kind for time, kind in found if time < 0.1]
+    assert sorted(first) == [(axis, "stick") for axis in (1, 2, 3)]
+    later = [(time, kind) for time, kind in found if time >= 0.1]
+    assert later[0] == (0.1, (3, "release"))
+    assert later[-1][0] > 0.11
+    rows = {round(float(t), 3): row for row, t in enumerate(run["time"])}
+    force, mode = run["contact_force"], run["mode"]
+    # Held before, and under the full force from the sample at the breakpoint on.
+    assert (mode[rows[0.099]] == 0).all()
+    assert mode[rows[0.1]][2] == 1
+    assert force[rows[0.1]][2] == -20000.0
+    assert (mode[-1] == 0).all()
+    assert (np.abs(force) <= 20000.0 * (1 + 1e-9)).all()
+    checks = dict(zip(run["certificate/check"], run["certificate/verdict"], strict=True))
+    assert checks["breakpoints"] == checks["audit"] == "consistent"
+
+
+def weighed(config: dict[str, Any], size: float) -> tuple[Any, Any]:
+    """Return two results: of a controller alone, and with its weight as an input."""
+    g = size * np.array(GRAVITY)
+    force = config["body"]["mass"] * float(np.linalg.norm(g))
+    weight = push({"kind": "constant"}, force, g.tolist())
+    given = config | {"schema_version": 2, "elements": {"weight": weight}}
+    return rbstab.simulate(config | {"gravity": g.tolist()}), rbstab.simulate(given)
+
+
+def history(run: Any, first: float = 0.0) -> tuple[Any, Any]:
+    """Return the times and the kinds of the transitions after a time."""
+    later = run["transition_time"] > first
+    return run["transition_time"][later], [
+        kind for kind, is_later in zip(transitions(run), later, strict=True) if is_later
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "energy", "engine_name"),
+    [
+        ("position_exact_20000", 1e9, "scipy"),
+        pytest.param("position_exact_20000", 1e9, "heyoka", marks=HEAVY),
+        pytest.param("position_exact_2000", 200.0, "heyoka", marks=HEAVY),
+    ],
+)
+def test_weak_bounces_stick_as_without_other_elements(name, energy, engine_name):
+    """The other driver sticks at the same switch, at the same time, and goes on equally."""
+    duration = 0.5 if energy < 1e9 else 0.1
+    config = example(name, engine=engine_name, duration=duration)
+    config["controller"] |= {"stick_energy": energy}
+    alone, beside = weighed(config, 1.0)
+    assert beside.status == alone.status == "completed"
+    times, kinds = history(beside)
+    expected, same = history(alone)
+    assert kinds == same == [(1, "stick"), (2, "stick"), (3, "stick")]
+    np.testing.assert_allclose(times, expected, rtol=0, atol=1e-11)
+    for quantity in ("mode", "switch_count", "switch_axis", "trusted_until"):
+        np.testing.assert_array_equal(beside[quantity], alone[quantity], quantity)
+    for quantity in MOTION:
+        size = max(np.abs(alone[quantity]).max(), 1.0)
+        assert np.abs(beside[quantity] - alone[quantity]).max() < 1e-9 * size, quantity
+    # v counts the weight only if it is one: sticking moves C, and so the weight does work.
+    lost = alone["discarded_energy"], beside["discarded_energy"]
+    assert 0.9 * min(energy, 1000.0) < lost[1][-1] < 1500.0
+    np.testing.assert_allclose(*lost, rtol=0.01)
+    assert np.abs(beside["energy_residual"]).max() < 1e-10 * beside["lyapunov"][0]
+
+
+@EACH
+def test_a_point_at_rest_is_held_until_its_load_is_too_large(engine_name):
+    """Under this weight one axis is torn off at once, and another one as the body turns."""
+    config = example("position_exact_2000", engine=engine_name)
+    alone, beside = weighed(config | {"initial": {}}, 20.0)
+    assert beside.status == alone.status == "completed"
+    assert (beside["mode"][0] == [0, 0, -1]).all()
+    times, kinds = history(beside)
+    expected, same = history(alone)
+    assert kinds == same == [(2, "release")]
+    np.testing.assert_allclose(times, expected, rtol=0, atol=1e-11)
+    for quantity in MOTION:
+        size = max(np.abs(alone[quantity]).max(), 1.0)
+        assert np.abs(beside[quantity] - alone[quantity]).max() < 1e-9 * size, quantity
+
+
+@EACH
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_point_at_rest_is_knocked_off_at_a_breakpoint(engine_name, sign):
+    """The force exceeds K_s of one axis for 10 ms; before it nothing moves."""
+    knock = {"kind": "pulse", "start": 0.1, "duration": 0.01}
+    elements = {"knock": push(knock, 5000.0, (0, sign, 0)) | {"point": [0.15, 0.1, -0.42]}}
+    config = example("position_exact_2000", elements, engine=engine_name)
+    run = rbstab.simulate(config | {"initial": {}})
+    first, kinds = history(run)
+    assert (first[0], kinds[0]) == (0.1, (2, "release"))
+    before = run["time"] <= 0.1
+    assert not run["contact_displacement"][run["time"] < 0.1].any()
+    # At the breakpoint the axis is put 1e-13 m beside its surface.
+    assert np.abs(run["contact_displacement"][before]).max() <= 1e-13
+    assert run["contact_force"][before][-1][1] == -2000.0 * sign
+    assert np.sign(run["contact_displacement"][~before][0][1]) == sign
+    size = np.abs(run["supplied_energy"]).max()
+    assert np.abs(run["energy_residual"]).max() < 1e-10 * size
+
+
+def test_a_chaotic_motion_is_trusted_for_a_while():
+    """On s = E errors grow by each switch; then the two engines differ as well."""
+    gust = {"push": push({"kind": "sine", "frequency": 2.0}, 100.0)}
+    config = example("position_exact_20000", gust, engine="heyoka", duration=0.5, samples=101)
+    config["controller"] |= {"stick_energy": 0.0}
+    run = rbstab.simulate(config)
+    trusted = float(run["trusted_until"])
+    assert run.status == "completed"
+    assert 0.1 < trusted < 0.4
+    moved = config | {"initial": {"angular_velocity": [16, 32, np.nextafter(-16, 0)]}}
+    other = rbstab.simulate(moved)
+    same = run["time"] <= trusted / 2
+    difference = np.abs(run["contact_displacement"] - other["contact_displacement"])
+    assert difference[same].max() < 1e-6
+    assert difference[~same].max() > 1e-4
+
+
+@EACH
+def test_the_limits_of_the_controller_hold(engine_name):
+    config = example("position_layer_2000", OTHERS["ligament"], engine=engine_name)
+    config["controller"] |= {"switch_limit": 6, "stored_switches": 4}
+    run = rbstab.simulate(config)
+    assert run.status == "switch limit"
+    assert len(run["switch_time"]) == 4
+    assert run["switch_count"][-1].sum() <= 6
+
+
+SLOPE: dict[str, Any] = {"surface": {"slope": 20}}
+REFUSED = {
+    "implicit": (
+        {"law": {"implicit": 1e-4}},
+        OTHERS["sine"] | {"mount": EMBEDDED},
+        "has mount, push beside a sliding connector with implicit steps (expected law: exact",
+    ),
+    "sticking at a stop": (
+        {"stick_energy": 10.0},
+        OTHERS["stop"],
+        "has end beside a sliding connector with a stick_energy (expected stick_energy: 0, or no",
+    ),
+    "stop": (
+        SLOPE,
+        OTHERS["stop"],
+        "has end beside sliding on a slope with the exact law: connector (expected a boundary",
+    ),
+    "one point": (
+        SLOPE,
+        {"tie": TIE | {"point": [0.15, 0.1, -0.42]}},
+        "has the sliding ties tie and connector at one point",
+    ),
+    "many": (
+        SLOPE,
+        {f"tie_{k}": TIE | {"point": [0.1 * k, 0.0, 0.0]} for k in range(3)},
+        "has 4 sliding ties on slopes with the exact law: tie_0, tie_1, tie_2, connector",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_refused_beside_it(case):
+    changes, elements, words = REFUSED[case]
+    config = example("position_exact_2000", elements)
+    with pytest.raises(ConfigError) as caught:
+        load_config(config | {"controller": config["controller"] | changes})
+    (found,) = caught.value.problems
+    assert f" elements: {words}" in str(found)
+    if case == "stop":
+        load_config(example("position_layer_2000", elements))
+    if case == "implicit":
+        smooth = {"spring": {"kind": "attitude", "K": [1.0] * 3, "L": [1.0] * 3}}
+        load_config(
+            example("position_exact_2000", smooth) | {"controller": config["controller"] | changes}
+        )

@@ -64,16 +64,27 @@ def drive_by_modes(
     run = integrate(by_modes, progress)
     if not problem.diagnosed:
         return run
-    samples = deadline.samples
-    start = perturbed_start(problem, LEAST_CHANGE)
-    second = integrate(replace(by_modes, start=start, diagnosed=False), None)
-    deadline.samples = samples
-    ends = [None] * (len(second.times) - 1) + [second.status]
-    rows = zip(second.times.tolist(), second.states, ends, strict=True)
-    trusted = trusted_until(run, rows, problem.system.coordinates.size)
+    trusted = _trusted_until(by_modes, run, integrate, deadline)
     if run.switches is not None:
         return replace(run, switches=run.switches._replace(trusted_until=trusted))
     return replace(run, trusted_until=trusted)
+
+
+def _trusted_until(
+    problem: Problem, run: Trajectory, integrate: ModeIntegration, deadline: Deadline
+) -> float:
+    """Return how far a run is trusted, from a second run to its last sample."""
+    times = problem.times[problem.times <= run.times[-1]]
+    # A run that ended where it began shows nothing, and its neighbours may bounce without an end.
+    if len(times) < 2:
+        return float(run.times[0])
+    samples = deadline.samples
+    start = perturbed_start(problem, LEAST_CHANGE)
+    second = integrate(replace(problem, start=start, times=times, diagnosed=False), None)
+    deadline.samples = samples
+    ends = [None] * (len(second.times) - 1) + [second.status]
+    rows = zip(second.times.tolist(), second.states, ends, strict=True)
+    return trusted_until(run, rows, problem.system.coordinates.size)
 
 
 def with_connector_by_modes(problem: Problem) -> System:

@@ -103,6 +103,29 @@ def test_infinite_numbers_hide_no_difference(ours, theirs, expected):
     assert compare(*columns) == (0, {"settling_time": expected})
 
 
+@pytest.mark.parametrize(
+    ("ours", "theirs", "expected"),
+    [
+        # At rest both are round-off of the energies, which are 8 J.
+        ([4e-16, -1e-15], [-4e-16, 0.0], 1e-15 / 8e-6),
+        # Not yet at rest: a wrong end is seen.
+        ([1e-3, 1e-4], [2e-3, 1e-4], 0.5),
+    ],
+)
+def test_round_off_of_v_at_rest_is_no_difference(ours, theirs, expected):
+    columns = [
+        {
+            "status": np.zeros(2),
+            "lyapunov_start": np.array([8.0, 8.0]),
+            "lyapunov_end": np.array(values),
+        }
+        for values in (ours, theirs)
+    ]
+    unlike, differences = compare(*columns)
+    assert unlike == 0
+    assert differences["lyapunov_end"] == pytest.approx(expected)
+
+
 # Broken engines
 
 FEW = plan_of(

@@ -27,6 +27,11 @@ _SCALE = {
 its differences. v is largest at the start, unless inputs supply power."""
 
 
+_LEAST_SHARE = {"lyapunov_end": ("lyapunov_start", 1e-6)}
+"""For a column that ends at zero: another column, and the share of its largest absolute value by
+which differences are divided at least. Otherwise round-off would be compared with round-off."""
+
+
 @dataclass(frozen=True)
 class ScipyComparison:
     """The comparison of sampled members with single runs by SciPy.
@@ -74,6 +79,12 @@ def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict
         # Infinite numbers come from diverged motions. It is enough that both motions diverge.
         finite = np.isfinite(a) & np.isfinite(b)
         largest = float(np.abs(scale[np.isfinite(scale)]).max(initial=0.0))
+        if name in _LEAST_SHARE:
+            other, share = _LEAST_SHARE[name]
+            values = theirs[other][alike]
+            largest = max(
+                largest, share * float(np.abs(values[np.isfinite(values)]).max(initial=0))
+            )
         difference = float(np.abs(a[finite] - b[finite]).max(initial=0.0))
         differences[name] = difference / largest if largest else difference
     return int((~alike).sum()), differences

@@ -57,6 +57,8 @@ def run_task(
         elif answers is not None:
             for sentence in answers.sentences:
                 click.echo(f"Convergence: {sentence}.")
+        if sweep.finished and not quiet:
+            click.echo(f"Next: rbstab report {_folder_word(sweep)}", err=True)
     except KeyboardInterrupt:
         _exit_at_once()
     except ExecutorError as error:
@@ -94,12 +96,11 @@ def _exit_code(sweep: "Sweep", *, fail_fast: bool, interrupted: bool) -> int:
 
 
 def _print_end(sweep: "Sweep", *, fail_fast: bool, interrupted: bool, quiet: bool) -> None:
-    """Print how the sweep ended, and the next command."""
+    """Print how the sweep ended; if it did not finish, the next command."""
     stored = f"{sweep.inventory.members} of {sweep.folder.manifest.members} members are stored."
     if sweep.finished:
         if not quiet:
             click.echo(f"-> {sweep.folder.sweep_file}", err=True)
-            click.echo(f"Next: rbstab report {_folder_word(sweep)}", err=True)
     elif _is_done_part(sweep, fail_fast=fail_fast):
         if not quiet:
             click.echo(_part_done(sweep), err=True)

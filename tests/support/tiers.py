@@ -20,7 +20,7 @@ SECONDS_FILE = Path(__file__).parents[1] / "data" / "seconds.json"
 LIMITS = {"slow": 0.4, "heavy": 1.25}
 """s: by marker, the longest time of all cases of a test without it."""
 
-LONGEST = 10.0
+LONGEST = 5.0
 """s: the longest time of the cases of a test that are not `long`, unless one case takes longer."""
 
 SEEDS = ("rng", "seed")

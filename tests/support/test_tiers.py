@@ -96,10 +96,10 @@ def test_a_test_is_marked_by_the_time_of_all_its_cases():
         assert marks_of(cases) == [expected] * 4
 
 
-@pytest.mark.parametrize(("each", "count"), [(2.5, 4), (2.6, 3), (9.0, 1), (11.0, 1)])
+@pytest.mark.parametrize(("each", "count"), [(0.25, 4), (0.26, 3), (0.9, 1), (1.1, 1)])
 def test_some_cases_of_the_longest_tests_are_run_for_every_change(each, count):
     cases = [Collected(f"tests/a.py::test_b[{n}]", x=n) for n in range(4)]
-    mark_by_time(cases, {"a.py": {"test_b": each}})
+    mark_by_time(cases, {"a.py": {"test_b": each * LONGEST}})
     assert ["long" in case.marks for case in cases] == [n >= count for n in range(4)]
 
 

@@ -11,6 +11,7 @@ from _pytest.mark.expression import Expression
 from support import measure
 from support.tiers import (
     LIMITS,
+    LONGEST,
     Case,
     below,
     covering,

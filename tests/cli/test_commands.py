@@ -75,6 +75,20 @@ def test_a_run_imports_nothing_that_it_does_not_use(options: tuple[str, ...], fo
     assert not {*UNUSED_PACKAGES, *OPTIONAL_PACKAGES, *UNUSED_MODULES} & modules
 
 
+def test_a_sweep_by_heyoka_imports_no_scipy() -> None:
+    pytest.importorskip("heyoka")
+    # The comparison with SciPy has a process of its own.
+    code = (
+        "import sys\n"
+        "import rbstab.sweep.sweep, rbstab.sweep.members.ensemble\n"
+        "print(*sys.modules)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    modules = set(done.stdout.split())
+    assert "rbstab.integrate.heyoka.engine" in modules
+    assert not {"scipy", *OPTIONAL_PACKAGES} & modules
+
+
 def test_a_run_builds_only_the_models_of_its_variant(folder: Path) -> None:
     code = (
         "from rbstab.config.load import load_config\n"

@@ -15,12 +15,13 @@ import scipy.integrate
 from scipy.optimize import brentq
 
 from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.length_watch import LengthWatch
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.range_exit import TESTS_PER_STEP, excess, exit_inside, may_leave
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import StopRun, WatchedRates, audited_rates_of
-from rbstab.integrate.zero_length import LengthWatch, ended_at, zero_length
+from rbstab.integrate.zero_length import ended_at, zero_length
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY

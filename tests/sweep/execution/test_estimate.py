@@ -11,6 +11,7 @@ from rbstab.sweep.execution import estimate as module
 from rbstab.sweep.execution.estimate import CALIBRATION_TIME, estimate
 from rbstab.sweep.members.engine import Shard
 from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.proofs import motions
 
 VARIANTS = Path(__file__).parents[3] / "configs" / "sweeps" / "variants.yaml"
 
@@ -204,7 +205,7 @@ def test_proofs_are_timed_with_some_of_their_members(monkeypatch, limits, share)
         clock.now += 0.5 * (stop - start) if proved else 100.0
         proved.extend(range(start, stop))
 
-    monkeypatch.setattr(module, "motion_columns", prove)
+    monkeypatch.setattr(motions, "motion_columns", prove)
     engine = TimedEngine(plan, clock, lambda _: 0.0)
     found = estimate(plan, 1000, lambda _: engine, 2, clock)
     assert found.seconds == pytest.approx(1000 * share * 0.5 / 2)

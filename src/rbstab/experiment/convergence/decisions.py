@@ -24,6 +24,13 @@ NOT_ENCLOSED = (
 )
 """The reasons for which not even the motion is enclosed."""
 
+MAX_STEPS = 2000
+"""Steps after which the enclosure of a motion ends: a limit that is the same on every machine. A
+hundred steps take two to four seconds."""
+
+BRIEF_STEPS = 150
+"""Steps after which the enclosure ends if it was to be brief: some five seconds."""
+
 PATIENCE = 50
 """Steps over which the energy must fall by `LEAST_FALL`; otherwise the motion has come to rest."""
 

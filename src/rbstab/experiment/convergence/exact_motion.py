@@ -28,8 +28,10 @@ from rbstab.config.build import start_of
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Convergence, Enclose, Undecided
 from rbstab.experiment.convergence.decisions import (
+    BRIEF_STEPS,
     COMMAND,
     LEAST_FALL,
+    MAX_STEPS,
     NOT_ENCLOSED,
     PATIENCE,
     convergence_in,
@@ -42,13 +44,6 @@ from rbstab.experiment.proof_record import Proof
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
-
-MAX_STEPS = 2000
-"""Steps after which the enclosure of a motion ends: a limit that is the same on every machine. A
-hundred steps take two to four seconds."""
-
-BRIEF_STEPS = 150
-"""Steps after which the enclosure ends if it was to be brief: some five seconds."""
 
 
 class Limits(NamedTuple):

@@ -14,7 +14,6 @@ from rbstab.sweep.members.outcome import outcome_columns
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import checked_traces
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.motions import motion_columns
 
 
 def compute_shard(
@@ -72,6 +71,11 @@ def compute_members(
         # No member may stop the sweep: each is rerun as a single run, and gets its own status.
         on_error(error)
         shard = _computed(plan, SingleRuns(plan), start, stop)
+    if plan.prove is None:
+        return shard
+    # Imported late: only plans with `prove` enclose motions.
+    from rbstab.sweep.proofs.motions import motion_columns
+
     return Shard(shard.outcome | motion_columns(plan, start, stop), shard.traces)
 
 

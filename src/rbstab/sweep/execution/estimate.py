@@ -15,7 +15,6 @@ from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.convergence import shares_proof
-from rbstab.sweep.proofs.motions import motion_columns
 
 CALIBRATION_TIME = 3.0
 """s; the limit of a calibration, divided among the variants, without compilation."""
@@ -178,6 +177,8 @@ def _proof_time(plan: Plan, clock: Clock) -> float:
     """
     if plan.prove is None:
         return 0.0
+    from rbstab.sweep.proofs.motions import motion_columns
+
     share = plan.prove.count(plan.members) / plan.members
     if share > 0.5 and all(shares_proof(plan, variant) for variant in plan.variants):
         first = max(0, (plan.members - JOINT_MEMBERS) // 2)

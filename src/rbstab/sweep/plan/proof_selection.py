@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.experiment.convergence.exact_motion import MAX_STEPS
+from rbstab.experiment.convergence.decisions import MAX_STEPS
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.problems import ProblemCollector
 

@@ -4,13 +4,11 @@ The example `creeping_tie.py` states what the embedded tie of the program states
 and sensitivities must agree with those of the tie, which other tests compare with closed forms.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from support.config_elements import config_data
 from support.problems import ENGINES
-from support.user_code import element_text
+from support.user_code import CREEPING_TIE, MAXWELL
 
 import rbstab
 from rbstab.config.build import problem_of
@@ -18,15 +16,12 @@ from rbstab.config.entries import entries_of, is_of_initial_state
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import acting_sections, initial_sections, load_config, plain_data, run_id
 from rbstab.config.units import Kind, unit_of
-from rbstab.elements.user_code.loaded import UserCode, element_class
-from rbstab.experiment.element_check.check import check_class
 from rbstab.experiment.proof import proof_id
 from rbstab.experiment.tuning.sensitivities import sensitivities
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.sweep import sweep_to_folder
 
-EXAMPLE = Path(__file__).parents[2] / "configs" / "examples" / "creeping_tie.py"
 VALUES = {
     "point": [0.15, 0.1, -0.42],
     "anchor": [0.1, 0.1, -0.4],
@@ -37,37 +32,16 @@ VALUES = {
     "initial_state": [0.02, -0.03, 0.01],
 }
 OURS = {"kind": "embedded"} | VALUES
-THEIRS = {"kind": "python", "file": EXAMPLE.name, "class": "CreepingTie", "parameters": VALUES}
+THEIRS = {"kind": "python", "file": CREEPING_TIE.name, "class": "CreepingTie", "parameters": VALUES}
 BODY = ("orientation", "angular_velocity", "position", "velocity", "energy", "lyapunov")
-
-MAXWELL = element_text(
-    """
-    states = (OwnState("extension", "s", "m", "extension of the spring", size=1),)
-
-    def rates(self, motion, own):
-        along = line(motion, self.point, self.anchor)
-        return np.array([along.rate]) - self.k / self.c * own
-
-    def wrench(self, motion, own):
-        along = line(motion, self.point, self.anchor)
-        return force_at(motion, self.point, -self.k * own[0] * along.direction)
-
-    def stored(self, motion, own):
-        return 0.5 * self.k * own[0] * own[0]
-
-    def dissipated(self, motion, own):
-        return (self.k * own[0]) * (self.k * own[0]) / self.c
-    """,
-    'POINT, ANCHOR, Gain("k", "N/m", "stiffness", shape="number"), '
-    'Gain("c", "N s/m", "damping", shape="number")',
-).replace("import power", "import OwnState, power")
-"""A spring and a damper in a row. Its stored energy depends on its own state alone."""
 
 
 @pytest.fixture(autouse=True)
 def _folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / EXAMPLE.name).write_text(EXAMPLE.read_text(encoding="utf-8"), encoding="utf-8")
+    (tmp_path / CREEPING_TIE.name).write_text(
+        CREEPING_TIE.read_text(encoding="utf-8"), encoding="utf-8"
+    )
 
 
 def load(element, **sections):
@@ -118,72 +92,6 @@ def test_a_state_of_another_size_is_stored_and_relaxes(tmp_path):
     assert result.variables["mine.extension"].dimensions == ("time", "mine.extension_component")
 
 
-def check(text):
-    code = UserCode(text, "mine.py")
-    return check_class(element_class(code, "Mine"), code)
-
-
-CREEPING = EXAMPLE.read_text(encoding="utf-8").replace("CreepingTie", "Mine")
-
-WRONG = {
-    "sign of a rate": (
-        CREEPING.replace(" - self.K_d @ own) / self.L_d", " + self.K_d @ own) / self.L_d"),
-        "`dissipated` is not the power that `wrench` takes from the motion, or `rates` is wrong",
-    ),
-    "sign of a force": (
-        CREEPING.replace("-spring - self", "spring - self"),
-        "`dissipated` is not the power",
-    ),
-    "forgotten rate": (
-        MAXWELL.replace("def rates", "def speeds"),
-        "rates returns an array of shape (0,)",
-    ),
-    "wrong size": (
-        MAXWELL.replace("[along.rate]", "[along.rate, 0.0]"),
-        "rates returns an array of shape (2,) (expected 1 numbers)",
-    ),
-    "time": (
-        CREEPING.replace("/ self.L_d\n", "/ self.L_d * (1 + motion.time)\n"),
-        "`rates` depends",
-    ),
-    "floats only": (
-        MAXWELL.replace("np.array([along.rate])", "np.array([float(np.real(along.rate))])"),
-        "the slope by a complex step is not that of differences",
-    ),
-    "guards by own states": (
-        MAXWELL.replace(
-            "    def rates",
-            "    mode_count = 1\n\n    def guards(self, motion, own):\n"
-            "        return np.array([own[0] - 0.1])\n\n    def rates",
-        ),
-        "`guards` depends on own states",
-    ),
-}
-
-
-@pytest.mark.filterwarnings("ignore:Casting complex values")
-@pytest.mark.parametrize("name", WRONG)
-def test_the_wrong_statement_is_named(name):
-    text, expected = WRONG[name]
-    assert text not in (CREEPING, MAXWELL)
-    problems = check(text).problems
-    assert any(expected in problem for problem in problems), problems
-
-
-@pytest.mark.parametrize("text", [CREEPING, MAXWELL], ids=["creeping", "maxwell"])
-def test_right_elements_pass(text):
-    found = check(text)
-    assert found.problems == ()
-    assert "heyoka's expressions pass" in found.passed
-    assert found.notes == ()
-
-
-def test_a_problem_shows_the_own_states():
-    (problem,) = check(WRONG["sign of a rate"][0]).problems
-    assert "V = [" in problem
-    assert ", state = [" in problem
-
-
 def test_the_start_is_of_the_initial_state_and_the_rest_is_not():
     config, moved = load(THEIRS), load(with_parameters(initial_state=[0.0, 0.0, 0.5]))
     assert run_id(config) != run_id(moved)
@@ -195,7 +103,7 @@ def test_the_start_is_of_the_initial_state_and_the_rest_is_not():
     assert problem_of(config).system.own_states == {"tie.state": slice(12, 15)}
     again = load_config(plain_data(config), allow_python=True)
     assert run_id(again) == run_id(config)
-    kind = Kind("python", None, EXAMPLE.read_text(encoding="utf-8"), "CreepingTie")
+    kind = Kind("python", None, CREEPING_TIE.read_text(encoding="utf-8"), "CreepingTie")
     assert unit_of("elements.tie.parameters.initial_state", [kind]) == "m"
     assert unit_of("elements.tie.parameters.K_d", [kind]) == "N/m"
 

@@ -39,6 +39,33 @@ SPRING = element_text("""
 """A linear spring of the centre of gravity."""
 
 
+MAXWELL = element_text(
+    """
+    states = (OwnState("extension", "s", "m", "extension of the spring", size=1),)
+
+    def rates(self, motion, own):
+        along = line(motion, self.point, self.anchor)
+        return np.array([along.rate]) - self.k / self.c * own
+
+    def wrench(self, motion, own):
+        along = line(motion, self.point, self.anchor)
+        return force_at(motion, self.point, -self.k * own[0] * along.direction)
+
+    def stored(self, motion, own):
+        return 0.5 * self.k * own[0] * own[0]
+
+    def dissipated(self, motion, own):
+        return (self.k * own[0]) * (self.k * own[0]) / self.c
+    """,
+    'POINT, ANCHOR, Gain("k", "N/m", "stiffness", shape="number"), '
+    'Gain("c", "N s/m", "damping", shape="number")',
+).replace("import power", "import OwnState, power")
+"""A spring and a damper in a row. Its stored energy depends on its own state alone."""
+
+CREEPING_TIE = Path(__file__).parents[2] / "configs" / "examples" / "creeping_tie.py"
+"""The file of the example: an element of users that is the embedded tie of the program."""
+
+
 def mine(**parameters: Any) -> dict[str, Any]:
     """Return the section of an element whose file `mine.py` has the class `Mine`."""
     return {"kind": "python", "file": "mine.py", "class": "Mine", "parameters": parameters}

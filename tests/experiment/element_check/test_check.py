@@ -5,7 +5,7 @@ below has one fault; the check must name the statement that has it, and the stat
 """
 
 import pytest
-from support.user_code import HEAD, SPRING, element_text
+from support.user_code import CREEPING_TIE, HEAD, MAXWELL, SPRING, element_text
 
 from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.elements.sliding_ties import SlidingTie
@@ -57,6 +57,9 @@ LIGAMENT = element_text(
     'POINT, ANCHOR, Gain("k", "m", "length", shape="number")',
 )
 """A line that only pulls."""
+
+
+CREEPING = CREEPING_TIE.read_text(encoding="utf-8").replace("CreepingTie", "Mine")
 
 
 def of(text, name="Mine"):
@@ -123,6 +126,8 @@ RIGHT = {
         def stored(self, motion, own):
             return -self.k * motion.A[2, 2]
         """),
+    "own states": CREEPING,
+    "one own state": MAXWELL,
 }
 
 
@@ -130,6 +135,7 @@ RIGHT = {
 def test_right_elements_of_users(name):
     found = of(RIGHT[name])
     assert found.problems == ()
+    assert "heyoka's expressions pass" in found.passed
     assert found.notes == ()
 
 
@@ -207,6 +213,38 @@ WRONG = {
         LIGAMENT.replace("extension * extension", "(extension * extension + 0.1)"),
         "`stored` jumps where event function 1 is 0",
     ),
+    "sign of a rate": (
+        CREEPING.replace(" - self.K_d @ own) / self.L_d", " + self.K_d @ own) / self.L_d"),
+        "`dissipated` is not the power that `wrench` takes from the motion, or `rates` is wrong",
+    ),
+    "sign of a force": (
+        CREEPING.replace("-spring - self", "spring - self"),
+        "`dissipated` is not the power",
+    ),
+    "forgotten rate": (
+        MAXWELL.replace("def rates", "def speeds"),
+        "rates returns an array of shape (0,)",
+    ),
+    "wrong size": (
+        MAXWELL.replace("[along.rate]", "[along.rate, 0.0]"),
+        "rates returns an array of shape (2,) (expected 1 numbers)",
+    ),
+    "rate by time": (
+        CREEPING.replace("/ self.L_d\n", "/ self.L_d * (1 + motion.time)\n"),
+        "`rates` depends",
+    ),
+    "rate by floats only": (
+        MAXWELL.replace("np.array([along.rate])", "np.array([float(np.real(along.rate))])"),
+        "the slope by a complex step is not that of differences",
+    ),
+    "guards by own states": (
+        MAXWELL.replace(
+            "    def rates",
+            "    mode_count = 1\n\n    def guards(self, motion, own):\n"
+            "        return np.array([own[0] - 0.1])\n\n    def rates",
+        ),
+        "`guards` depends on own states",
+    ),
 }  # fmt: skip
 
 
@@ -214,6 +252,7 @@ WRONG = {
 @pytest.mark.parametrize("name", WRONG)
 def test_the_wrong_statement_is_named(name):
     text, expected = WRONG[name]
+    assert text not in RIGHT.values()
     found = of(text)
     assert any(expected in problem for problem in found.problems), found.problems
 
@@ -224,6 +263,12 @@ def test_no_other_statement_is_blamed(name):
     assert "state " in problem
     assert "X = [" in problem
     assert "k = " in problem
+
+
+def test_a_problem_shows_the_own_states():
+    (problem,) = of(WRONG["sign of a rate"][0]).problems
+    assert "V = [" in problem
+    assert ", state = [" in problem
 
 
 def test_slow_elements_have_a_note():

@@ -82,10 +82,6 @@ NOT_EXECUTED: dict[str, dict[str, str]] = {
         "#!/bin/bash": "needs Slurm",
         "export": "sets a variable of the shell",
     },
-    "docs/own_elements.md": {
-        "class Rope": "shows two of the statements of a class",
-        "class Maxwell": "is loaded and checked by test_own_elements_page.py",
-    },
     "docs/reports.md": {
         "rbstab run configs/paper/*.yaml configs/examples/stability": "its exit code is 3",
         "rbstab report results/*.h5": "needs those results",

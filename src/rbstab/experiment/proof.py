@@ -134,8 +134,8 @@ def prove(
         search_only: Whether to search for the rest states without proving anything.
 
     Returns:
-        The rest states and their regions. A config for which nothing can be proved raises no error:
-        `Proof.proved` is False then, and `Proof.outcome` is the reason.
+        The rest states and their regions. If nothing can be proved, `Proof.proved` is False and
+        `Proof.outcome` is the reason; no error is raised.
 
     Raises:
         ConfigError: The config is invalid.

@@ -53,8 +53,8 @@ def simulate(
         allow_python: As for `load_config`, if the config is not loaded yet.
 
     Returns:
-        The result. A run that stops early raises no error: `Result.status` says how it ended, and
-        the arrays hold the samples that were reached.
+        The result. If the run stops early, `Result.status` is the reason and the arrays hold the
+        samples that were reached; no error is raised.
 
     Raises:
         ConfigError: The config is invalid.

@@ -99,12 +99,12 @@ class Result:
 
     @property
     def status(self) -> str:
-        """How the run ended: a value of `RunStatus`, as text."""
+        """How the run ended, as text; one of the values of `RunStatus`."""
         return str(self.attributes["status"])
 
     @property
     def run_id(self) -> str:
-        """The run id: 32 hexadecimal digits of the SHA-256 of the resolved config."""
+        """The run id, 32 hexadecimal digits of the SHA-256 of the resolved config."""
         return str(self.attributes["run_id"])
 
     def to_xarray(self, group: str = "") -> "xarray.Dataset":

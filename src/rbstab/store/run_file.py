@@ -52,7 +52,7 @@ def open_result(path: str | Path) -> Result:
         path: The file, such as `results/case1_permanent.h5`.
 
     Returns:
-        The result: all arrays in memory.
+        The result, with all arrays in memory.
 
     Raises:
         NewerSchemaError: The file was written by a newer rbstab.

@@ -100,8 +100,8 @@ class Table:
 
     Attributes:
         layout: The declaration of each column by name: dimensions, unit, meaning.
-        arrays: The data of each column by name, and `run`, the member numbers; shape (member,) or
-            (member, 3), SI units.
+        arrays: The data of each column by name, and `run`, the member numbers; shape (member,), of
+            vectors (member, 3), SI units.
         attributes: Metadata: texts and numbers.
         extras: Arrays without the dimension `run`, such as `grid_length`.
     """

@@ -58,7 +58,7 @@ class Enclose(IntEnum):
     """
 
     NOTHING = 0
-    """Not at all: only the initial state is compared with the certified regions."""
+    """Not at all; only the initial state is compared with the certified regions."""
 
     UNTIL_PROVED = 1
     """Until convergence is proved."""

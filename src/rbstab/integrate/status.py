@@ -10,7 +10,7 @@ class RunStatus(StrEnum):
     """The run reached the last sample."""
 
     RANGE_LEFT = "range left"
-    """cos θ2 fell to `integration.range_bound`; Euler angles are singular where it is zero (eq. 5)."""
+    """cos θ2 fell to `integration.range_bound`; at zero, Euler angles are singular (eq. 5)."""
 
     DIVERGED = "diverged"
     """A state or a rate became infinite or not a number."""

@@ -49,7 +49,7 @@ test: $(READY)  ## run the tests before each commit: all but the heavy and the l
 	$(BIN)/python -m pytest $(BY_FILE) -m 'not heavy and not long$(AND_BROWSERLESS)'
 	@$(SAY_BROWSERLESS)
 
-test-quick: $(READY)  ## run the tests that take no time to speak of
+test-quick: $(READY)  ## run the quick tests, two thirds of all
 	$(BIN)/python -m pytest $(BY_FILE) -m 'not slow and not heavy and not long$(AND_BROWSERLESS)'
 	@$(SAY_BROWSERLESS)
 

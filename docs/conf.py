@@ -86,14 +86,6 @@ def on_the_site(text: str, folder: Path) -> str:
 
 
 def _read_page(_app: Any, name: str, content: list[str]) -> None:
-    if name == "index":
-        # An entry `NAME?` of the contents is left out while there is no such page.
-        content[0] = re.sub(
-            r"^(\w+)\?$",
-            lambda found: found[1] if (DOCS / f"{found[1]}.md").exists() else "",
-            content[0],
-            flags=re.MULTILINE,
-        )
     content[0] = on_the_site(content[0], (DOCS / name).parent)
 
 

@@ -51,9 +51,7 @@ def test_the_wrong_statement_of_the_page():
 
 def test_the_rope():
     pytest.importorskip("heyoka")
-    names = ", ".join(rbstab.elements.__all__)
-    text = f"import numpy as np\nfrom rbstab.elements import {names}\n\n\n{PYTHON[2]}"
-    code = UserCode(text, "rope.py")
+    code = UserCode(PYTHON[2], "rope.py")
     found = check_class(element_class(code, "Rope"), code)
     assert found.problems == ()
     assert "`stored` is continuous at each switch" in found.passed
@@ -61,9 +59,7 @@ def test_the_rope():
 
 def test_the_element_with_an_own_state():
     pytest.importorskip("heyoka")
-    names = ", ".join(rbstab.elements.__all__)
-    text = f"import numpy as np\nfrom rbstab.elements import {names}\n\n\n{PYTHON[3]}"
-    code = UserCode(text, "maxwell.py")
+    code = UserCode(PYTHON[3], "maxwell.py")
     assert check_class(element_class(code, "Maxwell"), code).problems == ()
     lines = [line for line in PYTHON[3].splitlines() if line.strip()]
     assert len(lines) <= 25

@@ -1,6 +1,7 @@
 """Runs what the pages of the documentation show, and compares what they print.
 
-A page is a session in an empty folder that has only the link `configs`. Its blocks run in order:
+A page is a session in an empty folder, with a link `configs` unless the page says how to begin
+(`FROM_NOTHING`). Its blocks run in order:
 
 - `console`: lines after `$ ` are commands, the lines below are what they print. `...` stands for
   any lines. A command without output on the page must succeed.
@@ -37,6 +38,17 @@ FILE_NAME = re.compile(r"# ([\w/]+\.yaml)\b")
 SHELL = ("cat", "cp", "head", "ls", "mkdir")
 """Programs that pages may run beside rbstab."""
 
+FROM_NOTHING = (
+    "docs/choosing.md",
+    "docs/inputs.md",
+    "docs/own_elements.md",
+    "docs/tutorial_first.md",
+    "docs/tutorial_python.md",
+    "docs/tutorial_stable.md",
+    "docs/tutorial_sweep.md",
+)
+"""Pages that a reader follows in an empty folder, not in a copy of the repository."""
+
 PREPARED: dict[str, tuple[str, ...]] = {
     "docs/elements.md": (
         "cp configs/paper/case1_permanent.yaml my_config.yaml",
@@ -69,10 +81,6 @@ NOT_EXECUTED: dict[str, dict[str, str]] = {
         "from pathlib": "needs a Dask cluster; tests/sweep run the same calls",
         "#!/bin/bash": "needs Slurm",
         "export": "sets a variable of the shell",
-    },
-    "docs/own_elements.md": {
-        "class Rope": "shows two of the statements of a class",
-        "class Maxwell": "is loaded and checked by test_own_elements_page.py",
     },
     "docs/reports.md": {
         "rbstab run configs/paper/*.yaml configs/examples/stability": "its exit code is 3",
@@ -120,7 +128,7 @@ class Session:
 
     def run(self, text: str) -> list[Difference]:
         """Run all blocks of a page, and return the outputs that differ."""
-        prepare(self.folder)
+        prepare(self.folder, with_configs=self.page not in FROM_NOTHING)
         with contextlib.chdir(self.folder):
             for command in PREPARED.get(self.page, ()):
                 code, output = execute(command)
@@ -175,9 +183,10 @@ class Session:
             self.differences.append(Difference(start, shown, printed))
 
 
-def prepare(folder: Path) -> None:
+def prepare(folder: Path, *, with_configs: bool) -> None:
     """Fill an empty folder: the configs of the repository, and small plans with known names."""
-    (folder / "configs").symlink_to(ROOT / "configs")
+    if with_configs:
+        (folder / "configs").symlink_to(ROOT / "configs")
     (folder / "stand_in").mkdir()
     for name, text in STAND_INS.items():
         (folder / "stand_in" / name).write_text(text, encoding="utf-8")

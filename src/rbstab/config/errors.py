@@ -110,7 +110,7 @@ def _folded(word: str) -> str:
 
 
 class ConfigError(ValueError):
-    """The error of an invalid config, with its problems.
+    """A config or a plan is invalid; the error lists all its problems.
 
     Args:
         problems: The problems, in any order.

@@ -58,15 +58,18 @@ def load_config(
     *,
     allow_python: bool = False,
 ) -> Config:
-    """Load and validate a config; it is immutable.
+    """Load and validate a config.
 
     Args:
-        config: The path of a YAML file, plain data, or a config, of which a changed one is wanted:
-            its permission stays. In plain data, the files of users' elements are relative to the
-            working directory.
-        changes: Texts `key=value` that replace single values, as `--set` does.
-        allow_python: Whether the files of users' elements (`kind: python`) may be run. They can do
-            all that you can do. Without it, a config with such an element is refused.
+        config: The path of a YAML file, a dictionary with the same keys, or a loaded config that
+            is to be changed. In a dictionary, the files of users' elements are relative to the
+            working directory. A loaded config keeps its `allow_python`.
+        changes: Strings `key=value` that replace single values, as `--set` does.
+        allow_python: Whether the files of users' elements (`kind: python`) may be run. They run
+            with all your rights. Without it, a config with such an element is refused.
+
+    Returns:
+        The config, immutable, with all defaults. Values have SI units and radians.
 
     Raises:
         ConfigError: The config is invalid. The error has all problems, each as

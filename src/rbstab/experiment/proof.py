@@ -122,13 +122,23 @@ def prove(
     *,
     search_only: bool = False,
 ) -> Proof:
-    """Search for the rest states of a config, and prove that there are no others.
+    """Find all rest states of a config, and prove from which starts they are reached.
+
+    Rest states are the points of the range |θ2| < π/2, |θ1| and |θ3| < π where the gradient of the
+    stored energy is zero. The proofs use interval arithmetic.
 
     Args:
-        config: The config, or any argument that `load_config` takes; its initial state and its
-            integration have no effect.
-        problem: The problem of the config, if it is built already.
-        search_only: Whether to skip the proof.
+        config: The config, or any argument that `load_config` takes. The result does not depend on
+            its initial state and its integration.
+        problem: The initial value problem of the config, if it is built already.
+        search_only: Whether to search for the rest states without proving anything.
+
+    Returns:
+        The rest states and their regions. If nothing can be proved, `Proof.proved` is False and
+        `Proof.outcome` is the reason; no error is raised.
+
+    Raises:
+        ConfigError: The config is invalid.
     """
     # Imported late: a run usually reads a stored proof and makes none.
     from rbstab.analysis.proof.lines.searched import searched_rest_states

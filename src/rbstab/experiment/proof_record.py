@@ -273,14 +273,32 @@ class UnwrappedStates(ProvedStates):
 
 
 class Proof(ProvedStates):
-    """The rest states of a config in the range of eq. 5, and the regions of the minima.
+    """The rest states of a config and the starts that converge to them, made by `prove`.
 
-    reduced_energy is U, and unwrapped has the rest states for all real θ1 and θ3. Both are None in
-    proofs of version 1, which have no `regions`. unwrapped is also None after a search without a
-    proof, and where θ1 and θ3 have no bound that is small enough for a proof.
+    The range of eq. 5 is |θ2| < π/2, |θ1| and |θ3| < π.
 
-    A tied body with springs has no U. Its proof has tied_energy instead, which is W; its rest
-    states are those at which each spring has a length.
+    Attributes:
+        outcome: How the search ended, or the reason why there is no proof.
+        proved: Whether `states` are proved to be all rest states in the range.
+        unique: Whether there is exactly one rest state in the range; None: not known.
+        globally_stable: Whether every motion that stays in the range, away from θ2 = ±π/2,
+            converges to the only rest state; None: not known.
+        states: The rest states, lowest energy first: orientation Θ, rad; position X, m; energy, J;
+            index (0: a minimum); enclosure, a box of Θ that is proved to contain exactly this one.
+        region: The certified region. If `region.proved`, every motion with v < `region.lower_bound`
+            converges to the lowest rest state; v is the energy above it, J. None: no region.
+        regions: A region of each minimum that has one: `rest_state` is its number from 1, and
+            `lower_bound` the proved depth of its valley, J.
+        undecided: Boxes of Θ, rad, which may contain more rest states.
+        examined: The number of boxes that the search examined.
+        unwrapped: The same for all real θ1 and θ3. None in proofs of version 1, after a search
+            without a proof, and where θ1 and θ3 have no bound that is small enough for a proof.
+        reduced_energy: U(Θ), the stored energy at given angles, J. None in proofs of version 1, and
+            for a tied body with springs.
+        tied_energy: The energy W of a tied body with springs, J; its rest states are those at which
+            no spring has length zero. None for other bodies.
+        id: A checksum of the body, its gravity, what acts on it, and the equations.
+        seconds: The time that the proof took, s.
     """
 
     id: str
@@ -307,7 +325,7 @@ class Proof(ProvedStates):
 
     @property
     def has_energy(self) -> bool:
-        """Whether the energy is stored from which the proof follows; not in version 1."""
+        """Whether the proof contains the energy (U or W) on which it is based; not in version 1."""
         return self.reduced_energy is not None or self.tied_energy is not None
 
     @property

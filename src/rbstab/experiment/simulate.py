@@ -40,20 +40,24 @@ def simulate(
     enclose: Enclose = Enclose.NOTHING,
     allow_python: bool = False,
 ) -> Result:
-    """Integrate a config and return its result; no file is written.
+    """Compute the motion that a config describes, and return its result; no file is written.
+
+    It integrates the equations of motion (eq. 1) and ∫v' dt from the initial state, and tests the
+    energy balance and other properties of the motion (the certificate).
 
     Args:
         config: A config, or any argument that `load_config` takes.
         progress: Called after every step with the time reached, s.
-        proof: The proof of the rest states; without one, convergence is not decided.
-        enclose: How far to enclose the exact motion; this needs the proof.
+        proof: The proof of the rest states, from `prove`; without one, convergence is not decided.
+        enclose: How far to enclose the exact motion in proved bounds; this needs the proof.
         allow_python: As for `load_config`, if the config is not loaded yet.
 
     Returns:
-        The result. `Result.status` is the status at the end; `Result.to_xarray` returns a dataset.
+        The result. If the run stops early, `Result.status` is the reason and the arrays hold the
+        samples that were reached; no error is raised.
 
     Raises:
-        ConfigError: The config is wrong.
+        ConfigError: The config is invalid.
         EngineMissingError: The engine's package is not installed.
     """
     if not isinstance(config, Section):

@@ -10,7 +10,7 @@ class RunStatus(StrEnum):
     """The run reached the last sample."""
 
     RANGE_LEFT = "range left"
-    """cos θ2 fell to its bound: B(Θ) is about to become singular (eq. 5)."""
+    """cos θ2 fell to `integration.range_bound`; at zero, Euler angles are singular (eq. 5)."""
 
     DIVERGED = "diverged"
     """A state or a rate became infinite or not a number."""
@@ -28,7 +28,7 @@ class RunStatus(StrEnum):
     """The integrator failed, for example because its step became too small."""
 
     ZERO_LENGTH = "zero length"
-    """A spring has no length, so its direction is undefined."""
+    """The length of a spring fell to zero, where its direction is undefined."""
 
     @property
     def depends_on_machine(self) -> bool:

@@ -51,7 +51,7 @@ def names() -> list[str]:
 
 
 def example(name: str) -> Path:
-    """Return the file of an example, for `rbstab.simulate` or `rbstab.load_plan`.
+    """Return the path of a config or plan that comes with rbstab, for `simulate` or `load_plan`.
 
     Args:
         name: The name, such as `paper/case1_permanent`; or its last part, `case1_permanent`.

@@ -2,7 +2,7 @@
 
 
 class StoreError(Exception):
-    """A result cannot be written or read."""
+    """A result, a sweep or its traces cannot be written or read."""
 
 
 class NotAResultError(StoreError):

@@ -28,11 +28,14 @@ def coordinates_of(variables: Mapping[str, Variable]) -> list[str]:
 
 @dataclass(frozen=True, repr=False)
 class Motions:
-    """Motions of some runs at the same times. The motions of a single run have no dimension `run`.
+    """The trajectories of one or several runs at common times, as arrays by name.
+
+    An array has the shape (time,) or (time, 3); with several runs, (run, time) or (run, time, 3).
 
     Attributes:
-        variables: Arrays by name, including the coordinates of their dimensions.
-        attributes: Further texts and numbers.
+        variables: Arrays by name, with dimensions and SI units, including the coordinates `time`,
+            s, `axis` and `run`.
+        attributes: Metadata: texts and numbers.
     """
 
     variables: Mapping[str, Variable] = field(repr=False)
@@ -44,7 +47,11 @@ class Motions:
         return line("Motions", "", [f"{samples} samples", f"{len(self.variables)} arrays"])
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return the array with this name."""
+        """Return the array with this name.
+
+        Raises:
+            KeyError: There is no such array.
+        """
         return self.variables[name].data
 
     def __contains__(self, name: str) -> bool:

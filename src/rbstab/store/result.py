@@ -50,13 +50,16 @@ CURVE = ("time", "lyapunov")
 
 @dataclass(frozen=True, repr=False)
 class Result:
-    """The result of one run.
+    """The result of one run: arrays by name, such as `result["orientation"]`, all in SI units.
+
+    A scalar quantity has the shape (time,), a vector (time, 3).
 
     Attributes:
-        variables: Arrays by name. An array named like a dimension is its coordinate. The name of an
-            array in a group starts with the name of the group: `certificate/verdict`.
-        attributes: Further texts and numbers (`status`, `run_id`, ...).
-        config: The resolved config, YAML.
+        variables: Arrays by name, with dimensions, unit and meaning. An array named like a
+            dimension is its coordinate. The name of an array in a group starts with the name of the
+            group: `certificate/verdict`.
+        attributes: Metadata: texts and numbers (`status`, `run_id`, ...).
+        config: The resolved config, YAML, with all defaults.
     """
 
     variables: dict[str, Variable]
@@ -64,7 +67,11 @@ class Result:
     config: str = field(repr=False)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return the array with this name."""
+        """Return the array with this name, such as "orientation", in SI units.
+
+        Raises:
+            KeyError: The result has no such array.
+        """
         return self.variables[name].data
 
     def __contains__(self, name: str) -> bool:
@@ -92,12 +99,12 @@ class Result:
 
     @property
     def status(self) -> str:
-        """The status of the run."""
+        """How the run ended, as text; one of the values of `RunStatus`."""
         return str(self.attributes["status"])
 
     @property
     def run_id(self) -> str:
-        """The identity of the run."""
+        """The run id, 32 hexadecimal digits of the SHA-256 of the resolved config."""
         return str(self.attributes["run_id"])
 
     def to_xarray(self, group: str = "") -> "xarray.Dataset":

@@ -94,13 +94,16 @@ STATUS = "status"
 
 @dataclass(frozen=True, repr=False)
 class Table:
-    """Runs with consecutive numbers.
+    """The results of a sweep's members: one array per column, such as `table["settling_time"]`.
+
+    The first axis of each column is the member, in the order of the member numbers.
 
     Attributes:
-        layout: The columns.
-        arrays: The data of the columns, and `run`, the numbers of the runs.
-        attributes: Further texts and numbers.
-        extras: Arrays without the dimension `run`.
+        layout: The declaration of each column by name: dimensions, unit, meaning.
+        arrays: The data of each column by name, and `run`, the member numbers; shape (member,), of
+            vectors (member, 3), SI units.
+        attributes: Metadata: texts and numbers.
+        extras: Arrays without the dimension `run`, such as `grid_length`.
     """
 
     layout: Layout
@@ -109,7 +112,11 @@ class Table:
     extras: Mapping[str, Variable] = field(default_factory=dict, repr=False)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return the data of a column, or of an extra array."""
+        """Return the data of a column, or of an array in `extras`.
+
+        Raises:
+            KeyError: There is no such column or array.
+        """
         return self.arrays[name] if name in self.arrays else self.extras[name].data
 
     def __repr__(self) -> str:
@@ -143,13 +150,21 @@ class Table:
         return {word: int(n) for word, n in zip(flags, found, strict=True) if n}
 
     def words(self, name: str) -> NDArray[Any]:
-        """Return the data of a column of flags as texts."""
+        """Return a column of integer codes as words: `table.words("status")[0]` is "completed".
+
+        Raises:
+            KeyError: There is no such column.
+        """
         return np.array(self.layout[name].flags, dtype=object)[self.arrays[name]]
 
     def shaped(self, name: str) -> NDArray[Any]:
-        """Return the data of a column, reshaped to the axes of the sweep (`grid_axis`).
+        """Return a column, reshaped to the axes of the plan, in the order of `grid_axis`.
 
-        The slowest axis is the first.
+        A plan with two varied keys of 31 and 25 values gives the shape (31, 25), and (31, 25, 3)
+        for a vector. The first axis varies slowest.
+
+        Raises:
+            KeyError: There is no such column.
         """
         data = self.arrays[name]
         lengths = tuple(self["grid_length"].tolist())

@@ -52,22 +52,25 @@ class Undecided(StrEnum):
 
 
 class Enclose(IntEnum):
-    """How far the exact motion is to be enclosed. The numbers are those in files."""
+    """How far `simulate` encloses the exact motion: computes proved bounds on it, step by step.
+
+    The exact motion is the true solution of the equations. The numbers are those in files.
+    """
 
     NOTHING = 0
-    """Only its start is compared with the certified regions."""
+    """Not at all; only the initial state is compared with the certified regions."""
 
     UNTIL_PROVED = 1
-    """Until its convergence is proved."""
+    """Until convergence is proved."""
 
     TO_END = 2
-    """Until its convergence is proved, and to the end of the run."""
+    """Until convergence is proved, and to the end of the run."""
 
     BRIEFLY = 3
-    """Until its convergence is proved, but for a few seconds at most."""
+    """Until convergence is proved, but for a few seconds of computing at most."""
 
     def covers(self, other: "Enclose") -> bool:
-        """Return whether a motion that was enclosed this far need not be enclosed again."""
+        """Return whether an enclosure of this extent makes one of extent `other` unnecessary."""
         order = (Enclose.NOTHING, Enclose.BRIEFLY, Enclose.UNTIL_PROVED, Enclose.TO_END)
         return order.index(self) >= order.index(other)
 

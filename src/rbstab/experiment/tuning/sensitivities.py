@@ -38,14 +38,14 @@ class OutcomeQuantity(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Sensitivities:
-    """The derivatives of a run's outcome with respect to the numbers of its config.
+    """The derivatives ∂q/∂p of quantities q of a run with respect to numbers p of its config.
 
     Attributes:
-        entries: The numbers of the config, n of them.
-        quantities: The differentiated quantities, m of them.
-        values: The quantities of the run, shape (m,); NaN for the settling time of a run that does
-            not settle.
-        derivatives: Shape (n, m), in the unit of the quantity over the unit of the entry.
+        entries: The numbers p, n of them; `entry.key` is the key in the config, `entry.value` p.
+        quantities: The quantities q, m of them, with `name` and `unit`: settling time, peaks of E
+            and their times (unless C is held), final states.
+        values: q, shape (m,); NaN for the settling time of a run that does not settle.
+        derivatives: ∂q/∂p, shape (n, m), in the unit of q over the unit of p.
     """
 
     entries: tuple[Entry, ...]
@@ -62,7 +62,11 @@ class Sensitivities:
         return relative
 
     def column(self, name: str) -> int:
-        """Return the index of the quantity with that name."""
+        """Return the column of a quantity in `values` and `derivatives`, by its name.
+
+        Raises:
+            ValueError: There is no such quantity.
+        """
         return [quantity.name for quantity in self.quantities].index(name)
 
     @property
@@ -84,18 +88,22 @@ class Sensitivities:
 def sensitivities(
     config: Config | str | Path | Mapping[str, Any], *, allow_python: bool = False
 ) -> Sensitivities:
-    """Compute the sensitivities of a config's run with heyoka's variational equations.
+    """Differentiate the outcome of a run with respect to the numbers of its config.
 
-    The derivatives are with respect to every gain entry, mass, inertia, contact point and initial
-    state of the config. An off-diagonal entry of a symmetric matrix varies together with its mirror
-    image. The mass also changes the weight, and shifts an anchor at equilibrium.
+    For the state y and a number p, heyoka integrates the variational equation
+    ż = (∂f/∂y) z + ∂f/∂p, z = ∂y/∂p, together with ẏ = f. The numbers are all gains, mass, inertia,
+    contact point and initial state. An off-diagonal entry of a symmetric matrix varies together
+    with its mirror image. The mass also changes the weight, and shifts an anchor at equilibrium.
 
     Args:
         config: A config, or any argument that `load_config` takes.
         allow_python: As for `load_config`, if the config is not loaded yet.
 
+    Returns:
+        The quantities and their derivatives, with units.
+
     Raises:
-        ConfigError: The config is wrong.
+        ConfigError: The config is invalid.
         UnsuitedConfigError: Its motion is not smooth, or its coordinates are `manifold`.
         EngineMissingError: heyoka is not installed.
         UnfinishedRunError: The run did not complete.

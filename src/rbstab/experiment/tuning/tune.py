@@ -21,16 +21,16 @@ MIN_IMPROVEMENT = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Tuned:
-    """The result of a tuning.
+    """The result of `tune`: a better config, and what was gained.
 
     Attributes:
-        config: The better config; the given one if no better one was found.
-        objective: The number that was minimized.
-        scalings: The scaled gains.
-        factors: Their factors, in the order of the scalings.
-        given: The objective of the given config; infinite if its run fails or has no finite
-            objective, for example because it does not settle.
-        value: The objective of `config`.
+        config: The best config; the given one if no better one was found.
+        objective: The objective that was minimized, with `name`, `symbol` and `unit`.
+        scalings: The gains that were scaled.
+        factors: Their factors, in the order of `scalings`.
+        given: The objective of the given config, in its unit; infinite if its run fails or has no
+            finite objective, for example because it does not settle.
+        value: The objective of `config`, in its unit.
         runs: Number of runs.
         failures: Number of runs that failed or had no finite objective.
     """
@@ -60,22 +60,26 @@ def tune(
 ) -> Tuned:
     """Scale gains of a config to minimize an objective of its run.
 
-    A fixed sample of configs within the bounds is run first. Then L-BFGS-B descends along exact
-    gradients (variational equations) in the logarithms of the factors, from the given config and
-    from the best of the sample. The best config of all runs is returned. It is at least a local
-    optimum where the objective is smooth. The objective is not smooth where another peak in time
-    becomes the highest, or where v passes its threshold while v' is zero. There a descent may stop
-    early.
+    Each gain is multiplied by a factor within `bounds`. First, a fixed sample of factors is run.
+    Then L-BFGS-B minimizes the objective over the logarithms of the factors, from the given config
+    and from the best of the sample, with gradients from variational equations. The best config of
+    all runs is returned. It is at least a local optimum where the objective is smooth. The
+    objective is not smooth where another peak in time becomes the highest, or where v passes its
+    threshold while v' is zero. There a descent may stop early.
 
     Args:
         config: A config, or any argument that `load_config` takes.
-        objective: A key of `OBJECTIVES`.
+        objective: "settling_time", s, "peak_displacement", the largest |E|, m, or "energy",
+            ∫v dt, J s.
         over: Keys of gains, such as `controller.L_c` or `controller.L_c[0]`.
         bounds: The smallest and the largest factor; 1 must be within the bounds.
         allow_python: As for `load_config`, if the config is not loaded yet.
 
+    Returns:
+        The best config, its factors, and the objective before and after.
+
     Raises:
-        ConfigError: The config is wrong.
+        ConfigError: The config is invalid.
         UnsuitedConfigError: As for `sensitivities`; or the objective is constant for this config.
         TuningError: `over` is wrong.
         EngineMissingError: heyoka is not installed.

@@ -24,9 +24,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SweepTraces:
-    """The stored traces of a finished or unfinished sweep, made by `open_traces`.
+    """The traces (stored trajectories) of the members of a sweep, made by `open_traces`.
 
-    When a file is first used, it is read completely and compared with its digest.
+    The sweep may be unfinished. When a file is first used, it is read completely and compared with
+    its digest.
 
     Args:
         folder: The folder of the sweep.
@@ -39,7 +40,7 @@ class SweepTraces:
 
     @cached_property
     def members(self) -> Array:
-        """The numbers of all members with stored traces, ascending."""
+        """The numbers of all members with stored traces, ascending; shape (k,)."""
         return np.concatenate([self._members_of(shard) for shard in self.shards])
 
     @cached_property
@@ -116,10 +117,13 @@ class SweepTraces:
 
 
 def open_traces(path: str | Path) -> SweepTraces:
-    """Open the stored traces of a sweep; see `keep` of a plan. They may be larger than memory.
+    """Open the traces of a sweep: the trajectories of the members that `keep` in its plan selects.
 
     Args:
         path: The folder of the sweep, which may be unfinished.
+
+    Returns:
+        The traces, which are read one member at a time, because they may be larger than memory.
 
     Raises:
         NotAResultError: It is not the folder of a sweep.

@@ -250,6 +250,9 @@ def open_sweep(path: str | Path) -> Table:
     Args:
         path: The folder of the sweep, or its file.
 
+    Returns:
+        A table with one row for each member.
+
     Raises:
         NotAResultError: The file is damaged, or is not a sweep.
         NewerSchemaError: The file was written by a newer rbstab.

@@ -64,17 +64,17 @@ def load_plan(
     """Load a plan, and check that every member is a valid config.
 
     Args:
-        plan: The path of a YAML file, or plain data. In plain data, the path of a base is relative
-            to the working directory.
-        changes: Texts `key=value` that replace single values of the base, as `--set` does.
+        plan: The path of a YAML file, or a dictionary with the same keys. In a dictionary, the
+            path of a base is relative to the working directory.
+        changes: Strings `key=value` that replace single values of the base, as `--set` does.
         allow_python: Whether the files of users' elements may be run (see `load_config`). Without
             it, a plan with such an element is refused.
 
     Returns:
-        An immutable plan.
+        The plan, immutable; `plan.members` is its number of members.
 
     Raises:
-        ConfigError: The plan is wrong. All problems are listed, each as
+        ConfigError: The plan is invalid. All problems are listed, each as
             `file:line:column: key: what is wrong (what was expected)`.
     """
     return _loaded(plan, changes, Code.ALLOWED if allow_python else Code.REFUSED)

@@ -319,7 +319,7 @@ def _run_data(finished: _Finished) -> dict[str, Any]:
 
 def _print_table(runs: list[_Finished]) -> None:
     """Print the numbers of runs: a row for each."""
-    from rbstab.experiment.summary import settling_time_of, summary_of
+    from rbstab.experiment.summary import at_least, settling_time_of, summary_of
     from rbstab.integrate.status import RunStatus
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
@@ -343,8 +343,8 @@ def _print_table(runs: list[_Finished]) -> None:
             number(s.lyapunov_end),
             number(s.relative_residual, 2),
             "-" if math.isnan(settled) else number(settled),
-            number(s.peak_distance),
-            number(s.largest_pitch),
+            at_least(s.displacement_resolved) + number(s.peak_distance),
+            at_least(s.pitch_resolved) + number(s.largest_pitch),
             number(float(result.attributes["wall_time"]), 3),
             style=None if completed else "yellow",
         )

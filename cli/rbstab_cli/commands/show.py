@@ -148,7 +148,7 @@ def _print_tables(result: "Result", proof: "Proof | None") -> None:
     from rbstab.experiment.answers.words import word_of
     from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
     from rbstab.experiment.stored_config import stored_config
-    from rbstab.experiment.summary import summary_of
+    from rbstab.experiment.summary import at_least, summary_of
     from rbstab_cli.output.answers import print_answer
     from rbstab_cli.output.certificate import print_certificate
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
@@ -170,8 +170,12 @@ def _print_tables(result: "Result", proof: "Proof | None") -> None:
         add_row(table, "v = 0 at", str(attributes["lyapunov_zero"]))
         add_row(table, "", f"Θ = {_vector(result['rest_orientation'])} rad")
     add_row(table, "max |r| / v(0)", number(s.relative_residual, 2))
-    add_row(table, "peak E by axis", _vector(s.peak_contact_displacement) + " m")
-    add_row(table, "max |θ2|", f"{number(s.largest_pitch)} rad")
+    peak = "peak E by axis" if s.displacement_resolved else "largest sample of E by axis"
+    add_row(table, peak, _vector(s.peak_contact_displacement) + " m")
+    add_row(table, "max |θ2|", f"{at_least(s.pitch_resolved)}{number(s.largest_pitch)} rad")
+    if not s.resolved:
+        why = "the motion is faster than its samples; more `integration.samples` show its peaks"
+        add_row(table, "", why, style="yellow")
     if "impact_count" in result:
         add_row(table, "impacts", _impacts(result))
     for name, value in _final_state(result).items():

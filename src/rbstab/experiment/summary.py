@@ -6,12 +6,19 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.lyapunov import relative_residual
-from rbstab.analysis.peaks import signed_peak
+from rbstab.analysis.peak_search import ABSOLUTE, Samples, find_peaks
 from rbstab.analysis.settling import settling_times
 from rbstab.experiment.convergence.enclosed_samples import GROUP
 from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
+
+RESOLVED = 0.01
+"""The largest error of a peak between samples, relative to the peak; else the sample is taken."""
+
+NEIGHBOURS = 3
+"""Samples on each side of those where |θ2| may be largest: a turning point is interpolated through
+up to six."""
 
 
 class Summary(NamedTuple):
@@ -19,7 +26,9 @@ class Summary(NamedTuple):
 
     They are v at both ends, J; the largest energy residual |r| over `audit_scale`; the largest
     |E|, m; the value of E farthest from zero by axis, m; the largest |θ2|, rad; and the last time
-    reached, s. Peaks between the samples are included (see `signed_peak`).
+    reached, s. Peaks between the samples are included where the samples show them. Where they do
+    not, because the motion is too fast for them, a peak is the sample farthest from zero, and
+    `displacement_resolved` (of E) or `pitch_resolved` (of θ2) is false.
     """
 
     lyapunov_start: float
@@ -29,6 +38,18 @@ class Summary(NamedTuple):
     peak_contact_displacement: tuple[float, float, float]
     largest_pitch: float
     end_time: float
+    displacement_resolved: bool
+    pitch_resolved: bool
+
+    @property
+    def resolved(self) -> bool:
+        """Whether the samples show all peaks."""
+        return self.displacement_resolved and self.pitch_resolved
+
+
+def at_least(resolved: bool) -> str:
+    """Return what stands before a peak: nothing, or ≥ if the true one may be farther from zero."""
+    return "" if resolved else "≥ "
 
 
 def summary_of(result: Result) -> Summary:
@@ -41,41 +62,64 @@ def summary_of(result: Result) -> Summary:
     with np.errstate(all="ignore"):
         distance = np.linalg.norm(E, axis=1)
         distance_rate = (E * F).sum(axis=1) / np.where(distance > 0, distance, 1.0)
-        pitch_rate = _rates_where_largest(t, Theta, Omega)
-        x, y, z = (signed_peak(t, E[:, axis], F[:, axis]) for axis in range(3))
-        return Summary(
-            float(v[0]),
-            float(v[-1]),
-            relative_residual(result["energy_residual"], v, result["energy"], supplied),
-            signed_peak(t, distance, distance_rate),
-            (x, y, z),
-            _largest_pitch(result, abs(signed_peak(t, Theta[:, 1], pitch_rate))),
-            float(t[-1]),
-        )
+        values, rates = np.array([*E.T, distance]), np.array([*F.T, distance_rate])
+        (x, y, z, farthest), resolved = _peaks(t, values, rates)
+        (at_samples,), resolved_pitch = _peaks(*_pitch_where_largest(t, Theta, Omega))
+    pitch, at_stop = _largest_pitch(result, abs(at_samples))
+    return Summary(
+        float(v[0]),
+        float(v[-1]),
+        relative_residual(result["energy_residual"], v, result["energy"], supplied),
+        abs(farthest),
+        (x, y, z),
+        pitch,
+        float(t[-1]),
+        resolved,
+        resolved_pitch or at_stop,
+    )
 
 
-def _largest_pitch(result: Result, at_samples: float) -> float:
-    """Return the largest |θ2|, rad: that of a stop that was met, else that of the samples."""
+def _peaks(times: Array, values: Array, rates: Array) -> tuple[list[float], bool]:
+    """Return the values of quantities farthest from zero, and whether the samples show them all.
+
+    Args:
+        times: Shape (n,), s.
+        values: Shape (q, n).
+        rates: Their derivatives, shape (q, n).
+    """
+    largest = values[np.arange(len(values)), np.abs(values).argmax(axis=1)]
+    if len(times) == 1:
+        return largest.tolist(), True
+    found = find_peaks(Samples(times, values[:, np.newaxis], rates[:, np.newaxis]))
+    peak, error = found.value[:, 0], found.error[:, 0]
+    resolved = error <= np.maximum(RESOLVED * np.abs(peak), ABSOLUTE)
+    # Where a quantity is no number, its peak is none, however many samples there are.
+    shown = bool((resolved | np.isnan(largest)).all())
+    return np.where(resolved, peak, largest).tolist(), shown
+
+
+def _largest_pitch(result: Result, at_samples: float) -> tuple[float, bool]:
+    """Return the largest |θ2|, rad, and whether it is the angle of a stop that was met."""
     if "stop_angle" not in result:
-        return at_samples
-    met = result["impact_count"][-1] > 0 or result["stop_contact"].any()
+        return at_samples, False
+    met = bool(result["impact_count"][-1] > 0 or result["stop_contact"].any())
     angle = float(result["stop_angle"])
-    return angle if met else min(at_samples, angle)
+    return (angle if met else min(at_samples, angle)), met
 
 
-def _rates_where_largest(t: Array, Theta: Array, Omega: Array) -> Array:
-    """Return the rate of θ2 at samples where |θ2| may be largest nearby, 0 elsewhere, shape (n,).
+def _pitch_where_largest(t: Array, Theta: Array, Omega: Array) -> tuple[Array, Array, Array]:
+    """Return the times, θ2 and θ̇2 of samples around which |θ2| may be largest, without gaps.
 
-    The unit is rad/s. |θ̇2| is at most |Ω|, so between two samples the interpolating cubic exceeds
-    the larger sample by less than h max|Ω|. With zero rates at both samples it does not exceed it.
+    |θ̇2| is at most |Ω|. So between two samples the interpolating cubic exceeds the larger sample by
+    less than h max|Ω|. θ2 and θ̇2 have the shape (1, n), rad and rad/s.
     """
     pitch = np.abs(Theta[:, 1])
     reach = np.diff(t).max(initial=0.0) * np.linalg.norm(Omega, axis=1).max()
-    near = np.concatenate([[False], pitch >= pitch.max() - reach, [False]])
-    rates = np.zeros(len(t))
-    for k in np.flatnonzero(near[:-2] | near[1:-1] | near[2:]).tolist():
-        rates[k] = (rate_matrix(Theta[k]) @ Omega[k])[1]
-    return rates
+    near = np.flatnonzero(~(pitch < pitch.max() - reach))
+    some = slice(max(0, near[0] - NEIGHBOURS), near[-1] + 1 + NEIGHBOURS)
+    pairs = zip(Theta[some], Omega[some], strict=True)
+    rates = [(rate_matrix(angles) @ spin)[1] for angles, spin in pairs]
+    return t[some], Theta[some, 1][np.newaxis], np.array([rates])
 
 
 def lyapunov_function_of(result: Result) -> Array:

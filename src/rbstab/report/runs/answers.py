@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness, meanings
+from rbstab.experiment.summary import at_least
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
 from rbstab.report.model.words import NO_VALUE, counted, listed, number
@@ -84,8 +85,8 @@ def _card(facts: RunFacts, sketch: Sketch | None) -> Card:
         "at rest from": settled if settled == NO_VALUE else f"{settled} s",
         "v(0)": f"{number(s.lyapunov_start)} J",
         "v(0)/c*": _margin(facts),
-        "peak |E|": f"{number(s.peak_distance)} m",
-        "peak |θ2|": f"{number(s.largest_pitch)} rad",
+        "peak |E|": f"{at_least(s.displacement_resolved)}{number(s.peak_distance)} m",
+        "peak |θ2|": f"{at_least(s.pitch_resolved)}{number(s.largest_pitch)} rad",
         "ended": status if status != RunStatus.COMPLETED else "",
         "warnings": str(len(facts.attribute("warnings").splitlines()) or ""),
     }

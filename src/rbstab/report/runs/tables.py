@@ -8,7 +8,7 @@ from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.convergence.convergence import FALSE, NOT_DECIDED, PROVED
 from rbstab.experiment.proof import Proof
-from rbstab.experiment.summary import is_driven
+from rbstab.experiment.summary import at_least, is_driven
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Cell, Head, Table
 from rbstab.report.model.words import NO_VALUE, number
@@ -113,7 +113,7 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
         Cell(status if completed else f"{status} at {number(s.end_time)} s", tone=_tone(completed)),
         number_cell(facts.run.settling_time),
         *(number_cell(CENTIMETRES * peak) for peak in s.peak_contact_displacement),
-        number_cell(s.largest_pitch),
+        Cell(at_least(s.pitch_resolved) + number(s.largest_pitch), s.largest_pitch),
         *(_lyapunov_cell(v, facts) for v in (s.lyapunov_start, s.lyapunov_end)),
         _rest_states(facts.proof),
         _inside(facts.inside),

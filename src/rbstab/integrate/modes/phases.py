@@ -17,7 +17,13 @@ from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import EquationsInTime, StopRun, audited_rates_of
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.filippov import RedundantTiesError, after_events, at_start, slides
+from rbstab.systems.filippov import (
+    RedundantTiesError,
+    after_events,
+    at_start,
+    slide_modes,
+    slides,
+)
 from rbstab.systems.impact import laid_on_stop, stop_of
 from rbstab.systems.modes import (
     Modes,
@@ -27,6 +33,7 @@ from rbstab.systems.modes import (
     modes_of,
     with_modes,
 )
+from rbstab.systems.sliding_impact import after_impact, landed
 from rbstab.systems.system import System
 
 SWITCH_LIMIT = 10_000_000
@@ -193,6 +200,23 @@ class Phases:
             raise StopRun(RunStatus.SOLVER_FAILURE, str(error)) from error
         return self.of(modes_of(system)), y
 
+    def after_impact(self, phase: Phase, t: float, y: Array) -> tuple[Phase, Array]:
+        """Return the phase and the state after an impact, with the modes of sliding ties.
+
+        Args:
+            phase: The phase in which all other modes have switched already.
+            t: The time, s.
+            y: The audited state after the impact.
+
+        Raises:
+            StopRun: The forces of the ties are not determined.
+        """
+        try:
+            system, y = after_impact(phase.system, y, t)
+        except RedundantTiesError as error:
+            raise StopRun(RunStatus.SOLVER_FAILURE, str(error)) from error
+        return self.of(modes_of(system)), y
+
     def owner(self, mode: int) -> str:
         """Return the name of the element that owns a mode."""
         return mode_owners(self._system)[mode]
@@ -208,6 +232,7 @@ class CurrentPhase:
 
     Attributes:
         phase: The current phase.
+        slides: Whether axes of ties slide on surfaces.
         count: The number of switches.
         impact_count: The number of impacts.
         impacts: The impacts; None if the system has no stop.
@@ -216,6 +241,7 @@ class CurrentPhase:
 
     def __init__(self, problem: Problem, switch_limit: int | None = None) -> None:
         self._phases = Phases(problem)
+        self.slides = self._phases.slides
         self.phase = self._phases.first
         self.count = self.impact_count = 0
         self._last: dict[int, float] = {}
@@ -241,12 +267,12 @@ class CurrentPhase:
         Raises:
             StopRun: As `switch`, or the forces of sliding ties are not determined.
         """
-        if self.impacts is not None:
-            return self.impacts.after(modes, t, y)
         before = self.phase.system
-        self.switch(modes, t)
-        if self._phases.slides:
-            self.phase, y = self._phases.slid(self.phase, modes, t, y)
+        if self.impacts is not None:
+            y = self.impacts.after(modes, t, y)
+        else:
+            self.switch(modes, t)
+            y = self.slide(modes, t, y)
         if self.connector is not None:
             now = self.phase.system
             self.connector.add_transitions(before, now, t)
@@ -271,14 +297,54 @@ class CurrentPhase:
         self.phase = self._phases.with_leg(self.phase, t)
         # What has switched at this time already may switch again, under another load.
         self._last.clear()
-        if self.impacts is not None:
-            return self.impacts.released(t, y)
         before = self.phase.system
-        if self._phases.slides:
-            self.phase, y = self._phases.slid(self.phase, [], t, y)
+        if self.impacts is not None:
+            y = self.impacts.after_breakpoint(t, y)
+        else:
+            y = self.slide([], t, y)
         if self.connector is not None:
             self.connector.add_transitions(before, self.phase.system, t)
         return y
+
+    def slide(self, modes: list[int], t: float, y: Array) -> Array:
+        """Choose the modes of axes that slide, after other modes; return the state after it.
+
+        Args:
+            modes: The modes whose margins have reached zero.
+            t: The time, s.
+            y: The audited state.
+
+        Raises:
+            StopRun: The forces of sliding ties are not determined.
+        """
+        if self._phases.slides:
+            self.phase, y = self._phases.slid(self.phase, modes, t, y)
+        return y
+
+    def slide_after_impact(self, side: int, t: float, y: Array) -> Array:
+        """Choose the modes of axes that slide, and whether the body rests; return the state.
+
+        Args:
+            side: The side of the impact, 1 or -1.
+            t: The time, s.
+            y: The audited state after the impact.
+
+        Raises:
+            StopRun: The forces of sliding ties are not determined, or the limit is reached.
+        """
+        before = np.array(modes_of(self.phase.system))
+        phase, y = self._phases.after_impact(self.phase, t, y)
+        sides, holds = slide_modes(phase.system)
+        now = np.array(modes_of(phase.system))
+        crossed = (before[holds] == 0) & (now[holds] == 0) & (before[sides] != now[sides])
+        if crossed.any():
+            self.switch(sides[crossed].tolist(), t)
+        self.phase = phase
+        found = landed(phase.system, y, side, t)
+        if found is None:
+            return y
+        self.phase = self._phases.of(modes_of(found.system))
+        return found.state
 
     def add_sample(self, y: Array) -> None:
         """Store what has happened so far as that of a sample, at a state."""

@@ -29,6 +29,10 @@ from rbstab.systems.system import System
 if TYPE_CHECKING:
     from rbstab.integrate.modes.phases import CurrentPhase
 
+PASSED = 1e-13
+"""An impact has moved a margin past zero if it is below minus this. Smaller margins are round-off:
+those of displacements do not jump."""
+
 STORED_RESTS = 100_000
 """The rests that are stored with their times; there may be any number of them."""
 
@@ -116,7 +120,7 @@ class Impacts:
         found = impact(current.phase.system, y)
         current.count_impact()
         y, lost = found.state, found.lost
-        others = [m for m in current.phase.coinciding(y, t).tolist() if self._is_smooth(m)]
+        others = self._others(t, y)
         if others:
             current.switch(others, t)
         side = self._sides[meets[0]]
@@ -134,9 +138,16 @@ class Impacts:
         self._rates.append(found.rate)
         return y
 
-    def _is_smooth(self, mode: int) -> bool:
-        """Return whether a mode is neither that of the stop nor that of an axis that slides."""
-        return mode not in self._sides and mode not in self._of_axes
+    def _others(self, t: float, y: Array) -> list[int]:
+        """Return the modes that an impact switches, but for those of the stop and of sliding axes.
+
+        They reach their switch at the same time, or the impact moves them past it: the velocities
+        jump, and so does s = F + κE of a tie with a boundary layer.
+        """
+        phase = self._current.phase
+        passed = np.flatnonzero(phase.margins(y, t) < -PASSED)
+        found = {*phase.coinciding(y, t).tolist(), *passed.tolist()}
+        return sorted(found - self._sides.keys() - self._of_axes)
 
     def _rest(self, mode: int, t: float, y: Array) -> tuple[Array, float]:
         """Return the state in which the body rests, and what is left of its hops, J."""

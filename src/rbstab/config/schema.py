@@ -294,6 +294,12 @@ class Experiment(Section):
         if on_slope and body is not None and controller.law == "exact":
             sliding["connector"] = body.contact_point
         check_sliding_points(sliding)
+        if is_sliding and controller.stick_energy and stops(elements):
+            raise value_error(
+                f"has {', '.join(stops(elements))} beside a sliding connector with a stick_energy: "
+                "each impact would throw the axes off that stick",
+                "expected stick_energy: 0, or no stops",
+            )
         return elements
 
     @field_validator("elements")

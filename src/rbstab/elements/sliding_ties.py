@@ -185,10 +185,6 @@ class Filippov(SlidingByModes):
         """Return what is zero on held axes and changes by `surface_rate`: s, shape (3,), m/s."""
         return self.surface(self.at_point(motion))
 
-    def side_of(self, motion: Motion) -> Array:
-        """Return what is positive on the side m = 1 of each axis, shape (3,): s, m/s."""
-        return self.held_rate(motion)
-
     def distance(self, motion: Motion) -> Array:
         """Return how far each axis is from being held, shape (3,): |s|, m/s."""
         return np.abs(self.held_rate(motion))
@@ -211,11 +207,6 @@ class Sticking(Filippov):
     def held_rate(self, motion: Motion) -> Array:
         """Return F, shape (3,), m/s."""
         return self.at_point(motion).F
-
-    def side_of(self, motion: Motion) -> Array:
-        """Return E, or F where E is zero: the side to which an axis leaves, shape (3,)."""
-        here = self.at_point(motion)
-        return np.where(here.E == 0, here.F, here.E)
 
     def distance(self, motion: Motion) -> Array:
         """Return the larger one of |E| and |F| of each axis, shape (3,), m or m/s."""

@@ -2,7 +2,7 @@
 
 The forces of ties are bounded, so they do nothing during an impact: the impulse is that on θ2
 alone. It moves the points of the ties, and so each s = F + κE jumps. Axes that were held are thrown
-off their surfaces, and arrive there again.
+off their surfaces, and arrive there again. No tie beside a stop sticks on s = E.
 
 So a body that comes to rest makes hops, with axes that leave and arrive, all of them smaller and
 smaller. With the rates r of some axes and of θ2, which are zero at rest, and their mobility W, the
@@ -58,10 +58,9 @@ def after_impact(system: System, y: Array, time: float = 0.0) -> tuple[System, A
     Raises:
         RedundantTiesError: The forces that hold axes are not determined.
     """
-    motion, modes = system.motion(y), np.array(modes_of(system))
+    modes = np.array(modes_of(system))
     sides, holds = slide_modes(system)
-    s = np.concatenate([tie.side_of(motion) for tie in ties_of(system)])
-    modes[sides], modes[holds] = s > 0, 0.0
+    modes[sides], modes[holds] = residuals(system, y)[:-1] > 0, 0.0
     return chosen(with_modes(system, tuple(modes.tolist())), y, near(system, y), time)
 
 

@@ -24,6 +24,7 @@ from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.switching.modes import connector_of
 from rbstab.integrate.switching.trust import perturbed_start, trusted_until
 from rbstab.systems.filippov import START_TOLERANCE
+from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import has_modes
 from rbstab.systems.system import System
 
@@ -111,7 +112,12 @@ def with_connector_by_modes(problem: Problem) -> System:
 
 
 def _begins_at_rest(problem: Problem) -> bool:
-    """Return whether an axis of the contact point begins at E = F = 0, and so may be held."""
+    """Return whether an axis of the contact point begins at E = F = 0, and so may be held.
+
+    No axis is held on s = E beside a stop: each impact would throw it off, to bounce again.
+    """
+    if stop_of(problem.system) is not None:
+        return False
     motion = problem.system.motion(problem.start)
     at_rest = np.maximum(np.abs(motion.E), np.abs(motion.F)) <= START_TOLERANCE
     return bool(at_rest.any())

@@ -107,6 +107,9 @@ class _Margin:
             falls: The rate of the margin at the first test.
         """
         positive = [time for time, margin in zip(t, h, strict=False) if margin > 0]
+        if positive == t[:1] and self(t[0]) <= 0:
+            # Round-off: the margin begins at zero, and the path is not exactly the state there.
+            positive = []
         if positive:
             return self._between(positive[-1], below)
         if falls <= 0:

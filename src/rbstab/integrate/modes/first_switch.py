@@ -107,9 +107,6 @@ class _Margin:
             falls: The rate of the margin at the first test.
         """
         positive = [time for time, margin in zip(t, h, strict=False) if margin > 0]
-        if positive == t[:1] and self(t[0]) <= 0:
-            # Round-off: the margin begins at zero, and the path is not exactly the state there.
-            positive = []
         if positive:
             return self._between(positive[-1], below)
         if falls <= 0:
@@ -130,5 +127,8 @@ class _Margin:
 
     def _between(self, above: float, below: float) -> Switch:
         """Return the zero between a time with a positive and one with a negative margin."""
+        if self(below) >= 0:
+            # A step that ends at an event: its last state is below zero by the round-off of both.
+            return Switch(self.mode, below, below)
         zero = float(brentq(self, above, below, xtol=1e-16, rtol=9e-16))
         return Switch(self.mode, zero, below)

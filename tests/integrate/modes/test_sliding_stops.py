@@ -14,7 +14,7 @@ from support.stops import ANGLE, couple_of, pressed, residual, solution, stop
 from support.switching import ENGINES, MASS, data, problem, solved
 
 import rbstab
-from rbstab.integrate.modes import phases
+from rbstab.integrate.modes import current_phase
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array
@@ -93,7 +93,7 @@ def test_a_rest_ends_when_the_tie_turns_its_couple(engine_name, couple, load):
 
 # --- The joint solution.
 
-BODY = {"mass": 41.0, "contact_point": [0.15, 0.1, -0.42]}
+BODY: dict[str, Any] = {"mass": 41.0, "contact_point": [0.15, 0.1, -0.42]}
 BODY |= {"inertia": [[10.0, 0.4, -0.7], [0.4, 8.0, 0.5], [-0.7, 0.5, 9.0]]}
 CONTROLLER: dict[str, Any] = {"variant": "free", "K_t": [4100.0] * 3, "L_t": [200.0] * 3}
 CONTROLLER |= {"K_r": [400.0] * 3, "L_r": [60.0] * 3}
@@ -174,7 +174,8 @@ def consistent(system: System, y: Array, given: Array, contact: bool, side: int)
     system = with_contact(with_modes(system, tuple(modes)), side if contact else 0)
     rates = derivative_along(lambda z: residuals(system, z), y, system.rates(y))
     _, pairs = system.acting(y)
-    loads = np.concatenate([own / element.K_s for element, own in pairs if element.slides])
+    ties: list[Any] = [(element, own) for element, own in pairs if element.slides]
+    loads = np.concatenate([own / element.K_s for element, own in ties])
     held = given == 0
     presses = side * couple_of(system, y) <= 0
     return bool(
@@ -237,6 +238,7 @@ def test_an_impact_throws_axes_off_their_surfaces(rng):
 
 
 def settings(engine_name: str, **changes: Any) -> dict[str, Any]:
+    """Return the settings of a run at small tolerances."""
     tight = {"rtol": 1e-13, "atol": 1e-14} if engine_name == "scipy" else {"rtol": 1e-15}
     return {"duration": 0.5, "samples": 51, "engine": engine_name} | tight | changes
 
@@ -268,6 +270,8 @@ def test_engines_agree_and_the_audit_closes(elements, push, restitution, rests):
         bounds = np.array([given[name]["K_s"] for name in elements])
         assert (np.abs(run["element_force"])[:, : len(bounds)] <= bounds * (1 + 1e-9)).all()
         assert bool(run["stop_contact"].any()) == rests
+        # The work by which axes arrive at the end of the hops is a tiny part.
+        assert np.diff(run["impact_loss"]).min() > -1e-7 * scale
     assert 0 < one["impact_count"][-1] == two["impact_count"][-1] < 100
     np.testing.assert_allclose(one["impact_time"], two["impact_time"], rtol=0, atol=1e-9)
     for name in ("orientation", "angular_velocity", "position", "velocity", "stop_contact"):
@@ -328,7 +332,7 @@ def test_order_of_the_method_holds_through_all_events(method):
 @EACH
 def test_a_hard_load_on_an_elastic_body_ends_bounded(engine_name, monkeypatch):
     """Hops of an elastic body never end; the limit of impacts ends the run."""
-    monkeypatch.setattr(phases, "IMPACT_LIMIT", 12)
+    monkeypatch.setattr(current_phase, "IMPACT_LIMIT", 12)
     elements = ONE | {"push": PUSH | {"amplitude": 5000.0}, "end": stop(1.0, 0.05)}
     config = several(elements) | {"integration": settings(engine_name, duration=5.0)}
     found = solved(config, engine_name, rtol=1e-13)

@@ -84,7 +84,7 @@ def with_equivalent_forces(
     forces = found.forces()
     size = 3 * sum(element.slides for element, _ in pairs)
     of_ties = iter(forces[:size].reshape(-1, 3))
-    hold = found.hold(forces) if any(element.holds for element, _ in pairs) else None
+    hold = found.hold(forces) if any(element.holds for element, _ in pairs) else ZERO
     return [
         (element, next(of_ties) if element.slides else hold if element.holds else own)
         for element, own in pairs

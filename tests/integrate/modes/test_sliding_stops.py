@@ -19,7 +19,14 @@ from rbstab.integrate.problem import Problem
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array
 from rbstab.systems import sliding_impact
-from rbstab.systems.filippov import choice, residuals, slide_modes, with_contact
+from rbstab.systems.filippov import (
+    choice,
+    moved,
+    residuals,
+    resting,
+    slide_modes,
+    with_contact,
+)
 from rbstab.systems.impact import impact
 from rbstab.systems.modes import modes_of, with_modes
 from rbstab.systems.sliding_impact import after_impact
@@ -185,25 +192,24 @@ def consistent(system: System, y: Array, given: Array, contact: bool, side: int)
     )
 
 
-@pytest.mark.parametrize("side", [1, -1])
-def test_one_of_all_combinations_is_consistent(side, rng):
+def test_one_of_all_combinations_is_consistent(rng):
     """Of the 27 choices of sides and holds, with and without contact; and it is the chosen one."""
     contacts = set()
-    for size in (100.0, 400.0, 1600.0) * 4:
-        elements = {"a": ONE["a"] | {"K_s": [size] * 3}}
-        system, y = against_stop(rng, elements, side)
+    for size, side in product((100.0, 100.0, 400.0, 400.0, 1600.0), (1, -1)):
+        system, y = against_stop(rng, {"a": ONE["a"] | {"K_s": [size] * 3}}, side)
         # All axes are on their surfaces: F = -κE by the velocity of the body.
         motion = system.motion(y)
         y[9:12] -= motion.F + 20.0 * motion.E
         found = choice(system, y, np.arange(3))
-        all_of = product(product([0.0, 1.0, -1.0], repeat=3), [True, False])
         kept = [
             (*given, contact)
-            for given, contact in all_of
+            for given in product([0.0, 1.0, -1.0], repeat=3)
+            for contact in (True, False)
             if consistent(system, y, np.array(given), contact, side)
         ]
         assert len(kept) == 1
         assert (*found.sides[:3], found.sides[3] == 0) == kept[0]
+        assert resting(found.system) == (side if kept[0][3] else 0)
         contacts.add(kept[0][3])
     assert contacts == {True, False}
 
@@ -297,21 +303,49 @@ def test_thin_layers_converge_to_the_joint_solution(elements, restitution):
     assert 0.05 * errors[0] < errors[1] < 0.15 * errors[0]
 
 
-def test_no_hop_is_higher_after_a_rest_would_begin(monkeypatch):
-    """What `landed` promises of a larger height holds for the hops that are followed below it."""
-    elements = ONE | {"push": PUSH, "end": stop(0.8, 0.15)}
+def test_the_energy_of_hops_is_that_of_the_way_to_rest(rng):
+    """T = ½ Δv'MΔv for the velocities that an impulse takes away when the body comes to rest."""
+    pressed_ones = 0
+    for _ in range(12):
+        system, y = against_stop(rng, {"a": ONE["a"] | {"K_s": [1e6] * 3}}, 1)
+        y[3:6] *= 1e-3
+        found = choice(system, y, np.arange(3))
+        assert not found.sides[:3].any()
+        if found.sides[3]:
+            continue
+        pressed_ones += 1
+        lost = y - moved(found, y)
+        energy = 0.5 * BODY["mass"] * lost[9:12] @ lost[9:12]
+        energy += 0.5 * lost[3:6] @ np.array(BODY["inertia"]) @ lost[3:6]
+        height = energy / abs(couple_of(found.system, y))
+        assert sliding_impact._hop_height(found, y, 0.0) == pytest.approx(height, rel=1e-9)
+    assert pressed_ones > 2
+
+
+def test_no_hop_is_higher_than_its_bound(monkeypatch):
+    """The bound of `landed`, with all axes that may be held, at each impact of a body that hops."""
+    elements = {"a": ONE["a"] | {"K_s": [600.0] * 3}, "push": PUSH, "end": stop(0.95, 0.15)}
     start = {"orientation": [0.0, -0.15, 0.0], "angular_velocity": [0.0, 0.1, 0.0]}
     config = several(elements) | {"initial": start | {"attached": True}}
-    config |= {"integration": settings("scipy", duration=0.01, samples=401)}
-    height = 1e-7
-    fine = solved(config, "scipy", rtol=1e-13)
-    monkeypatch.setattr(sliding_impact, "HOP_HEIGHT", height)
-    coarse = solved(config, "scipy", rtol=1e-13)
-    begin = coarse.impacts.rests[0][0]
-    assert len(fine.impacts.times) > len(coarse.impacts.times) > 1
-    hops = np.abs(fine.states[fine.times >= begin, 1])
-    assert 0.15 - height < hops.min() < 0.15
-    assert hops.max() == 0.15
+    config |= {"integration": settings("scipy", duration=0.012, samples=601)}
+    bounds: dict[float, float] = {}
+    original = sliding_impact._hop_height
+
+    def recorded(found: Any, y: Array, time: float) -> float:
+        bound = original(found, y, time)
+        bounds.setdefault(time, bound)
+        return bound if bound <= 1e-12 else np.inf
+
+    monkeypatch.setattr(sliding_impact, "_hop_height", recorded)
+    monkeypatch.setattr(sliding_impact, "HOP_HEIGHT", 1e-3)
+    found = solved(config, "scipy", rtol=1e-13)
+    assert found.impacts.resting[-1] == -1
+    heights = 0.15 - np.abs(found.states[:, 1])
+    pairs = [(bound, heights[found.times > time].max()) for time, bound in bounds.items()]
+    seen = [(bound, height) for bound, height in pairs if height > 1e-8]
+    assert len(seen) > 4
+    for bound, height in seen:
+        assert height < bound < 20.0 * height
 
 
 @pytest.mark.parametrize("method", ["DOP853", "RK45"])

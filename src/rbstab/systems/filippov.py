@@ -4,17 +4,34 @@ Of the axes on their surfaces, each has a force |Λ_i| <= K_s. It moves to posit
 -K_s, to negative s only under K_s, and otherwise ṡ_i = 0. With ṡ = WΛ + b these are the conditions
 for the least value of ½ Λ'WΛ + b'Λ in the box |Λ_i| <= K_s. W is positive semidefinite, so there is
 a least value, and ṡ is the same wherever it is attained.
+
+A body that rests against its stop is one more row, and all rows are chosen together. On the side c,
+±1, the couple λ = -cτ presses inwards, the angle leaves inwards, and one of both is zero:
+
+    λ >= 0,    -cθ̈2 >= 0,    λ θ̈2 = 0
+
+With θ̈2 the last entry of WΛ + b these are the conditions for the least value of the same form, with
+λ >= 0 as its bound. W stays symmetric and positive semidefinite: it is J M⁻¹ J' of all rows. This
+bound is one-sided, but a body that is held has λ = c(b_s + Σ W_si Λ_i)/μ <= U with
+
+    U = (|b_s| + Σ |W_si| K_i)/μ
+
+So the box 0 <= λ <= 2U has the same least value. About its middle it is symmetric, like the others.
+
+Source of the conditions of the contact: D. E. Stewart, SIAM Review 42 (2000) 3-39.
 """
 
 from contextlib import suppress
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from rbstab.mechanics import pitch
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import E_OF_W, F_OF_W
+from rbstab.systems.impact import first_stop_mode, side_of, stop_of
 from rbstab.systems.modes import modes_of, with_first_modes, with_modes
-from rbstab.systems.surface_forces import Surfaces, impulses, surfaces
+from rbstab.systems.surface_forces import Surfaces, elements_with_rows, impulses, surfaces
 from rbstab.systems.system import System
 
 START_TOLERANCE = 1e-12
@@ -30,7 +47,6 @@ BOUND_TOLERANCE = 1e-9
 SMALLEST_MOBILITY = 1e-12
 """A mobility that is smaller than this part of the largest one counts as zero: the points of ties
 cannot all move freely against each other, since the body is rigid."""
-
 
 MAX_PIVOTS = 1000
 """The most principal pivots of a choice; one for each axis is the rule."""
@@ -63,7 +79,8 @@ def slide_modes(system: System) -> Array:
 def at_start(system: System, y: Array, time: float = 0.0) -> System:
     """Return a system in the modes in which a motion begins, also on the surfaces of its ties.
 
-    If the forces of the ties are not determined there, no axis is held.
+    If the forces of the ties are not determined there, no axis is held. Whether a body rests that
+    touches its stop follows from all forces together.
 
     Args:
         system: The system, in any modes.
@@ -73,11 +90,27 @@ def at_start(system: System, y: Array, time: float = 0.0) -> System:
     system = with_first_modes(system, y, time)
     if not slides(system):
         return system
-    motion = system.motion(y)
-    distance = np.concatenate([tie.distance(motion) for tie in _ties(system)])
+    side = side_of(system, y)
+    touching = system
+    if side and abs(residuals(system, y)[-1]) <= START_TOLERANCE:
+        touching = with_contact(system, side)
     with suppress(RedundantTiesError):
-        return chosen(system, y, np.flatnonzero(distance <= START_TOLERANCE), time)[0]
+        return chosen(touching, y, near(system, y), time)[0]
     return system
+
+
+def near(system: System, y: Array) -> Array:
+    """Return the axes on their surfaces at a state, up to `START_TOLERANCE`."""
+    motion = system.motion(y)
+    distance = np.concatenate([tie.distance(motion) for tie in ties_of(system)])
+    return np.flatnonzero(distance <= START_TOLERANCE)
+
+
+def with_contact(system: System, side: int) -> System:
+    """Return a system whose body rests on a side of its stop, 1 or -1; not at all if it is 0."""
+    modes, first = list(modes_of(system)), first_stop_mode(system)
+    modes[first : first + 2] = [float(side > 0), float(side < 0)]
+    return with_modes(system, tuple(modes))
 
 
 def after_events(
@@ -106,11 +139,28 @@ def after_events(
     return chosen(system, y, rows, time)
 
 
+class Choice(NamedTuple):
+    """Filippov's choice for some rows.
+
+    Attributes:
+        system: The system in the chosen modes.
+        surfaces: The surfaces, without the forces of these rows.
+        rows: The rows: axes on their surfaces, and the last row if the body rested.
+        sides: 0 for each row that is held, else its side, ±1.
+    """
+
+    system: System
+    surfaces: Surfaces
+    rows: Array
+    sides: Array
+
+
 def chosen(system: System, y: Array, rows: Array, time: float = 0.0) -> tuple[System, Array]:
     """Return a system with Filippov's choice for the axes on their surfaces, and the state.
 
-    The state is moved to s = 0 on the held axes, and to `RELEASE_OFFSET` on the side to which the
-    other axes leave, by impulses at the points of the ties.
+    A body that rests against its stop takes part, and may be released. The state is moved to s = 0
+    on the held axes, and to `RELEASE_OFFSET` on the side to which the other axes leave, by impulses
+    at the points of the ties; and to θ̇2 = 0 if the body rested.
 
     Args:
         system: The system; the modes of all other axes are right.
@@ -121,28 +171,61 @@ def chosen(system: System, y: Array, rows: Array, time: float = 0.0) -> tuple[Sy
     Raises:
         RedundantTiesError: The forces that hold the axes are not determined.
     """
-    if not len(rows):
+    if not len(rows) and not resting(system):
         return system, y
+    found = choice(system, y, rows, time)
+    return found.system, moved(found, y)
+
+
+def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
+    """Return Filippov's choice for axes on their surfaces; see `chosen`."""
     places, modes = slide_modes(system), np.array(modes_of(system))
     modes[places[:, rows]] = 1.0
     system = with_modes(system, tuple(modes.tolist()))
     motion, pairs = system.loads(y, time)
     found = surfaces(system.body, system.coordinates, motion, pairs)
-    bounds = np.concatenate([e.K_s for e in _ties(system)])[rows]
+    bounds = np.concatenate([e.K_s for e in ties_of(system)])[rows]
+    contact, count = resting(system), len(rows)
+    if contact:
+        rows = np.append(rows, len(found.rates) - 1)
     W, b = found.mobility[np.ix_(rows, rows)], found.rates[rows]
+    if contact:
+        most = largest_couple(W, b, bounds)
+        bounds, b = np.append(bounds, most), b - contact * most * W[:, -1]
     side = sides(W, b, bounds)
     is_held = side == 0
     if is_held.any() and np.linalg.cond(W[np.ix_(is_held, is_held)]) > 1.0 / SMALLEST_MOBILITY:
         raise RedundantTiesError("the forces of sliding ties are not determined")
-    modes[places[0, rows]] = side >= 0
-    modes[places[1, rows]] = is_held
-    after = with_modes(system, tuple(modes.tolist()))
-    return after, _moved(after, y, found, rows, side * RELEASE_OFFSET)
+    modes[places[0, rows[:count]]] = side[:count] >= 0
+    modes[places[1, rows[:count]]] = is_held[:count]
+    system = with_modes(system, tuple(modes.tolist()))
+    if contact and not is_held[-1]:
+        system = with_contact(system, 0)
+    return Choice(system, found, rows, side)
+
+
+def resting(system: System) -> int:
+    """Return the side on which the modes of a system say that the body rests, ±1; 0 if none."""
+    stop = stop_of(system)
+    return 0 if stop is None else int(stop.mode[0] - stop.mode[1])
+
+
+def largest_couple(W: Array, b: Array, bounds: Array) -> float:
+    """Return U, N m, a bound of the couple that holds θ2: (|b_s| + Σ |W_si| K_i)/μ.
+
+    Args:
+        W: The mobility of some axes and, last, of θ2.
+        b: Their rates under all other forces.
+        bounds: K_s of the axes.
+    """
+    most = float((abs(b[-1]) + np.abs(W[-1, :-1]) @ bounds) / W[-1, -1])
+    # Without any load, each bound is right: the couple is zero, and nothing presses.
+    return most or 1.0
 
 
 def _sticky_rows(system: System) -> Array:
     """Return which axes stick on s = E, and do not slide on s = F + κE, shape (rows,)."""
-    return np.repeat([tie.sticks for tie in _ties(system)], 3)
+    return np.repeat([tie.sticks for tie in ties_of(system)], 3)
 
 
 def sides(W: Array, b: Array, bounds: Array, tolerance: float = -BOUND_TOLERANCE) -> Array:
@@ -188,21 +271,36 @@ def _definite(W: Array) -> Array:
     return (vectors * np.maximum(values, SMALLEST_MOBILITY * values[-1])) @ vectors.T
 
 
-def _moved(system: System, y: Array, found: Surfaces, rows: Array, targets: Array) -> Array:
-    """Return the state with s moved to targets on some rows: by impulses, and E on s = E."""
-    motion, sticky = system.motion(y), _sticky_rows(system)[rows]
-    s = np.concatenate([tie.held_rate(motion) for tie in _ties(system)])[rows]
-    sizes = np.zeros(len(found.rates))
-    W = found.mobility[np.ix_(rows, rows)]
-    rates = np.where(sticky, 0.0, targets)
-    sizes[rows] = np.linalg.lstsq(W, rates - s, rcond=SMALLEST_MOBILITY)[0]
-    jump = impulses(system.body, system.coordinates, motion, _ties(system), sizes)
-    moved = np.concatenate([y[: len(jump)] + jump, y[len(jump) :]])
+def residuals(system: System, y: Array) -> Array:
+    """Return what is zero on held rows: s of each axis (F on s = E), then θ̇2 beside a stop."""
+    motion = system.motion(y)
+    found = [tie.held_rate(motion) for tie in ties_of(system)]
+    if stop_of(system) is not None:
+        found.append(np.array([pitch.rate(motion)]))
+    return np.concatenate(found)
+
+
+def moved(found: Choice, y: Array) -> Array:
+    """Return the state that belongs to a choice: by impulses, and E on s = E; see `chosen`."""
+    system, rows = found.system, found.rows
+    elements = elements_with_rows(system.elements)
+    is_axis = rows < 3 * len(ties_of(system))
+    sticky = np.zeros(len(rows), bool)
+    sticky[is_axis] = _sticky_rows(system)[rows[is_axis]]
+    targets = found.sides * RELEASE_OFFSET
+    sizes = np.zeros(len(found.surfaces.rates))
+    W = found.surfaces.mobility[np.ix_(rows, rows)]
+    rates = np.where(sticky | ~is_axis, 0.0, targets)
+    wanted = rates - residuals(system, y)[rows]
+    sizes[rows] = np.linalg.lstsq(W, wanted, rcond=SMALLEST_MOBILITY)[0]
+    jump = impulses(system.body, system.coordinates, system.motion(y), elements, sizes)
+    after = np.concatenate([y[: len(jump)] + jump, y[len(jump) :]])
     # Only a connector sticks; its E and F are coordinates.
     axes = rows[sticky] % 3
-    moved[E_OF_W.start + axes], moved[F_OF_W.start + axes] = targets[sticky], 0.0
-    return moved
+    after[E_OF_W.start + axes], after[F_OF_W.start + axes] = targets[sticky], 0.0
+    return after
 
 
-def _ties(system: System) -> list[Any]:
+def ties_of(system: System) -> list[Any]:
+    """Return the elements of a system whose axes slide."""
     return [element for element in system.elements if element.slides]

@@ -1,16 +1,20 @@
-"""The forces that hold axes of sliding ties on their surfaces s = F + κE.
+"""The forces that hold axes of sliding ties on their surfaces s = F + κE, also beside a stop.
 
 The rates of all surfaces of all ties are ṡ = WΛ + b: W, their mobility, is J M⁻¹ J' with a row of J
 for each axis of each tie, and b is the rate without these forces. The axes S that are held have
 Λ_S = -W_SS⁻¹ b_S: all of them together, since the force of one moves the points of the others.
+
+A stop is one more row: its rate is θ̈2, its force is the couple τ on θ2, and its row of J is b' of
+`mechanics.pitch`. While the body rests there it is held like an axis, and solved with them.
 """
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.elements.element import Element
-from rbstab.mechanics import point
+from rbstab.elements.element import Element, couple_on_body
+from rbstab.mechanics import pitch, point
 from rbstab.mechanics.algebra import ZERO, solved
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import Motion, Wrench
@@ -19,7 +23,7 @@ from rbstab.mechanics.states import OMEGA
 from rbstab.systems.coordinates import Coordinates
 
 Pair = tuple[Element, Array]
-"""An element with its own states, or with its equivalent forces if it `slides`."""
+"""An element with its own states, or with its equivalent forces if it `slides`, or its hold."""
 
 UNIT = np.eye(3)
 UNIT.flags.writeable = False
@@ -28,10 +32,12 @@ UNIT.flags.writeable = False
 class Surfaces(NamedTuple):
     """The surfaces of all sliding ties of a system at a motion, one row for each axis.
 
+    If an element `holds` θ2, a last row is that of θ̇2, with a couple in place of a force.
+
     Attributes:
         rates: b, the rates of the surfaces under all other forces, shape (rows,).
         mobility: W, the rates by unit forces, shape (rows, rows).
-        held: 1 for each axis that is held, 0 for the others, shape (rows,).
+        held: 1 for each row that is held, 0 for the others, shape (rows,).
     """
 
     rates: Array
@@ -47,23 +53,42 @@ class Surfaces(NamedTuple):
         matrix = np.outer(self.held, self.held) * self.mobility + np.diag(1.0 - self.held)
         return -solved(matrix, self.held * self.rates)
 
+    def hold(self, forces: Array) -> Array:
+        """Return the hold [τ, α] of θ2, N m and rad/s², under the forces of all ties.
+
+        α is θ̈2 under all forces but the couple, and τ = -α/μ (`systems.holding.hold`). While the
+        body rests, this is the τ of `forces`, as the last equation of the held rows is α + μτ = 0.
+
+        Args:
+            forces: Λ, shape (rows,).
+        """
+        acceleration = self.rates[-1] + self.mobility[-1, :-1] @ forces[:-1]
+        return np.array([-acceleration / self.mobility[-1, -1], acceleration])
+
 
 def with_equivalent_forces(
     body: Body, coordinates: Coordinates, motion: Motion, pairs: list[Pair]
 ) -> list[Pair]:
     """Return the elements of a system, those that `slide` with their equivalent forces.
 
+    One that `holds` gets its hold, which is solved together with them.
+
     Args:
         body: The body.
         coordinates: The coordinates of its motion.
         motion: The motion.
-        pairs: All elements with their own states; those that slide with zero forces.
+        pairs: All elements with their own states; those that slide or hold with zero forces. One of
+            them slides.
     """
-    if not any(element.slides for element, _ in pairs):
-        return pairs
-    forces = surfaces(body, coordinates, motion, pairs).forces()
-    of_ties = iter(forces.reshape(-1, 3))
-    return [(element, next(of_ties) if element.slides else own) for element, own in pairs]
+    found = surfaces(body, coordinates, motion, pairs)
+    forces = found.forces()
+    size = 3 * sum(element.slides for element, _ in pairs)
+    of_ties = iter(forces[:size].reshape(-1, 3))
+    hold = found.hold(forces) if any(element.holds for element, _ in pairs) else ZERO
+    return [
+        (element, next(of_ties) if element.slides else hold if element.holds else own)
+        for element, own in pairs
+    ]
 
 
 def surfaces(body: Body, coordinates: Coordinates, motion: Motion, pairs: list[Pair]) -> Surfaces:
@@ -73,42 +98,46 @@ def surfaces(body: Body, coordinates: Coordinates, motion: Motion, pairs: list[P
         body: The body.
         coordinates: The coordinates of its motion.
         motion: The motion.
-        pairs: All elements, those that slide with zero equivalent forces.
+        pairs: All elements, those that slide or hold with zero forces.
     """
-    ties: list[Any] = [element for element, _ in pairs if element.slides]
+    rows = elements_with_rows(element for element, _ in pairs)
     loads = total_wrench(motion, pairs)
-    rates = _rates(body, coordinates, motion, loads, ties)
+    rates = _rates(body, coordinates, motion, loads, rows)
     # Loads change the accelerations of a body at rest as they do those of a moving one.
     still = motion._replace(Omega=ZERO, V=ZERO, E=ZERO, F=ZERO)
-    columns = [
-        _rates(body, coordinates, still, point.force_at(still, tie.place(body), unit), ties)
-        for tie in ties
-        for unit in UNIT
-    ]
-    held = np.concatenate([tie.held for tie in ties])
+    units = [unit for element in rows for unit in _unit_loads(body, still, element)]
+    columns = [_rates(body, coordinates, still, unit, rows) for unit in units]
+    held = np.concatenate([_held(element) for element in rows])
     return Surfaces(rates, np.array(columns).T, held)
 
 
 def impulses(
-    body: Body, coordinates: Coordinates, motion: Motion, ties: list[Any], sizes: Array
+    body: Body, coordinates: Coordinates, motion: Motion, rows: list[Any], sizes: Array
 ) -> Array:
-    """Return the jump of the body's coordinates by impulses at the points of ties.
+    """Return the jump of the body's coordinates by impulses at the points of ties, and on θ2.
 
     Args:
         body: The body.
         coordinates: The coordinates of its motion.
         motion: The motion; only its pose counts.
-        ties: The ties.
-        sizes: The impulse along each axis of each tie, shape (rows,), N s, inertial.
+        rows: The elements of the rows (`elements_with_rows`).
+        sizes: The impulse along each axis of each tie, N s, inertial, then on θ2, N m s.
     """
     still = motion._replace(Omega=ZERO, V=ZERO, E=ZERO, F=ZERO)
-    wrenches = [
-        point.force_at(still, tie.place(body), sizes[3 * k : 3 * k + 3])
-        for k, tie in enumerate(ties)
-    ]
+    wrenches, begin = [], 0
+    for element in rows:
+        end = begin + (3 if element.slides else 1)
+        wrenches.append(_load(body, still, element, sizes[begin:end]))
+        begin = end
     # An impulse does to velocities at rest what the same force does to accelerations.
     jump, _ = coordinates.dynamics(body, still, _sum(wrenches))
     return jump
+
+
+def elements_with_rows(elements: Iterable[Any]) -> list[Any]:
+    """Return the elements that have rows in `Surfaces`: those that slide, then one that holds."""
+    found = list(elements)
+    return [one for one in found if one.slides] + [one for one in found if one.holds]
 
 
 def total_wrench(motion: Motion, pairs: list[Pair]) -> Wrench:
@@ -124,15 +153,39 @@ def _sum(wrenches: list[Wrench]) -> Wrench:
     return Wrench(force, couple, contact_force)
 
 
+def _unit_loads(body: Body, still: Motion, element: Any) -> list[Wrench]:
+    """Return the wrenches of a unit force along each axis of a tie, or of a unit couple on θ2."""
+    if element.slides:
+        return [_load(body, still, element, unit) for unit in UNIT]
+    return [_load(body, still, element, np.ones(1))]
+
+
+def _load(body: Body, still: Motion, element: Any, force: Array) -> Wrench:
+    """Return the wrench of a force at the point of a tie, or of a couple on θ2, shape (1,)."""
+    if element.slides:
+        return point.force_at(still, element.place(body), force)
+    return couple_on_body(force[0] * pitch.direction(still))
+
+
+def _held(element: Any) -> Array:
+    """Return which axes of a tie are held, or whether the body rests against a stop."""
+    held: Array = element.held if element.slides else np.array([element.mode[0] + element.mode[1]])
+    return held
+
+
 def _rates(
-    body: Body, coordinates: Coordinates, motion: Motion, loads: Wrench, ties: list[Any]
+    body: Body, coordinates: Coordinates, motion: Motion, loads: Wrench, rows: list[Any]
 ) -> Array:
-    """Return the rates ṡ = F' + κF of all axes of all ties under some loads, shape (rows,)."""
+    """Return the rates ṡ = F' + κF of all axes of all ties under some loads, and θ̈2."""
     rates, Lambda_ = coordinates.dynamics(body, motion, loads)
     # Λ is the whole force at the contact point, also what holds it there.
     V_rate = (loads.force + Lambda_) / body.mass
-    accelerations = [
-        tie.surface_rate(motion, point.acceleration(motion, tie.place(body), rates[OMEGA], V_rate))
-        for tie in ties
-    ]
-    return np.concatenate(accelerations)
+    found = []
+    for element in rows:
+        if element.slides:
+            p = element.place(body)
+            a = point.acceleration(motion, p, rates[OMEGA], V_rate)
+            found.append(element.surface_rate(motion, a))
+        else:
+            found.append(np.array([pitch.acceleration(motion, rates[OMEGA])]))
+    return np.concatenate(found)

@@ -15,6 +15,9 @@ from rbstab.systems.coordinates import Coordinates
 from rbstab.systems.holding import hold
 from rbstab.systems.surface_forces import total_wrench, with_equivalent_forces
 
+NO_HOLD = np.zeros(2)
+NO_HOLD.flags.writeable = False
+
 AUDIT_SIZE = 2
 """The number of audit states of a passive system: ∫v' dt, J, and ε, J (eq. 26). They follow all
 other states, and are integrated together with them. If an element supplies power, ∫supplied dt, J,
@@ -166,11 +169,13 @@ class System:
         One that `holds` has its hold instead, and one that `slides` its equivalent forces.
         """
         motion, pairs = self.loads(y, time)
+        if any(element.slides for element in self.elements):
+            return motion, with_equivalent_forces(self.body, self.coordinates, motion, pairs)
         for number, (element, _) in enumerate(pairs):
             if element.holds:
                 loads = total_wrench(motion, pairs[:number] + pairs[number + 1 :])
                 pairs[number] = element, hold(self.body, self.coordinates, motion, loads)
-        return motion, with_equivalent_forces(self.body, self.coordinates, motion, pairs)
+        return motion, pairs
 
     @property
     def clearance_owners(self) -> tuple[str, ...]:
@@ -185,15 +190,19 @@ class System:
         return np.concatenate([np.zeros(0), *found])
 
     def loads(self, y: Array, time: Number = 0.0) -> tuple[Motion, list[tuple[Element, Array]]]:
-        """Return the motion, and each element with its own states; without equivalent forces."""
+        """Return the motion, and each element with its own states; without forces that hold."""
         return self.motion(y, time), self._with_states(y)
 
     def _with_states(self, y: Array) -> list[tuple[Element, Array]]:
-        """Return each element with its own states, or with zero equivalent forces."""
+        """Return each element with its own states, or with zero equivalent forces, or no hold."""
         pairs, begin = [], self.coordinates.size
         for element in self.elements:
             own = y[begin : begin + element.state_size]
-            pairs.append((element, ZERO if element.slides else own))
+            if element.slides:
+                own = ZERO
+            elif element.holds:
+                own = NO_HOLD
+            pairs.append((element, own))
             begin += element.state_size
         return pairs
 

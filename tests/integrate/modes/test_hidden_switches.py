@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, solved
 
+from rbstab.integrate.modes.current_phase import CurrentPhase
 from rbstab.integrate.modes.first_switch import TESTS_PER_STEP, first_switch
-from rbstab.integrate.modes.phases import CurrentPhase, Phases
+from rbstab.integrate.modes.phases import Phases
 from rbstab.systems.modes import modes_of
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
@@ -27,8 +28,11 @@ def turning():
     return problem(data({"soft": guard("stiff", 40.0)}))
 
 
-def searched(problem, angle, rate, length=1.0):
-    """Return the first switch of a step in which θ2 follows a function of time."""
+def searched(problem, angle, rate, length=1.0, off=0.0):
+    """Return the first switch of a step in which θ2 follows a function of time.
+
+    The last state is off the path by a number of rad.
+    """
     phase, size = Phases(problem).first, problem.system.audited_size
 
     def state(t):
@@ -37,6 +41,7 @@ def searched(problem, angle, rate, length=1.0):
         return y
 
     ends = np.array([state(0.0), state(length)])
+    ends[1, 1] += off
     rates = np.zeros((2, size))
     rates[:, 1] = ends[:, 4]
     return first_switch(phase, state, (0.0, length), ends, rates)
@@ -75,6 +80,14 @@ def test_a_motion_that_turns_before_the_angle_has_no_switch(turning, top):
         lambda t: -2 * curvature * (t - top),
     )
     assert found is None
+
+
+def test_a_step_that_ends_at_its_switch(turning):
+    """Its last state has passed the zero by round-off, which its path has not reached."""
+    path = (lambda t: 0.3 - 1e-14 - 0.2 * (1.0 - t)), (lambda t: 0.2 + 0.0 * t)
+    found = searched(turning, *path, off=2e-14)
+    assert found is not None
+    assert (found.time, found.latest) == (1.0, 1.0)
 
 
 def test_the_first_of_several_switches_is_returned(turning):

@@ -22,7 +22,7 @@ from support.stops import (
 from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, solved
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.modes import phases
+from rbstab.integrate.modes import current_phase
 from rbstab.integrate.modes.scipy_modes import ModeRun
 from rbstab.systems.impact import HOP_HEIGHT
 
@@ -267,7 +267,7 @@ def test_a_start_beyond_the_stop_ends_the_run(engine_name):
 @EACH
 def test_limit_of_impacts(engine_name, monkeypatch):
     """The run ends before the impact that is one too many; the audit balances."""
-    monkeypatch.setattr(phases, "IMPACT_LIMIT", 4)
+    monkeypatch.setattr(current_phase, "IMPACT_LIMIT", 4)
     found = solved(stopped(0.9, SPIN), engine_name)
     assert found.status == "switch limit"
     assert found.detail.startswith("stopped after 4 impacts at t = ")

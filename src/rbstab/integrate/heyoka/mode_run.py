@@ -19,8 +19,9 @@ from rbstab.integrate.heyoka.symbols import (
     state_symbols,
     symbols_of,
 )
+from rbstab.integrate.modes.current_phase import CurrentPhase
 from rbstab.integrate.modes.first_switch import first_switch
-from rbstab.integrate.modes.phases import CurrentPhase, Phase
+from rbstab.integrate.modes.phases import Phase
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.watched_rates import StopRun

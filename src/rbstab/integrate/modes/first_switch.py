@@ -127,5 +127,8 @@ class _Margin:
 
     def _between(self, above: float, below: float) -> Switch:
         """Return the zero between a time with a positive and one with a negative margin."""
+        if self(below) >= 0:
+            # A step that ends at an event: its last state is below zero by the round-off of both.
+            return Switch(self.mode, below, below)
         zero = float(brentq(self, above, below, xtol=1e-16, rtol=9e-16))
         return Switch(self.mode, zero, below)

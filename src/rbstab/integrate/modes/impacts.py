@@ -14,6 +14,7 @@ from rbstab.integrate.impact_trace import ImpactTrace
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.watched_rates import StopRun
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.filippov import slide_modes
 from rbstab.systems.impact import (
     HOP_HEIGHT,
     first_stop_mode,
@@ -26,7 +27,11 @@ from rbstab.systems.impact import (
 from rbstab.systems.system import System
 
 if TYPE_CHECKING:
-    from rbstab.integrate.modes.phases import CurrentPhase
+    from rbstab.integrate.modes.current_phase import CurrentPhase
+
+PASSED = 1e-13
+"""An impact has moved a margin past zero if it is below minus this. Smaller margins are round-off:
+those of displacements do not jump."""
 
 STORED_RESTS = 100_000
 """The rests that are stored with their times; there may be any number of them."""
@@ -48,6 +53,7 @@ class Impacts:
         self._current = current
         first = first_stop_mode(system)
         self._sides = {first: 1, first + 1: -1}
+        self._of_axes = frozenset(slide_modes(system).ravel().tolist())
         self.lost = 0.0
         self.count = 0
         self._times: list[float] = []
@@ -104,19 +110,24 @@ class Impacts:
         current = self._current
         meets = [m for m in modes if m in self._sides and current.phase.signs[m] < 0]
         if not meets:
-            if any(mode in self._sides for mode in modes):
-                self._end_rest(t)
+            rested = self.resting
             current.switch(modes, t)
-            return self.released(t, y)
+            y = current.slide(modes, t, y)
+            self._release(rested, t, y)
+            return y
         if t == self._last:
             raise StopRun(RunStatus.SOLVER_FAILURE, "the hops at the stop became too short")
         found = impact(current.phase.system, y)
         current.count_impact()
         y, lost = found.state, found.lost
-        others = [m for m in current.phase.coinciding(y, t).tolist() if m not in self._sides]
+        others = self._others(t, y)
         if others:
             current.switch(others, t)
-        if rests(current.phase.system, y, self._sides[meets[0]], t):
+        side = self._sides[meets[0]]
+        if current.slides:
+            y, discarded = self._slide(side, t, y)
+            lost += discarded
+        elif rests(current.phase.system, y, side, t):
             y, discarded = self._rest(meets[0], t, y)
             lost += discarded
         # Nothing is recorded if the run ends here, before the impact.
@@ -127,32 +138,75 @@ class Impacts:
         self._rates.append(found.rate)
         return y
 
+    def _others(self, t: float, y: Array) -> list[int]:
+        """Return the modes that an impact switches, but for those of the stop and of sliding axes.
+
+        They reach their switch at the same time, or the impact moves them past it: the velocities
+        jump, and so does s = F + κE of a tie with a boundary layer.
+        """
+        phase = self._current.phase
+        passed = np.flatnonzero(phase.margins(y, t) < -PASSED)
+        found = {*phase.coinciding(y, t).tolist(), *passed.tolist()}
+        return sorted(found - self._sides.keys() - self._of_axes)
+
     def _rest(self, mode: int, t: float, y: Array) -> tuple[Array, float]:
         """Return the state in which the body rests, and what is left of its hops, J."""
         before = self._current.phase.system.observe(y).energy.sum()
         self._current.switch([mode], t)
         system = self._current.phase.system
         y = laid_on_stop(system, y)
+        self._begin_rest(t)
+        return y, float(before - system.observe(y).energy.sum())
+
+    def _slide(self, side: int, t: float, y: Array) -> tuple[Array, float]:
+        """Return the state after the choice for axes that slide, and what it takes away, J."""
+        current = self._current
+        before = current.phase.system.observe(y, t).energy.sum()
+        y = current.slide_after_impact(side, t, y)
+        if self.resting:
+            self._begin_rest(t)
+        return y, float(before - current.phase.system.observe(y, t).energy.sum())
+
+    def _begin_rest(self, t: float) -> None:
         if len(self._rests) < STORED_RESTS:
             self._rests.append((t, np.nan))
-        return y, float(before - system.observe(y).energy.sum())
 
     def _end_rest(self, t: float) -> None:
         if self._rests:
             self._rests[-1] = self._rests[-1][0], t
 
-    def released(self, t: float, y: Array) -> Array:
-        """Release a body that rests if its load has jumped, and return the state.
+    def after_breakpoint(self, t: float, y: Array) -> Array:
+        """Return the state after a breakpoint of an input, where a body that rests may be released.
+
+        Args:
+            t: The time, s.
+            y: The audited state.
+
+        Raises:
+            StopRun: As `CurrentPhase.slide`.
+        """
+        rested = self.resting
+        y = self._current.slide([], t, y)
+        self._release(rested, t, y)
+        return y
+
+    def _release(self, rested: int, t: float, y: Array) -> None:
+        """Release a body that rests if its load has jumped, and store the end of its rest.
 
         A switch of another element can change the load, or a breakpoint of an input.
+
+        Args:
+            rested: The side on which it rested before, or 0.
+            t: The time, s.
+            y: The audited state.
         """
         side, current = self.resting, self._current
         if side:
             mode = next(mode for mode, of in self._sides.items() if of == side)
             if current.phase.margins(y, t)[mode] < 0:
-                self._end_rest(t)
                 current.switch([mode], t)
-        return y
+        if rested and not self.resting:
+            self._end_rest(t)
 
     def add_sample(self) -> None:
         """Store the impacts so far as those of a sample."""

@@ -4,20 +4,22 @@ The margin of a mode is its event function if the mode is 1, and minus that if i
 positive as long as the mode is the right one; where it falls to zero, the mode switches.
 """
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.integrate.modes.connector_switches import ConnectorSwitches
-from rbstab.integrate.modes.impacts import Impacts
-from rbstab.integrate.problem import Problem, Trajectory
+from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import EquationsInTime, StopRun, audited_rates_of
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.filippov import RedundantTiesError, after_events, at_start, slides
+from rbstab.systems.filippov import (
+    RedundantTiesError,
+    after_events,
+    at_start,
+    slides,
+)
 from rbstab.systems.impact import laid_on_stop, stop_of
 from rbstab.systems.modes import (
     Modes,
@@ -27,14 +29,8 @@ from rbstab.systems.modes import (
     modes_of,
     with_modes,
 )
+from rbstab.systems.sliding_impact import after_impact
 from rbstab.systems.system import System
-
-SWITCH_LIMIT = 10_000_000
-"""A run stops after this many switches."""
-
-IMPACT_LIMIT = 100_000
-"""A run stops after this many impacts. A nearly elastic body that is damped, and pressed against
-its stop, hops faster and faster for a long time."""
 
 MAX_PHASES = 256
 """The most phases in memory; a run that needs more makes some of them again."""
@@ -193,143 +189,26 @@ class Phases:
             raise StopRun(RunStatus.SOLVER_FAILURE, str(error)) from error
         return self.of(modes_of(system)), y
 
+    def after_impact(self, phase: Phase, t: float, y: Array) -> tuple[Phase, Array]:
+        """Return the phase and the state after an impact, with the modes of sliding ties.
+
+        Args:
+            phase: The phase in which all other modes have switched already.
+            t: The time, s.
+            y: The audited state after the impact.
+
+        Raises:
+            StopRun: The forces of the ties are not determined.
+        """
+        try:
+            system, y = after_impact(phase.system, y, t)
+        except RedundantTiesError as error:
+            raise StopRun(RunStatus.SOLVER_FAILURE, str(error)) from error
+        return self.of(modes_of(system)), y
+
     def owner(self, mode: int) -> str:
         """Return the name of the element that owns a mode."""
         return mode_owners(self._system)[mode]
-
-
-class CurrentPhase:
-    """The phase of a run, and its switches so far.
-
-    Args:
-        problem: The problem.
-        switch_limit: The run stops after this many switches. Default that of the sliding
-            controller; without one `SWITCH_LIMIT`.
-
-    Attributes:
-        phase: The current phase.
-        count: The number of switches.
-        impact_count: The number of impacts.
-        impacts: The impacts; None if the system has no stop.
-        connector: The switches of the connector of a sliding controller; None without one.
-    """
-
-    def __init__(self, problem: Problem, switch_limit: int | None = None) -> None:
-        self._phases = Phases(problem)
-        self.phase = self._phases.first
-        self.count = self.impact_count = 0
-        self._last: dict[int, float] = {}
-        switching = problem.switching
-        self.connector = ConnectorSwitches(problem, switching) if switching is not None else None
-        if self.connector is not None:
-            self.connector.begin(self.phase.system, float(problem.times[0]))
-        most = SWITCH_LIMIT if switching is None else switching.switch_limit
-        self._limit = most if switch_limit is None else switch_limit
-        has_stop = stop_of(problem.system) is not None
-        self.impacts = Impacts(self, self.phase.system) if has_stop else None
-
-    def cross(self, modes: list[int], t: float, y: Array) -> Array:
-        """Switch some modes whose margins have reached zero, and return the state after it.
-
-        It is `y` itself, unless there is an impact, or axes of sliding ties are put on surfaces.
-
-        Args:
-            modes: The modes.
-            t: The time, s.
-            y: The audited state.
-
-        Raises:
-            StopRun: As `switch`, or the forces of sliding ties are not determined.
-        """
-        if self.impacts is not None:
-            return self.impacts.after(modes, t, y)
-        before = self.phase.system
-        self.switch(modes, t)
-        if self._phases.slides:
-            self.phase, y = self._phases.slid(self.phase, modes, t, y)
-        if self.connector is not None:
-            now = self.phase.system
-            self.connector.add_transitions(before, now, t)
-            system, y = self.connector.stuck(modes, before, now, t, y)
-            if system is not now:
-                self.phase = self._phases.of(modes_of(system))
-        return y
-
-    def begin_leg(self, t: float, y: Array) -> Array:
-        """Begin the legs of the inputs at a breakpoint, and return the state after it.
-
-        Loads may jump there. So axes of sliding ties may be released, or a body that rests against
-        its stop. The state is `y` itself, unless axes are put beside their surfaces.
-
-        Args:
-            t: The breakpoint, s.
-            y: The audited state.
-
-        Raises:
-            StopRun: The forces of sliding ties are not determined, or the limit is reached.
-        """
-        self.phase = self._phases.with_leg(self.phase, t)
-        # What has switched at this time already may switch again, under another load.
-        self._last.clear()
-        if self.impacts is not None:
-            return self.impacts.released(t, y)
-        before = self.phase.system
-        if self._phases.slides:
-            self.phase, y = self._phases.slid(self.phase, [], t, y)
-        if self.connector is not None:
-            self.connector.add_transitions(before, self.phase.system, t)
-        return y
-
-    def add_sample(self, y: Array) -> None:
-        """Store what has happened so far as that of a sample, at a state."""
-        if self.impacts is not None:
-            self.impacts.add_sample()
-        if self.connector is not None:
-            self.connector.add_sample(self.phase.system, y)
-
-    def repeat_sample(self, y: Array) -> None:
-        """Store the last sample again, after a breakpoint at its time."""
-        if self.impacts is not None:
-            self.impacts.repeat_sample()
-        if self.connector is not None:
-            self.connector.repeat_sample(self.phase.system, y)
-
-    def recorded(self, run: Trajectory) -> Trajectory:
-        """Return a run with its impacts, and with the switches of a sliding connector."""
-        if self.impacts is not None:
-            run = replace(run, impacts=self.impacts.trace())
-        if self.connector is not None:
-            run = replace(run, switches=self.connector.trace())
-        return run
-
-    def switch(self, modes: list[int], t: float) -> None:
-        """Switch some modes at a time.
-
-        Raises:
-            StopRun: A mode has switched at this time already, or the run has reached its limit.
-        """
-        for mode in modes:
-            if self._last.get(mode) == t:
-                name = self._phases.owner(mode)
-                raise StopRun(RunStatus.SOLVER_FAILURE, f"the motion stays where {name} switches")
-            self._last[mode] = t
-        self.phase = self._phases.after(self.phase, modes)
-        if self.connector is not None:
-            self.connector.add_events(modes, t)
-        self.count += len(modes)
-        if self.count >= self._limit:
-            raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {self.count} switches")
-
-    def count_impact(self) -> None:
-        """Count an impact. After it, modes may switch again at the same time.
-
-        Raises:
-            StopRun: The run has reached its limit.
-        """
-        self.impact_count += 1
-        if self.impact_count > IMPACT_LIMIT:
-            raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {IMPACT_LIMIT} impacts")
-        self._last.clear()
 
 
 class Switch(NamedTuple):

@@ -114,7 +114,7 @@ def with_connector_by_modes(problem: Problem) -> System:
 def _begins_at_rest(problem: Problem) -> bool:
     """Return whether an axis of the contact point begins at E = F = 0, and so may be held.
 
-    No axis is held beside a stop: the forces of both would have to be solved together.
+    No axis is held on s = E beside a stop: each impact would throw it off, to bounce again.
     """
     if stop_of(problem.system) is not None:
         return False

@@ -1,0 +1,200 @@
+"""The phase of a run and what follows each event: switches, impacts, and axes that slide."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rbstab.integrate.modes.connector_switches import ConnectorSwitches
+from rbstab.integrate.modes.impacts import Impacts
+from rbstab.integrate.modes.phases import Phases
+from rbstab.integrate.problem import Problem, Trajectory
+from rbstab.integrate.status import RunStatus
+from rbstab.integrate.watched_rates import StopRun
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.filippov import slide_modes
+from rbstab.systems.impact import stop_of
+from rbstab.systems.modes import modes_of
+from rbstab.systems.sliding_impact import landed
+
+SWITCH_LIMIT = 10_000_000
+"""A run stops after this many switches."""
+
+IMPACT_LIMIT = 100_000
+"""A run stops after this many impacts. A nearly elastic body that is damped, and pressed against
+its stop, hops faster and faster for a long time."""
+
+
+class CurrentPhase:
+    """The phase of a run, and its switches so far.
+
+    Args:
+        problem: The problem.
+        switch_limit: The run stops after this many switches. Default that of the sliding
+            controller; without one `SWITCH_LIMIT`.
+
+    Attributes:
+        phase: The current phase.
+        slides: Whether axes of ties slide on surfaces.
+        count: The number of switches.
+        impact_count: The number of impacts.
+        impacts: The impacts; None if the system has no stop.
+        connector: The switches of the connector of a sliding controller; None without one.
+    """
+
+    def __init__(self, problem: Problem, switch_limit: int | None = None) -> None:
+        self._phases = Phases(problem)
+        self.slides = self._phases.slides
+        self.phase = self._phases.first
+        self.count = self.impact_count = 0
+        self._last: dict[int, float] = {}
+        switching = problem.switching
+        self.connector = ConnectorSwitches(problem, switching) if switching is not None else None
+        if self.connector is not None:
+            self.connector.begin(self.phase.system, float(problem.times[0]))
+        most = SWITCH_LIMIT if switching is None else switching.switch_limit
+        self._limit = most if switch_limit is None else switch_limit
+        has_stop = stop_of(problem.system) is not None
+        self.impacts = Impacts(self, self.phase.system) if has_stop else None
+
+    def cross(self, modes: list[int], t: float, y: Array) -> Array:
+        """Switch some modes whose margins have reached zero, and return the state after it.
+
+        It is `y` itself, unless there is an impact, or axes of sliding ties are put on surfaces.
+
+        Args:
+            modes: The modes.
+            t: The time, s.
+            y: The audited state.
+
+        Raises:
+            StopRun: As `switch`, or the forces of sliding ties are not determined.
+        """
+        before = self.phase.system
+        if self.impacts is not None:
+            y = self.impacts.after(modes, t, y)
+        else:
+            self.switch(modes, t)
+            y = self.slide(modes, t, y)
+        if self.connector is not None:
+            now = self.phase.system
+            self.connector.add_transitions(before, now, t)
+            system, y = self.connector.stuck(modes, before, now, t, y)
+            if system is not now:
+                self.phase = self._phases.of(modes_of(system))
+        return y
+
+    def begin_leg(self, t: float, y: Array) -> Array:
+        """Begin the legs of the inputs at a breakpoint, and return the state after it.
+
+        Loads may jump there. So axes of sliding ties may be released, or a body that rests against
+        its stop. The state is `y` itself, unless axes are put beside their surfaces.
+
+        Args:
+            t: The breakpoint, s.
+            y: The audited state.
+
+        Raises:
+            StopRun: The forces of sliding ties are not determined, or the limit is reached.
+        """
+        self.phase = self._phases.with_leg(self.phase, t)
+        # What has switched at this time already may switch again, under another load.
+        self._last.clear()
+        before = self.phase.system
+        if self.impacts is not None:
+            y = self.impacts.after_breakpoint(t, y)
+        else:
+            y = self.slide([], t, y)
+        if self.connector is not None:
+            self.connector.add_transitions(before, self.phase.system, t)
+        return y
+
+    def slide(self, modes: list[int], t: float, y: Array) -> Array:
+        """Choose the modes of axes that slide, after other modes; return the state after it.
+
+        Args:
+            modes: The modes whose margins have reached zero.
+            t: The time, s.
+            y: The audited state.
+
+        Raises:
+            StopRun: The forces of sliding ties are not determined.
+        """
+        if self._phases.slides:
+            self.phase, y = self._phases.slid(self.phase, modes, t, y)
+        return y
+
+    def slide_after_impact(self, side: int, t: float, y: Array) -> Array:
+        """Choose the modes of axes that slide, and whether the body rests; return the state.
+
+        Args:
+            side: The side of the impact, 1 or -1.
+            t: The time, s.
+            y: The audited state after the impact.
+
+        Raises:
+            StopRun: The forces of sliding ties are not determined, or the limit is reached.
+        """
+        before = np.array(modes_of(self.phase.system))
+        phase, y = self._phases.after_impact(self.phase, t, y)
+        sides, holds = slide_modes(phase.system)
+        now = np.array(modes_of(phase.system))
+        crossed = (before[holds] == 0) & (now[holds] == 0) & (before[sides] != now[sides])
+        if crossed.any():
+            self.switch(sides[crossed].tolist(), t)
+        self.phase = phase
+        found = landed(phase.system, y, side, t)
+        if found is None:
+            return y
+        self.phase = self._phases.of(modes_of(found.system))
+        return found.state
+
+    def add_sample(self, y: Array) -> None:
+        """Store what has happened so far as that of a sample, at a state."""
+        if self.impacts is not None:
+            self.impacts.add_sample()
+        if self.connector is not None:
+            self.connector.add_sample(self.phase.system, y)
+
+    def repeat_sample(self, y: Array) -> None:
+        """Store the last sample again, after a breakpoint at its time."""
+        if self.impacts is not None:
+            self.impacts.repeat_sample()
+        if self.connector is not None:
+            self.connector.repeat_sample(self.phase.system, y)
+
+    def recorded(self, run: Trajectory) -> Trajectory:
+        """Return a run with its impacts, and with the switches of a sliding connector."""
+        if self.impacts is not None:
+            run = replace(run, impacts=self.impacts.trace())
+        if self.connector is not None:
+            run = replace(run, switches=self.connector.trace())
+        return run
+
+    def switch(self, modes: list[int], t: float) -> None:
+        """Switch some modes at a time.
+
+        Raises:
+            StopRun: A mode has switched at this time already, or the run has reached its limit.
+        """
+        for mode in modes:
+            if self._last.get(mode) == t:
+                name = self._phases.owner(mode)
+                raise StopRun(RunStatus.SOLVER_FAILURE, f"the motion stays where {name} switches")
+            self._last[mode] = t
+        self.phase = self._phases.after(self.phase, modes)
+        if self.connector is not None:
+            self.connector.add_events(modes, t)
+        self.count += len(modes)
+        if self.count >= self._limit:
+            raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {self.count} switches")
+
+    def count_impact(self) -> None:
+        """Count an impact. After it, modes may switch again at the same time.
+
+        Raises:
+            StopRun: The run has reached its limit.
+        """
+        self.impact_count += 1
+        if self.impact_count > IMPACT_LIMIT:
+            raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {IMPACT_LIMIT} impacts")
+        self._last.clear()

@@ -1,0 +1,375 @@
+"""Protects a stop beside axes that slide on s = F + κE: one joint solution at rest, and impacts.
+
+Independent facts: closed forms of a plane motion; the equations of the body with multipliers; one
+consistent choice of all combinations; ties with thin boundary layers, which no joint solution
+follows; both engines.
+"""
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from support.stops import ANGLE, couple_of, pressed, residual, solution, stop
+from support.switching import ENGINES, MASS, data, problem, solved
+
+import rbstab
+from rbstab.integrate.modes import current_phase
+from rbstab.integrate.problem import Problem
+from rbstab.mechanics.derivatives import derivative_along
+from rbstab.mechanics.numbers import Array
+from rbstab.systems import sliding_impact
+from rbstab.systems.filippov import (
+    choice,
+    moved,
+    residuals,
+    resting,
+    slide_modes,
+    with_contact,
+)
+from rbstab.systems.impact import impact
+from rbstab.systems.modes import modes_of, with_modes
+from rbstab.systems.sliding_impact import after_impact
+from rbstab.systems.system import System
+
+EACH = pytest.mark.parametrize("engine_name", ENGINES)
+
+
+def tie(point: Any, force: float, slope: float, **changes: Any) -> dict[str, Any]:
+    """Return a tie that slides; its anchor is where its point is at X = 0, Θ = 0."""
+    ends = {"point": list(point), "anchor": list(point)}
+    settings = {"K_s": [force] * 3, "surface": {"slope": slope}}
+    return {"kind": "sliding"} | ends | settings | changes
+
+
+# --- A plane motion: θ2 and x, a tie on an arm.
+
+ARM, SLOPE, START = 0.3, 2.0, 0.5
+
+
+def on_the_stop(engine_name: str, couple: float, load: float) -> Problem:
+    """Return a body that slides while it touches its stop, under a couple on θ2 and a load on x."""
+    x, z = ARM * np.sin(ANGLE), ARM * np.cos(ANGLE)
+    start = {"orientation": [0, ANGLE, 0], "position": [START - x, 0, 0]}
+    start |= {"velocity": [-SLOPE * START, 0, 0]}
+    elements = {
+        "arm": tie([0, 0, ARM], 30.0, SLOPE, anchor=[0, 0, z]),
+        "end": stop(0.5),
+    }
+    config = data(elements, start, {"duration": 1.5, "samples": 151}, gravity=[load / MASS, 0, 0])
+    return pressed(config, engine_name, couple)
+
+
+@EACH
+@pytest.mark.parametrize(
+    ("couple", "load"),
+    [
+        pytest.param(1.2, 6.0, id="the load pulls the body off"),
+        pytest.param(-0.3, 0.0, id="the tie alone presses the body"),
+    ],
+)
+def test_a_rest_ends_when_the_tie_turns_its_couple(engine_name, couple, load):
+    """E = ½ exp(-2t) until C + Λ ℓ cos θ_e = 0, where Λ = mκ²E - load; then the body leaves."""
+    given = on_the_stop(engine_name, couple, load)
+    found = solution(given, engine_name)
+    assert found.status == "completed"
+    at_release = load - couple / (ARM * np.cos(ANGLE))
+    release = np.log(MASS * SLOPE**2 * START / at_release) / SLOPE
+    assert 0.3 < release < 0.8
+    (begin, end), *_ = found.impacts.rests
+    assert begin == 0.0
+    assert abs(end - release) < 1e-12
+    before = found.times < release
+    E = START * np.exp(-SLOPE * found.times)
+    resting = found.states[before]
+    assert (resting[:, 1] == ANGLE).all()
+    np.testing.assert_allclose(resting[:, 6], (E - ARM * np.sin(ANGLE))[before], atol=1e-13)
+    force = MASS * SLOPE**2 * E - load
+    pairs = list(zip(found.systems, found.states, strict=True))
+    couples = np.array([couple_of(system, y) for system, y in pairs])[before]
+    expected = -(couple + force * ARM * np.cos(ANGLE))[before]
+    np.testing.assert_allclose(couples, expected, atol=1e-12)
+    # After it the axis slides on, and the body turns.
+    for system, y in pairs:
+        e = system.motion(y).X[0] + ARM * np.sin(y[1])
+        rate = y[9] + ARM * np.cos(y[1]) * y[4]
+        assert abs(rate + SLOPE * e) < 1e-12
+    assert found.states[-1, 1] < ANGLE - 0.01
+    assert residual(found) < 1e-12
+
+
+# --- The joint solution.
+
+BODY: dict[str, Any] = {"mass": 41.0, "contact_point": [0.15, 0.1, -0.42]}
+BODY |= {"inertia": [[10.0, 0.4, -0.7], [0.4, 8.0, 0.5], [-0.7, 0.5, 9.0]]}
+CONTROLLER: dict[str, Any] = {"variant": "free", "K_t": [4100.0] * 3, "L_t": [200.0] * 3}
+CONTROLLER |= {"K_r": [400.0] * 3, "L_r": [60.0] * 3}
+ONE = {"a": tie([0.15, 0.1, -0.42], 3000.0, 20.0)}
+TWO = {"a": tie([0.15, 0.1, -0.42], 300.0, 20.0), "b": tie([-0.2, 0.1, 0.3], 200.0, 10.0)}
+PUSH: dict[str, Any] = {"kind": "input", "quantity": "body_couple", "direction": [-0.1, -1, -0.2]}
+PUSH |= {"amplitude": 300.0, "signal": {"kind": "constant"}}
+
+
+def several(elements: dict[str, Any], **sections: Any) -> dict[str, Any]:
+    """Return a body that turns towards its stop, with ties."""
+    start = {"angular_velocity": [4.0, -6.0, 3.0]}
+    given = {"controller": CONTROLLER, "gravity": [0.0, 0.0, -9.81], "body": BODY}
+    return data(elements, start, {"duration": 0.5, "samples": 51}, **(given | sections))
+
+
+def against_stop(rng: Any, elements: dict[str, Any], side: int) -> tuple[System, Array]:
+    """Return a system that rests on a side of its stop, and a random state with θ̇2 = 0."""
+    system = problem(several(elements | {"end": stop(0.5, 0.15)})).system
+    y = rng.normal(size=12) * ([0.3] * 3 + [1.0] * 3 + [0.1] * 3 + [1.0] * 3)
+    y[1] = side * 0.15
+    y[4] = -np.tan(y[2]) * y[3]
+    return with_contact(system, side), y
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_rest_and_axes_solve_the_equations_with_multipliers(side, rng):
+    """[M -J'; J 0] [v̇; Λ, τ] = [forces; -J̇v - κF] for v = [V, Ω], with J̇v by differences."""
+    rows = np.array([0, 2, 4])
+    system, y = against_stop(rng, TWO, side)
+    modes = np.array(modes_of(system))
+    modes[slide_modes(system)[:, rows]] = 1.0
+    system = with_modes(system, tuple(modes))
+    motion, pairs = system.loads(y)
+    points = [np.array(TWO[name]["point"]) for name in TWO]
+
+    def jacobian(Theta: Array) -> Array:
+        at = system.motion(np.concatenate([Theta, y[3:]]))
+        of_points = [
+            [np.concatenate([at.A.T[k] * 0 + np.eye(3)[k], np.cross(p, at.A[k])]) for k in range(3)]
+            for p in points
+        ]
+        last = np.concatenate([np.zeros(3), [np.sin(Theta[2]), np.cos(Theta[2]), 0.0]])
+        return np.array([row for one in of_points for row in one] + [last])[[*rows, 6]]
+
+    J, v = jacobian(motion.Theta), np.concatenate([motion.V, motion.Omega])
+    Theta_rate = motion.B @ motion.Omega
+    step = 1e-5
+    ahead, behind = (jacobian(motion.Theta + h * Theta_rate) @ v for h in (step, -step))
+    demand = -(ahead - behind) / (2 * step)
+    demand[:3] -= np.array([20.0, 20.0, 10.0]) * (J @ v)[:3]
+    wrenches = [element.wrench(motion, own) for element, own in pairs]
+    inertia = np.array(BODY["inertia"])
+    force = sum(w.force for w in wrenches)
+    couple = sum(w.couple for w in wrenches) - np.cross(motion.Omega, inertia @ motion.Omega)
+    M = np.block([[41.0 * np.eye(3), np.zeros((3, 3))], [np.zeros((3, 3)), inertia]])
+    matrix = np.block([[M, -J.T], [J, np.zeros((4, 4))]])
+    solved_for = np.linalg.solve(matrix, np.concatenate([force, couple, demand]))
+    _, acting = system.acting(y)
+    forces = np.concatenate([own for element, own in acting if element.slides])
+    np.testing.assert_allclose(forces[rows], solved_for[6:9], rtol=1e-6)
+    assert couple_of(system, y) == pytest.approx(solved_for[9], rel=1e-6)
+    np.testing.assert_allclose(system.rates(y)[3:6], solved_for[3:6], rtol=1e-6)
+
+
+def consistent(system: System, y: Array, given: Array, contact: bool, side: int) -> bool:
+    """Return whether forces are within their bounds, and rates to the sides, in given modes.
+
+    Args:
+        system: The system.
+        y: The state.
+        given: 0 for each axis that is held, else its side.
+        contact: Whether the body stays at the stop.
+        side: The side of the stop.
+    """
+    modes = np.array(modes_of(system))
+    modes[slide_modes(system)] = [given >= 0, given == 0]
+    system = with_contact(with_modes(system, tuple(modes)), side if contact else 0)
+    rates = derivative_along(lambda z: residuals(system, z), y, system.rates(y))
+    _, pairs = system.acting(y)
+    ties: list[Any] = [(element, own) for element, own in pairs if element.slides]
+    loads = np.concatenate([own / element.K_s for element, own in ties])
+    held = given == 0
+    presses = side * couple_of(system, y) <= 0
+    return bool(
+        (np.abs(loads[held]) <= 1.0).all()
+        and (given[~held] * rates[:-1][~held] >= 0).all()
+        and (presses if contact else side * rates[-1] <= 0)
+    )
+
+
+def test_one_of_all_combinations_is_consistent(rng):
+    """Of the 27 choices of sides and holds, with and without contact; and it is the chosen one."""
+    contacts = set()
+    for size, side in product((100.0, 100.0, 400.0, 400.0, 1600.0), (1, -1)):
+        system, y = against_stop(rng, {"a": ONE["a"] | {"K_s": [size] * 3}}, side)
+        # All axes are on their surfaces: F = -κE by the velocity of the body.
+        motion = system.motion(y)
+        y[9:12] -= motion.F + 20.0 * motion.E
+        found = choice(system, y, np.arange(3))
+        kept = [
+            (*given, contact)
+            for given in product([0.0, 1.0, -1.0], repeat=3)
+            for contact in (True, False)
+            if consistent(system, y, np.array(given), contact, side)
+        ]
+        assert len(kept) == 1
+        assert (*found.sides[:3], found.sides[3] == 0) == kept[0]
+        assert resting(found.system) == (side if kept[0][3] else 0)
+        contacts.add(kept[0][3])
+    assert contacts == {True, False}
+
+
+# --- Impacts.
+
+
+def test_an_impact_throws_axes_off_their_surfaces(rng):
+    """Each s jumps by what the impulse does to its point; the side of each axis is that of s."""
+    system, y = against_stop(rng, ONE, 1)
+    modes = np.array(modes_of(system))
+    modes[slide_modes(system)] = 1.0
+    held = with_contact(with_modes(system, tuple(modes)), 0)
+    y[4] += 0.7 / np.cos(y[2])
+    motion = system.motion(y)
+    y[9:12] -= motion.F + 20.0 * motion.E
+    before = residuals(held, y)
+    np.testing.assert_allclose(before, [0, 0, 0, 0.7], atol=1e-12)
+    found = impact(held, y)
+    after, state = after_impact(held, found.state)
+    # The angular velocity alone jumps, by an impulse on θ2; A Ω × p is the velocity of the point.
+    impulse = np.array([np.sin(y[2]), np.cos(y[2]), 0.0])
+    turn = np.linalg.solve(np.array(BODY["inertia"]), impulse)
+    turn *= -1.5 * 0.7 / (impulse @ turn)
+    jump = motion.A @ np.cross(turn, BODY["contact_point"])
+    s = residuals(after, state)
+    np.testing.assert_allclose(s[:3] - before[:3], jump, atol=1e-12)
+    sides, holds = slide_modes(after)
+    now = np.array(modes_of(after))
+    assert not now[holds].any()
+    np.testing.assert_array_equal(now[sides], s[:3] > 0)
+
+
+def settings(engine_name: str, **changes: Any) -> dict[str, Any]:
+    """Return the settings of a run at small tolerances."""
+    tight = {"rtol": 1e-13, "atol": 1e-14} if engine_name == "scipy" else {"rtol": 1e-15}
+    return {"duration": 0.5, "samples": 51, "engine": engine_name} | tight | changes
+
+
+RELEASED = PUSH | {"signal": {"kind": "pulse", "start": 0.0, "duration": 0.3}}
+HEAVY = pytest.mark.heavy
+
+
+@pytest.mark.parametrize(
+    ("elements", "push", "restitution", "rests"),
+    [
+        pytest.param(ONE, PUSH, 0.5, True, id="one tie"),
+        pytest.param(TWO, PUSH, 0.0, True, id="two ties, plastic", marks=HEAVY),
+        pytest.param(TWO, PUSH, 0.9, False, id="two ties, elastic", marks=HEAVY),
+        pytest.param(ONE, RELEASED, 0.5, True, id="the load ends", marks=HEAVY),
+    ],
+)
+def test_engines_agree_and_the_audit_closes(elements, push, restitution, rests):
+    given = elements | {"push": push, "end": stop(restitution, 0.15)}
+    one, two = (
+        rbstab.simulate(several(given) | {"integration": settings(engine_name)})
+        for engine_name in ENGINES
+    )
+    for run in (one, two):
+        assert run.status == "completed"
+        scale = run["lyapunov"][0] + np.abs(run["supplied_energy"]).max()
+        assert np.abs(run["energy_residual"]).max() < 1e-12 * scale
+        assert np.abs(run["orientation"][:, 1]).max() <= 0.15
+        bounds = np.array([given[name]["K_s"] for name in elements])
+        assert (np.abs(run["element_force"])[:, : len(bounds)] <= bounds * (1 + 1e-9)).all()
+        assert bool(run["stop_contact"].any()) == rests
+        # The work by which axes arrive at the end of the hops is a tiny part.
+        assert np.diff(run["impact_loss"]).min() > -1e-7 * scale
+    assert 0 < one["impact_count"][-1] == two["impact_count"][-1] < 100
+    np.testing.assert_allclose(one["impact_time"], two["impact_time"], rtol=0, atol=1e-9)
+    for name in ("orientation", "angular_velocity", "position", "velocity", "stop_contact"):
+        np.testing.assert_allclose(one[name], two[name], rtol=0, atol=1e-9, err_msg=name)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("elements", "restitution"), [(ONE, 0.5), (TWO, 0.0)])
+def test_thin_layers_converge_to_the_joint_solution(elements, restitution):
+    """In a layer the force is a function of s: the stop alone holds then, as beside any element."""
+
+    def final(**changes: Any) -> Any:
+        changed = {name: one | changes for name, one in elements.items()}
+        given = changed | {"push": PUSH, "end": stop(restitution, 0.15)}
+        found = solved(several(given), "heyoka", rtol=1e-14)
+        assert found.status == "completed"
+        assert found.impacts.resting.any()
+        return found.states[-1]
+
+    exact = final()
+    errors = [np.abs(final(law={"boundary_layer": d}) - exact).max() for d in (1e-2, 1e-3)]
+    assert errors[0] < 0.1
+    assert 0.05 * errors[0] < errors[1] < 0.15 * errors[0]
+
+
+def test_the_energy_of_hops_is_that_of_the_way_to_rest(rng):
+    """T = ½ Δv'MΔv for the velocities that an impulse takes away when the body comes to rest."""
+    pressed_ones = 0
+    for _ in range(12):
+        system, y = against_stop(rng, {"a": ONE["a"] | {"K_s": [1e6] * 3}}, 1)
+        y[3:6] *= 1e-3
+        found = choice(system, y, np.arange(3))
+        assert not found.sides[:3].any()
+        if found.sides[3]:
+            continue
+        pressed_ones += 1
+        lost = y - moved(found, y)
+        energy = 0.5 * BODY["mass"] * lost[9:12] @ lost[9:12]
+        energy += 0.5 * lost[3:6] @ np.array(BODY["inertia"]) @ lost[3:6]
+        height = energy / abs(couple_of(found.system, y))
+        assert sliding_impact._hop_height(found, y, 0.0) == pytest.approx(height, rel=1e-9)
+    assert pressed_ones > 2
+
+
+def test_no_hop_is_higher_than_its_bound(monkeypatch):
+    """The bound of `landed`, with all axes that may be held, at each impact of a body that hops."""
+    elements = {"a": ONE["a"] | {"K_s": [600.0] * 3}, "push": PUSH, "end": stop(0.95, 0.15)}
+    start = {"orientation": [0.0, -0.15, 0.0], "angular_velocity": [0.0, 0.1, 0.0]}
+    config = several(elements) | {"initial": start | {"attached": True}}
+    config |= {"integration": settings("scipy", duration=0.012, samples=601)}
+    bounds: dict[float, float] = {}
+    original = sliding_impact._hop_height
+
+    def recorded(found: Any, y: Array, time: float) -> float:
+        bound = original(found, y, time)
+        bounds.setdefault(time, bound)
+        return bound if bound <= 1e-12 else np.inf
+
+    monkeypatch.setattr(sliding_impact, "_hop_height", recorded)
+    monkeypatch.setattr(sliding_impact, "HOP_HEIGHT", 1e-3)
+    found = solved(config, "scipy", rtol=1e-13)
+    assert found.impacts.resting[-1] == -1
+    heights = 0.15 - np.abs(found.states[:, 1])
+    pairs = [(bound, heights[found.times > time].max()) for time, bound in bounds.items()]
+    seen = [(bound, height) for bound, height in pairs if height > 1e-8]
+    assert len(seen) > 4
+    for bound, height in seen:
+        assert height < bound < 20.0 * height
+
+
+@pytest.mark.parametrize("method", ["DOP853", "RK45"])
+def test_order_of_the_method_holds_through_all_events(method):
+    """Impacts, arrivals, rests: the error falls as the tolerance."""
+    elements = ONE | {"push": PUSH, "end": stop(0.5, 0.15)}
+    config = several(elements) | {"integration": {"duration": 0.2, "samples": 2}}
+    exact = solved(config, "heyoka").states[-1]
+    errors = []
+    for rtol in (1e-6, 1e-8, 1e-10):
+        found = solved(config, "scipy", rtol=rtol, atol=rtol, method=method)
+        assert found.impacts.resting[-1] == -1
+        errors.append(np.abs(found.states[-1] - exact).max())
+    assert errors[1] < 0.1 * errors[0]
+    assert errors[2] < 0.1 * errors[1]
+
+
+@EACH
+def test_a_hard_load_on_an_elastic_body_ends_bounded(engine_name, monkeypatch):
+    """Hops of an elastic body never end; the limit of impacts ends the run."""
+    monkeypatch.setattr(current_phase, "IMPACT_LIMIT", 12)
+    elements = ONE | {"push": PUSH | {"amplitude": 5000.0}, "end": stop(1.0, 0.05)}
+    config = several(elements) | {"integration": settings(engine_name, duration=5.0)}
+    found = solved(config, engine_name, rtol=1e-13)
+    assert found.status == "switch limit"
+    assert found.detail.startswith("stopped after 12 impacts at t = ")
+    assert found.impacts.counts[-1] == 12

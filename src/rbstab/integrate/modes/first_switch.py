@@ -1,11 +1,15 @@
-"""The first switch within a step: margins that fall below zero, also if they rise again."""
+"""The first switch within a step: margins that fall below zero, also if they rise again.
+
+A sliding connector alone has simpler event functions, and a search of its own: `scipy_flow.py`.
+"""
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import minimize_scalar
 
+from rbstab.integrate.event_time import zero_between
 from rbstab.integrate.modes.phases import Phase, Switch
 from rbstab.mechanics.numbers import Array
 
@@ -127,5 +131,4 @@ class _Margin:
 
     def _between(self, above: float, below: float) -> Switch:
         """Return the zero between a time with a positive and one with a negative margin."""
-        zero = float(brentq(self, above, below, xtol=1e-16, rtol=9e-16))
-        return Switch(self.mode, zero, below)
+        return Switch(self.mode, zero_between(self, above, below), below)

@@ -6,9 +6,9 @@ sliding connector alone:
 - The state at an event is that of the dense output. `modes/scipy_modes.py` repeats the step, so
   that it ends at the event. A chatter has an event in four of five steps, and each would be made
   twice.
-- Only the signs at the tests within a step are looked at. On s = E, s turns back towards its
-  threshold only after it has moved away, so it cannot pass it and return. On other surfaces a pass
-  and return between two tests is not seen.
+- Only the signs at the tests within a step are looked at, so a pass through a threshold and back
+  between two tests is not seen. There are twice as many tests, and on s = E a step ends soon after
+  the next axis has returned to its surface.
 - Of several events the first is taken interval by interval. The end of the range is one of them.
 """
 

@@ -22,8 +22,8 @@ class TimeTolerance(NamedTuple):
 
 
 OF_SWITCHES = TimeTolerance(1e-16, 9e-16)
-"""Round-off: `brentq` takes no relative tolerance below 8.9e-16. The absolute tolerance matters only
-for events near t = 0."""
+"""Round-off: `brentq` takes no relative tolerance below 8.9e-16. The absolute one matters only for
+events near t = 0."""
 
 OF_RANGE = TimeTolerance(1e-15, 8.881784197001252e-16)
 """The run ends there, so nothing follows from the last digit of the time. The tolerance is not that

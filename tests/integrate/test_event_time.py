@@ -20,7 +20,9 @@ TOLERANCES = pytest.mark.parametrize("tolerance", [OF_SWITCHES, OF_RANGE])
 )
 def test_a_zero_is_located_to_round_off(value, ends, zero, tolerance):
     """The error of each value, divided by its slope at the zero, is less than ulp(2)."""
-    for found in (zero_between(value, *ends, tolerance), event_time(value, *ends, tolerance)):
+    before, after = ends
+    for locate in (zero_between, event_time):
+        found = locate(value, before, after, tolerance)
         assert abs(found - zero) <= 4 * math.ulp(2.0)
 
 

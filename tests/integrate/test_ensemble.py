@@ -126,6 +126,21 @@ def test_the_scale_of_the_audit_is_the_energy_at_the_start(made):
     assert nothing.tolist() == [1.0] * MEMBERS
 
 
+def test_a_scale_is_replaced_where_the_energies_of_a_run_do_not_fit_it(made):
+    """A scale fits up to a factor of 100: energies at the start, and what was supplied."""
+    _, parameters, starts, ensemble, _ = made
+    initial = ensemble.scales.at_start(parameters, starts)
+    audits = np.zeros(MEMBERS)
+    audits[:4] = 50.0, 1e3, np.nan, np.inf
+    found = ensemble.scales.fitting(parameters, starts, initial, audits)
+    assert found[1] == pytest.approx(1001 * initial[1])
+    kept = np.arange(MEMBERS) != 1
+    np.testing.assert_array_equal(found[kept], initial[kept])
+    # A scale that is far too large for a run hides its errors.
+    shrunk = ensemble.scales.fitting(parameters, starts, 1e3 * initial, np.zeros(MEMBERS))
+    np.testing.assert_array_equal(shrunk, initial)
+
+
 def test_a_divided_first_interval_changes_no_other_sample(made):
     """Its finer samples are those of a run with these samples, to the last bit."""
     systems, parameters, starts, _, motions = made

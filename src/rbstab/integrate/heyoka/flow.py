@@ -245,6 +245,8 @@ class _Run:
         if self.connector.rate_weight:
             integrator.state[F_OF_W.start + event.axis] += event.direction * self.layer_offset
             return
+        # `at_event` sets E to the same offset, also that of axes that cross at the same time. The
+        # products are rounded in another order there, which the bits of stored runs depend on.
         flight = abs(integrator.state[F_OF_W.start + event.axis]) * (
             integrator.time - self.log.last_time
         )

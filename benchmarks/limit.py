@@ -75,7 +75,7 @@ def _integrate(sweeping: Sweeping) -> None:
     for first in range(0, MEMBERS, CHUNK):
         chosen = order[first : first + CHUNK]
         trajectories = engine.ensemble.run(parameters[:, chosen], starts[:, chosen])
-        engine.ensemble.observe(parameters[:, chosen], trajectories)
+        engine.ensemble.observer.observe(parameters[:, chosen], trajectories)
 
 
 def _writer(sweeping: Sweeping) -> Callable[[], None]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from rbstab.config.load import load_config, resolved
+from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.sweep.execution.execute import Execution
 from rbstab.sweep.execution.shard_worker import ShardWorker
 from rbstab.sweep.execution.thread_executor import ThreadExecutor
@@ -92,12 +93,12 @@ class Sweeping:
         parameters, starts = batches.binding.parameters_and_starts(self.plan.values(0, count))
         ensemble = batches.ensemble
         integrator, batch, given = (
-            ensemble.integrator,
-            ensemble.batch,
-            parameters[ensemble.open_indices],
+            ensemble.compiled.integrator,
+            SIMD,
+            parameters[ensemble.compiled.open_indices],
         )
 
-        grid = np.array(ensemble.grid)
+        grid = np.array(ensemble.batches.grid)
 
         def seconds() -> float:
             begin = time.perf_counter()

@@ -6,8 +6,8 @@ from support.problems import problem, solve
 from support.rest import system_of
 from support.systems import VARIANTS, random_Z
 
-from rbstab.integrate.heyoka.compiled_map import CompiledMap
-from rbstab.integrate.heyoka.ensemble import Ensemble
+from rbstab.integrate.heyoka.compiled_map import SIMD, CompiledMap
+from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble
 from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.mechanics.motion import motion_from_centre
 
@@ -49,8 +49,8 @@ def test_every_member_is_a_single_run(made):
 
 def test_what_is_observed_is_what_the_system_says(made):
     systems, parameters, _, ensemble, motions = made
-    observed = ensemble.observe(parameters, motions)
-    positions = ensemble.observe_positions(parameters, motions, only_last=False)
+    observed = ensemble.observer.observe(parameters, motions)
+    positions = ensemble.observer.positions(parameters, motions, only_last=False)
     for k in (0, MEMBERS - 1):
         for n in (0, 7):
             seen = systems[k].observe(motions.states[:, k, n])
@@ -65,8 +65,8 @@ def test_what_is_observed_is_what_the_system_says(made):
 
 def test_the_last_positions_are_those_of_all(made):
     _, parameters, _, ensemble, motions = made
-    every = ensemble.observe_positions(parameters, motions, only_last=False)
-    last = ensemble.observe_positions(parameters, motions, only_last=True)
+    every = ensemble.observer.positions(parameters, motions, only_last=False)
+    last = ensemble.observer.positions(parameters, motions, only_last=True)
     for rows, expected in zip(last, every, strict=True):
         assert rows.tobytes() == expected[..., -1:].tobytes()
 
@@ -119,11 +119,26 @@ def test_a_member_at_the_end_of_the_range_ends_in_time(made):
 
 def test_the_scale_of_the_audit_is_the_energy_at_the_start(made):
     systems, parameters, starts, ensemble, _ = made
-    found = ensemble.scales(parameters, starts)
+    found = ensemble.scales.at_start(parameters, starts)
     for k in (0, 10):
         assert found[k] == pytest.approx(np.abs(systems[k].observe(starts[:, k]).energy).sum())
-    nothing = ensemble.scales(0 * parameters, 0 * starts)
+    nothing = ensemble.scales.at_start(0 * parameters, 0 * starts)
     assert nothing.tolist() == [1.0] * MEMBERS
+
+
+def test_a_scale_is_replaced_where_the_energies_of_a_run_do_not_fit_it(made):
+    """A scale fits up to a factor of 100: energies at the start, and what was supplied."""
+    _, parameters, starts, ensemble, _ = made
+    initial = ensemble.scales.at_start(parameters, starts)
+    audits = np.zeros(MEMBERS)
+    audits[:4] = 50.0, 1e3, np.nan, np.inf
+    found = ensemble.scales.fitting(parameters, starts, initial, audits)
+    assert found[1] == pytest.approx(1001 * initial[1])
+    kept = np.arange(MEMBERS) != 1
+    np.testing.assert_array_equal(found[kept], initial[kept])
+    # A scale that is far too large for a run hides its errors.
+    shrunk = ensemble.scales.fitting(parameters, starts, 1e3 * initial, np.zeros(MEMBERS))
+    np.testing.assert_array_equal(shrunk, initial)
 
 
 def test_a_divided_first_interval_changes_no_other_sample(made):
@@ -137,7 +152,7 @@ def test_a_divided_first_interval_changes_no_other_sample(made):
     first = again.in_first_interval(chosen)
     expected = divided.run(parameters[:, chosen], starts[:, chosen], fine)
     assert first.states.tobytes() == expected.states[..., :5].tobytes()
-    assert first.lanes.shape[1] % divided.batch == 0
+    assert first.lanes.shape[1] % SIMD == 0
     assert motions.first is None
     assert expected.first is None
 
@@ -165,7 +180,9 @@ def test_what_is_the_same_for_all_may_be_compiled_in():
     opened = Ensemble(systems[0], 1e-10, TIMES)
     motions, expected = closed.run(some, starts), opened.run(some, starts)
     assert motions.states == pytest.approx(expected.states, abs=1e-7)
-    assert closed.scales(some, starts) == pytest.approx(opened.scales(some, starts))
-    observed = closed.observe(some, motions)
-    for rows, expected_rows in zip(observed, opened.observe(some, motions), strict=True):
+    assert closed.scales.at_start(some, starts) == pytest.approx(
+        opened.scales.at_start(some, starts)
+    )
+    observed = closed.observer.observe(some, motions)
+    for rows, expected_rows in zip(observed, opened.observer.observe(some, motions), strict=True):
         assert rows == pytest.approx(expected_rows, rel=1e-9, abs=1e-9)

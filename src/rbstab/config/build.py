@@ -8,7 +8,8 @@ import numpy as np
 
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
 from rbstab.config.elements import gain_value, initial_value, inputs
-from rbstab.config.schema import NO_VARIANT, Baumgarte, Config
+from rbstab.config.schema import NO_VARIANT, Config
+from rbstab.config.sections.integration import Baumgarte
 from rbstab.config.user_code.permission import permitted_class
 from rbstab.config.user_code.section import PythonElement
 from rbstab.elements.element import Element

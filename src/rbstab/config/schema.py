@@ -1,6 +1,7 @@
 """The config schema, versions 1 and 2, with one model for each variant of the controller.
 
-Version 2 adds `elements`; with them, the controller may be left out.
+Version 2 adds `elements`; with them, the controller may be left out. The other sections are in
+`config/sections`; the checks here compare sections with each other.
 """
 
 from collections.abc import Iterator, Mapping
@@ -9,15 +10,7 @@ from operator import or_
 from threading import RLock
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    ValidationInfo,
-    create_model,
-    field_validator,
-)
+from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field_validator
 from pydantic_core import PydanticCustomError
 
 from rbstab.config.controllers import CONTROLLERS, Implicit, NoController, Slope, model_name
@@ -31,212 +24,16 @@ from rbstab.config.elements import (
     switching,
 )
 from rbstab.config.inputs.signals import MAX_KNOTS
-from rbstab.config.quantities import (
-    Count,
-    LongText,
-    Orientation,
-    Positive,
-    PositiveDefinite,
-    Text,
-    Vector,
-    components,
-    value_error,
-)
-from rbstab.config.section import OR_DEGREES, FrozenMapping, Section, required, word_or_section
+from rbstab.config.quantities import Text, Vector, components, value_error
+from rbstab.config.section import FrozenMapping, Section
+from rbstab.config.sections.body import BodySection, FreeInitial, HeldInitial, zero_vector
+from rbstab.config.sections.integration import HeldIntegration, Integration, SlidingIntegration
+from rbstab.config.sections.reference import Reference
 from rbstab.elements.registry import CONNECTORS
 from rbstab.mechanics.states import PITCH
 
 SCHEMA_VERSIONS = (1, 2)
 """The versions that this program reads."""
-
-ZERO = (0.0, 0.0, 0.0)
-
-
-def _zero_vector(description: str) -> Any:
-    return Field(default=ZERO, description=description)
-
-
-class BodySection(Section):
-    """The rigid body."""
-
-    mass: Positive = required("m, kg")
-    inertia: PositiveDefinite = required("J, kg m^2, body coordinates: principal moments or matrix")
-    contact_point: Vector = required("R, m, body coordinates, from the centre of gravity to C")
-
-
-def _true_or_none(value: Any) -> Any:
-    # Without the key nothing is attached, and configs from before there was the key have their ids.
-    return value or None
-
-
-def _always_true(value: Any) -> Any:
-    if value is False:
-        raise value_error(
-            "is false for a body that is held at its contact point",
-            "expected true, which is always so, or no such key",
-        )
-    # It has no effect, so it is not a part of the config, nor of its id.
-    return None
-
-
-class HeldInitial(Section):
-    """Initial state of a body held at its contact point; X and V follow (eq. 32)."""
-
-    attached: Annotated[bool, AfterValidator(_always_true)] = Field(  # type: ignore[assignment]
-        default=None,
-        description="a held contact point is always on its anchor: true changes nothing",
-        json_schema_extra={"const": True, "default": True},
-    )
-    orientation: Annotated[Orientation, OR_DEGREES] = _zero_vector("Θ, rad, or {deg: [...]}")
-    angular_velocity: Annotated[Vector, OR_DEGREES] = _zero_vector("Ω, rad/s, body, or {deg: ...}")
-
-
-_POSITION_OF_ATTACHED: dict[str, Any] = {
-    "properties": {"attached": {"const": True}},
-    "required": ["attached", "position"],
-}
-"""The JSON Schema of an initial state that is wrong, although each of its keys is right."""
-
-
-class FreeInitial(HeldInitial):
-    """Initial state of a body that is not held."""
-
-    model_config = ConfigDict(json_schema_extra={"not": _POSITION_OF_ATTACHED})
-
-    attached: Annotated[bool, AfterValidator(_true_or_none)] = Field(  # type: ignore[assignment]
-        default=None,
-        description="start with the contact point on its anchor, E = 0: X follows (eq. 32)",
-        json_schema_extra={"default": False},
-    )
-    position: Vector = Field(
-        default=ZERO, validate_default=True, description="X, m, inertial; not beside attached: true"
-    )
-    velocity: Vector = _zero_vector("V, m/s, inertial")
-
-    @field_validator("position", mode="wrap")
-    @classmethod
-    def _check_attached(cls, value: Any, handler: Any, info: ValidationInfo) -> Any:
-        if not info.data.get("attached"):
-            return handler(value)
-        # A given value is a list, or a tuple that is another one than the default.
-        if value is not ZERO:
-            raise value_error(
-                "is given beside attached: true, from which it follows",
-                "expected one of the two",
-            )
-        return None
-
-
-class Baumgarte(Section):
-    """Baumgarte stabilization against drift."""
-
-    baumgarte: Positive = required("decay rate of the drift, 1/s")
-
-
-Method = Literal["DOP853", "RK45", "LSODA", "Radau"]
-
-MIN_SCIPY_RTOL = 2.3e-14
-"""The smallest rtol for SciPy. If rtol is too small, SciPy increases it and only warns."""
-
-
-MIN_INTERVAL = 1e-100
-"""Smallest time between samples, s: far below physical times, far above float underflow."""
-
-
-class Integration(Section):
-    """Settings of the integration."""
-
-    duration: Positive = required("s")
-    samples: int = Field(401, ge=2, le=1_000_000, description="equally spaced, both ends")
-    coordinates: Literal["Z", "W"] = "Z"
-    engine: Literal["scipy", "heyoka"] = "scipy"
-    method: Method = Field("DOP853", description="scipy only")
-    rtol: Annotated[Positive, Field(ge=1e-16, le=0.1)] = 1e-12
-    atol: Annotated[Positive, Field(le=1.0)] = Field(1e-12, description="scipy only")
-    range_bound: Annotated[Positive, Field(lt=1)] = Field(
-        1e-3, description="the run stops when cos θ2 falls to this value (eq. 5)"
-    )
-    step_limit: Count = 1_000_000
-    time_limit: Positive = Field(600.0, description="wall time of the run, without compiling, s")
-
-    @field_validator("samples")
-    @classmethod
-    def _check_spacing(cls, samples: int, info: ValidationInfo) -> int:
-        duration = info.data.get("duration")
-        if duration is not None and duration / (samples - 1) < MIN_INTERVAL:
-            raise value_error(
-                f"{samples} samples in {duration:g} s are too close",
-                f"expected at least {MIN_INTERVAL:g} s between samples",
-            )
-        return samples
-
-    @field_validator("rtol")
-    @classmethod
-    def _check_rtol(cls, rtol: float, info: ValidationInfo) -> float:
-        if info.data.get("engine") == "scipy" and rtol < MIN_SCIPY_RTOL:
-            raise value_error(
-                f"{rtol:g} is too small for the engine scipy",
-                f"expected at least {MIN_SCIPY_RTOL:g}",
-            )
-        return rtol
-
-
-class HeldIntegration(Integration):
-    """Settings of the integration of a held body."""
-
-    coordinates: Literal["reduced", "manifold"] = "reduced"  # type: ignore[assignment]
-    drift_control: Annotated[
-        Literal["none", "projection"] | Baumgarte,
-        Field(description="manifold only: none, projection or {baumgarte: rate}"),
-    ] = "none"
-
-    @field_validator("drift_control", mode="wrap")
-    @classmethod
-    def _check_drift_control(cls, value: Any, _handler: Any, info: ValidationInfo) -> Any:
-        control = word_or_section(value, ("none", "projection"), (Baumgarte, "rate"))
-        if control != "none" and info.data.get("coordinates") == "reduced":
-            raise value_error(
-                "has no effect in reduced coordinates",
-                "expected coordinates: manifold",
-            )
-        if control == "projection" and _uses_lsoda(info.data):
-            raise value_error(
-                "cannot be combined with LSODA, which would lose its history at every step",
-                "expected another method",
-            )
-        return control
-
-
-def _uses_lsoda(integration: dict[str, Any]) -> bool:
-    return integration.get("engine") == "scipy" and integration.get("method") == "LSODA"
-
-
-class SlidingIntegration(Integration):
-    """Settings of the integration with a sliding connector."""
-
-    coordinates: Literal["W"] = "W"
-    method: Literal["DOP853"] = Field("DOP853", description="scipy only")
-    step_limit: Count = 100_000_000
-
-
-class FinalState(Section):
-    """Final values printed in the source."""
-
-    orientation: Vector | None = None
-    angular_velocity: Vector | None = None
-    position: Vector | None = None
-    velocity: Vector | None = None
-
-
-class Reference(Section):
-    """Printed values that reports compare with the run."""
-
-    source: Text
-    note: LongText | None = None
-    final: FinalState | None = None
-    peak_contact_displacement: Vector | None = Field(
-        None, description="the value of E farthest from zero, by axis, m"
-    )
 
 
 def _check_whole(value: Any) -> Any:
@@ -255,7 +52,7 @@ class Experiment(Section):
     schema_version: SchemaVersion = 1
     title: Text = "untitled"
     body: BodySection
-    gravity: Vector = _zero_vector("m/s^2, inertial")
+    gravity: Vector = zero_vector("m/s^2, inertial")
     controller: Any
     elements: Elements = Field(default_factory=FrozenMapping)
     initial: Any = Field(default_factory=HeldInitial)

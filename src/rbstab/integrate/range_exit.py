@@ -1,10 +1,11 @@
 """Find where a step leaves the range of eq. 5, also if the motion returns within the step."""
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 
+from rbstab.integrate.event_time import OF_RANGE, event_time, zero_between
 from rbstab.mechanics.attitude import rate_matrix, regularity
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import OMEGA, PITCH, THETA
@@ -61,10 +62,29 @@ def exit_inside(path: Path, before: float, after: float, range_bound: float) -> 
     """
     if not excess_rate(path(before)) > 0 > excess_rate(path(after)):
         return None
-    lowest = float(brentq(lambda t: excess_rate(path(t)), before, after, xtol=1e-15))
+    lowest = zero_between(lambda t: excess_rate(path(t)), before, after, OF_RANGE)
     if not excess(path(lowest), range_bound) >= 0:
         return None
-    if excess(path(before), range_bound) >= 0:
-        # A projection or the interpolation error can put the start of the step beyond the bound.
-        return before
-    return float(brentq(lambda t: excess(path(t), range_bound), before, lowest, xtol=1e-15))
+    return event_time(lambda t: excess(path(t), range_bound), before, lowest, OF_RANGE)
+
+
+def first_exit(path: Path, begin: float, end: float, range_bound: float) -> float | None:
+    """Return when a motion first leaves the range within a step, s; None if it does not.
+
+    Args:
+        path: The motion.
+        begin: The start of the step, s.
+        end: Its end, s.
+        range_bound: The bound of cos θ2.
+    """
+
+    def value(t: float) -> float:
+        return excess(path(t), range_bound)
+
+    for before, after in pairwise(np.linspace(begin, end, TESTS_PER_STEP + 1).tolist()):
+        if value(after) >= 0:
+            return event_time(value, before, after, OF_RANGE)
+        stop = exit_inside(path, before, after, range_bound)
+        if stop is not None:
+            return stop
+    return None

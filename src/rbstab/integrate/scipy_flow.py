@@ -1,12 +1,24 @@
-"""Integration between switches with SciPy's DOP853: slow, but independent of heyoka."""
+"""Integration between switches with SciPy's DOP853: slow, but independent of heyoka.
+
+It finds and locates events as `modes/first_switch.py` does, but for three differences, which suit a
+sliding connector alone:
+
+- The state at an event is that of the dense output. `modes/scipy_modes.py` repeats the step, so
+  that it ends at the event. A chatter has an event in four of five steps, and each would be made
+  twice.
+- Only the signs at the tests within a step are looked at, so a pass through a threshold and back
+  between two tests is not seen. There are twice as many tests, and on s = E a step ends soon after
+  the next axis has returned to its surface.
+- Of several events the first is taken interval by interval. The end of the range is one of them.
+"""
 
 from typing import Any
 
 import numpy as np
 import scipy.integrate
-from scipy.optimize import brentq
 
 from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.event_time import event_time
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.range_exit import TESTS_PER_STEP, exit_inside, may_leave
 from rbstab.integrate.status import RunStatus
@@ -175,10 +187,7 @@ class _EventFunctions:
         def value(t: float) -> float:
             return float(self.values(path(t)[np.newaxis])[0, index])
 
-        # If the threshold is already exceeded at the start of the interval, the event is there.
-        if value(before) > 0:
-            return before
-        return float(brentq(value, before, after, xtol=1e-16, rtol=9e-16))
+        return event_time(value, before, after)
 
 
 def _switch_event(index: int) -> SwitchEvent | None:

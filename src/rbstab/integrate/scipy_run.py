@@ -7,17 +7,15 @@ also ends on each breakpoint of the inputs, where their next legs begin.
 """
 
 from collections.abc import Callable, Iterator
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import scipy.integrate
-from scipy.optimize import brentq
 
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.length_watch import LengthWatch
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
-from rbstab.integrate.range_exit import TESTS_PER_STEP, excess, exit_inside, may_leave
+from rbstab.integrate.range_exit import excess, first_exit, may_leave
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import StopRun, WatchedRates, audited_rates_of
@@ -183,26 +181,12 @@ class ScipyRun:
         if not may_leave(self.y, solver.y, solver.t - solver.t_old, bound):
             return
         path = solver.dense_output()
-
-        def bound_excess(t: float) -> float:
-            return excess(path(t), bound)
-
-        test_times = np.linspace(solver.t_old, solver.t, TESTS_PER_STEP + 1).tolist()
-        for before, after in pairwise(test_times):
-            if bound_excess(after) >= 0:
-                # A projection or the interpolation error can put the start of the step beyond the
-                # bound.
-                already_outside = bound_excess(before) >= 0
-                stop = (
-                    before if already_outside else brentq(bound_excess, before, after, xtol=1e-15)
-                )
-            else:
-                stop = exit_inside(path, before, after, bound)
-            if stop is not None:
-                if self.problem.method in INTERPOLATED:
-                    self._interpolate(path, stop)
-                self.t, self.y = stop, path(stop)
-                raise self._range_left()
+        stop = first_exit(path, solver.t_old, solver.t, bound)
+        if stop is not None:
+            if self.problem.method in INTERPOLATED:
+                self._interpolate(path, stop)
+            self.t, self.y = stop, path(stop)
+            raise self._range_left()
 
     def _check_lengths(self, solver: Any) -> None:
         """Stop the run if a spring lost its length within the last step."""

@@ -3,7 +3,7 @@
 import pytest
 from support.configs import PERMANENT
 
-from rbstab.config.schema import Baumgarte
+from rbstab.config.sections.integration import Baumgarte
 
 CHOICES = "expected none, projection or {baumgarte: rate}"
 

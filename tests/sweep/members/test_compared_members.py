@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.paper_runs import paper_config
 
-from rbstab.integrate.heyoka import ensemble as compiled
+from rbstab.integrate.heyoka.ensemble import compiled
 from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.compared_members import members_to_compare

@@ -14,7 +14,7 @@ import rbstab
 from rbstab.config.build import problem_of
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config, run_id
-from rbstab.integrate.heyoka.ensemble import parameters_and_start
+from rbstab.integrate.heyoka.symbols import parameters_and_start
 from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.sweep_folder import open_sweep
 from rbstab.sweep.members.binding import Binding

@@ -7,7 +7,7 @@ import pytest
 from support.paper_runs import paper_config
 
 from rbstab.config.build import problem_of
-from rbstab.integrate.heyoka.ensemble import parameters_and_start
+from rbstab.integrate.heyoka.symbols import parameters_and_start
 from rbstab.sweep.members.approached_states import ApproachedStates, RestStatesOfMembers
 from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.ensemble import EnsembleEngine

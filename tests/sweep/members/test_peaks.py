@@ -7,7 +7,8 @@ from support.paper_runs import paper_config
 from rbstab.analysis.peak_search import Samples, find_peaks
 from rbstab.analysis.peaks import peaks_at_samples
 from rbstab.config.build import problem_of
-from rbstab.integrate.heyoka.ensemble import Ensemble, EnsembleTrajectories
+from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble
+from rbstab.integrate.heyoka.ensemble.trajectories import EnsembleTrajectories
 from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.sweep.members import ensemble_peaks, single_peaks
 from rbstab.sweep.members.ensemble import ensemble_engine
@@ -74,7 +75,7 @@ def dense_peaks():
     parameters = np.array([parameter_values(problem.system) for problem in problems]).T
     starts = np.array([problem.start for problem in problems]).T
     trajectories = ensemble.run(parameters, starts)
-    observed = ensemble.observe(parameters, trajectories)
+    observed = ensemble.observer.observe(parameters, trajectories)
     E, E_time = peaks_at_samples(times, observed.E, observed.F)
     Theta, _ = peaks_at_samples(times, trajectories.states[:3], observed.Theta_rate)
     return E.T, np.abs(Theta).T, E_time.T

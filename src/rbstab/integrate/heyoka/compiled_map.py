@@ -38,11 +38,20 @@ class CompiledMap:
         )
 
 
-def evaluate_compiled(compiled: Any, inputs: Array, pars: Array | None = None) -> Array:
-    """Evaluate a compiled function; the bits of a column do not depend on its position.
+def lanes_of(count: int) -> Array:
+    """Return the index of the column in each lane of complete SIMD vectors, shape (lanes,).
 
     heyoka evaluates an incomplete SIMD vector with other code, whose last digits differ. So the
     last column is repeated until all vectors are complete.
+
+    Args:
+        count: The number of columns.
+    """
+    return np.minimum(np.arange(-(-count // SIMD) * SIMD), count - 1)
+
+
+def evaluate_compiled(compiled: Any, inputs: Array, pars: Array | None = None) -> Array:
+    """Evaluate a compiled function; the bits of a column do not depend on its position.
 
     Args:
         compiled: A `heyoka.cfunc`.
@@ -53,8 +62,7 @@ def evaluate_compiled(compiled: Any, inputs: Array, pars: Array | None = None) -
         The outputs, shape (outputs, m).
     """
     count = inputs.shape[1]
-    full = np.arange(-(-count // SIMD) * SIMD)
-    full[count:] = count - 1
+    full = lanes_of(count)
     parameters = {} if pars is None else {"pars": np.ascontiguousarray(pars[:, full])}
     outputs = compiled(np.ascontiguousarray(inputs[:, full]), **parameters)
     return np.ascontiguousarray(outputs[:, :count])

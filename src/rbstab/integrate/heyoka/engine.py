@@ -12,6 +12,7 @@ import numpy as np
 
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.compile_cache import compiled_once
+from rbstab.integrate.heyoka.integrator_state import set_motion, set_parameters
 from rbstab.integrate.heyoka.symbols import (
     energy_scale,
     fitting_scale,
@@ -163,12 +164,9 @@ class CompiledSystem:
         integrator = self.integrator
         self.scale, self.reached_breakpoints = scale, []
         extra = [problem.range_bound, self.scale]
-        # heyoka has no `par[]` after the last one that the equations use.
         values = np.concatenate([parameter_values(problem.system_at_start()), extra])
-        integrator.pars[:] = values[: len(integrator.pars)]
-        integrator.time = problem.times[0]
-        integrator.state[:] = problem.audited_start()
-        integrator.reset_cooldowns()
+        set_parameters(integrator, values)
+        set_motion(integrator, problem.times[0], problem.audited_start())
         if problem.schedule is not None:
             outcome, steps, samples = self._follow_legs(problem, problem.schedule, callback)
         else:

@@ -7,6 +7,12 @@ import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.heyoka.integrator_state import (
+    MIN_STEP,
+    set_motion,
+    set_parameters,
+    shortened,
+)
 from rbstab.integrate.heyoka.switched_system import (
     CompiledSwitchedSystem,
     WeakChatter,
@@ -16,7 +22,7 @@ from rbstab.integrate.heyoka.symbols import energy_scale
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.driver import DriverState, SwitchEvent
-from rbstab.integrate.switching.filippov import COINCIDENCE_TOLERANCE
+from rbstab.integrate.switching.filippov import coincidence_distance
 from rbstab.integrate.switching.modes import (
     ROUND_OFF,
     UNREACHABLE,
@@ -34,18 +40,14 @@ EVENT_OFFSET = 1e-12
 if a step starts on a root. It is relative to |F| times the time since the last crossing, or to the
 width of the layer."""
 
-MIN_STEP = 1e-18
-"""s: the run fails if a step shorter than this would be needed to find a missed crossing."""
-
-STEP_REDUCTION = 16
-"""A step that missed a crossing is repeated with its length divided by this."""
-
 MAX_STEPS_PER_CALL = 20_000
 """Steps after which `advance` returns to the driver, which checks all limits."""
 
 MISSED_TOLERANCE = 1e-15
 """m or m/s: if s is further beyond its threshold after a step, besides round-off, the step missed a
-crossing."""
+crossing. It is smaller than that of `mode_run`: s is put past its threshold after each crossing,
+where a margin of `mode_run` stays at zero, up to round-off. Crossings inside the run need no
+tolerance at all, for the same reason."""
 
 
 class HeyokaFlow:
@@ -106,8 +108,7 @@ class HeyokaFlow:
         to_joules[-AUDIT_SIZE:], from_joules[-AUDIT_SIZE:] = self.scale, 1.0 / self.scale
         return _ModeSetup(
             compiled.switched,
-            # heyoka has no `par[]` after the last one that the equations use.
-            values[: len(compiled.switched.integrator.pars)],
+            values,
             connector,
             EVENT_OFFSET * float(connector.layer_width) if switching.layered else 0.0,
             switches_inside,
@@ -156,10 +157,8 @@ class _Run:
         self.switches_inside, self.weak_chatter = setup.switches_inside, setup.weak_chatter
         self.thresholds, self.to_joules = setup.thresholds, setup.to_joules
         self.modes = start.modes
-        self.integrator.pars[:] = setup.values
-        self.integrator.time = start.time
-        self.integrator.state[:] = start.state * setup.from_joules
-        self.integrator.reset_cooldowns()
+        set_parameters(self.integrator, setup.values)
+        set_motion(self.integrator, start.time, start.state * setup.from_joules)
         self.events: list[SwitchEvent] = []
         self.left_range = self.missed = self.out_of_time = False
         self.steps = 0
@@ -180,7 +179,7 @@ class _Run:
 
     def _integrate_to(self, end: float, steps_left: int) -> DriverState:
         self._save_checkpoint()
-        max_step, missed_step = np.inf, np.inf
+        max_step = np.inf
         while self.steps < steps_left:
             max_steps = min(MAX_STEPS_PER_CALL, steps_left - self.steps)
             if max_step != np.inf:
@@ -190,7 +189,6 @@ class _Run:
             )
             self.steps += steps
             if self.missed:
-                missed_step = abs(self.integrator.last_h)
                 max_step = self._undo_step()
                 if max_step < MIN_STEP:
                     return self._failed(RunStatus.SOLVER_FAILURE, "its step became too small")
@@ -202,11 +200,11 @@ class _Run:
             ):
                 return self._driver_state(outcome)
             elif self.integrator.last_h != 0.0:
-                # After the missed crossing the steps grow again. A step of zero length does not
-                # count: an axis that starts on the surface crosses it in such a step.
-                max_step = (
-                    STEP_REDUCTION * max_step if STEP_REDUCTION * max_step < missed_step else np.inf
-                )
+                # The missed crossing is behind. Steps may have any length again at once (those of
+                # `mode_run` grow), for only then the compiled loop goes on without a return to
+                # Python. A step of zero length does not count: an axis that starts on the surface
+                # crosses it in such a step.
+                max_step = np.inf
         return self._driver_state(hy.taylor_outcome.step_limit)
 
     def at_event(self, integrator: Any, event: SwitchEvent | None) -> bool:
@@ -227,9 +225,8 @@ class _Run:
         continues = True
         for other in range(3):
             arriving = -modes[other] * state[F_OF_W.start + other]
-            crosses_too = (
-                arriving > 0
-                and abs(state[E_OF_W.start + other]) <= COINCIDENCE_TOLERANCE * elapsed * arriving
+            crosses_too = arriving > 0 and abs(state[E_OF_W.start + other]) <= coincidence_distance(
+                arriving, elapsed
             )
             if other != axis and not crosses_too:
                 continue
@@ -248,6 +245,8 @@ class _Run:
         if self.connector.rate_weight:
             integrator.state[F_OF_W.start + event.axis] += event.direction * self.layer_offset
             return
+        # `at_event` sets E to the same offset, also that of axes that cross at the same time. The
+        # products are rounded in another order there, which the bits of stored runs depend on.
         flight = abs(integrator.state[F_OF_W.start + event.axis]) * (
             integrator.time - self.log.last_time
         )
@@ -291,12 +290,12 @@ class _Run:
     def _undo_step(self) -> float:
         """Undo a step that missed a crossing; return the maximum length of its repetition."""
         integrator = self.integrator
-        max_step = abs(integrator.last_h) / STEP_REDUCTION
-        integrator.time, integrator.state[:], inside = self.checkpoint
+        max_step = shortened(integrator.last_h)
+        time, state, inside = self.checkpoint
+        set_motion(integrator, time, state)
         if inside is not None:
             integrator.pars[self.mode], log = inside
             self.log.restore(log)
-        integrator.reset_cooldowns()
         self.missed = False
         self.events.clear()
         return max_step

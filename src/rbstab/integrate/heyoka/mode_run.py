@@ -12,6 +12,14 @@ import numpy as np
 
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.compile_cache import compiled_once
+from rbstab.integrate.heyoka.integrator_state import (
+    MIN_STEP,
+    STEP_REDUCTION,
+    set_motion,
+    set_parameters,
+    set_state,
+    shortened,
+)
 from rbstab.integrate.heyoka.symbols import (
     energy_scale,
     parameter_values,
@@ -35,14 +43,8 @@ from rbstab.systems.parameters import structure
 from rbstab.systems.system import System
 
 MISSED = 1e-13
-"""If a margin is below minus this after a step, the step missed a switch. heyoka's root isolation
-can miss a root beside the start of a step."""
-
-STEP_REDUCTION = 16
-"""A step that missed a switch is repeated with its length divided by this."""
-
-MIN_STEP = 1e-18
-"""s: the run fails if a step shorter than this would be needed to find a missed switch."""
+"""If a margin is below minus this after a step, the step missed a switch. Margins of elements have
+several units, and stay at zero after a switch, up to round-off; so it is not that of `flow`."""
 
 MAX_UNROLLED = 4
 """Modes of a system whose equations are compiled without loops. Loops take a tenth of the time to
@@ -158,10 +160,7 @@ class HeyokaModeRun:
         self._spacing = 4.0 * float(np.spacing(problem.times[-1]))
         self.samples: list[tuple[float, Array]] = []
         self.systems: list[System] = []
-        integrator = self.integrator
-        integrator.time = problem.times[0]
-        integrator.state[:] = problem.audited_start()
-        integrator.reset_cooldowns()
+        set_motion(self.integrator, problem.times[0], problem.audited_start())
         self._set_parameters()
         self._add_sample(float(problem.times[0]), problem.audited_start())
 
@@ -260,20 +259,21 @@ class HeyokaModeRun:
             outcome, made = integrator.step(max_delta_t=length, write_tc=True)
             self.steps += 1
             if outcome == NOT_FINITE:
-                self._return_to(begin, state)
+                set_motion(integrator, begin, state)
                 raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
             self.margins = self.phase.margins(integrator.state, integrator.time)
             self.lowest = np.fmin.reduce(self.margins)
-            shorter = abs(made) / STEP_REDUCTION if self.lowest < -MISSED else None
+            shorter = shortened(made) if self.lowest < -MISSED else None
             if self.muted:
                 shorter = self._muted_switch(begin, state, shorter)
             if shorter is None:
                 break
-            self._return_to(begin, state)
+            set_motion(integrator, begin, state)
             self.max_step = shorter
             if shorter < MIN_STEP:
                 raise StopRun(RunStatus.SOLVER_FAILURE, "a switch could not be found")
-        # After a missed switch the steps grow again.
+        # After a missed switch the steps grow again, one by one: it may be the first of several
+        # hops at a stop. `flow` has a compiled loop to go back to; this loop has not.
         self.max_step *= STEP_REDUCTION
         index = -1 - outcome.value
         owners = self.problem.system.clearance_owners
@@ -283,11 +283,6 @@ class HeyokaModeRun:
             # zero, heyoka would find it for ever.
             self.offsets[index - 1], self.muted = MUTED, True
         return index if found else None
-
-    def _return_to(self, time: float, state: Array) -> None:
-        integrator = self.integrator
-        integrator.time, integrator.state[:] = time, state
-        integrator.reset_cooldowns()
 
     def _muted_switch(self, begin: float, state: Array, shorter: float | None) -> float | None:
         """Search a step for switches by muted event functions.
@@ -320,7 +315,7 @@ class HeyokaModeRun:
             return shorter
         if found.time <= begin:
             # The switch may end the run: then it ends where the step began.
-            self._return_to(begin, state)
+            set_motion(integrator, begin, state)
             self._flip([found.mode], begin)
             state[:] = integrator.state
             return end - begin
@@ -345,8 +340,7 @@ class HeyokaModeRun:
             self._go_on_from(after)
             return
         if after is not before:
-            self.integrator.state[:] = after
-            self.integrator.reset_cooldowns()
+            set_state(self.integrator, after)
         self._set_parameters()
 
     def _go_on_from(self, state: Array) -> None:
@@ -356,8 +350,7 @@ class HeyokaModeRun:
         cooldown. So this event is muted until it has left zero; `first_switch` finds the next hop.
         """
         integrator = self.integrator
-        integrator.state[:] = state
-        integrator.reset_cooldowns()
+        set_state(integrator, state)
         self.margins = self.phase.margins(state, integrator.time)
         self.lowest = np.fmin.reduce(self.margins)
         self.offsets[np.abs(self.margins) <= MISSED] = MUTED
@@ -372,8 +365,7 @@ class HeyokaModeRun:
         self.values[self.modes] = 0.5 * (1.0 + self.phase.signs)
         self.values[-len(self.offsets) :] = self.offsets
         self.muted = bool(self.offsets.any())
-        # heyoka has no `par[]` after the last one that the equations use.
-        self.integrator.pars[:] = self.values[: len(self.integrator.pars)]
+        set_parameters(self.integrator, self.values)
 
     def _add_sample(self, t: float, state: Array) -> None:
         state[self.size :] *= self.scale

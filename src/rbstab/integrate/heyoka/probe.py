@@ -6,6 +6,7 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.heyoka.compiled_map import evaluate_compiled
+from rbstab.integrate.heyoka.integrator_state import set_parameters
 from rbstab.integrate.heyoka.symbols import parameter_values, state_symbols, symbols_of
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
@@ -42,7 +43,7 @@ class Probe:
         """Return whether a step from a state ends at finite numbers."""
         integrator = self._integrator
         integrator.time, integrator.state[:] = 0.0, y
-        integrator.pars[:] = parameter_values(system).astype(float)[: len(integrator.pars)]
+        set_parameters(integrator, parameter_values(system).astype(float))
         outcome, _ = integrator.step(LONGEST)
         ended = outcome in (hy.taylor_outcome.success, hy.taylor_outcome.time_limit)
         return ended and bool(np.isfinite(integrator.state).all())

@@ -85,7 +85,8 @@ class CompiledSwitchedSystem:
         self.dispatcher = _EventDispatcher()
         terminal_events = [self._terminal_event(regularity(y[THETA]) - bound, None)]
         # Large event functions would make heyoka's steps smaller. So an unused event function is
-        # 1, and forces are divided by their bounds.
+        # 1, and forces are divided by their bounds. `scipy_flow` needs neither: there, an event
+        # function has no effect on the steps.
         for axis in range(3):
             above = uses_upper[axis] * (s[axis] - upper[axis]) + (1.0 - uses_upper[axis])
             below = uses_lower[axis] * (s[axis] - lower[axis]) + (1.0 - uses_lower[axis])

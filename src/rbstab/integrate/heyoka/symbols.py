@@ -58,6 +58,11 @@ def parameter_values(system: System) -> Array:
     return np.concatenate([np.ravel(value) for value in parameters(system).values()])
 
 
+def parameters_and_start(system: System, start: Array) -> Array:
+    """Return the numbers that define a member: its parameters, then its initial state."""
+    return np.concatenate([parameter_values(system), start])
+
+
 def scaled_audit(rates: Array, size: int, scale: Any) -> Array:
     """Return audited rates in which the rates of the audit states are divided by an energy scale.
 

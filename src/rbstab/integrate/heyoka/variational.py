@@ -15,6 +15,7 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.heyoka.engine import StepCallback, initial_status, status_of, stop_reason
+from rbstab.integrate.heyoka.integrator_state import set_motion, set_parameters
 from rbstab.integrate.heyoka.symbols import (
     energy_scale,
     parameter_values,
@@ -182,12 +183,10 @@ class VariationalSystem:
             [*energies, problem.range_bound, threshold],
         )
         values = np.concatenate([p, tangent.parameters, [0.0], event_parameters])
-        # heyoka has no `par[]` after the last one that the equations use.
-        integrator.pars[:] = values[: len(integrator.pars)]
-        integrator.time = problem.times[0]
+        set_parameters(integrator, values)
         # ∫v dt and its derivative start at zero.
-        integrator.state[:] = np.concatenate([problem.start, [0.0], tangent.start, [0.0]])
-        integrator.reset_cooldowns()
+        start = np.concatenate([problem.start, [0.0], tangent.start, [0.0]])
+        set_motion(integrator, problem.times[0], start)
         for zeros in self.zeros:
             zeros.clear()
 

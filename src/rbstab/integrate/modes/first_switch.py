@@ -1,11 +1,15 @@
-"""The first switch within a step: margins that fall below zero, also if they rise again."""
+"""The first switch within a step: margins that fall below zero, also if they rise again.
+
+A sliding connector alone has simpler event functions, and a search of its own: `scipy_flow.py`.
+"""
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import minimize_scalar
 
+from rbstab.integrate.event_time import zero_between
 from rbstab.integrate.modes.phases import Phase, Switch
 from rbstab.mechanics.numbers import Array
 
@@ -130,5 +134,4 @@ class _Margin:
         if self(below) >= 0:
             # A step that ends at an event: its last state is below zero by the round-off of both.
             return Switch(self.mode, below, below)
-        zero = float(brentq(self, above, below, xtol=1e-16, rtol=9e-16))
-        return Switch(self.mode, zero, below)
+        return Switch(self.mode, zero_between(self, above, below), below)

@@ -37,7 +37,8 @@ MAX_PHASES = 256
 
 COINCIDENCE = 16
 """A mode whose margin would be zero within this many units in the last place of the time, or of 1,
-switches together with the one that is being switched."""
+switches together with the one that is being switched. It is round-off alone, unlike that of
+`switching/filippov.py`: a margin that is passed a little later is found by the next step."""
 
 EPSILON = float(np.finfo(float).eps)
 

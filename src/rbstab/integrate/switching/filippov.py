@@ -5,7 +5,7 @@ chooses the modes after each switch. It is the same for both engines.
 """
 
 from collections.abc import Iterator
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -37,13 +37,24 @@ START_TOLERANCE = 1e-12
 
 COINCIDENCE_TOLERANCE = 1e-9
 """Relative to the time since the last crossing: axes that cross s = E within this time cross
-together."""
+together. This is far more than the round-off of `modes/phases.py`: each crossing moves s by a part
+of the last bounce, and the next step could begin past the crossing of the other axis."""
 
 SURFACE_TOLERANCE = 1e-13
 """Relative to |F| + κ|E|: an axis this close to its threshold of s = F + κE counts as on it."""
 
 MAX_EVENTS_PER_INSTANT = 100
 """The run fails after this many flows in a row that end at the same time."""
+
+
+def coincidence_distance(F: Any, elapsed: float) -> Any:
+    """Return how far from s = E an axis that moves towards it crosses together with another one, m.
+
+    Args:
+        F: The velocity of the axis, or of all axes, m/s.
+        elapsed: The time since the last crossing, s.
+    """
+    return COINCIDENCE_TOLERANCE * elapsed * abs(F)
 
 
 class Flow(Protocol):
@@ -223,9 +234,7 @@ class FilippovDriver:
         s = connector.surface(motion.E, motion.F)
         tolerance = SURFACE_TOLERANCE * connector.surface(np.abs(motion.E), np.abs(motion.F))
         if self.on_position:
-            tolerance = (
-                COINCIDENCE_TOLERANCE * (current.time - self.log.last_time) * np.abs(motion.F)
-            )
+            tolerance = coincidence_distance(motion.F, current.time - self.log.last_time)
         upper, lower = thresholds(system, current.modes, self.switching)
         known_axes = {event.axis for event in events}
         found = []

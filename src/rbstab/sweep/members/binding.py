@@ -6,7 +6,7 @@ from rbstab.config.build import problem_of
 from rbstab.config.entries import replaced
 from rbstab.config.schema import Config
 from rbstab.integrate.heyoka.compiled_map import CompiledMap
-from rbstab.integrate.heyoka.ensemble import parameters_and_start
+from rbstab.integrate.heyoka.symbols import parameters_and_start
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers, varied_paths

@@ -21,13 +21,13 @@ from rbstab.config.build import problem_of
 from rbstab.config.entries import is_of_initial_state
 from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.integrate.heyoka.engine import integrate
-from rbstab.integrate.heyoka.ensemble import (
-    Ensemble,
+from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble
+from rbstab.integrate.heyoka.ensemble.forces import EnsembleForces
+from rbstab.integrate.heyoka.ensemble.trajectories import (
     EnsembleTrajectories,
     ObservedPositions,
     ObservedTrajectories,
 )
-from rbstab.integrate.heyoka.ensemble_forces import EnsembleForces
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
@@ -171,7 +171,7 @@ class _VariantEngine:
         of steps. The result of a member does not depend on the others in its batch.
         """
         parameters, starts = self.binding.parameters_and_starts(values)
-        return np.asarray(self.ensemble.scales(parameters, starts).argsort(kind="stable"))
+        return np.asarray(self.ensemble.scales.at_start(parameters, starts).argsort(kind="stable"))
 
     def outcome(
         self, values: dict[str, Array], with_trace: Array
@@ -188,10 +188,10 @@ class _VariantEngine:
         """
         parameters, starts = self.binding.parameters_and_starts(values)
         trajectories = self.ensemble.run(parameters, starts)
-        observed = self.ensemble.observe(parameters, trajectories)
+        observed = self.ensemble.observer.observe(parameters, trajectories)
         # Members that were not integrated to the end are computed by single runs.
         last = np.where(trajectories.done, trajectories.states[..., -1], np.nan)
-        positions = self.ensemble.observe_positions(
+        positions = self.ensemble.observer.positions(
             parameters, trajectories, only_last=not len(with_trace)
         )
         rest = self._rest_states(values, parameters, last, positions.X[..., -1])

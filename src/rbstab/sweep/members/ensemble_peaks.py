@@ -13,7 +13,8 @@ import numpy as np
 
 from rbstab.analysis.peak_search import RELATIVE, Peaks, Samples, find_peaks, peaks_of_cubics
 from rbstab.integrate.heyoka.compiled_map import SIMD
-from rbstab.integrate.heyoka.ensemble import Ensemble, EnsembleTrajectories, ObservedTrajectories
+from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble
+from rbstab.integrate.heyoka.ensemble.trajectories import EnsembleTrajectories, ObservedTrajectories
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.refinement import MAX_SAMPLES, PARTS, refined, refinements
 
@@ -129,7 +130,7 @@ class EnsemblePeaks(NamedTuple):
 
     def _observed(self, parameters: Array, trajectories: EnsembleTrajectories) -> "_Sampled":
         """Return what is sampled of trajectories; values are NaN for those that are not done."""
-        observed = self.ensemble.observe(parameters, trajectories, reuse=False)
+        observed = self.ensemble.observer.observe(parameters, trajectories, reuse=False)
         for arrays in (observed.values, observed.rates):
             arrays[:, ~trajectories.done] = np.nan
         return _Sampled(trajectories.states, observed.values, observed.rates)

@@ -7,7 +7,8 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from rbstab.config.build import problem_of
-from rbstab.config.schema import MIN_SCIPY_RTOL, Config
+from rbstab.config.schema import Config
+from rbstab.config.sections.integration import MIN_SCIPY_RTOL
 from rbstab.experiment.record import recorded, recording_time, rest_state_of, zero_of
 from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.deadline import Deadline

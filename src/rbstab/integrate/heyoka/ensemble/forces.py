@@ -5,7 +5,9 @@ from typing import NamedTuple
 import heyoka as hy
 import numpy as np
 
-from rbstab.integrate.heyoka.ensemble import Ensemble, EnsembleTrajectories
+from rbstab.integrate.heyoka.compiled_map import lanes_of
+from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble
+from rbstab.integrate.heyoka.ensemble.trajectories import EnsembleTrajectories
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import LYAPUNOV_CHANGE
 
@@ -25,13 +27,13 @@ class EnsembleForces:
     """
 
     def __init__(self, ensemble: Ensemble) -> None:
-        system, y = ensemble.symbolic, ensemble.symbols
+        self.structure = ensemble.compiled
+        system, y = self.structure.symbolic, self.structure.symbols
         force = system.observe(y[: system.size], hy.time).contact_force
         rate = system.audited_rates(y, hy.time)[LYAPUNOV_CHANGE]
         entries = [hy.expression(0.0) + entry for entry in (*force.tolist(), rate)]
-        self.open_indices, self.batch = ensemble.open_indices, ensemble.batch
-        self.times = ensemble.times if ensemble.timed else None
-        self.compiled = hy.cfunc(entries, vars=list(y[: system.size]))
+        self.times = ensemble.times if self.structure.timed else None
+        self.compiled = self.structure.function(entries)
 
     def along(
         self, parameters: Array, trajectories: EnsembleTrajectories, rows: Array
@@ -44,11 +46,10 @@ class EnsembleForces:
             rows: The members, ascending, shape (k,), from 0 to m - 1.
         """
         count, (size, _, samples) = len(rows), trajectories.lanes.shape
-        # Complete batches are complete SIMD vectors; see `evaluate_compiled`.
-        full = rows[np.minimum(np.arange(-(-count // self.batch) * self.batch), count - 1)]
+        full = rows[lanes_of(count)]
         all_members = count == len(trajectories.steps)
         lanes = trajectories.lanes if all_members else np.take(trajectories.lanes, full, axis=1)
-        chosen = parameters[self.open_indices][: self.compiled.nparams]
+        chosen = self.structure.open_parameters(parameters, self.compiled)
         outputs = np.empty((4, len(full) * samples))
         time = {} if self.times is None else {"time": np.tile(self.times, len(full))}
         self.compiled(

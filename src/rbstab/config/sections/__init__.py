@@ -1,0 +1,1 @@
+"""Sections of a config: one model for each, without those of the controller and the elements."""

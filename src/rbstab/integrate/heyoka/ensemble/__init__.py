@@ -1,0 +1,1 @@
+"""Integration of many members of one structure, in compiled batches."""

@@ -1,0 +1,81 @@
+"""The compiled equations of a structure for batches of members."""
+
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from rbstab.integrate.heyoka.compiled_map import SIMD
+from rbstab.integrate.heyoka.symbols import (
+    parameter_values,
+    scaled_audit,
+    state_symbols,
+    symbols_of,
+)
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
+
+# Sweeps have their own threads. heyoka's own threads would only wait and use processor time.
+hy.set_nthreads(1)
+
+
+class CompiledStructure:
+    """The compiled audited equations of a structure, for one batch, and its symbols.
+
+    The `par[]` of the integrator are the parameters that differ between members, the energy scale,
+    and the time of the start.
+
+    Args:
+        system: Any system of the structure.
+        tolerance: heyoka's tolerance.
+        varies: Which parameters differ between members, shape (parameters,); by default all. The
+            others are compiled in, with the values of `system`: zeros and products of constants
+            then cost nothing.
+
+    Attributes:
+        integrator: heyoka's batch integrator.
+        symbolic: The system of symbols.
+        symbols: The symbols of its audited state.
+        size: The number of its states.
+        audited_size: The number of its audited states.
+        timed: Whether its equations depend on the time.
+        open_indices: The indices of the parameters that differ between members.
+        observation: What is observed of the symbolic system.
+        energies: The expressions of its energies, J.
+    """
+
+    def __init__(self, system: System, tolerance: float, varies: Array | None = None) -> None:
+        values = parameter_values(system)
+        varies = np.ones(len(values), dtype=bool) if varies is None else varies
+        symbol_indices = np.cumsum(varies) - 1
+        self.open_indices = np.flatnonzero(varies)
+
+        def symbol(index: int) -> Any:
+            constant = hy.expression(float(values[index]))
+            return hy.par[int(symbol_indices[index])] if varies[index] else constant
+
+        symbolic, _, _ = symbols_of(system, symbol)
+        self.size, self.audited_size = system.size, system.audited_size
+        y = state_symbols(system.audited_size)
+        self.symbolic, self.symbols, self.timed = symbolic, y, system.timed
+        scale = hy.par[len(self.open_indices)]
+        # The samples of a run count from its start, which may be any time of the motion.
+        time = hy.time + hy.par[len(self.open_indices) + 1] if self.timed else hy.time
+        rates = scaled_audit(symbolic.audited_rates(y, time), system.size, scale)
+        self.integrator = hy.taylor_adaptive_batch(
+            list(zip(y, rates, strict=True)),
+            state=np.zeros((len(y), SIMD)),
+            tol=tolerance,
+            # A member that ends there is not done, and so runs again alone.
+            t_events=[hy.t_event_batch(event) for event in symbolic.clearances(y)],
+        )
+        self.observation = symbolic.observe(y[: system.size])
+        self.energies = [hy.expression(0.0) + entry for entry in self.observation.energy.tolist()]
+
+    def function(self, entries: list[Any]) -> Any:
+        """Return a compiled function of the state and the parameters that differ."""
+        return hy.cfunc(entries, vars=list(self.symbols[: self.size]))
+
+    def open_parameters(self, parameters: Array, compiled: Any) -> Array:
+        """Return those of the parameters, shape (parameters, m), that a compiled function has."""
+        return parameters[self.open_indices][: compiled.nparams]

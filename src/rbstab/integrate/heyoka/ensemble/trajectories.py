@@ -1,0 +1,82 @@
+"""The results of an ensemble: the trajectories of its members, and what is observed along them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.integrate.heyoka.compiled_map import lanes_of
+from rbstab.mechanics.numbers import Array
+
+
+class EnsembleTrajectories(NamedTuple):
+    """Trajectories of m members at n samples.
+
+    The states at the samples of the ensemble are valid until it runs again. Their memory is reused,
+    because allocating it costs as much as evaluating the states.
+
+    Attributes:
+        lanes: The states, shape (states, lanes, n). The lanes after the last member fill its batch.
+        lyapunov_change: ∫v' dt, shape (m, n), J.
+        steps: Accepted steps, shape (m,).
+        done: Whether a member reached the last sample, shape (m,). The values of a member that did
+            not are meaningless.
+        first: The states at the ends of all parts of the first interval, shape (states, lanes,
+            parts + 1), if the ensemble divides it and the samples are its own. Valid as the others.
+        supplied_energy: ∫supplied dt, shape (m, n), J; None if no element supplies power.
+    """
+
+    lanes: Array
+    lyapunov_change: Array
+    steps: Array
+    done: Array
+    first: Array | None = None
+    supplied_energy: Array | None = None
+
+    @property
+    def states(self) -> Array:
+        """The states in the system's coordinates, shape (states, m, n)."""
+        return self.lanes[:, : len(self.steps)]
+
+    def in_first_interval(self, members: Array) -> "EnsembleTrajectories":
+        """Return the trajectories of some members, shape (k,), in the divided first interval."""
+        assert self.first is not None
+        lanes = np.take(self.first, members[lanes_of(len(members))], axis=1)
+        # Nobody asks for v within the first interval.
+        change = np.full((len(members), lanes.shape[2]), np.nan)
+        return EnsembleTrajectories(lanes, change, self.steps[members], self.done[members])
+
+
+class ObservedTrajectories(NamedTuple):
+    """The observed quantities of m members at n samples.
+
+    Attributes:
+        values: E and Θ, shape (6, m, n), m, inertial, and rad.
+        rates: F = Ė and Θ̇ = BΩ, shape (6, m, n), m/s, inertial, and rad/s.
+        energy: The sum of all energies, shape (m, n), J.
+    """
+
+    values: Array
+    rates: Array
+    energy: Array
+
+    @property
+    def E(self) -> Array:
+        """E, shape (3, m, n), m, inertial."""
+        return self.values[:3]
+
+    @property
+    def F(self) -> Array:
+        """F, shape (3, m, n), m/s, inertial."""
+        return self.rates[:3]
+
+    @property
+    def Theta_rate(self) -> Array:
+        """Θ̇ = BΩ, shape (3, m, n), rad/s."""
+        return self.rates[3:]
+
+
+class ObservedPositions(NamedTuple):
+    """X, m, and V, m/s, of m members at n samples, shape (3, m, n) each, inertial."""
+
+    X: Array
+    V: Array

@@ -1,0 +1,192 @@
+"""Protects several sliding ties together, whose forces are solved together.
+
+Independent facts: equivalent forces solve the equations of the body with multipliers; Filippov's
+choice is the only consistent one of all, and the least in the box.
+"""
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from support.pose import attitude
+from support.sliding_ties import BODY, CONTROLLER, TWO, several, tie
+from support.switching import ENGINES, problem
+from support.systems import random_state
+
+import rbstab
+from rbstab.mechanics.algebra import solved as solution
+from rbstab.systems.filippov import chosen, sides, slide_modes
+from rbstab.systems.modes import modes_of, with_modes
+
+
+def held_system(rng, elements, rows, controller=CONTROLLER):
+    """Return a system with some axes held, and a random state."""
+    system = problem(several(elements, controller)).system
+    modes = np.array(modes_of(system))
+    modes[slide_modes(system)[:, rows]] = 1.0
+    return with_modes(system, tuple(modes)), random_state(rng, system)
+
+
+@pytest.mark.parametrize("variant", ["free", "permanent"])
+def test_equivalent_forces_solve_the_equations_with_multipliers(variant, rng):
+    """[M -J'; J 0] [v̇; Λ] = [forces; -J̇v - κF] with J by differences; also of the held body."""
+    rows = np.array([0, 2, 4])
+    controller = CONTROLLER | {"variant": variant}
+    elements = TWO | {"a": TWO["a"] | {"point": [0.2, 0.0, -0.3]}}
+    system, y = held_system(rng, elements, rows, controller)
+    motion, pairs = system.loads(y)
+    ties: list[Any] = [element for element, _ in pairs if element.slides]
+    J: Any
+    J, L = BODY["inertia"], np.array(BODY["contact_point"])
+    A, Omega = motion.A, motion.Omega
+    np.testing.assert_allclose(A, attitude(motion.Theta), atol=1e-14)
+
+    def velocities(v):
+        """Return the velocities of both points, and of C if it is held, for v = [V, Ω]."""
+        points = [np.array(tie.point) for tie in ties] + ([L] if variant == "permanent" else [])
+        return np.concatenate([v[:3] + A @ np.cross(v[3:], p) for p in points])
+
+    whole = np.array([velocities(unit) for unit in np.eye(6)]).T
+    drift = np.concatenate(
+        [A @ np.cross(Omega, np.cross(Omega, p)) for p in [*(t.point for t in ties), L]]
+    )[: len(whole)]
+    slopes = np.repeat([20.0, 10.0], 3)
+    F = velocities(np.concatenate([motion.V, Omega]))
+    chosen_rows = [*rows, 6, 7, 8] if variant == "permanent" else list(rows)
+    demand = -drift.copy()
+    demand[:6] -= slopes * F[:6]
+    # All other forces on the body: gravity, stabilizers, and the axes that are not held.
+    wrenches = [element.wrench(motion, own) for element, own in pairs]
+    force = sum(w.force for w in wrenches)
+    couple = sum(w.couple for w in wrenches) - np.cross(Omega, J * Omega)
+    M = np.diag([41.0] * 3 + J)
+    Jacobian = whole[chosen_rows]
+    n = len(chosen_rows)
+    matrix = np.block([[M, -Jacobian.T], [Jacobian, np.zeros((n, n))]])
+    right = np.concatenate([force, couple, demand[chosen_rows]])
+    multipliers = np.linalg.solve(matrix, right)[6:]
+    _, acting = system.acting(y)
+    found = np.concatenate([own for element, own in acting if element.slides])
+    np.testing.assert_allclose(found[rows], multipliers[:3], rtol=1e-9, atol=1e-7)
+    np.testing.assert_array_equal(np.delete(found, rows), 0)
+
+
+def test_filippov_has_one_consistent_choice_of_all(rng):
+    """Of the 3ⁿ choices of held axes and sides, in the box, with rates to the right sides."""
+    for _ in range(20):
+        n = int(rng.integers(1, 5))
+        root = rng.normal(size=(n, n))
+        W, b = root @ root.T + 0.1 * np.eye(n), 3 * rng.normal(size=n)
+        K_s = rng.uniform(0.5, 2, size=n)
+        consistent = []
+        for given in map(np.array, product([0.0, 1.0, -1.0], repeat=n)):
+            held, force = given == 0, -K_s * given
+            right = -(b + W @ force)[held]
+            force[held] = np.linalg.solve(W[np.ix_(held, held)], right) if held.any() else []
+            rate = W @ force + b
+            if np.all(np.abs(force) <= K_s) and np.all(given[~held] * rate[~held] >= 0):
+                consistent.append(given)
+        assert len(consistent) == 1
+        np.testing.assert_array_equal(sides(W, b, K_s), consistent[0])
+
+
+@pytest.mark.parametrize("rank", [3, 5, 9])
+def test_filippov_s_choice_is_the_least_in_the_box(rng, rank):
+    """Nine axes, also of a mobility without full rank: another program finds the same least."""
+    from scipy.optimize import lsq_linear
+
+    found = set()
+    for _ in range(40):
+        root, K_s = rng.normal(size=(rank, 9)), rng.uniform(0.5, 2, size=9)
+        right = 5 * rng.normal(size=rank)
+        # ½ |root Λ - right|² is ½ Λ'WΛ + b'Λ but for a constant.
+        least = lsq_linear(root, right, bounds=(-K_s, K_s), method="bvls", tol=1e-14)
+        choice = sides(root.T @ root, -root.T @ right, K_s)
+        rate = root.T @ (root @ least.x - right)
+        # Where a rate is not zero the force is at its bound; the rates are the same for all least.
+        is_free = np.abs(rate) > 1e-6
+        np.testing.assert_array_equal(choice[is_free], np.sign(rate)[is_free])
+        found |= set(choice)
+    assert found == {0.0, 1.0, -1.0}
+
+
+def test_the_choice_lands_on_the_surfaces(rng):
+    """Held axes get s = 0 by impulses; the pose and the surfaces of free axes do not matter."""
+    system = problem(several(TWO)).system
+    y = random_state(rng, system)
+    y[3:6] *= 0.05
+    y[9:12] *= 0.05
+    rows = np.array([0, 1, 5])
+    after, moved = chosen(system, y, rows)
+    motion, pairs = after.acting(moved)
+    ties: list[Any] = [element for element, _ in pairs if element.slides]
+    s = np.concatenate([one.surface(one.at_point(motion)) for one in ties])
+    modes = np.array(modes_of(after))
+    assert np.abs(s[rows]).max() < 2e-13
+    held = modes[slide_modes(after)[1]] > 0
+    assert set(np.flatnonzero(held)) <= set(rows)
+    np.testing.assert_array_equal(moved[[0, 1, 2, 6, 7, 8]], y[[0, 1, 2, 6, 7, 8]])
+
+
+def test_two_ties_slide_together_and_the_audit_closes():
+    result = rbstab.simulate(several(TWO))
+    assert result.status == "completed"
+    v = result["lyapunov"]
+    assert np.abs(result["energy_residual"]).max() < 1e-12 * v[0]
+    forces = np.abs(result["element_force"])
+    assert (forces[:, 0] <= 3000 * (1 + 1e-9)).all()
+    assert (forces[:, 1] <= 2000 * (1 + 1e-9)).all()
+    # At least three axes slide at the end: their forces are neither of the bounds.
+    bounds = np.array([3000.0, 2000.0])[:, np.newaxis]
+    assert (forces[-1] < 0.99 * bounds).sum() >= 3
+    # v' has no sign: the certificate says so.
+    assert result.attributes["verdict"] == "violated"
+
+
+@pytest.mark.heavy
+def test_engines_agree_on_two_ties_beside_a_ligament():
+    pull = {
+        "kind": "ligament",
+        "point": [0, 0, -0.3],
+        "anchor": [0, 0, 0.5],
+        "stiffness": 5000.0,
+        "slack_length": 0.75,
+        "toe_strain": 0.05,
+        "damping": 5.0,
+    }
+    runs = [rbstab.simulate(several(TWO | {"pull": pull}, engine=name)) for name in ENGINES]
+    for name in ("orientation", "position", "velocity", "angular_velocity"):
+        assert np.abs(runs[0][name] - runs[1][name]).max() < 1e-9, name
+
+
+@pytest.mark.heavy
+def test_all_laws_together_beside_each_other():
+    elements = {
+        "cross": tie([0.15, 0.1, -0.42], 500.0),
+        "layer": tie([0.0, 0.0, 0.3], 1000.0, law={"boundary_layer": 0.01}),
+        "slide": TWO["b"],
+    }
+    result = rbstab.simulate(several(elements, duration=0.2, samples=11))
+    assert result.status == "completed"
+    assert np.abs(result["energy_residual"]).max() < 1e-11 * result["lyapunov"][0]
+
+
+def test_v_falls_with_ties_on_position():
+    """They store Σ K_s|E| and dissipate nothing, so v' is that of the stabilizers alone."""
+    elements = {
+        "one": tie([0.15, 0.1, -0.42], 500.0),
+        "two": tie([-0.2, 0.1, 0.3], 400.0, law={"boundary_layer": 0.02}),
+    }
+    result = rbstab.simulate(several(elements))
+    v, parts = result["lyapunov"], result["part"].tolist()
+    assert (np.diff(v) < 0).all()
+    assert np.abs(result["energy_residual"]).max() < 1e-11 * v[0]
+    assert (result["dissipation"][:, [parts.index("one"), parts.index("two")]] == 0).all()
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 6, 9])
+def test_systems_of_equations_of_any_size(size, rng):
+    root = rng.normal(size=(size, size))
+    matrix, right = root @ root.T + np.eye(size), rng.normal(size=size)
+    np.testing.assert_allclose(solution(matrix, right), np.linalg.solve(matrix, right), rtol=1e-10)

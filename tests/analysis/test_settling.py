@@ -47,9 +47,31 @@ def test_a_driven_motion_is_compared_with_its_largest_value():
     v = np.where(times < 1.0, times, np.exp(1.0 - times))[np.newaxis]
     near = np.zeros((1, 3))
     assert np.isnan(settling_times(times, v, near)[0])
-    assert settling_times(times, v, near, driven=True)[0] == pytest.approx(
-        1 + np.log(1000), abs=1e-6
+    supplied = np.minimum(times, 1.0)[np.newaxis]
+    assert settling_times(times, v, near, supplied)[0] == pytest.approx(1 + np.log(1000), abs=1e-6)
+    falling, nothing = np.exp(-times)[np.newaxis], np.zeros((1, len(times)))
+    assert (
+        settling_times(times, falling, near, nothing)[0] == settling_times(times, falling, near)[0]
     )
-    falling = np.exp(-times)[np.newaxis]
-    one, other = (settling_times(times, falling, near, driven=d)[0] for d in (False, True))
-    assert one == other
+
+
+@pytest.mark.parametrize("energy", [1e-4, 0.5, 3.0])
+def test_a_pulse_between_samples_is_not_overlooked(energy):
+    """A pulse at 30.2 s supplies an energy, which is lost again within a tenth of a second."""
+
+    def v(times):
+        pulse = np.where(times < 30.2, 0.0, energy * np.exp(-50.0 * np.maximum(times - 30.2, 0.0)))
+        return np.exp(-times) + pulse
+
+    def settled(times):
+        supplied = np.where(times < 30.2, 0.0, energy)[np.newaxis]
+        return settling_times(times, v(times)[np.newaxis], np.zeros((1, 3)), supplied)[0]
+
+    coarse, fine = settled(np.arange(0.0, 61.0)), settled(np.linspace(0.0, 60.0, 600_001))
+    if energy < 1e-3:
+        # v is interpolated linearly between samples 1 s apart.
+        assert coarse == pytest.approx(np.log(1000), abs=0.5)
+        assert fine == pytest.approx(np.log(1000), abs=1e-4)
+    else:
+        # The true time is in the interval of the pulse; its end is what the samples can say.
+        assert 30.2 < fine <= coarse == 31.0

@@ -15,11 +15,14 @@ ROUND_OFF = 1e-9
 it has round-off."""
 
 
-def settling_times(times: Array, value: Array, from_rest: Array, *, driven: bool = False) -> Array:
+def settling_times(
+    times: Array, value: Array, from_rest: Array, supplied: Array | None = None
+) -> Array:
     """Return the times after which v stays below `SETTLED_FRACTION` v(0), shape (m,), s.
 
     Where inputs supply power, a motion may start at rest, and v may rise. Then the largest v of the
-    motion takes the place of v(0): without inputs, v(0) is the largest.
+    motion takes the place of v(0): without inputs, v(0) is the largest. v may also rise and fall
+    between two samples: by as much as is supplied there.
 
     A time is NaN if the member is not at rest at the end: v is not below this bound, or is
     negative, or an angle is farther than `SETTLED_ANGLE` from that of the rest state. It is also
@@ -29,12 +32,28 @@ def settling_times(times: Array, value: Array, from_rest: Array, *, driven: bool
         times: Shape (n,), s.
         value: v of each member, shape (m, n), J.
         from_rest: Θ at the end minus Θ of the rest state, shape (m, 3), rad.
-        driven: Whether inputs supply power.
+        supplied: ∫supplied dt, shape (m, n), J, if inputs supply power.
     """
-    begin = value.max(axis=1) if driven else value[:, 0]
-    settling = last_above(times, value, SETTLED_FRACTION * begin)
+    begin = value[:, 0] if supplied is None else value.max(axis=1)
+    bound = SETTLED_FRACTION * begin
+    settling = last_above(times, value, bound)
+    if supplied is not None:
+        settling = np.maximum(settling, _last_supplied(times, value, supplied, bound))
     at_rest = ends_near_rest(value[:, -1], np.abs(value).max(axis=1), from_rest)
     return np.where(np.isfinite(value).all(axis=1) & at_rest, settling, np.nan)
+
+
+def _last_supplied(times: Array, value: Array, supplied: Array, bound: Array) -> Array:
+    """Return the end of the last interval in which v may have reached a bound, shape (m,), s.
+
+    v is at most its value before, plus what was supplied since. The time is 0 without such an
+    interval.
+    """
+    gain = np.diff(supplied, axis=1)
+    # Where nothing is supplied, v falls, and `last_above` knows when.
+    reached = (value[:, :-1] + gain >= bound[:, np.newaxis]) & (gain > 0)
+    last = reached.shape[1] - reached[:, ::-1].argmax(axis=1)
+    return np.where(reached.any(axis=1), times[last], 0.0)
 
 
 def ends_near_rest(end: Array, largest: Array, from_rest: Array) -> Array:

@@ -137,15 +137,17 @@ def lyapunov_function_of(result: Result) -> Array:
 def settling_time_of(result: Result) -> float:
     """Return the time from which v stays below v(0)/1000, s; NaN if the run has not settled.
 
-    If inputs supply power, the largest v takes the place of v(0).
+    If inputs supply power, the largest v takes the place of v(0). Then v may have been above this
+    bound within the interval before that time: by what was supplied there.
     """
     with np.errstate(all="ignore"):
         v, last = lyapunov_function_of(result), result["orientation"][-1]
         # Runs of before layout version 2 do not name the rest state at which their v is zero.
         is_known = "rest_orientation" in result
         rest = result["rest_orientation"] if is_known else last
-        away, driven = (last - rest)[np.newaxis], is_driven(result)
-        found = settling_times(result["time"], v[np.newaxis], away, driven=driven)
+        away = (last - rest)[np.newaxis]
+        supplied = result["supplied_energy"][np.newaxis] if is_driven(result) else None
+        found = settling_times(result["time"], v[np.newaxis], away, supplied)
     return float(found[0])
 
 

@@ -197,7 +197,7 @@ class _VariantEngine:
         rest = self._rest_states(values, parameters, last, positions.X[..., -1])
         energy = observed.energy - rest.energy[:, np.newaxis]
         residual = energy - energy[:, :1] - trajectories.lyapunov_change
-        members = self._members(trajectories.states, observed, positions, energy, residual, rest)
+        members = self._members(trajectories, observed, positions, energy, residual, rest)
         with np.errstate(all="ignore"):
             peaks = self.peaks.find(parameters, starts, trajectories, observed)
             outcome = outcome_of(members, peaks)
@@ -222,8 +222,6 @@ class _VariantEngine:
             return _BatchTraces({}, {})
         available = vars(members) | members.own_states
         available |= {"lyapunov_change": trajectories.lyapunov_change}
-        if trajectories.supplied_energy is not None:
-            available |= {"supplied_energy": trajectories.supplied_energy}
         forces = self.forces.along(parameters, trajectories, rows)
         evaluated = {
             "contact_force": np.moveaxis(forces.contact_force, 0, 2),
@@ -258,7 +256,7 @@ class _VariantEngine:
 
     def _members(  # noqa: PLR0913, PLR0917 (all that is known of the members)
         self,
-        states: Array,
+        trajectories: EnsembleTrajectories,
         observed: ObservedTrajectories,
         positions: ObservedPositions,
         energy: Array,
@@ -268,7 +266,7 @@ class _VariantEngine:
         def along(rows: Array) -> Array:
             return np.moveaxis(rows, 0, 2)
 
-        own_states = self.problem.system.own_states
+        states, own_states = trajectories.states, self.problem.system.own_states
         return MemberTrajectories(
             time=self.problem.times,
             orientation=along(states[THETA]),
@@ -283,7 +281,7 @@ class _VariantEngine:
             energy_at_rest=rest.energy,
             rest_orientation=rest.orientation,
             own_states={name: along(states[place]) for name, place in own_states.items()},
-            driven=self.problem.system.supplies,
+            supplied_energy=trajectories.supplied_energy,
         )
 
     def _may_have_left_range(self, members: MemberTrajectories, outcome: dict[str, Array]) -> Array:

@@ -123,7 +123,7 @@ class MemberTrajectories:
         own_states: The own states of the elements by name, each of shape (m, n, size).
         contact_work: ε, shape (m, n), J, if `lyapunov` is v - ε (for s = F + κE); otherwise None.
             v - ε does not end at zero, so settling times are computed from v.
-        driven: Whether inputs supply power.
+        supplied_energy: ∫supplied dt, shape (m, n), J; None if no element supplies power.
     """
 
     time: Array
@@ -140,7 +140,7 @@ class MemberTrajectories:
     rest_orientation: Array
     own_states: dict[str, Array] = field(default_factory=dict)
     contact_work: Array | None = None
-    driven: bool = False
+    supplied_energy: Array | None = None
 
 
 def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[str, Array]:
@@ -184,7 +184,7 @@ def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[
             times,
             value,
             members.orientation[:, -1] - members.rest_orientation,
-            driven=members.driven,
+            members.supplied_energy,
         ),
         "displacement_settling_time": last_above(times, distance, np.full(count, SETTLED_DISTANCE)),
     }

@@ -156,7 +156,7 @@ def trajectory_of(problem: Problem, quantities: dict[str, Array]) -> MemberTraje
         rest_orientation=arrays["rest_orientation"],
         own_states={name: arrays[name] for name in problem.system.own_states},
         contact_work=arrays["contact_work"] if has_no_potential(problem.system) else None,
-        driven=problem.system.supplies,
+        supplied_energy=arrays.get("supplied_energy"),
         **{name: arrays[name] for name in _COMMON_QUANTITIES},
     )
 

@@ -18,19 +18,17 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import acting_sections, load_config
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code, without_code
-from rbstab.experiment.proof_record import (
+from rbstab.experiment.stored_proof.proof import (
     NO_STABILIZERS,
     SUPPLIES,
-    Found,
     Proof,
     ProvedRegion,
     ProvedState,
     ProvedStates,
     no_proof,
-    proof_record,
-    searched_record,
-    tied_record,
 )
+from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
+from rbstab.experiment.stored_proof.tied import tied_record
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array

@@ -7,7 +7,7 @@ import numpy as np
 from rbstab.analysis.linearisation import Linearisation, linearise
 from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.proof import start_level, start_state
-from rbstab.experiment.proof_record import (
+from rbstab.experiment.stored_proof.proof import (
     NO_LENGTH,
     Proof,
     ProvedMinimum,

@@ -26,7 +26,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.store.result import Result
 
 if TYPE_CHECKING:
-    from rbstab.experiment.proof_record import Proof, ProvedState
+    from rbstab.experiment.stored_proof.proof import Proof, ProvedState
 
 SETTLED = f"v stays below v(0)/{1 / SETTLED_FRACTION:g}"
 """What "at rest" means for a computed run."""

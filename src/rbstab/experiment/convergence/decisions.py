@@ -12,7 +12,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import has_modes
 
 if TYPE_CHECKING:
-    from rbstab.experiment.proof_record import Proof
+    from rbstab.experiment.stored_proof.proof import Proof
 
 COMMAND = "rbstab run --prove"
 

@@ -280,4 +280,3 @@ def _classified(
 
 def _nothing() -> Boxes:
     return Boxes(np.zeros((0, 6)), np.zeros((0, 6)))
-

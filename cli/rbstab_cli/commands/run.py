@@ -236,7 +236,7 @@ class _Batch:
             return finished
         problem = problem_of(config)
         try:
-            proof = proof_for(self.output, config, problem)
+            proof = proof_for(self.output, config, problem, brief=self.prove is None)
             proved = prove_run(run, config, problem, proof, self._enclose())
         except StoreError as error:
             click.echo(f"{label}: {error}", err=True)

@@ -119,6 +119,7 @@ def prove(
     problem: Problem | None = None,
     *,
     search_only: bool = False,
+    brief: bool = False,
 ) -> Proof:
     """Search for the rest states of a config, and prove that there are no others.
 
@@ -127,6 +128,8 @@ def prove(
             integration have no effect.
         problem: The problem of the config, if it is built already.
         search_only: Whether to skip the proof.
+        brief: Whether the proof may take some five seconds at most. Of a tied body with springs all
+            searches then stop at `BRIEF_BOX_LIMIT`; no other proof takes longer.
     """
     # Imported late: a run usually reads a stored proof and makes none.
     from rbstab.analysis.proof.lines.searched import searched_rest_states
@@ -155,28 +158,38 @@ def prove(
         if search_only:
             states = searched_rest_states(system)
             return searched_record(identity, states, time.perf_counter() - start_time)
-        return _tied_proof(identity, system, exact_system, start_time)
+        return _tied_proof(identity, system, exact_system, start_time, brief=brief)
     return proof_record(identity, found, unwrapped, time.perf_counter() - start_time)
 
 
 def _tied_proof(
-    identity: str, system: System, exact_system: "ExactSystem", start_time: float
+    identity: str,
+    system: System,
+    exact_system: "ExactSystem",
+    start_time: float,
+    *,
+    brief: bool,
 ) -> Proof:
     """Prove the rest states of a body with springs that is tied: in six variables."""
     from rbstab.analysis.proof.branch_and_bound import SearchOutcome
     from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
     from rbstab.analysis.proof.tied.energy import tied_energy
     from rbstab.analysis.proof.tied.rest_states import tied_rest_states, unwrapped_tied_states
+    from rbstab.analysis.proof.tied.search import BRIEF_BOX_LIMIT
 
     try:
         energy = tied_energy(system, exact_system)
     except NoReducedEnergy as error:
         return no_proof(identity, str(error), time.perf_counter() - start_time)
-    rest = tied_rest_states(energy)
+    rest = tied_rest_states(energy, total=BRIEF_BOX_LIMIT if brief else None)
     # The wider range takes longer still.
-    stopped = rest.outcome is SearchOutcome.BOX_LIMIT
-    wide = None if stopped else unwrapped_tied_states(energy)
-    return tied_record(identity, rest, wide, time.perf_counter() - start_time)
+    if rest.outcome is SearchOutcome.BOX_LIMIT:
+        wide = None
+    else:
+        wide = unwrapped_tied_states(energy, total=BRIEF_BOX_LIMIT - rest.boxes if brief else None)
+    ended_early = brief and (rest.stopped or (wide is not None and wide.stopped))
+    record = tied_record(identity, rest, wide, time.perf_counter() - start_time)
+    return record.model_copy(update={"brief": True}) if ended_early else record
 
 
 def _no_search(config: Config) -> str | None:

@@ -10,6 +10,7 @@ from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import (
+    ASK_FOR_PROOF,
     EVERY_START,
     Convergence,
     Enclose,
@@ -30,9 +31,6 @@ if TYPE_CHECKING:
 
 SETTLED = f"v stays below v(0)/{1 / SETTLED_FRACTION:g}"
 """What "at rest" means for a computed run."""
-
-ASK_FOR_PROOF = "rbstab run --prove"
-"""The command that makes a proof and has no limit of time."""
 
 
 class Answer(NamedTuple):
@@ -204,7 +202,7 @@ def _whole_range(
     if line is None or (line.verdict == Verdict.UNKNOWN and math.isnan(line.value)):
         why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} makes it"
         if proof is not None:
-            why = proof.outcome
+            why = proof.ended
         return Answer(Sureness.NOT_DECIDED, why)
     if line.verdict == Verdict.CERTIFIED:
         if found is not None and found.bound == math.inf:
@@ -218,7 +216,7 @@ def _whole_range(
     if line.verdict == Verdict.VIOLATED:
         return Answer(Sureness.FALSE, _counterexample(int(line.value), proof))
     why = f"at least {line.value:g} rest states" if line.value else "no rest state"
-    reason = f" ({proof.outcome})" if proof is not None else ""
+    reason = f" ({proof.ended})" if proof is not None else ""
     return Answer(Sureness.NOT_DECIDED, f"{why} found, and not proved to be all{reason}")
 
 

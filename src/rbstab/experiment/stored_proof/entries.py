@@ -14,7 +14,7 @@ from rbstab.mechanics.numbers import Array
 
 Triple = tuple[float, float, float]
 
-OF_ELEMENTS = ("barrier", "every_start", "lines", "shift", "tied_energy")
+OF_ELEMENTS = ("barrier", "brief", "every_start", "lines", "shift", "tied_energy")
 """Entries that a file has only with a barrier or a spring."""
 
 

@@ -4,12 +4,20 @@ from typing import Literal, Self
 
 from pydantic import NonNegativeInt, PositiveInt, model_validator
 
+from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
 from rbstab.experiment.stored_proof.energies import ProvedEnergy, ProvedTiedEnergy
 from rbstab.experiment.stored_proof.entries import Entry, Triple
 from rbstab.store.cards import card, line
 
 NO_LENGTH = "a spring without length"
 """Where c* is attained, if not on a face of the range nor at a rest state."""
+
+
+STOPPED = "the limit on the number of boxes was reached"
+"""The outcome of a search that stopped at its limit (`SearchOutcome.BOX_LIMIT`)."""
+
+GOES_ON = f"{ASK_FOR_PROOF} CONFIG goes on"
+"""What is said of a proof that ended early because nobody asked for it."""
 
 
 class ProvedState(Entry):
@@ -145,6 +153,9 @@ class Proof(ProvedStates):
     proofs of version 1, which have no `regions`. unwrapped is also None after a search without a
     proof, and where θ1 and θ3 have no bound that is small enough for a proof.
 
+    brief is true if nobody asked for the proof, and a search stopped at its smaller limit of boxes:
+    `rbstab run --prove` may prove more. None otherwise.
+
     A tied body with springs has no U. Its proof has tied_energy instead, which is W; its rest
     states are those at which each spring has a length.
     """
@@ -154,12 +165,13 @@ class Proof(ProvedStates):
     reduced_energy: ProvedEnergy | None = None
     unwrapped: UnwrappedStates | None = None
     tied_energy: ProvedTiedEnergy | None = None
+    brief: Literal[True] | None = None
 
     def __repr__(self) -> str:
         """Return one line: the rest states, and how the proof ended."""
         count = len(self.states)
         found = f"{count} rest state{'' if count == 1 else 's'}"
-        ended = "proved to be all" if self.proved else self.outcome
+        ended = "proved to be all" if self.proved else self.ended
         return line("Proof", "", [found, ended, f"{self.examined} boxes"])
 
     def _repr_html_(self) -> str:
@@ -175,6 +187,17 @@ class Proof(ProvedStates):
     def has_energy(self) -> bool:
         """Whether the energy is stored from which the proof follows; not in version 1."""
         return self.reduced_energy is not None or self.tied_energy is not None
+
+    @property
+    def ended(self) -> str:
+        """How the search ended; with the command that goes on, if more boxes may prove more."""
+        return self.ended_in(self)
+
+    def ended_in(self, states: ProvedStates) -> str:
+        """Return the same of the search in one of both ranges."""
+        if not self.brief or states.outcome != STOPPED:
+            return states.outcome
+        return f"{states.outcome}; {GOES_ON}"
 
     @property
     def has_barrier(self) -> bool:

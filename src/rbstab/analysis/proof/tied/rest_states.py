@@ -57,6 +57,17 @@ class TiedRestStates:
         return self.outcome is SearchOutcome.PROVED
 
     @property
+    def stopped(self) -> bool:
+        """Whether more boxes may prove more: of the rest states, or of the region."""
+        no_bound = self.region is not None and self.region.energy_bound is None
+        return self.outcome is SearchOutcome.BOX_LIMIT or no_bound
+
+    @property
+    def boxes(self) -> int:
+        """The number of boxes of the search and of the region."""
+        return self.examined + (0 if self.region is None else self.region.examined)
+
+    @property
     def unique(self) -> bool | None:
         """Whether there is exactly one; None if neither answer is proved."""
         if len(self.states) > 1:
@@ -65,7 +76,10 @@ class TiedRestStates:
 
 
 def tied_rest_states(
-    energy: TiedEnergy, end: Array = RANGE_END, box_limit: int = BOX_LIMIT
+    energy: TiedEnergy,
+    end: Array = RANGE_END,
+    box_limit: int = BOX_LIMIT,
+    total: int | None = None,
 ) -> TiedRestStates:
     """Prove the rest states with -end <= Θ <= end, and the region of the lowest.
 
@@ -73,12 +87,14 @@ def tied_rest_states(
         energy: W.
         end: The largest |Θ|, shape (3,), rad.
         box_limit: The number of boxes at which each search stops.
+        total: The number of boxes at which both searches stop together; None: no such limit.
     """
     energy = replace(energy, form=replace(energy.form, reach=max(energy.form.reach, *end)))
-    found = prove(energy, _starts(end), end, box_limit)
+    found = prove(energy, _starts(end), end, _limit(box_limit, total, 0))
     # After the limit of boxes, undecided boxes cover most of the range, and no region is left.
     stopped = found.outcome is SearchOutcome.BOX_LIMIT
-    region = None if stopped else tied_region(energy, found, end, box_limit)
+    limit = _limit(box_limit, total, found.examined)
+    region = None if stopped else tied_region(energy, found, end, limit)
     points = sorted(
         (_point(energy, zero) for zero in found.zeros), key=lambda one: one.point.state.energy
     )
@@ -93,14 +109,24 @@ def tied_rest_states(
     )
 
 
+def _limit(box_limit: int, total: int | None, examined: int) -> int:
+    return box_limit if total is None else min(box_limit, total - examined)
+
+
 def unwrapped_tied_states(
-    energy: TiedEnergy, box_limit: int = BOX_LIMIT_WITH_LINES
+    energy: TiedEnergy, box_limit: int = BOX_LIMIT_WITH_LINES, total: int | None = None
 ) -> TiedRestStates | None:
-    """Prove the rest states with |θ2| < π/2 and any θ1 and θ3; None without bounds for them."""
+    """Prove the rest states with |θ2| < π/2 and any θ1 and θ3; None without bounds for them.
+
+    Args:
+        energy: W.
+        box_limit: The number of boxes at which each search stops.
+        total: As in `tied_rest_states`.
+    """
     end = tied_end(energy)
     if end is None or not np.all(end < MAX_END):
         return None
-    return tied_rest_states(energy, end, box_limit)
+    return tied_rest_states(energy, end, box_limit, total)
 
 
 def tied_end(energy: TiedEnergy) -> Array | None:

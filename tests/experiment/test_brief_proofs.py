@@ -9,6 +9,7 @@ import yaml
 from click.testing import CliRunner
 from support.config_elements import CONTROLLER, config_data
 
+from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.tied import rest_states, search
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
@@ -18,7 +19,7 @@ from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.run_to_file import prove_run, run_to_file
 from rbstab.experiment.stability import statements_of
-from rbstab.experiment.stored_proof.proof import STOPPED, Proof
+from rbstab.experiment.stored_proof.proof import STOPPED, Proof, no_proof
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.columns import NO_PROOF, NOT_PROVED, PROVED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, keep_proofs
@@ -83,7 +84,7 @@ def test_a_brief_proof_is_not_repeated_and_blocks_no_other(tmp_path, made):
 
 
 def test_the_outcome_is_that_of_a_search_that_stops():
-    assert search.SearchOutcome.BOX_LIMIT.value == STOPPED
+    assert SearchOutcome.BOX_LIMIT.value == STOPPED
 
 
 @pytest.mark.heavy
@@ -108,7 +109,7 @@ def test_a_brief_proof_may_end_with_its_region(monkeypatch):
 
 def test_a_brief_proof_does_not_replace_one_that_was_stored_in_the_meantime(tmp_path, monkeypatch):
     config = load_config(DATA)
-    whole = module.no_proof(module.proof_id(config), "found elsewhere", 0.0)
+    whole = no_proof(module.proof_id(config), "found elsewhere", 0.0)
 
     def beside(config: Any, problem: Any, *, brief: bool, prove: Any = module.prove) -> Proof:
         found: Proof = prove(config, problem, brief=brief)

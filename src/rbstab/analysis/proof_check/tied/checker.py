@@ -11,6 +11,7 @@ from flint import arb, ctx
 
 from rbstab.analysis.proof_check.boxes import Box, box_between, shown, within
 from rbstab.analysis.proof_check.checker import FARTHEST_END, PLACE_LIMIT, PRECISION
+from rbstab.analysis.proof_check.claims import RestState
 from rbstab.analysis.proof_check.cover import cover
 from rbstab.analysis.proof_check.energy import TooLongError
 from rbstab.analysis.proof_check.findings import (
@@ -23,7 +24,6 @@ from rbstab.analysis.proof_check.findings import (
 from rbstab.analysis.proof_check.tied.energy import TiedEnergy
 from rbstab.analysis.proof_check.tied.regions import check_region
 from rbstab.analysis.proof_check.tied.rest_states import (
-    TiedState,
     domain,
     faults,
     no_zero,
@@ -108,7 +108,7 @@ def _findings(W: TiedEnergy, claims: Mapping[str, Any], range_: Range) -> Iterat
         yield check_region(W, region, states, undecided, range_)
 
 
-def _miscounts(claims: Mapping[str, Any], states: list[TiedState]) -> list[str]:
+def _miscounts(claims: Mapping[str, Any], states: list[RestState]) -> list[str]:
     """Return what is wrong with the claims on the number of rest states."""
     if claims["regions"]:
         return ["Regions of single minima are not proved for a tied body with springs."]
@@ -123,7 +123,7 @@ def _miscounts(claims: Mapping[str, Any], states: list[TiedState]) -> list[str]:
 
 
 def _others(
-    W: TiedEnergy, states: list[TiedState], undecided: Mapping[str, Box], range_: Range
+    W: TiedEnergy, states: list[RestState], undecided: Mapping[str, Box], range_: Range
 ) -> Finding:
     """Cover a range by boxes of Θ that have no rest state but those listed."""
     places = [domain(W, state) for state in states]

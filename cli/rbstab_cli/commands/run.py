@@ -47,7 +47,8 @@ if TYPE_CHECKING:
     help="After the runs, the rest states and their regions are proved, or read from DIR/proofs; "
     "then each exact motion is enclosed until convergence is proved, for at most 150 steps (some "
     "five seconds). For a tied body with springs, the first proof ends after 40,000 boxes. "
-    "--prove: at most 2000 steps, and 300,000 boxes. --no-prove: only a proof in DIR/proofs is used.",
+    "--prove: at most 2000 steps, and 300,000 boxes. --no-prove: only a proof in DIR/proofs is "
+    "used.",
 )
 @click.option(
     "--to-end",

@@ -33,11 +33,9 @@ def agrees_with_equations(
 
     def compare() -> bool:
         U, at_rest = Energy(energy), configurations(exact_system(decimal_balls))
+        points = ([arb(angle) for angle in Theta] for Theta in POINTS)
         return all(
-            least_energy(at_rest, [arb(x) for x in Theta]).overlaps(
-                U.derivatives([arb(x) for x in Theta])[()]
-            )
-            for Theta in POINTS
+            least_energy(at_rest, Theta).overlaps(U.derivatives(Theta)[()]) for Theta in points
         )
 
     return bool(in_balls(compare))

@@ -90,6 +90,9 @@ SPRING_VERSION = 1
 TIED_VERSION = 1
 """The same for those of them whose body is tied."""
 
+TIED_BARRIER_VERSION = 1
+"""The same for those of them with a guard: before it, nothing was proved of a barrier there."""
+
 HELD_OR_SLIDING = ("permanent", "sliding")
 """Variants whose proofs do not depend on `TIED_VERSION`; with a sliding connector there is none."""
 
@@ -110,6 +113,8 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
         parts.append(f"spring {SPRING_VERSION}")
         if config.controller.variant not in HELD_OR_SLIDING:
             parts.append(f"tied {TIED_VERSION}")
+            if any(element.kind == "guard" for element in config.elements.values()):
+                parts.append(f"tied barrier {TIED_BARRIER_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
@@ -179,14 +184,13 @@ def _tied_proof(
 
     try:
         energy = tied_energy(system, exact_system)
+        rest = tied_rest_states(energy, total=BRIEF_BOX_LIMIT if brief else None)
+        wide, left = None, BRIEF_BOX_LIMIT - rest.boxes if brief else None
+        # The wider range takes longer still.
+        if rest.outcome is not SearchOutcome.BOX_LIMIT:
+            wide = unwrapped_tied_states(energy, total=left)
     except NoReducedEnergy as error:
         return no_proof(identity, str(error), time.perf_counter() - start_time)
-    rest = tied_rest_states(energy, total=BRIEF_BOX_LIMIT if brief else None)
-    # The wider range takes longer still.
-    if rest.outcome is SearchOutcome.BOX_LIMIT:
-        wide = None
-    else:
-        wide = unwrapped_tied_states(energy, total=BRIEF_BOX_LIMIT - rest.boxes if brief else None)
     ended_early = brief and (rest.stopped or (wide is not None and wide.stopped))
     record = tied_record(identity, rest, wide, time.perf_counter() - start_time)
     return record.model_copy(update={"brief": True}) if ended_early else record

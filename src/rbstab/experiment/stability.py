@@ -120,9 +120,10 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
             "every motion away from θ2 = ±π/2."
         )
     elif proof.globally_stable and proof.has_barrier:
+        springs = ", and keeps each spring from a length of 0," if proof.tied_energy else ""
         sentences.append(
-            "Globally stable: proved. Every motion that stays in the range converges to the rest "
-            "state; a barrier keeps it away from θ2 = ±π/2."
+            f"Globally stable: proved. Every motion that stays in the range{springs} converges to "
+            "the rest state; a barrier keeps it away from θ2 = ±π/2."
         )
     elif proof.globally_stable:
         sentences.append(
@@ -211,6 +212,8 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
         first += "; globally stable: every start with |θ2| < π/2 converges"
     elif found.globally_stable:
         keeps = f"keeps a distance from θ2 = ±π/2{and_lengths(proof)}"
+        if proof.has_barrier and proof.tied_energy:
+            keeps = "keeps each spring from a length of 0"
         first += f"; globally stable: every motion that {keeps} converges"
     sentences, region = [f"{first}."], found.region
     if region is not None and region.lower_bound > 0:

@@ -210,6 +210,8 @@ def _whole_range(
         keeps = "that stays in the range, and away from θ2 = ±π/2,"
         if proof is not None and proof.has_barrier:
             keeps = "that stays in the range, which a barrier keeps away from θ2 = ±π/2,"
+            if proof.tied_energy is not None:
+                keeps = f"{keeps} and away from springs without length,"
         elif proof is not None and proof.tied_energy is not None:
             keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
         return Answer(Sureness.PROVED, f"every motion {keeps} converges to the only rest state")

@@ -78,7 +78,8 @@ class ProvedTiedEnergy(Entry):
     """The energy W of a proof for a tied body with springs, J: U(Θ) + ½ z'Sz + Σ w_j |z + r_j(Θ)|.
 
     z is X minus its value without lines. U is ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3), and
-    stiffness is S, N/m. Each number is the exact one rounded once.
+    stiffness is S, N/m. With a barrier on θ2, U has the term ½ k tan² θ2 too, and barrier is k,
+    N m; None without one. Each number is the exact one rounded once.
     """
 
     quadratic: tuple[Triple, Triple, Triple]
@@ -86,6 +87,7 @@ class ProvedTiedEnergy(Entry):
     coefficients: Coefficients
     stiffness: tuple[Triple, Triple, Triple]
     lines: tuple[ProvedFreeLine, ...]
+    barrier: PositiveFloat | None = None
 
 
 def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
@@ -110,6 +112,7 @@ def tied_energy_of(energy: "TiedEnergy") -> ProvedTiedEnergy:
         linear=energy.form.linear.tolist(),
         coefficients=energy.form.coefficients.tolist(),
         stiffness=energy.stiffness.tolist(),
+        barrier=None if energy.form.guard is None else energy.form.guard.stiffness,
         lines=tuple(
             ProvedFreeLine(
                 weight=line.weight, offset=tuple(one.coefficients.tolist() for one in line.offset)

@@ -202,7 +202,8 @@ class Proof(ProvedStates):
     @property
     def has_barrier(self) -> bool:
         """Whether a barrier keeps every motion away from θ2 = ±π/2."""
-        return self.reduced_energy is not None and self.reduced_energy.barrier is not None
+        energy = self.reduced_energy or self.tied_energy
+        return energy is not None and energy.barrier is not None
 
     @property
     def every_start(self) -> bool:

@@ -29,6 +29,10 @@ from rbstab.analysis.proof_check.tied.rest_states import (
     no_zero,
     tied_states,
 )
+from rbstab.analysis.proof_check.trigonometric import Ball
+
+BEYOND = 4
+"""With a barrier, tan θ2 at the end of the range that is checked is larger by this factor."""
 
 
 def check_tied(
@@ -59,7 +63,7 @@ def check_tied(
 
 
 def _all_findings(W: TiedEnergy, proof: Mapping[str, Any]) -> Iterator[Finding]:
-    yield from _findings(W, proof, range_with(IN_RANGE, (arb.pi(), arb.pi() / 2, arb.pi())))
+    yield from _findings_between(W, proof, IN_RANGE, arb.pi(), arb.pi())
     wide = proof["unwrapped"]
     if wide is None:
         return
@@ -68,10 +72,34 @@ def _all_findings(W: TiedEnergy, proof: Mapping[str, Any]) -> Iterator[Finding]:
     confined = _confined(W, range_)
     yield confined
     if confined.verified:
-        yield from _findings(W, wide, range_)
+        yield from _findings_between(W, wide, UNWRAPPED, first, third)
     if wide.get("every_start"):
         text = "A spring may lose its length, so that every start converges is not shown."
         yield Finding(UNWRAPPED, "every start", False, text)
+
+
+def _findings_between(
+    W: TiedEnergy, claims: Mapping[str, Any], name: str, first: Ball, third: Ball
+) -> Iterator[Finding]:
+    """Check the claims on the range |θ1| < first, |θ2| < π/2, |θ3| < third.
+
+    With a barrier, W rises with |θ2| from some angle on, for each z: a bound on the slope of all
+    else does not depend on z. So there is no rest state from there on, and W is larger there than
+    on the faces of a range that ends at any such angle. This range is checked instead.
+    """
+    if W.U.stiffness is None:
+        yield from _findings(W, claims, range_with(name, (first, arb.pi() / 2, third)))
+        return
+    end = W.U.end_before_barrier(first, third)
+    if end is None:
+        text = "That W rises with |θ2| near ±π/2 could not be confirmed."
+        yield Finding(name, "barrier", False, text)
+        return
+    text = f"W rises with |θ2| from {end:.6g} rad on: no rest state is there."
+    yield Finding(name, "barrier", True, text)
+    # A larger end has a higher border: that of the prover may be a little larger than `end`.
+    farther = arb(float((BEYOND * arb(end).tan()).atan()))
+    yield from _findings(W, claims, range_with(name, (first, farther, third)))
 
 
 def _confined(W: TiedEnergy, range_: Range) -> Finding:

@@ -14,6 +14,7 @@ from rbstab.config.load import load_config
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import Proof, has_no_rest_state, proof_id, prove, start_state
 from rbstab.experiment.stability import stability_of
+from rbstab.experiment.tuning.guard import guard
 from rbstab.experiment.verification.verify import verify
 
 TIED = CONTROLLER | {
@@ -128,6 +129,15 @@ def test_a_wrong_claim_with_a_barrier_is_refused(guarded, change):
         data["unwrapped"] = found.unwrapped.model_dump(mode="json") | {"every_start": True}
         data["unwrapped"] |= {"proved": False, "region": None}
     assert not all(one.verified for one in check_tied(data))
+
+
+def test_no_barrier_is_enough_for_every_start(monkeypatch):
+    """A spring may lose its length with any barrier, so one stiffness is tried, briefly."""
+    monkeypatch.setattr("rbstab.analysis.proof.tied.search.BRIEF_BOX_LIMIT", 600)
+    found = guard(config_of(integration={"duration": 0.02, "samples": 3}))
+    assert found.config is None
+    ((_, why),) = found.tried
+    assert "may lose its length" in why
 
 
 def test_a_guard_of_all_angles_beside_a_spring_is_not_decided():

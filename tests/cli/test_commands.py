@@ -45,7 +45,7 @@ UNUSED_PACKAGES = ("heyoka", "rich", "flint", "loky", "multiprocessing")
 OPTIONAL_PACKAGES = ("xarray", "netCDF4", "pandas", "matplotlib", "plotly", "distributed")
 UNUSED_MODULES = (
     *("rbstab.analysis.motion_proof", "rbstab.analysis.proof", "rbstab.analysis.proof_check"),
-    *("rbstab.experiment.proof", "rbstab.experiment.proof_record"),
+    *("rbstab.experiment.proof", "rbstab.experiment.stored_proof"),
     *("rbstab.experiment.convergence.exact_motion", "rbstab.experiment.convergence.region_bounds"),
     *("rbstab.processes.workers", "rbstab.store.opening", "rbstab.store.table", "rbstab.sweep"),
     *("rbstab.integrate.heyoka", "rbstab.report"),

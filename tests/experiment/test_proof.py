@@ -178,9 +178,9 @@ def proved_configs(monkeypatch):
     """The configs of all proofs made by the cache, in order."""
     configs = []
 
-    def record_and_prove(config, problem=None):
+    def record_and_prove(config, problem=None, *, brief=False):
         configs.append(config)
-        return prove(config, problem)
+        return prove(config, problem, brief=brief)
 
     monkeypatch.setattr("rbstab.experiment.proof.prove", record_and_prove)
     return configs

@@ -8,11 +8,13 @@ import pytest
 from support.config_elements import CONTROLLER, TIE, config_data
 
 from rbstab.analysis.proof.tied.rest_states import tied_rest_states
+from rbstab.analysis.proof_check.tied.checker import check_tied
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import Proof, has_no_rest_state, proof_id, prove, start_state
 from rbstab.experiment.stability import stability_of
+from rbstab.experiment.tuning.guard import guard
 from rbstab.experiment.verification.verify import verify
 
 TIED = CONTROLLER | {
@@ -77,10 +79,80 @@ def test_the_proof_is_verified_as_that_of_its_config(proof):
     assert {one.claim for one in other.findings if not one.verified} == {"id", "energy"}
 
 
-def test_beside_a_barrier_it_is_not_decided():
-    found = prove(config_of(others={"range": BARRIER}))
+@pytest.fixture(scope="module")
+def guarded():
+    """Return a config with a barrier beside the spring, and its proof."""
+    config = config_of(others={"range": BARRIER})
+    return config, prove(config)
+
+
+@pytest.mark.heavy
+def test_beside_a_barrier_it_is_proved(guarded):
+    config, found = guarded
+    assert found.unique
+    assert found.globally_stable
+    assert found.has_barrier
+    # A spring may lose its length, so not every start is proved to converge.
+    assert not found.every_start
+    assert found.unwrapped.globally_stable
+    assert found.region.proved
+    assert start_state(problem_of(config), found) == 1
+    text = " ".join(stability_of(problem_of(config), found).statements)
+    assert (
+        "and keeps each spring from a length of 0, converges to the rest state; a barrier" in text
+    )
+    assert Proof(**json.loads(found.model_dump_json())) == found
+
+
+@pytest.mark.heavy
+def test_the_proof_with_a_barrier_is_verified(guarded):
+    config, found = guarded
+    short = found.model_copy(update={"unwrapped": None})
+    assert verify(short, config).verified
+    other = verify(short, config_of(others={"range": BARRIER | {"stiffness": 30.1}}))
+    assert {one.claim for one in other.findings if not one.verified} == {"id", "energy"}
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("change", ["weaker", "none", "higher", "every start"])
+def test_a_wrong_claim_with_a_barrier_is_refused(guarded, change):
+    _, found = guarded
+    data = found.model_copy(update={"unwrapped": None}).model_dump(mode="json")
+    if change == "weaker":
+        # The only rest state is at an angle θ2 that the barrier moves.
+        data["tied_energy"]["barrier"] = 20.0
+    elif change == "none":
+        del data["tied_energy"]["barrier"]
+    elif change == "higher":
+        data["region"]["energy_bound"] += 0.01 * abs(data["region"]["energy_bound"])
+    else:
+        data["unwrapped"] = found.unwrapped.model_dump(mode="json") | {"every_start": True}
+        data["unwrapped"] |= {"proved": False, "region": None}
+    assert not all(one.verified for one in check_tied(data))
+
+
+def test_no_barrier_is_enough_for_every_start(monkeypatch):
+    """A spring may lose its length with any barrier, so one stiffness is tried, briefly."""
+    monkeypatch.setattr("rbstab.analysis.proof.tied.search.BRIEF_BOX_LIMIT", 600)
+    found = guard(config_of(integration={"duration": 0.02, "samples": 3}))
+    assert found.config is None
+    ((_, why),) = found.tried
+    assert "may lose its length" in why
+
+
+def test_a_guard_of_all_angles_beside_a_spring_is_not_decided():
+    found = prove(config_of(others={"range": BARRIER | {"outer_stiffness": 3.0}}))
     assert not found.proved
-    assert "no proof takes a barrier into account beside springs" in found.outcome
+    assert "outer_stiffness" in found.outcome
+
+
+def test_only_a_tied_body_with_a_spring_and_a_guard_has_another_id(monkeypatch):
+    """Records of before the theorem, that nothing was decided, are not found again."""
+    configs = [config_of(), config_of(others={"range": BARRIER})]
+    before = [proof_id(config) for config in configs]
+    monkeypatch.setattr("rbstab.experiment.proof.TIED_BARRIER_VERSION", 0)
+    after = [proof_id(config) for config in configs]
+    assert [one == other for one, other in zip(before, after, strict=True)] == [True, False]
 
 
 def test_a_limit_of_boxes_is_named(monkeypatch):

@@ -11,7 +11,7 @@ from rbstab.analysis.proof_check.checker import check
 from rbstab.analysis.proof_check.cover import Cover
 from rbstab.analysis.proof_check.findings import Finding
 from rbstab.experiment.proof import _regions_of
-from rbstab.experiment.proof_record import proof_record
+from rbstab.experiment.stored_proof.reduced import proof_record
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 

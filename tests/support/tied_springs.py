@@ -7,6 +7,7 @@ from scipy.optimize import root
 
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.spring import Spring
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
@@ -47,12 +48,21 @@ def tied_system(springs, soft=1.0, K_c=K_C, K_d=None, *others):
     return System(body, elements, CentreCoordinates(), np.zeros(3))
 
 
-def energy_of(springs, Theta, X, *, soft=1.0, K_c=K_C, K_d=None):
-    """Return the least stored energy of `tied_system` over D, without the program."""
+def barrier_of(stiffness):
+    """Return a barrier on θ2."""
+    return Barrier(name="range", stiffness=stiffness, outer_stiffness=0.0)
+
+
+def energy_of(springs, Theta, X, *, soft=1.0, K_c=K_C, K_d=None, barrier=0.0):
+    """Return the least stored energy of `tied_system` over D, without the program.
+
+    barrier is the stiffness of a barrier on θ2, N m.
+    """
     series = K_c if K_d is None else np.linalg.inv(np.linalg.inv(K_c) + np.linalg.inv(K_d))
     A = attitude(Theta)
     E = X + A @ R - R
     found = 0.5 * X @ K_T @ X - WEIGHT @ X + 0.5 * soft * Theta @ K_R @ Theta + 0.5 * E @ series @ E
+    found += 0.5 * barrier * (np.sin(Theta[1]) / np.cos(Theta[1])) ** 2
     for one in springs:
         length = np.linalg.norm(X + A @ one.point - one.anchor)
         found += 0.5 * one.stiffness * (length - one.rest_length) ** 2

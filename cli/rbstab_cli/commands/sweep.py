@@ -105,7 +105,8 @@ def _part_by_old_name(
     default=None,
     help="When the results are stored, the rest states of each distinct body are proved for at "
     "most 30 seconds, and the members that start where convergence is proved are counted. "
-    "--prove: without a limit of time. --no-prove: nothing is proved.",
+    "--prove: without a limit of time, and with more boxes for tied bodies with springs. "
+    "--no-prove: nothing is proved.",
 )
 @click.option("--force", is_flag=True, help="Move a different sweep of the same name aside.")
 @ALLOW_PYTHON

@@ -18,19 +18,17 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import acting_sections, load_config
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code, without_code
-from rbstab.experiment.proof_record import (
+from rbstab.experiment.stored_proof.proof import (
     NO_STABILIZERS,
     SUPPLIES,
-    Found,
     Proof,
     ProvedRegion,
     ProvedState,
     ProvedStates,
     no_proof,
-    proof_record,
-    searched_record,
-    tied_record,
 )
+from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
+from rbstab.experiment.stored_proof.tied import tied_record
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
@@ -92,6 +90,9 @@ SPRING_VERSION = 1
 TIED_VERSION = 1
 """The same for those of them whose body is tied."""
 
+TIED_BARRIER_VERSION = 1
+"""The same for those of them with a guard: before it, nothing was proved of a barrier there."""
+
 HELD_OR_SLIDING = ("permanent", "sliding")
 """Variants whose proofs do not depend on `TIED_VERSION`; with a sliding connector there is none."""
 
@@ -112,6 +113,8 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
         parts.append(f"spring {SPRING_VERSION}")
         if config.controller.variant not in HELD_OR_SLIDING:
             parts.append(f"tied {TIED_VERSION}")
+            if any(element.kind == "guard" for element in config.elements.values()):
+                parts.append(f"tied barrier {TIED_BARRIER_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
@@ -121,6 +124,7 @@ def prove(
     problem: Problem | None = None,
     *,
     search_only: bool = False,
+    brief: bool = False,
 ) -> Proof:
     """Find all rest states of a config, and prove from which starts they are reached.
 
@@ -132,6 +136,8 @@ def prove(
             its initial state and its integration.
         problem: The initial value problem of the config, if it is built already.
         search_only: Whether to search for the rest states without proving anything.
+        brief: Whether the proof may take some five seconds at most. Of a tied body with springs all
+            searches then stop at `BRIEF_BOX_LIMIT`; no other proof takes longer.
 
     Returns:
         The rest states and their regions. If nothing can be proved, `Proof.proved` is False and
@@ -167,28 +173,37 @@ def prove(
         if search_only:
             states = searched_rest_states(system)
             return searched_record(identity, states, time.perf_counter() - start_time)
-        return _tied_proof(identity, system, exact_system, start_time)
+        return _tied_proof(identity, system, exact_system, start_time, brief=brief)
     return proof_record(identity, found, unwrapped, time.perf_counter() - start_time)
 
 
 def _tied_proof(
-    identity: str, system: System, exact_system: "ExactSystem", start_time: float
+    identity: str,
+    system: System,
+    exact_system: "ExactSystem",
+    start_time: float,
+    *,
+    brief: bool,
 ) -> Proof:
     """Prove the rest states of a body with springs that is tied: in six variables."""
     from rbstab.analysis.proof.branch_and_bound import SearchOutcome
     from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
     from rbstab.analysis.proof.tied.energy import tied_energy
     from rbstab.analysis.proof.tied.rest_states import tied_rest_states, unwrapped_tied_states
+    from rbstab.analysis.proof.tied.search import BRIEF_BOX_LIMIT
 
     try:
         energy = tied_energy(system, exact_system)
+        rest = tied_rest_states(energy, total=BRIEF_BOX_LIMIT if brief else None)
+        wide, left = None, BRIEF_BOX_LIMIT - rest.boxes if brief else None
+        # The wider range takes longer still.
+        if rest.outcome is not SearchOutcome.BOX_LIMIT:
+            wide = unwrapped_tied_states(energy, total=left)
     except NoReducedEnergy as error:
         return no_proof(identity, str(error), time.perf_counter() - start_time)
-    rest = tied_rest_states(energy)
-    # The wider range takes longer still.
-    stopped = rest.outcome is SearchOutcome.BOX_LIMIT
-    wide = None if stopped else unwrapped_tied_states(energy)
-    return tied_record(identity, rest, wide, time.perf_counter() - start_time)
+    ended_early = brief and (rest.stopped or (wide is not None and wide.stopped))
+    record = tied_record(identity, rest, wide, time.perf_counter() - start_time)
+    return record.model_copy(update={"brief": True}) if ended_early else record
 
 
 def _no_search(config: Config) -> str | None:

@@ -92,10 +92,19 @@ def stored_model(file: Path, model: type[Model]) -> Model | None:
         return None
 
 
-def proof_for(folder: Path, config: Config, problem: Problem | None = None) -> "Proof":
+def proof_for(
+    folder: Path, config: Config, problem: Problem | None = None, *, brief: bool = False
+) -> "Proof":
     """Return the cached proof of a config; if there is none, make it and write it to the cache.
 
     A proof of an older version stays in the cache, and a new one is made beside it.
+
+    Args:
+        folder: The folder of results.
+        config: The config.
+        problem: Its problem, if it is built already.
+        brief: Whether a brief proof will do, as in `prove`. If it will not, a cached proof that
+            ended early is made again, without that limit.
 
     Raises:
         StoreError: The proof cannot be written, or the disk fails to read it.
@@ -103,7 +112,13 @@ def proof_for(folder: Path, config: Config, problem: Problem | None = None) -> "
     from rbstab.experiment.proof import PROOF_VERSION, prove
 
     found = _cached(folder, config, PROOF_VERSION)
-    if found is None:
-        found = prove(config, problem)
-        write_document(proof_file(folder, config), found.model_dump(mode="json"))
-    return found
+    if found is not None and (brief or not found.brief):
+        return found
+    made = prove(config, problem, brief=brief)
+    if made.brief:
+        # Another process may have stored a proof in the meantime that did not end early.
+        found = _cached(folder, config, PROOF_VERSION)
+        if found is not None:
+            return found
+    write_document(proof_file(folder, config), made.model_dump(mode="json"))
+    return made

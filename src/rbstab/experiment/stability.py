@@ -7,7 +7,8 @@ import numpy as np
 from rbstab.analysis.linearisation import Linearisation, linearise
 from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.proof import start_level, start_state
-from rbstab.experiment.proof_record import (
+from rbstab.experiment.stored_proof.proof import (
+    GOES_ON,
     NO_LENGTH,
     Proof,
     ProvedMinimum,
@@ -103,7 +104,7 @@ def kind_of(state: ProvedState) -> str:
 
 def _rest_state_sentences(proof: Proof) -> list[str]:
     if not proof.states and not proof.proved:
-        return [f"Rest states: not decided ({proof.outcome})."]
+        return [f"Rest states: not decided ({proof.ended})."]
     count, boxes = len(proof.states), f"{proof.examined} boxes"
     number = f"{count or 'no'} rest state{'s' if count > 1 else ''}"
     if proof.proved:
@@ -112,16 +113,17 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
         where = f"in the range of eq. 5{lengths}"
         sentences = [f"Rest states: {number} {where}, proved{every} ({boxes})."]
     else:
-        sentences = [f"Rest states: {number} found; not proved to be all: {proof.outcome}."]
+        sentences = [f"Rest states: {number} found; not proved to be all: {proof.ended}."]
     if proof.every_start and count:
         sentences.append(
             "Globally stable: proved. Every start in the range converges: proved. A barrier keeps "
             "every motion away from θ2 = ±π/2."
         )
     elif proof.globally_stable and proof.has_barrier:
+        springs = ", and keeps each spring from a length of 0," if proof.tied_energy else ""
         sentences.append(
-            "Globally stable: proved. Every motion that stays in the range converges to the rest "
-            "state; a barrier keeps it away from θ2 = ±π/2."
+            f"Globally stable: proved. Every motion that stays in the range{springs} converges to "
+            "the rest state; a barrier keeps it away from θ2 = ±π/2."
         )
     elif proof.globally_stable:
         sentences.append(
@@ -157,6 +159,7 @@ def _region_sentences(stability: Stability) -> list[str]:
     where = f"on {region.face}" if region.face else "at another rest state"
     if region.face == NO_LENGTH:
         where = f"at {NO_LENGTH}"
+    goes_on = f"; {GOES_ON}" if stability.proof.brief else ""
     if region.lower_bound > 0:
         sentences = [
             f"Certified region: every motion with v(0) < {region.lower_bound:.6g} J converges to "
@@ -165,7 +168,7 @@ def _region_sentences(stability: Stability) -> list[str]:
     elif region.level > 0:
         sentences = [
             f"Certified region: v < {region.level:.6g} J, from a search, not proved "
-            f"(c* is attained {where})."
+            f"(c* is attained {where}){goes_on}."
         ]
     else:
         sentences = ["Certified region: empty."]
@@ -194,10 +197,12 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
     if not proof.has_energy or proof.outcome == SEARCHED:
         return []
     found = proof.unwrapped
+    if found is None and proof.brief:
+        return [f"{UNWRAPPED}: not decided ({GOES_ON})."]
     if found is None:
         return [f"{UNWRAPPED}: not decided; rest states may have angles too large for a proof."]
     if not found.proved:
-        return [f"{UNWRAPPED}: not decided ({found.outcome})."]
+        return [f"{UNWRAPPED}: not decided ({proof.ended_in(found)})."]
     count = len(found.states)
     first = (
         f"{UNWRAPPED}: {count or 'no'} rest state{'s' if count > 1 else ''}, proved "
@@ -207,6 +212,8 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
         first += "; globally stable: every start with |θ2| < π/2 converges"
     elif found.globally_stable:
         keeps = f"keeps a distance from θ2 = ±π/2{and_lengths(proof)}"
+        if proof.has_barrier and proof.tied_energy:
+            keeps = "keeps each spring from a length of 0"
         first += f"; globally stable: every motion that {keeps} converges"
     sentences, region = [f"{first}."], found.region
     if region is not None and region.lower_bound > 0:

@@ -7,7 +7,7 @@ from support.rest import paper_system
 
 from rbstab.analysis.proof_check.boxes import Box
 from rbstab.analysis.proof_check.cover import cover
-from rbstab.experiment.proof_record import ProvedEnergy
+from rbstab.experiment.stored_proof.energies import ProvedEnergy
 from rbstab.mechanics.numbers import Array
 
 UNIT: Box = ((0.0, 1.0), (0.0, 1.0), (0.0, 1.0))

@@ -13,7 +13,7 @@ from rbstab.analysis.proof_check.checker import PRECISION, _regions
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import IN_RANGE, UNWRAPPED, Finding, range_with
 from rbstab.analysis.proof_check.rest_states import proved_states
-from rbstab.experiment.proof_record import ProvedEnergy
+from rbstab.experiment.stored_proof.energies import ProvedEnergy
 
 HALF_TURN = 0.5 * 30.0 * np.pi**2 - 200
 """J: the energy of the second pendulum at θ1 = ±π."""

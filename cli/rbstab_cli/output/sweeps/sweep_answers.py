@@ -48,11 +48,11 @@ def prove_and_tell(
         if reason is None
     )
     if shared:
-        return _of_shared(plan, sweep, quiet=quiet)
+        return _of_shared(plan, sweep, unlimited=unlimited, quiet=quiet)
     return _of_bodies(plan, sweep, unlimited=unlimited, quiet=quiet or as_json)
 
 
-def _of_shared(plan: "Plan", sweep: "Sweep", *, quiet: bool) -> Answers:
+def _of_shared(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) -> Answers:
     """Prove the rest states that the members of each variant share."""
     from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs, shares_proof
     from rbstab_cli.output.progress import working
@@ -61,12 +61,13 @@ def _of_shared(plan: "Plan", sweep: "Sweep", *, quiet: bool) -> Answers:
     bodies = sum(shares_proof(plan, variant) for variant in plan.variants)
     data: dict[str, Any] = {"bodies": bodies, "reached": bodies}
     with working("proofs of rest states", wanted=not quiet):
-        keep_proofs(plan, results)
+        keep_proofs(plan, results, brief=not unlimited)
         if plan.members > MAX_COUNTED:
             return Answers(["rbstab report shows for which members it is proved"], data)
-        codes = ProvedConvergence(plan, results).of(0, plan.members).codes
+        proofs = ProvedConvergence(plan, results)
+        codes = proofs.of(0, plan.members).codes
     counts = Counter(codes.tolist())
-    return Answers(_sentences(counts, 0), data | _counts(counts, 0))
+    return Answers(_sentences(counts, 0) + _ended_early(proofs.brief), data | _counts(counts, 0))
 
 
 def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) -> Answers:
@@ -99,7 +100,7 @@ def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
         **_counts(counts, len(left)),
         "members_not_reached": ranges,
     }
-    sentences = _sentences(counts, len(left))
+    sentences = _sentences(counts, len(left)) + _ended_early(proofs.brief)
     if len(left):
         sentences.append(_not_reached(len(left), ranges, proofs))
     elif not unlimited:
@@ -120,6 +121,14 @@ def _not_reached(count: int, ranges: list[tuple[int, int]], proofs: "BodyProofs"
         f"{named_members(ranges)}. Run the same command again to go on; with --prove it goes on "
         "to the last body"
     )
+
+
+def _ended_early(count: int) -> list[str]:
+    """Return a sentence on brief proofs that ended early, if there are some."""
+    if not count:
+        return []
+    proofs = "one proof" if count == 1 else f"{count} proofs"
+    return [f"{proofs} of rest states ended at the limit on the number of boxes; --prove goes on"]
 
 
 def _number(count: int, one: str, many: str) -> str:

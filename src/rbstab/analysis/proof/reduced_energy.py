@@ -47,7 +47,6 @@ class NoEnergyReason(Enum):
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )
     FREE_LINES = "the body is not held, so the length of a spring depends on X"
-    BARRIER_OF_FREE_LINES = "no proof takes a barrier into account beside springs of a free body"
     LINES_OF_BODIES = "no proof for all bodies within tolerances takes a spring into account"
     BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
     OUTER_BARRIER = "no proof takes a guard of θ1 and θ3 (outer_stiffness) into account"
@@ -125,12 +124,12 @@ def _stored_energy(
     else:
         exact = configurations(exact_system(ring.decimals)).system
     without, barriers = separated(exact)
-    guard = _guard(barriers)
+    guard = guard_of(barriers)
     energy: Any = Configurations(without).energy(ring.variables())
     return energy if isinstance(energy, Polynomial) else ring.constant(energy), guard
 
 
-def _guard(barriers: Sequence[Barrier]) -> Guard | None:
+def guard_of(barriers: Sequence[Barrier]) -> Guard | None:
     """Return the sum of the energies of some barriers; None if it is zero."""
     if any(exact_number(barrier.outer_stiffness) != 0 for barrier in barriers):
         raise NoReducedEnergy(NoEnergyReason.OUTER_BARRIER)

@@ -134,7 +134,9 @@ def rest_states(
     return RestStates(energy, _in_order(points), no_boxes(), 0, SearchOutcome.SEARCHED)
 
 
-def end_before_barrier(form: TrigonometricForm, end: Array) -> Array:
+def end_before_barrier(
+    form: TrigonometricForm, end: Array, slope: float = 0.0, times: float = 1.0
+) -> Array:
     """Return the largest |Θ| in a range at which a rest state is possible, shape (3,), rad.
 
     From that |θ2| on, the slope of a barrier is larger than any slope of the rest of U, so that U
@@ -143,6 +145,8 @@ def end_before_barrier(form: TrigonometricForm, end: Array) -> Array:
     Args:
         form: U.
         end: The largest |Θ| in the range, shape (3,), rad.
+        slope: A bound on the slope by θ2 of what is added to U, J/rad.
+        times: The slope of the barrier is so many times that of the rest: a farther end.
 
     Raises:
         NoReducedEnergy: The barrier is too weak for double precision.
@@ -150,11 +154,11 @@ def end_before_barrier(form: TrigonometricForm, end: Array) -> Array:
     if form.guard is None:
         return end
     steepest = np.abs(form.quadratic[1]) @ end + abs(form.linear[1])
-    steepest += form.steepest[1]
-    angle = form.guard.end_beyond(float(steepest) * ROUNDING_FACTOR)
+    steepest += form.steepest[1] + slope
+    angle = form.guard.end_beyond(times * float(steepest) * ROUNDING_FACTOR)
     if angle is None:
         raise NoReducedEnergy(NoEnergyReason.WEAK_BARRIER)
-    return np.array([end[0], angle, end[2]])
+    return np.array([end[0], min(end[1], angle), end[2]])
 
 
 def proved_rest_states(

@@ -10,6 +10,7 @@ from typing import Any
 from flint import arb, ctx
 
 from rbstab.analysis.proof_check.boxes import Box, box_between, shown, within
+from rbstab.analysis.proof_check.claims import RestState
 from rbstab.analysis.proof_check.cover import cover
 from rbstab.analysis.proof_check.energy import Energy, Taylor, TooLongError
 from rbstab.analysis.proof_check.findings import (
@@ -20,7 +21,7 @@ from rbstab.analysis.proof_check.findings import (
     range_with,
 )
 from rbstab.analysis.proof_check.regions import Region
-from rbstab.analysis.proof_check.rest_states import RestState, domain, faults, proved_states
+from rbstab.analysis.proof_check.rest_states import domain, faults, proved_states
 from rbstab.analysis.proof_check.trigonometric import Ball
 
 PRECISION = 128

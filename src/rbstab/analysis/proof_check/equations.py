@@ -4,7 +4,7 @@ The equations are evaluated in balls, and the minimum over x = [X, D] is compute
 alone. So a mistake in the exact polynomials of the prover would show here.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,22 +33,29 @@ def agrees_with_equations(
 
     def compare() -> bool:
         U, at_rest = Energy(energy), configurations(exact_system(decimal_balls))
+        points = ([arb(angle) for angle in Theta] for Theta in POINTS)
         return all(
-            _least_energy(at_rest, Theta).overlaps(U.derivatives([arb(x) for x in Theta])[()])
-            for Theta in POINTS
+            least_energy(at_rest, Theta).overlaps(U.derivatives(Theta)[()]) for Theta in points
         )
 
     return bool(in_balls(compare))
 
 
-def _least_energy(at_rest: Configurations, Theta: tuple[float, ...]) -> Ball:
-    """Return the least stored energy over x, as it is quadratic in x: e = c + b'x + ½ x'Hx."""
-    size = at_rest.size - 3
+def least_energy(at_rest: Configurations, fixed: Sequence[Ball]) -> Ball:
+    """Return the least stored energy over the entries x of q that are not fixed.
 
-    def energy(*lengths: int) -> Ball:
-        """Return e with 1 added to the entries of x with these indices."""
-        x = [arb(lengths.count(index)) for index in range(size)]
-        return arb(0) + at_rest.energy(np.array([*map(arb, Theta), *x], dtype=object))
+    It is quadratic in them: e = c + b'x + ½ x'Hx.
+
+    Args:
+        at_rest: The configurations q of the system.
+        fixed: The first entries of q: Θ, or Θ and X.
+    """
+    size = at_rest.size - len(fixed)
+
+    def energy(*places: int) -> Ball:
+        """Return e with 1 added to the entries of x at these places."""
+        x = [arb(places.count(place)) for place in range(size)]
+        return arb(0) + at_rest.energy(np.array([*fixed, *x], dtype=object))
 
     c = energy()
     if size == 0:

@@ -1,45 +1,17 @@
 """Check that each enclosure of a proof contains exactly one rest state, and with which index."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from functools import cache
 from itertools import combinations
 from typing import Any
 
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box, box_between, touches
+from rbstab.analysis.proof_check.claims import RestState, fault_of
 from rbstab.analysis.proof_check.energy import Energy, Taylor
 from rbstab.analysis.proof_check.findings import Range
 from rbstab.analysis.proof_check.trigonometric import square
-
-
-@dataclass(frozen=True)
-class RestState:
-    """One rest state of a proof.
-
-    Attributes:
-        number: From 1.
-        index: The number of negative eigenvalues of the Hessian.
-        index_proved: Whether the proof claims the index.
-        point: Θ, rad.
-        enclosure: The box that is claimed to contain exactly one zero of ∇U.
-    """
-
-    number: int
-    index: int
-    index_proved: bool
-    point: Sequence[float]
-    enclosure: Box
-
-    @property
-    def name(self) -> str:
-        """Its name in sentences."""
-        return f"rest state {self.number}"
-
-    @property
-    def is_minimum(self) -> bool:
-        """Whether the proof claims that it is a minimum."""
-        return self.index_proved and self.index == 0
 
 
 def proved_states(claims: Mapping[str, Any]) -> list[RestState]:
@@ -70,21 +42,15 @@ def faults(U: Energy, states: Sequence[RestState], range_: Range) -> Iterator[st
 
 def _fault(U: Energy, state: RestState, range_: Range) -> str | None:
     """Return what is wrong with a rest state."""
-    box = state.enclosure
-    if not all(low <= angle <= high for (low, high), angle in zip(box, state.point, strict=True)):
-        return "its Θ is not in its enclosure"
-    if not all(arb(max(-box[i][0], box[i][1])) < range_.ends[i] for i in AXES):
-        return f"its enclosure is not inside {range_.name}"
-    taylor = Taylor(U, box)
-    if not _is_unique(taylor):
-        return "its enclosure may contain more than one zero of the gradient"
-    if not _exists(taylor, box):
-        return "no zero of the gradient could be shown in its enclosure"
-    # All Hessians in the enclosure are regular, so one of them gives the index of all.
-    index = index_of(taylor.hessian)
-    if state.index_proved and index != state.index:
-        return f"its index is {'not known' if index is None else index}"
-    return None
+    # Only an enclosure inside the range is expanded.
+    taylor = cache(lambda: Taylor(U, state.enclosure))
+    return fault_of(
+        state,
+        range_,
+        unique=lambda: _is_unique(taylor()),
+        exists=lambda: _exists(taylor(), state.enclosure),
+        index=lambda: index_of(taylor().hessian),
+    )
 
 
 def domain(U: Energy, state: RestState) -> Box:

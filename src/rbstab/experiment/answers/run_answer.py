@@ -10,6 +10,7 @@ from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import (
+    ASK_FOR_PROOF,
     EVERY_START,
     Convergence,
     Enclose,
@@ -26,13 +27,10 @@ from rbstab.integrate.status import RunStatus
 from rbstab.store.result import Result
 
 if TYPE_CHECKING:
-    from rbstab.experiment.proof_record import Proof, ProvedState
+    from rbstab.experiment.stored_proof.proof import Proof, ProvedState
 
 SETTLED = f"v stays below v(0)/{1 / SETTLED_FRACTION:g}"
 """What "at rest" means for a computed run."""
-
-ASK_FOR_PROOF = "rbstab run --prove"
-"""The command that makes a proof and has no limit of time."""
 
 
 class Answer(NamedTuple):
@@ -204,7 +202,7 @@ def _whole_range(
     if line is None or (line.verdict == Verdict.UNKNOWN and math.isnan(line.value)):
         why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} makes it"
         if proof is not None:
-            why = proof.outcome
+            why = proof.ended
         return Answer(Sureness.NOT_DECIDED, why)
     if line.verdict == Verdict.CERTIFIED:
         if found is not None and found.bound == math.inf:
@@ -212,13 +210,15 @@ def _whole_range(
         keeps = "that stays in the range, and away from θ2 = ±π/2,"
         if proof is not None and proof.has_barrier:
             keeps = "that stays in the range, which a barrier keeps away from θ2 = ±π/2,"
+            if proof.tied_energy is not None:
+                keeps = f"{keeps} and away from springs without length,"
         elif proof is not None and proof.tied_energy is not None:
             keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
         return Answer(Sureness.PROVED, f"every motion {keeps} converges to the only rest state")
     if line.verdict == Verdict.VIOLATED:
         return Answer(Sureness.FALSE, _counterexample(int(line.value), proof))
     why = f"at least {line.value:g} rest states" if line.value else "no rest state"
-    reason = f" ({proof.outcome})" if proof is not None else ""
+    reason = f" ({proof.ended})" if proof is not None else ""
     return Answer(Sureness.NOT_DECIDED, f"{why} found, and not proved to be all{reason}")
 
 

@@ -14,6 +14,9 @@ PROVED, FALSE, NOT_DECIDED = "proved", "false", "not decided"
 EVERY_START = "every start in the range converges"
 """What is said where the level of the region is infinite."""
 
+ASK_FOR_PROOF = "rbstab run --prove"
+"""The command that makes a proof, and has no brief limits."""
+
 ATTRIBUTE = "convergence"
 """The attribute of a result that holds one of the three words; others begin with its name."""
 

@@ -6,15 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
-from rbstab.experiment.convergence.convergence import Convergence, Undecided
+from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF, Convergence, Undecided
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import has_modes
 
 if TYPE_CHECKING:
-    from rbstab.experiment.proof_record import Proof
-
-COMMAND = "rbstab run --prove"
+    from rbstab.experiment.stored_proof.proof import Proof
 
 NOT_ENCLOSED = (
     Undecided.SLIDING,
@@ -44,7 +42,7 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     if reason is not None:
         return reason
     if proof is None:
-        why = f"no proof of the rest states is stored; {COMMAND} makes it"
+        why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} makes it"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
     # Imported late: most runs have no proof.
     from rbstab.experiment.convergence.region_bounds import region_energies
@@ -56,9 +54,16 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
         why = "the range of eq. 5 has no rest state"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
     if not region_energies(proof):
-        why = f"no certified region is proved ({proof.outcome})"
+        why = f"no certified region is proved ({_ended(proof)})"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
     return None
+
+
+def _ended(proof: "Proof") -> str:
+    """Return how a proof without a region ended: of the rest states, or else of the region."""
+    from rbstab.experiment.stored_proof.proof import GOES_ON
+
+    return f"{proof.outcome}; {GOES_ON}" if proof.brief else proof.outcome
 
 
 def not_enclosed(problem: Problem) -> Convergence | None:

@@ -26,10 +26,14 @@ from rbstab.analysis.motion_proof.rounding import magnitude_of
 from rbstab.analysis.motion_proof.step import StateSet
 from rbstab.config.build import start_of
 from rbstab.config.schema import Config
-from rbstab.experiment.convergence.convergence import Convergence, Enclose, Undecided
+from rbstab.experiment.convergence.convergence import (
+    ASK_FOR_PROOF,
+    Convergence,
+    Enclose,
+    Undecided,
+)
 from rbstab.experiment.convergence.decisions import (
     BRIEF_STEPS,
-    COMMAND,
     LEAST_FALL,
     MAX_STEPS,
     NOT_ENCLOSED,
@@ -40,7 +44,7 @@ from rbstab.experiment.convergence.decisions import (
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
 from rbstab.experiment.proof import ROUND_OFF, start_level, starts_inside
-from rbstab.experiment.proof_record import Proof
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
@@ -53,7 +57,9 @@ class Limits(NamedTuple):
     accuracy: Accuracy = NARROW
 
 
-OUTSIDE = f"the start is outside of every certified region; {COMMAND} follows the exact motion"
+OUTSIDE = (
+    f"the start is outside of every certified region; {ASK_FOR_PROOF} follows the exact motion"
+)
 
 
 class MotionProof(NamedTuple):
@@ -123,22 +129,26 @@ def prove_convergence(
     limits = limits or Limits(BRIEF_STEPS if brief else MAX_STEPS)
     refused, to_end = refusal(problem, proof), enclose is Enclose.TO_END
     if refused is not None and (not to_end or refused.reason in NOT_ENCLOSED):
-        return MotionProof(replace(refused, enclosed=_reached(enclose, refused)), None)
+        return MotionProof(replace(refused, enclosed=_reached(enclose, refused, proof)), None)
     with proof_precision():
         start = _exact_start(config, problem)
         last = float(problem.times[-1]) if to_end else 0.0
         found, samples, steps = _followed(start, problem.times, last, proof, refused, limits)
     seconds = time.perf_counter() - begin
     if brief and found.reason is Undecided.STEP_LIMIT:
-        found = replace(found, why=f"{found.why}; {COMMAND} takes up to {MAX_STEPS} steps")
-    enclosed = _reached(enclose, found)
+        found = replace(found, why=f"{found.why}; {ASK_FOR_PROOF} takes up to {MAX_STEPS} steps")
+    enclosed = _reached(enclose, found, proof)
     convergence = replace(found, steps=steps, seconds=seconds, enclosed=enclosed)
     return MotionProof(convergence, _enclosed_samples(start.system, samples))
 
 
-def _reached(enclose: Enclose, found: Convergence) -> Enclose:
-    """Return how far a motion was enclosed; a brief enclosure has often found all there is."""
-    if enclose is Enclose.BRIEFLY and found.reason is not Undecided.STEP_LIMIT:
+def _reached(enclose: Enclose, found: Convergence, proof: Proof) -> Enclose:
+    """Return how far a motion was enclosed; a brief enclosure has often found all there is.
+
+    It has not if the proof of the rest states was brief, and a later one may have larger regions.
+    """
+    may_change = found.reason is Undecided.STEP_LIMIT or (found.proved is None and proof.brief)
+    if enclose is Enclose.BRIEFLY and not may_change:
         return Enclose.UNTIL_PROVED
     return enclose
 

@@ -17,7 +17,7 @@ from rbstab.experiment.convergence.convergence import Convergence, Undecided
 from rbstab.experiment.convergence.decisions import LEAST_FALL, PATIENCE, convergence_in
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
 from rbstab.experiment.convergence.region_bounds import region_energies
-from rbstab.experiment.proof_record import Proof
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
 
 BATCH_SIZE = 256

@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from rbstab.analysis.approached_state import SAME_STATE
-from rbstab.experiment.proof_record import Proof, Triple
+from rbstab.experiment.stored_proof.entries import Triple
+from rbstab.experiment.stored_proof.proof import Proof
 
 
 def region_energies(proof: Proof, *, in_range: bool = True) -> list[tuple[Triple, float]]:

@@ -18,8 +18,8 @@ from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance, decimal_text
 from rbstab.config.user_code.permission import has_code, without_code
-from rbstab.experiment.proof_record import NO_STABILIZERS, SUPPLIES
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
+from rbstab.experiment.stored_proof.proof import NO_STABILIZERS, SUPPLIES
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 

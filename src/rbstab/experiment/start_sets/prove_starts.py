@@ -26,7 +26,6 @@ from rbstab.elements.spring import Spring
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
 from rbstab.experiment.convergence.decisions import convergence_in, refusal
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
-from rbstab.experiment.proof_record import Proof
 from rbstab.experiment.start_sets.start_set import start_set_of
 from rbstab.experiment.start_sets.starts_record import (
     VERSION,
@@ -35,6 +34,7 @@ from rbstab.experiment.start_sets.starts_record import (
     bounds_of,
     starts_id,
 )
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
 from rbstab.processes.workers import worker_pool
 

@@ -21,7 +21,7 @@ from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.elements.registry import KINDS
 from rbstab.experiment.proof import OPEN_RANGE, enclosed_start, prove
-from rbstab.experiment.proof_record import Proof, ProvedState
+from rbstab.experiment.stored_proof.proof import Proof, ProvedState
 
 NOT_DECIDED = "not decided"
 

@@ -9,7 +9,7 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.proof import PROOF_VERSION, Proof, proof_id
-from rbstab.experiment.proof_record import energy_of, tied_energy_of
+from rbstab.experiment.stored_proof.energies import energy_of, tied_energy_of
 from rbstab.experiment.switching_record import smooth_rest_system
 
 if TYPE_CHECKING:

@@ -103,6 +103,11 @@ class ProvedConvergence:
             if (bound := _bound(plan, variant, proof)) is not None
         }
 
+    @property
+    def brief(self) -> int:
+        """The number of proofs that ended early because nobody asked for them."""
+        return sum(proof.brief is True for proof in self._proofs.values())
+
     def of(self, start: int, stop: int) -> MemberConvergence:
         """Return what is proved of the members from number `start` up to `stop`."""
         values = self.plan.values(start, stop)
@@ -117,7 +122,9 @@ class ProvedConvergence:
                 codes[rows] = FALSE
                 continue
             rest_states[rows] = self._starts_of(variant).find(own, len(rows))
-            codes[rows] = np.where(rest_states[rows] > 0, PROVED, NOT_PROVED)
+            codes[rows] = np.where(
+                rest_states[rows] > 0, PROVED, outside_code(self._proofs[variant])
+            )
         return MemberConvergence(codes, rest_states)
 
     def within(
@@ -173,8 +180,13 @@ def proved_columns(starts: MemberConvergence, shard: Mapping[str, Array]) -> dic
     }
 
 
-def keep_proofs(plan: Plan, results: Path) -> None:
+def keep_proofs(plan: Plan, results: Path, *, brief: bool = False) -> None:
     """Make the proofs of rest states that members share, and keep them in the results folder.
+
+    Args:
+        plan: The plan.
+        results: The folder of results.
+        brief: Whether brief proofs will do, as in `proof_for`.
 
     Raises:
         StoreError: A proof cannot be written.
@@ -184,7 +196,8 @@ def keep_proofs(plan: Plan, results: Path) -> None:
             continue
         # Only the disk may stop the sweep: without a proof the members are not decided.
         with suppress(ArithmeticError, ValueError, LookupError, TypeError):
-            proof_for(results, plan.base_of(variant), plan.initial_value_problems[variant])
+            problem = plan.initial_value_problems[variant]
+            proof_for(results, plan.base_of(variant), problem, brief=brief)
 
 
 def shares_proof(plan: Plan, variant: str) -> bool:
@@ -204,6 +217,14 @@ def undecided_reason(plan: Plan, variant: str) -> str | None:
         return "an element is code of a user, and no proof evaluates it"
     found = not_enclosed(plan.initial_value_problems[variant])
     return None if found is None else found.why
+
+
+def outside_code(proof: Proof) -> int:
+    """Return the code of a member that starts in no region of a proof.
+
+    After a brief proof that ended early, that it is in none is not known.
+    """
+    return NO_PROOF if proof.brief else NOT_PROVED
 
 
 def is_known(proof: Proof) -> bool:

@@ -23,8 +23,8 @@ from rbstab.mechanics.numbers import Array
 from rbstab.processes.workers import worker_pool
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.bodies import Bodies, bodies_of
-from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, NOT_PROVED, PROVED
-from rbstab.sweep.proofs.convergence import MemberConvergence, is_known
+from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
+from rbstab.sweep.proofs.convergence import MemberConvergence, is_known, outside_code
 from rbstab.sweep.proofs.starts import ProvedStarts
 
 BUDGET = 30.0
@@ -47,6 +47,7 @@ class BodyProofs(NamedTuple):
         reached_bodies: How many of them were reached.
         budget: The budget, s; None: no limit.
         seconds: The time that was taken, s.
+        brief: How many proofs ended early because nobody asked for them (`proof_for`).
     """
 
     found: MemberConvergence
@@ -55,6 +56,7 @@ class BodyProofs(NamedTuple):
     reached_bodies: int
     budget: float | None
     seconds: float
+    brief: int = 0
 
 
 def prove_bodies(  # noqa: PLR0913 (options by name)
@@ -90,17 +92,18 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
     known[bodies.of_member[decidable & (stored.codes == NO_PROOF)]] = False
     waiting = np.flatnonzero(~known).tolist()
     reached, found = known.copy(), _Answers(plan, bodies, stored)
-    count = int(known.sum())
+    count, ended_early = int(known.sum()), 0
     progress(count, len(bodies))
     for body, proof in _proofs(plan, bodies, results, waiting, begin, budget, processes):
         found.add(body, proof)
         reached[body] = True
         count += 1
+        ended_early += proof is not None and proof.brief is True
         progress(count, len(bodies))
     of_member = np.ones(plan.members, dtype=bool)
     of_member[decidable] = reached[bodies.of_member[decidable]]
     seconds = monotonic() - begin
-    return BodyProofs(found.answers, of_member, len(bodies), count, budget, seconds)
+    return BodyProofs(found.answers, of_member, len(bodies), count, budget, seconds, ended_early)
 
 
 class _Answers:
@@ -131,7 +134,7 @@ class _Answers:
         starts = ProvedStarts(self.plan.config_of(first), keys, proof)
         numbers = starts.find(values, len(members))
         # What is stored may be more: a proof for all bodies within tolerances.
-        own_codes = np.where(numbers > 0, PROVED, NOT_PROVED).astype(codes.dtype)
+        own_codes = np.where(numbers > 0, PROVED, outside_code(proof)).astype(codes.dtype)
         new = MemberConvergence(own_codes, numbers)
         merged = new.beside(MemberConvergence(codes[members], rest_states[members]))
         codes[members], rest_states[members] = merged
@@ -153,6 +156,8 @@ def _proofs(  # noqa: PLR0913, PLR0917 (all of them are needed)
     processes: int,
 ) -> Iterator[tuple[int, Proof | None]]:
     """Yield bodies in their order, each with its proof, until the budget is used up."""
+    # Nobody asked for more than the budget: one proof must not use it up.
+    brief = budget is not None
 
     def in_time() -> bool:
         return budget is None or monotonic() - begin < budget
@@ -168,7 +173,7 @@ def _proofs(  # noqa: PLR0913, PLR0917 (all of them are needed)
             while left or running:
                 while left and len(running) <= processes and in_time():
                     config = plan.config_of(int(bodies.first[left[0]]))
-                    running.append((left[0], config, pool.submit(_prove, config, results)))
+                    running.append((left[0], config, pool.submit(_prove, config, results, brief)))
                     left.popleft()
                 if not running:
                     break
@@ -183,11 +188,11 @@ def _proofs(  # noqa: PLR0913, PLR0917 (all of them are needed)
     while left and in_time():
         body = left.popleft()
         config = plan.config_of(int(bodies.first[body]))
-        _prove(config, results)
+        _prove(config, results, brief)
         yield body, cached_proof(results, config)
 
 
-def _prove(config: Config, results: Path) -> None:
+def _prove(config: Config, results: Path, brief: bool) -> None:
     """Make the proof of a config and keep it; without a proof, its members are not decided."""
     with suppress(ArithmeticError, ValueError, LookupError, TypeError):
-        proof_for(results, config)
+        proof_for(results, config, brief=brief)

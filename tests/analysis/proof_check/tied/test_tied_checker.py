@@ -17,7 +17,8 @@ from rbstab.analysis.proof_check.tied import checker
 from rbstab.analysis.proof_check.tied.checker import check_tied
 from rbstab.analysis.proof_check.tied.energy import Pose, TiedEnergy
 from rbstab.analysis.proof_check.tied.rest_states import Expansion, index_of
-from rbstab.experiment.proof_record import tied_energy_of, tied_record
+from rbstab.experiment.stored_proof.energies import tied_energy_of
+from rbstab.experiment.stored_proof.tied import tied_record
 
 END = np.array([0.3, 0.3, 0.3])
 """rad: a small range, so that a check takes a second."""
@@ -174,7 +175,7 @@ def test_a_box_with_two_rest_states_has_not_only_one():
     scale = scale_of(prover)
     starts = [[0.62, -0.33, -0.19, -0.14, -0.18, -0.47], [-0.51, 0.69, 0.06, 0.17, 0.11, -0.47]]
     with np.errstate(all="ignore"):
-        found = [newton(prover, np.array(start)) for start in starts]
+        found = newton(prover, np.array(starts))
         zeros = [isolated_zero(prover, y, scale) for y in found if y is not None]
     assert [zero is not None and zero.index for zero in zeros] == [0, 1]
     W = TiedEnergy(tied_energy_of(prover).model_dump())

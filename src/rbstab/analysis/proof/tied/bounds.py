@@ -6,8 +6,9 @@ With the unit vector u_j = e_j/|e_j| and the matrix P_j = (I - u_j u_j')/|e_j|,
     ∂²W/∂θ_i∂θ_k = ∂²U/∂θ_i∂θ_k + Σ w_j (u_j'r_j,ik + r_j,i'P_j r_j,k)
     ∂²W/∂θ_i∂z = Σ w_j P_j r_j,i               ∂²W/∂z² = S + Σ w_j P_j
 
-U and r_j are enclosed over a box as in `enclosure`. u_j is enclosed entry by entry, which is sharp:
-e/√(e² + q²) grows with e, and |u| is never above 1, also where a line may have no length.
+U and r_j are enclosed over a box as in `enclosure`, a barrier on θ2 by its values at the ends. u_j
+is enclosed entry by entry, which is sharp: e/√(e² + q²) grows with e, and |u| is never above 1,
+also where a line may have no length.
 """
 
 from dataclasses import dataclass
@@ -17,9 +18,10 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.enclosure import at_centres, over_boxes
+from rbstab.analysis.proof.guard import Guard
 from rbstab.analysis.proof.lines.intervals import ROUNDING, Intervals, between, near, total
 from rbstab.analysis.proof.tied.energy import TiedEnergy
-from rbstab.analysis.proof.trigonometric import TrigonometricForm
+from rbstab.analysis.proof.trigonometric import TrigonometricForm, along_second
 from rbstab.mechanics.numbers import Array
 
 Orders = list[Intervals]
@@ -39,6 +41,8 @@ class Pose:
         forms = [energy.form, *(form for line in energy.lines for form in line.offset)]
         t = max(forms, key=lambda form: len(form.coefficients)).basis(Theta.centre)
         found = [_both(form, t, Theta) for form in forms]
+        if energy.form.guard is not None:
+            found[0] = _guarded(*found[0], energy.form.guard, Theta)
         self.at_centre = [one for one, _ in found]
         self.over = [one for _, one in found]
 
@@ -82,6 +86,23 @@ def _both(form: TrigonometricForm, t: Array, Theta: Boxes) -> tuple[Orders, Orde
     """Return a form and its derivatives at the centres, and over the boxes."""
     found = at_centres(form, t, Theta)
     return found[:3], over_boxes(found, Theta.radius)[:3]
+
+
+def _guarded(at_centre: Orders, over: Orders, guard: Guard, Theta: Boxes) -> tuple[Orders, Orders]:
+    """Add a barrier on θ2: its bounds over the boxes are exact, those of Taylor's theorem wide."""
+    bounds = guard.over(Theta.low[:, 1], Theta.high[:, 1])
+    return _plus(at_centre, guard.at(Theta.centre[:, 1], 2)), _plus(over, bounds)
+
+
+def _plus(orders: Orders, bounds: tuple[Array, Array]) -> Orders:
+    """Add a function of θ2 alone, whose derivatives lie between bounds."""
+    found = []
+    for one, low, high in zip(orders, *(rows[:3] for rows in bounds), strict=True):
+        added, along = between(low, high), Intervals(*np.zeros((2, *one.middle.shape)))
+        along.middle[along_second(one.middle)] = added.middle
+        along.radius[along_second(one.middle)] = added.radius
+        found.append(one + along)
+    return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,18 +5,19 @@ x*(Θ). Let z = X - X*(Θ). With the least energy over D,
 
     W(Θ, z) = U(Θ) + ½ z'Sz + Σ w_j |e_j|    e_j = z + r_j(Θ)
 
-where U is a form, S is constant and positive definite, and e_j is the line of a spring.
+where U is a form, perhaps with a barrier on θ2, S is constant and positive definite, and e_j is the
+line of a spring.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof.guard import separated
+from rbstab.analysis.proof.guard import Guard, separated
 from rbstab.analysis.proof.lines.separate import lengths_apart
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
@@ -25,6 +26,7 @@ from rbstab.analysis.proof.reduced_energy import (
     NoEnergyReason,
     NoReducedEnergy,
     eliminated,
+    guard_of,
     inverse_stiffness,
     reject_switching,
 )
@@ -95,12 +97,11 @@ def tied_energy(system: System, exact_system: ExactSystem) -> TiedEnergy:
     try:
         ring = Ring(3, at_rest.size - 3, roots=len(system.elements), roots_of_lengths=True)
         without, barriers = separated(configurations(exact_system(ring.decimals)).system)
-        if barriers:
-            raise NoReducedEnergy(NoEnergyReason.BARRIER_OF_FREE_LINES)
+        guard = guard_of(barriers)
         energy: Any = Configurations(without).energy(ring.variables())
         if not isinstance(energy, Polynomial) or not energy.known:
             raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
-        return _tied(at_rest, energy)
+        return _tied(at_rest, energy, guard)
     except NotTrigonometric as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
     except OverflowError as error:
@@ -116,8 +117,8 @@ def tied_energy_of_doubles(system: System) -> TiedEnergy:
     return tied_energy(system, exact)
 
 
-def _tied(at_rest: Configurations, energy: Polynomial) -> TiedEnergy:
-    """Return W of a stored energy with lengths."""
+def _tied(at_rest: Configurations, energy: Polynomial, guard: Guard | None) -> TiedEnergy:
+    """Return W of a stored energy with lengths, and of a barrier."""
     plain, weights = lengths_apart(energy)
     reduced, minimizer = eliminated(plain)
     compliance = [[_number(entry) for entry in row] for row in inverse_stiffness(plain)]
@@ -127,7 +128,7 @@ def _tied(at_rest: Configurations, energy: Polynomial) -> TiedEnergy:
     block = [[compliance[i][j] for j in POSITION] for i in POSITION]
     pairs = zip(weights, energy.ring.squares, strict=True)
     return TiedEnergy(
-        form_of(reduced),
+        replace(form_of(reduced), guard=guard),
         np.array([[float(entry) for entry in row] for row in _inverse(block)]),
         np.array([[float(entry) for entry in row] for row in block]),
         tuple(

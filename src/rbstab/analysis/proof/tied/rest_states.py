@@ -6,7 +6,7 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around
 from rbstab.analysis.proof.branch_and_bound import SearchOutcome
-from rbstab.analysis.proof.rest_states import RestPoint
+from rbstab.analysis.proof.rest_states import RestPoint, end_before_barrier
 from rbstab.analysis.proof.tied.bounds import Pose
 from rbstab.analysis.proof.tied.energy import TiedEnergy
 from rbstab.analysis.proof.tied.region import TiedRegion, tied_region
@@ -22,6 +22,10 @@ from rbstab.analysis.proof.tied.search import (
 from rbstab.analysis.proof.unwrapped import BOX_LIMIT_WITH_LINES, MAX_END, confined_end
 from rbstab.analysis.rest_state import rest_state_at
 from rbstab.mechanics.numbers import Array
+
+BORDER_SLOPE = 8.0
+"""With a barrier, the range ends where its slope is so many times that of all else. The energy on
+this border limits the region, so it is farther than rest states need."""
 
 STARTS = 60
 """The number of points from which Newton's method looks for rest states first."""
@@ -57,6 +61,17 @@ class TiedRestStates:
         return self.outcome is SearchOutcome.PROVED
 
     @property
+    def stopped(self) -> bool:
+        """Whether more boxes may prove more: of the rest states, or of the region."""
+        no_bound = self.region is not None and self.region.energy_bound is None
+        return self.outcome is SearchOutcome.BOX_LIMIT or no_bound
+
+    @property
+    def boxes(self) -> int:
+        """The number of boxes of the search and of the region."""
+        return self.examined + (0 if self.region is None else self.region.examined)
+
+    @property
     def unique(self) -> bool | None:
         """Whether there is exactly one; None if neither answer is proved."""
         if len(self.states) > 1:
@@ -65,7 +80,10 @@ class TiedRestStates:
 
 
 def tied_rest_states(
-    energy: TiedEnergy, end: Array = RANGE_END, box_limit: int = BOX_LIMIT
+    energy: TiedEnergy,
+    end: Array = RANGE_END,
+    box_limit: int = BOX_LIMIT,
+    total: int | None = None,
 ) -> TiedRestStates:
     """Prove the rest states with -end <= Θ <= end, and the region of the lowest.
 
@@ -73,12 +91,21 @@ def tied_rest_states(
         energy: W.
         end: The largest |Θ|, shape (3,), rad.
         box_limit: The number of boxes at which each search stops.
+        total: The number of boxes at which both searches stop together; None: no such limit.
+
+    With a barrier the range of θ2 ends where W rises with |θ2| up to ±π/2, for all z. Beyond it
+    there is no rest state, and W is above the border of this range.
+
+    Raises:
+        NoReducedEnergy: A barrier is too weak for double precision.
     """
+    end = end_before_barrier(energy.form, end, _slope_of_lines(energy)[1], BORDER_SLOPE)
     energy = replace(energy, form=replace(energy.form, reach=max(energy.form.reach, *end)))
-    found = prove(energy, _starts(end), end, box_limit)
+    found = prove(energy, _starts(end), end, _limit(box_limit, total, 0))
     # After the limit of boxes, undecided boxes cover most of the range, and no region is left.
     stopped = found.outcome is SearchOutcome.BOX_LIMIT
-    region = None if stopped else tied_region(energy, found, end, box_limit)
+    limit = _limit(box_limit, total, found.examined)
+    region = None if stopped else tied_region(energy, found, end, limit)
     points = sorted(
         (_point(energy, zero) for zero in found.zeros), key=lambda one: one.point.state.energy
     )
@@ -93,29 +120,49 @@ def tied_rest_states(
     )
 
 
+def _limit(box_limit: int, total: int | None, examined: int) -> int:
+    return box_limit if total is None else min(box_limit, total - examined)
+
+
 def unwrapped_tied_states(
-    energy: TiedEnergy, box_limit: int = BOX_LIMIT_WITH_LINES
+    energy: TiedEnergy, box_limit: int = BOX_LIMIT_WITH_LINES, total: int | None = None
 ) -> TiedRestStates | None:
-    """Prove the rest states with |θ2| < π/2 and any θ1 and θ3; None without bounds for them."""
+    """Prove the rest states with |θ2| < π/2 and any θ1 and θ3; None without bounds for them.
+
+    Args:
+        energy: W.
+        box_limit: The number of boxes at which each search stops.
+        total: As in `tied_rest_states`.
+    """
     end = tied_end(energy)
     if end is None or not np.all(end < MAX_END):
         return None
-    return tied_rest_states(energy, end, box_limit)
+    return tied_rest_states(energy, end, box_limit, total)
 
 
 def tied_end(energy: TiedEnergy) -> Array | None:
     """Return the largest |Θ| of a box that contains all rest states, as `unwrapped_end` does.
 
-    The slope of a line's energy is w u'∂r/∂θ_i, at most |w| |∂r/∂θ_i|.
+    The slope of a line's energy is w u'∂r/∂θ_i, at most |w| |∂r/∂θ_i|. A barrier on θ2 is not in
+    the equations by θ1 and θ3.
     """
-    steepest, largest = energy.form.steepest[[0, 2]], energy.form.largest
+    form = replace(energy.form, guard=None)
+    steepest, largest = form.steepest[[0, 2]], form.largest
     z = float(np.linalg.norm(scale_of(energy)[SHIFT]))
     for line in energy.lines:
-        slopes = np.array([form.trigonometric_bound(1)[[0, 2]] for form in line.offset])
         sizes = [float(form.trigonometric_bound(0)) for form in line.offset]
-        steepest = steepest + abs(line.weight) * np.sqrt((slopes**2).sum(axis=0)) * (1 + 1e-12)
         largest += abs(line.weight) * (z + float(np.linalg.norm(sizes)))
-    return confined_end(energy.form, steepest * (1 + 1e-12), largest)
+    steepest = (steepest + _slope_of_lines(energy)[[0, 2]]) * (1 + 1e-12)
+    return confined_end(form, steepest, largest)
+
+
+def _slope_of_lines(energy: TiedEnergy) -> Array:
+    """Bound the slopes of the energies of all lines by Θ, for all z, shape (3,), J/rad."""
+    total = np.zeros(3)
+    for line in energy.lines:
+        slopes = np.array([form.trigonometric_bound(1) for form in line.offset])
+        total += abs(line.weight) * np.sqrt((slopes**2).sum(axis=0)) * (1 + 1e-12)
+    return total * (1 + 1e-12)
 
 
 def _starts(end: Array) -> list[Array]:

@@ -11,6 +11,7 @@ from flint import arb, ctx
 
 from rbstab.analysis.proof_check.boxes import Box, box_between, shown, within
 from rbstab.analysis.proof_check.checker import FARTHEST_END, PLACE_LIMIT, PRECISION
+from rbstab.analysis.proof_check.claims import RestState
 from rbstab.analysis.proof_check.cover import cover
 from rbstab.analysis.proof_check.energy import TooLongError
 from rbstab.analysis.proof_check.findings import (
@@ -23,12 +24,15 @@ from rbstab.analysis.proof_check.findings import (
 from rbstab.analysis.proof_check.tied.energy import TiedEnergy
 from rbstab.analysis.proof_check.tied.regions import check_region
 from rbstab.analysis.proof_check.tied.rest_states import (
-    TiedState,
     domain,
     faults,
     no_zero,
     tied_states,
 )
+from rbstab.analysis.proof_check.trigonometric import Ball
+
+BEYOND = 4
+"""With a barrier, tan θ2 at the end of the range that is checked is larger by this factor."""
 
 
 def check_tied(
@@ -59,7 +63,7 @@ def check_tied(
 
 
 def _all_findings(W: TiedEnergy, proof: Mapping[str, Any]) -> Iterator[Finding]:
-    yield from _findings(W, proof, range_with(IN_RANGE, (arb.pi(), arb.pi() / 2, arb.pi())))
+    yield from _findings_between(W, proof, IN_RANGE, arb.pi(), arb.pi())
     wide = proof["unwrapped"]
     if wide is None:
         return
@@ -68,10 +72,34 @@ def _all_findings(W: TiedEnergy, proof: Mapping[str, Any]) -> Iterator[Finding]:
     confined = _confined(W, range_)
     yield confined
     if confined.verified:
-        yield from _findings(W, wide, range_)
+        yield from _findings_between(W, wide, UNWRAPPED, first, third)
     if wide.get("every_start"):
         text = "A spring may lose its length, so that every start converges is not shown."
         yield Finding(UNWRAPPED, "every start", False, text)
+
+
+def _findings_between(
+    W: TiedEnergy, claims: Mapping[str, Any], name: str, first: Ball, third: Ball
+) -> Iterator[Finding]:
+    """Check the claims on the range |θ1| < first, |θ2| < π/2, |θ3| < third.
+
+    With a barrier, W rises with |θ2| from some angle on, for each z: a bound on the slope of all
+    else does not depend on z. So there is no rest state from there on, and W is larger there than
+    on the faces of a range that ends at any such angle. This range is checked instead.
+    """
+    if W.U.stiffness is None:
+        yield from _findings(W, claims, range_with(name, (first, arb.pi() / 2, third)))
+        return
+    end = W.U.end_before_barrier(first, third)
+    if end is None:
+        text = "That W rises with |θ2| near ±π/2 could not be confirmed."
+        yield Finding(name, "barrier", False, text)
+        return
+    text = f"W rises with |θ2| from {end:.6g} rad on: no rest state is there."
+    yield Finding(name, "barrier", True, text)
+    # A larger end has a higher border: that of the prover may be a little larger than `end`.
+    farther = arb(float((BEYOND * arb(end).tan()).atan()))
+    yield from _findings(W, claims, range_with(name, (first, farther, third)))
 
 
 def _confined(W: TiedEnergy, range_: Range) -> Finding:
@@ -108,7 +136,7 @@ def _findings(W: TiedEnergy, claims: Mapping[str, Any], range_: Range) -> Iterat
         yield check_region(W, region, states, undecided, range_)
 
 
-def _miscounts(claims: Mapping[str, Any], states: list[TiedState]) -> list[str]:
+def _miscounts(claims: Mapping[str, Any], states: list[RestState]) -> list[str]:
     """Return what is wrong with the claims on the number of rest states."""
     if claims["regions"]:
         return ["Regions of single minima are not proved for a tied body with springs."]
@@ -123,7 +151,7 @@ def _miscounts(claims: Mapping[str, Any], states: list[TiedState]) -> list[str]:
 
 
 def _others(
-    W: TiedEnergy, states: list[TiedState], undecided: Mapping[str, Box], range_: Range
+    W: TiedEnergy, states: list[RestState], undecided: Mapping[str, Box], range_: Range
 ) -> Finding:
     """Cover a range by boxes of Θ that have no rest state but those listed."""
     places = [domain(W, state) for state in states]

@@ -2,6 +2,8 @@
 
     W(Θ, z) = U(Θ) + ½ z'Sz + Σ w_j ℓ_j    ℓ_j² = s_j = |z + r_j(Θ)|²
 
+With a barrier on θ2, U has the term ½ k tan² θ2.
+
 All derivatives of ℓ by the six variables follow from ℓ² = s, differentiated once and twice:
 2ℓ ℓ_a = s_a and 2ℓ ℓ_ab = s_ab - 2 ℓ_a ℓ_b.
 """
@@ -12,7 +14,7 @@ from typing import Any
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
-from rbstab.analysis.proof_check.energy import Energy, symmetric
+from rbstab.analysis.proof_check.energy import Energy, barrier, symmetric
 from rbstab.analysis.proof_check.trigonometric import (
     Axes,
     Ball,
@@ -93,6 +95,7 @@ class TiedEnergy:
         self.compliance = self.stiffness.inv()
         self.lines = [FreeLine(one) for one in data["lines"]]
         plain = {key: data[key] for key in ("quadratic", "linear", "coefficients")}
+        plain["barrier"] = data.get("barrier")
         self.U = _Quadratic(plain, self.lines)
         pull = sum((abs(line.weight) for line in self.lines), arb(0))
         rows = [sum((square(self.compliance[i, j]) for j in AXES), arb(0)) for i in AXES]
@@ -128,6 +131,10 @@ class Pose:
             "centre": [_orders(at_centre) for at_centre, _ in pairs],
             "over": [self._over(*pair) for pair in pairs],
         }
+        if W.U.stiffness is not None:
+            for where, angle in (("centre", self.centre[1]), ("over", whole[1])):
+                parts = self.parts[where]
+                parts[0] = _with_barrier(parts[0], barrier(W.U.stiffness, angle))
 
     def _over(self, at_centre: Mapping[Axes, Ball], whole: Mapping[Axes, Ball]) -> Orders:
         """Return a function and its derivatives over the box, from the third ones over it."""
@@ -153,6 +160,14 @@ class Pose:
     def offset(self, line: int, where: str) -> list[Orders]:
         """Return the three entries of r of a line."""
         return self.parts[where][1 + 3 * line : 4 + 3 * line]
+
+
+def _with_barrier(orders: Orders, terms: Sequence[Ball]) -> Orders:
+    """Add a function of θ2 and its derivatives."""
+    value, slopes, bends = orders
+    slopes[1] += terms[1]
+    bends[1][1] += terms[2]
+    return value + terms[0], slopes, bends
 
 
 def _orders(found: Mapping[Axes, Ball]) -> Orders:

@@ -8,13 +8,12 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from flint import arb, arb_mat
+from flint import arb
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.exact import decimal_balls, in_balls
-from rbstab.analysis.proof_check.equations import POINTS
+from rbstab.analysis.proof_check.equations import POINTS, least_energy
 from rbstab.analysis.proof_check.tied.energy import Pose, TiedEnergy
-from rbstab.analysis.proof_check.trigonometric import Ball
 from rbstab.elements.spring import Spring
 from rbstab.mechanics import point
 from rbstab.mechanics.numbers import Array
@@ -55,24 +54,6 @@ def _agrees(W: TiedEnergy, at_rest: Configurations, spring: Spring) -> bool:
         for shift in SHIFTS:
             z = [arb(entry) for entry in shift]
             X = [one + other for one, other in zip(unloaded, z, strict=True)]
-            if not pose.at(z).value.overlaps(_least_energy(at_rest, [*angles, *X])):
+            if not pose.at(z).value.overlaps(least_energy(at_rest, [*angles, *X])):
                 return False
     return True
-
-
-def _least_energy(at_rest: Configurations, pose: list[Ball]) -> Ball:
-    """Return the least stored energy over D, as it is quadratic in D: e = c + b'D + ½ D'HD."""
-    size = at_rest.size - at_rest.pose_size
-
-    def energy(*own: int) -> Ball:
-        """Return e with 1 added to the entries of D with these indices."""
-        D = [arb(own.count(index)) for index in range(size)]
-        return arb(0) + at_rest.energy(np.array([*pose, *D], dtype=object))
-
-    c = energy()
-    if size == 0:
-        return c
-    single = [energy(i) - c for i in range(size)]
-    rows = [[energy(i, j) - c - single[i] - single[j] for j in range(size)] for i in range(size)]
-    b = arb_mat([[single[i] - rows[i][i] / 2] for i in range(size)])
-    return c - (b.transpose() * arb_mat(rows).inv() * b)[0, 0] / 2

@@ -11,10 +11,11 @@ from typing import Any
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box, flat, shown
+from rbstab.analysis.proof_check.claims import RestState
 from rbstab.analysis.proof_check.cover import Cover, cover
 from rbstab.analysis.proof_check.findings import Finding, Range
 from rbstab.analysis.proof_check.tied.energy import SIX, Pose, TiedEnergy
-from rbstab.analysis.proof_check.tied.rest_states import Expansion, TiedState, all_settled
+from rbstab.analysis.proof_check.tied.rest_states import Expansion, all_settled
 from rbstab.analysis.proof_check.trigonometric import Ball, square
 
 STEPS = 8
@@ -24,7 +25,7 @@ STEPS = 8
 def check_region(
     W: TiedEnergy,
     claim: Mapping[str, Any],
-    states: Sequence[TiedState],
+    states: Sequence[RestState],
     undecided: Mapping[str, Box],
     range_: Range,
 ) -> Finding:
@@ -58,7 +59,7 @@ def check_region(
         for state in others
         if not Expansion(W, state.enclosure).over.value >= bound
     ]
-    if not (lowest.index_proved and lowest.index == 0 and lowest.number == 1):
+    if not (lowest.is_minimum and lowest.number == 1):
         wrong.append("Rest state 1 is not proved to be a minimum.")
     # W is convex on the enclosure of a minimum, so there W is nowhere below that of rest state 1.
     height = bound - Expansion(W, lowest.enclosure).at_centre.value

@@ -6,12 +6,13 @@ and again, and halved where they are too many.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from flint import arb, arb_mat
 
-from rbstab.analysis.proof_check.boxes import AXES, Box, box_between
+from rbstab.analysis.proof_check.boxes import Box, box_between
+from rbstab.analysis.proof_check.claims import RestState, fault_of
 from rbstab.analysis.proof_check.findings import Range
 from rbstab.analysis.proof_check.tied.energy import SIX, Pose, TiedEnergy, Values
 
@@ -22,39 +23,10 @@ MOST_PARTS = 60
 """The largest number of parts of z in a box of Θ; then the box of Θ is halved."""
 
 
-@dataclass(frozen=True)
-class TiedState:
-    """One rest state of a proof.
-
-    Attributes:
-        number: From 1.
-        index: The number of negative eigenvalues of the Hessian.
-        index_proved: Whether the proof claims the index.
-        point: Θ, rad.
-        enclosure: The box of Θ and z that is claimed to contain exactly one zero of ∇W.
-    """
-
-    number: int
-    index: int
-    index_proved: bool
-    point: Sequence[float]
-    enclosure: Box
-
-    @property
-    def Theta(self) -> Box:
-        """The box of Θ."""
-        return self.enclosure[:3]
-
-    @property
-    def name(self) -> str:
-        """Its name in sentences."""
-        return f"rest state {self.number}"
-
-
-def tied_states(claims: Mapping[str, Any]) -> list[TiedState]:
+def tied_states(claims: Mapping[str, Any]) -> list[RestState]:
     """Return the rest states that are claimed to be proved."""
     return [
-        TiedState(
+        RestState(
             number,
             state["index"],
             bool(state["index_proved"]),
@@ -122,7 +94,7 @@ class Expansion:
         return not all(entry.contains(0) for entry in entries)
 
 
-def faults(W: TiedEnergy, states: list[TiedState], range_: Range) -> Iterator[str]:
+def faults(W: TiedEnergy, states: list[RestState], range_: Range) -> Iterator[str]:
     """Yield what is wrong with rest states."""
     for state in states:
         fault = _fault(W, state, range_)
@@ -134,22 +106,16 @@ def faults(W: TiedEnergy, states: list[TiedState], range_: Range) -> Iterator[st
                 yield f"The enclosures of {other.name} and {one.name} have a common point."
 
 
-def _fault(W: TiedEnergy, state: TiedState, range_: Range) -> str | None:
-    box = state.enclosure
-    if not all(low <= angle <= high for (low, high), angle in zip(box, state.point, strict=False)):
-        return "its Θ is not in its enclosure"
-    if not all(arb(max(-box[i][0], box[i][1])) < range_.ends[i] for i in AXES):
-        return f"its enclosure is not inside {range_.name}"
-    expansion = Expansion(W, box)
-    if not expansion.is_unique:
-        return "its enclosure may contain more than one zero of the gradient"
-    if not expansion.has_zero:
-        return "no zero of the gradient could be shown in its enclosure"
-    # All Hessians in the enclosure are regular, so one of them gives the index of all.
-    index = index_of(expansion.at_centre.hessian)
-    if state.index_proved and index != state.index:
-        return f"its index is {'not known' if index is None else index}"
-    return None
+def _fault(W: TiedEnergy, state: RestState, range_: Range) -> str | None:
+    # Only an enclosure inside the range is expanded.
+    expansion = cache(lambda: Expansion(W, state.enclosure))
+    return fault_of(
+        state,
+        range_,
+        unique=lambda: expansion().is_unique,
+        exists=lambda: expansion().has_zero,
+        index=lambda: index_of(expansion().at_centre.hessian),
+    )
 
 
 def index_of(H: Any) -> int | None:
@@ -169,7 +135,7 @@ def index_of(H: Any) -> int | None:
     return changes
 
 
-def domain(W: TiedEnergy, state: TiedState) -> Box:
+def domain(W: TiedEnergy, state: RestState) -> Box:
     """Return a large box about an enclosure in which there is no other zero."""
     share = 1.0
     scale = [1.0, 1.0, 1.0, *(float(one) for one in W.scale)]

@@ -1,0 +1,1 @@
+"""Proofs as plain data: what is read, written and stored."""

@@ -1,0 +1,251 @@
+"""A proof as plain data: the models of its rest states and regions."""
+
+from typing import Literal, Self
+
+from pydantic import NonNegativeInt, PositiveInt, model_validator
+
+from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
+from rbstab.experiment.stored_proof.energies import ProvedEnergy, ProvedTiedEnergy
+from rbstab.experiment.stored_proof.entries import Entry, Triple
+from rbstab.store.cards import card, line
+
+NO_LENGTH = "a spring without length"
+"""Where c* is attained, if not on a face of the range nor at a rest state."""
+
+
+STOPPED = "the limit on the number of boxes was reached"
+"""The outcome of a search that stopped at its limit (`SearchOutcome.BOX_LIMIT`)."""
+
+GOES_ON = f"{ASK_FOR_PROOF} CONFIG goes on"
+"""What is said of a proof that ended early because nobody asked for it."""
+
+
+class ProvedState(Entry):
+    """One rest state: Θ, X and D, and its potential energy, J.
+
+    index is the number of independent directions in which the energy decreases. index_proved is
+    whether it is proved; None in proofs of version 1, which computed it in doubles.
+
+    enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
+    Of a tied body with springs, it is the only one there with z in the box `shift`, m.
+    """
+
+    orientation: Triple
+    position: Triple
+    connector_state: tuple[float, ...]
+    energy: float
+    index: NonNegativeInt
+    proved: bool
+    enclosure: tuple[Triple, Triple]
+    index_proved: bool | None = None
+    shift: tuple[Triple, Triple] | None = None
+
+
+class ProvedRegion(Entry):
+    """Motions with v < level converge to the lowest rest state; proved for v < lower_bound, J.
+
+    energy is c*, J. It is attained at the orientation `attained_at`: on the named face of the
+    range, at another rest state (face None), or where a spring has no length (`NO_LENGTH`).
+
+    energy_bound is the same bound for the sum of all energies, J: each motion that at some time is
+    in the range with less energy converges to the lowest rest state. None: not proved, or not
+    stored (version 1).
+    """
+
+    energy: float
+    level: float
+    lower_bound: float
+    attained_at: Triple
+    face: str | None
+    proved: bool
+    energy_bound: float | None = None
+
+
+class ProvedMinimum(Entry):
+    """The region of one minimum: motions in it converge to this rest state, proved.
+
+    A motion is in the region if at some time the sum of its energies is below `energy_bound`, J,
+    and its Θ is in the component of {U < energy_bound} that contains the rest state.
+
+    rest_state is its number, from 1 for the lowest. level is the height of its pass above it, J;
+    lower_bound is proved. The pass is at the rest state with the number `pass_state`, or on the
+    face `pass_face` of the range. If both are None it is not located: a box is undecided.
+    pass_at is its Θ.
+    """
+
+    rest_state: PositiveInt
+    level: float
+    lower_bound: float
+    energy_bound: float
+    pass_state: PositiveInt | None
+    pass_face: str | None
+    pass_at: Triple | None
+
+
+class ProvedStates(Entry):
+    """The rest states in a range of Θ, lowest first, and the regions of the minima.
+
+    outcome describes how the search ended, or gives the reason why there is no proof. proved is
+    True if `states` are proved to be all rest states. unique is True if there is exactly one (None:
+    not known). examined is the number of boxes that the search examined. undecided are boxes of Θ
+    that may contain more rest states.
+
+    region holds in all of the range. regions has a region of each minimum that has one, in the
+    order of the states.
+    """
+
+    outcome: str
+    proved: bool
+    unique: bool | None
+    examined: NonNegativeInt
+    undecided: tuple[tuple[Triple, Triple], ...]
+    states: tuple[ProvedState, ...]
+    region: ProvedRegion | None
+    regions: tuple[ProvedMinimum, ...] = ()
+
+    @model_validator(mode="after")
+    def _check_states(self) -> Self:
+        count = len(self.states)
+        if (self.unique is not None and self.unique != (count == 1)) or (self.region and not count):
+            raise ValueError("the number of states does not fit the other entries")
+        if any(max(one.rest_state, one.pass_state or 1) > count for one in self.regions):
+            raise ValueError("a region belongs to a state that is not listed")
+        return self
+
+    @property
+    def globally_stable(self) -> bool | None:
+        """Whether every motion that stays in the range converges to the only rest state.
+
+        By La Salle's theorem this is true if that state is a minimum, for motions that keep a
+        distance from θ2 = ±π/2: the theorem needs a closed set in which the equations are smooth.
+        With a barrier all motions keep it. None: not known.
+        """
+        if self.unique and self.states[0].index_proved is False:
+            return None
+        return self.unique and self.states[0].index == 0
+
+
+class UnwrappedStates(ProvedStates):
+    """The rest states with |θ2| < π/2 and any real θ1 and θ3, and the regions of the minima.
+
+    All of them have |Θ| < end, rad; regions end there too. They are not in `Proof.states` if they
+    are beyond the range of eq. 5. A motion leaves this range only through θ2 = ±π/2.
+
+    every_start is true if a barrier keeps every motion away from θ2 = ±π/2 and there is one rest
+    state, a minimum: then c* is infinite, and every motion that starts with |θ2| < π/2 converges to
+    it. There is no region then, as none is needed. None: not proved.
+    """
+
+    end: Triple
+    every_start: Literal[True] | None = None
+
+    @model_validator(mode="after")
+    def _check_every_start(self) -> Self:
+        if self.every_start and not (self.proved and self.globally_stable):
+            raise ValueError("not every start converges to the only rest state")
+        return self
+
+
+class Proof(ProvedStates):
+    """The rest states of a config and the starts that converge to them, made by `prove`.
+
+    The range of eq. 5 is |θ2| < π/2, |θ1| and |θ3| < π.
+
+    Attributes:
+        outcome: How the search ended, or the reason why there is no proof.
+        proved: Whether `states` are proved to be all rest states in the range.
+        unique: Whether there is exactly one rest state in the range; None: not known.
+        globally_stable: Whether every motion that stays in the range, away from θ2 = ±π/2,
+            converges to the only rest state; None: not known.
+        states: The rest states, lowest energy first: orientation Θ, rad; position X, m; energy, J;
+            index (0: a minimum); enclosure, a box of Θ that is proved to contain exactly this one.
+        region: The certified region. If `region.proved`, every motion with v < `region.lower_bound`
+            converges to the lowest rest state; v is the energy above it, J. None: no region.
+        regions: A region of each minimum that has one: `rest_state` is its number from 1, and
+            `lower_bound` the proved depth of its valley, J.
+        undecided: Boxes of Θ, rad, which may contain more rest states.
+        examined: The number of boxes that the search examined.
+        unwrapped: The same for all real θ1 and θ3. None in proofs of version 1, after a search
+            without a proof, and where θ1 and θ3 have no bound that is small enough for a proof.
+        reduced_energy: U(Θ), the stored energy at given angles, J. None in proofs of version 1, and
+            for a tied body with springs.
+        tied_energy: The energy W of a tied body with springs, J; its rest states are those at which
+            no spring has length zero. None for other bodies.
+        brief: True if nobody asked for the proof, and a search stopped at its smaller limit of
+            boxes: `rbstab run --prove` may prove more. None otherwise.
+        id: A checksum of the body, its gravity, what acts on it, and the equations.
+        seconds: The time that the proof took, s.
+    """
+
+    id: str
+    seconds: float
+    reduced_energy: ProvedEnergy | None = None
+    unwrapped: UnwrappedStates | None = None
+    tied_energy: ProvedTiedEnergy | None = None
+    brief: Literal[True] | None = None
+
+    def __repr__(self) -> str:
+        """Return one line: the rest states, and how the proof ended."""
+        count = len(self.states)
+        found = f"{count} rest state{'' if count == 1 else 's'}"
+        ended = "proved to be all" if self.proved else self.ended
+        return line("Proof", "", [found, ended, f"{self.examined} boxes"])
+
+    def _repr_html_(self) -> str:
+        """Return a card for notebooks, with the sentences of the proof."""
+        # Imported late: the sentences stand on this module.
+        from rbstab.experiment.stability import statements_of
+
+        sentences = [text.partition(": ") for text in statements_of(self)]
+        facts = [(name, text) for name, _, text in sentences]
+        return card("Proof", "Rest states and regions", facts)
+
+    @property
+    def has_energy(self) -> bool:
+        """Whether the proof contains the energy (U or W) on which it is based; not in version 1."""
+        return self.reduced_energy is not None or self.tied_energy is not None
+
+    @property
+    def ended(self) -> str:
+        """How the search ended; with the command that goes on, if more boxes may prove more."""
+        return self.ended_in(self)
+
+    def ended_in(self, states: ProvedStates) -> str:
+        """Return the same of the search in one of both ranges."""
+        if not self.brief or states.outcome != STOPPED:
+            return states.outcome
+        return f"{states.outcome}; {GOES_ON}"
+
+    @property
+    def has_barrier(self) -> bool:
+        """Whether a barrier keeps every motion away from θ2 = ±π/2."""
+        energy = self.reduced_energy or self.tied_energy
+        return energy is not None and energy.barrier is not None
+
+    @property
+    def every_start(self) -> bool:
+        """Whether every motion that starts with |θ2| < π/2 converges to the only rest state."""
+        wide = self.unwrapped
+        return self.has_barrier and wide is not None and wide.every_start is True
+
+
+NO_STABILIZERS = "no stabilizers damp every motion"
+"""Why nothing is proved of a config without a controller."""
+
+SUPPLIES = "an input supplies power"
+"""Why nothing is proved of a config with inputs."""
+
+
+def no_proof(identity: str, reason: str, seconds: float) -> Proof:
+    """Return the record of a config that has no proof, with the reason."""
+    return Proof(
+        id=identity,
+        outcome=reason,
+        proved=False,
+        unique=None,
+        examined=0,
+        seconds=seconds,
+        undecided=(),
+        states=(),
+        region=None,
+    )

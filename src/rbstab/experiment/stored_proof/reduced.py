@@ -1,0 +1,115 @@
+"""Make the record of what was proved by an energy of Θ alone, or looked for."""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rbstab.experiment.stored_proof.energies import energy_of
+from rbstab.experiment.stored_proof.entries import triple
+from rbstab.experiment.stored_proof.places import face_name, search_entries, state_of
+from rbstab.experiment.stored_proof.proof import (
+    Proof,
+    ProvedMinimum,
+    ProvedRegion,
+    UnwrappedStates,
+    no_proof,
+)
+from rbstab.mechanics.numbers import Array
+
+if TYPE_CHECKING:
+    from rbstab.analysis.proof.certified_region import CertifiedRegion
+    from rbstab.analysis.proof.lines.searched import SearchedState
+    from rbstab.analysis.proof.regions.minimum_regions import MinimumRegion
+    from rbstab.analysis.proof.rest_states import RestStates
+
+
+def searched_record(identity: str, states: "list[SearchedState]", seconds: float) -> Proof:
+    """Return the record of rest states that were looked for, where no energy of Θ alone exists."""
+    from rbstab.analysis.proof.boxes import box_around
+    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+    from rbstab.analysis.proof.rest_states import RestPoint
+
+    points = [
+        RestPoint(
+            one.state,
+            one.index,
+            box_around(one.state.motion.Theta, 0.0),
+            proved=False,
+            index_proved=False,
+        )
+        for one in states
+    ]
+    nothing = no_proof(identity, SearchOutcome.SEARCHED.value, seconds)
+    return nothing.model_copy(update={"states": tuple(state_of(point) for point in points)})
+
+
+class Found(NamedTuple):
+    """What was proved in one range of Θ.
+
+    Attributes:
+        rest: The rest states.
+        region: The region of the lowest.
+        regions: The region of each minimum.
+    """
+
+    rest: "RestStates"
+    region: "CertifiedRegion | None"
+    regions: "tuple[MinimumRegion, ...]"
+
+
+def proof_record(identity: str, found: Found, unwrapped: Found | None, seconds: float) -> Proof:
+    """Return what was proved as plain data.
+
+    Args:
+        identity: The id of the proof.
+        found: What was proved in the range of eq. 5.
+        unwrapped: The same for all real θ1 and θ3, or None.
+        seconds: The time that it took.
+    """
+    wide = None
+    if unwrapped is not None:
+        rest = unwrapped.rest
+        wide = UnwrappedStates(
+            end=triple(rest.end), every_start=rest.every_start or None, **_entries(unwrapped)
+        )
+    return Proof(
+        id=identity,
+        seconds=seconds,
+        reduced_energy=energy_of(found.rest.energy.form),
+        unwrapped=wide,
+        **_entries(found),
+    )
+
+
+def _entries(found: Found) -> dict[str, Any]:
+    """Return the fields of `ProvedStates`."""
+    rest, region = found.rest, found.region
+    return {
+        **search_entries(rest),
+        "states": tuple(state_of(point) for point in rest.states),
+        "region": None if region is None else _region(region, rest.end),
+        "regions": tuple(_minimum(one, rest.end) for one in found.regions),
+    }
+
+
+def _region(region: "CertifiedRegion", end: Array) -> ProvedRegion:
+    return ProvedRegion(
+        energy=region.energy,
+        level=region.level,
+        lower_bound=region.lower_bound,
+        attained_at=triple(region.attained_at),
+        face=None if region.face is None else face_name(region.face, end),
+        proved=region.proved,
+        energy_bound=region.energy_bound,
+    )
+
+
+def _minimum(region: "MinimumRegion", end: Array) -> ProvedMinimum:
+    gate = region.gate
+    return ProvedMinimum(
+        rest_state=region.state + 1,
+        level=region.level,
+        lower_bound=region.lower_bound,
+        energy_bound=region.energy_bound,
+        pass_state=None if gate.state is None else gate.state + 1,
+        pass_face=None if gate.face is None else face_name(gate.face, end),
+        pass_at=None if gate.Theta is None else triple(gate.Theta),
+    )

@@ -1,0 +1,69 @@
+"""Make the record of what was proved of a tied body with springs."""
+
+from typing import TYPE_CHECKING, Any
+
+from rbstab.experiment.stored_proof.energies import tied_energy_of
+from rbstab.experiment.stored_proof.entries import triple
+from rbstab.experiment.stored_proof.places import corners_of, face_name, search_entries, state_of
+from rbstab.experiment.stored_proof.proof import (
+    NO_LENGTH,
+    Proof,
+    ProvedRegion,
+    ProvedState,
+    UnwrappedStates,
+)
+
+if TYPE_CHECKING:
+    from rbstab.analysis.proof.tied.region import TiedRegion
+    from rbstab.analysis.proof.tied.rest_states import TiedPoint, TiedRestStates
+
+
+def tied_record(
+    identity: str, rest: "TiedRestStates", unwrapped: "TiedRestStates | None", seconds: float
+) -> Proof:
+    """Return what was proved of a tied body with springs as plain data.
+
+    Args:
+        identity: The id of the proof.
+        rest: What was proved in the range of eq. 5.
+        unwrapped: The same for all real θ1 and θ3, or None.
+        seconds: The time that it took.
+    """
+    wide = None
+    if unwrapped is not None:
+        wide = UnwrappedStates(end=triple(unwrapped.end), **_tied_entries(unwrapped))
+    return Proof(
+        id=identity,
+        seconds=seconds,
+        tied_energy=tied_energy_of(rest.energy),
+        unwrapped=wide,
+        **_tied_entries(rest),
+    )
+
+
+def _tied_entries(rest: "TiedRestStates") -> dict[str, Any]:
+    """Return the fields of `ProvedStates`."""
+    region = rest.region
+    return {
+        **search_entries(rest),
+        "states": tuple(_tied_state(one) for one in rest.states),
+        "region": None if region is None else _tied_region(region, rest),
+    }
+
+
+def _tied_state(one: "TiedPoint") -> ProvedState:
+    return state_of(one.point).model_copy(update={"shift": corners_of(one.shift)})
+
+
+def _tied_region(region: "TiedRegion", rest: "TiedRestStates") -> ProvedRegion:
+    face = None if region.face is None else face_name(region.face, rest.end)
+    lowest = rest.states[0].point.state.energy
+    return ProvedRegion(
+        energy=region.energy,
+        level=region.energy - lowest,
+        lower_bound=region.lower_bound,
+        attained_at=triple(region.attained_at),
+        face=face if region.line is None else NO_LENGTH,
+        proved=rest.proved and region.energy_bound is not None,
+        energy_bound=region.energy_bound,
+    )

@@ -1,0 +1,161 @@
+"""Round-off of dissipations and of eigenvalues of dampings; and what all checks have in common."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.evidence import (
+    CONSISTENT,
+    UNKNOWN,
+    VIOLATED,
+    check,
+    evidence,
+    refuse,
+    settled,
+    state_of,
+    states_of,
+    stretched,
+)
+from support.rest import K_C, paper_system, system_of
+
+from rbstab.analysis import certificate
+from rbstab.analysis.certificate import checks_of, overall
+from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.visco_elastic import ViscoElasticConnector
+
+
+def adding(*, exact, stored):
+    """Return evidence whose first element dissipates `stored` at one sample, as its run stored it.
+
+    The state gives `exact`.
+    """
+    system = paper_system("visco-elastic")
+    y = state_of(system, np.concatenate([np.zeros(9), [exact, 0.0, 0.0]]))
+    run = evidence(system, [2.0 * y, y])
+    dissipation = run.dissipation.copy()
+    dissipation[1, system.parts.index("connector")] = stored
+    return replace(run, dissipation=dissipation)
+
+
+def test_a_dissipation_that_only_round_off_makes_negative_is_unknown():
+    found = check(adding(exact=1e-2, stored=-1.0), "damping")
+    assert found.verdict is UNKNOWN
+    assert (found.value, found.bound, found.time) == (-1.0, 0.0, 1.0)
+    assert "connector" in found.quantity
+
+
+class Pump(ViscoElasticConnector):
+    """A connector that adds energy and declares no damping."""
+
+    gains = ()
+
+
+class PumpWithoutBalls(Pump):
+    """A pump that works only with numbers of numpy."""
+
+    def dissipated(self, motion, own):
+        if motion.F.dtype == object:
+            raise TypeError("not a number of numpy")
+        return super().dissipated(motion, own)
+
+
+@pytest.mark.parametrize(("kind", "verdict"), [(Pump, VIOLATED), (PumpWithoutBalls, UNKNOWN)])
+def test_a_part_that_adds_a_little_energy_is_violated(kind, verdict):
+    system = paper_system("visco-elastic")
+    system = replace(system, elements=(*system.elements[:-1], kind(K_C, -1e-3 * np.eye(3))))
+    fast, slow = ([*np.zeros(9), speed, 0.0, 0.0] for speed in (1.0, 0.5))
+    run = evidence(system, [state_of(system, np.array(Z)) for Z in (fast, slow)])
+    found = check(run, "damping")
+    assert found.verdict is verdict
+    assert found.value == pytest.approx(-1e-3, rel=1e-5)
+    assert found.time == run.times[int(run.dissipation[:, -1].argmin())]
+
+
+def test_dissipations_that_are_no_numbers_count_as_none():
+    run = adding(exact=1.0, stored=1.0)
+    dissipation = 1e-6 * run.dissipation
+    dissipation[0] = np.nan
+    assert check(replace(run, dissipation=dissipation), "damping").verdict is CONSISTENT
+    # The bound is relative to the largest number that is left: 42e-6 W by the stabilizer.
+    dissipation[1, -1] = -1e-15
+    assert check(replace(run, dissipation=dissipation), "damping").verdict is UNKNOWN
+
+
+def test_a_negative_dissipation_within_round_off_is_allowed():
+    assert check(adding(exact=1.0, stored=-1e-11), "damping").verdict is CONSISTENT
+
+
+def test_a_small_damping_is_damping():
+    system = paper_system("free")
+    gravity, holding, turning = system.elements
+    weak = replace(turning, L_r=1e-9 * np.eye(3))
+    run = evidence(replace(system, elements=(gravity, holding, weak)), states_of(system))
+    assert check(run, "damping").verdict is CONSISTENT
+    assert check(run, "damping").value == pytest.approx(1e-9)
+
+
+@pytest.mark.parametrize(("defect", "verdict"), [(0.0, VIOLATED), (2.0**-50, UNKNOWN)])
+def test_the_sign_of_an_eigenvalue_is_decided_exactly(monkeypatch, defect, verdict):
+    L = np.array([[1.0, 1.0, 0.0], [1.0, 1.0 + defect, 0.0], [0.0, 0.0, 1.0]])
+    system = paper_system("free")
+    gravity, holding, turning = system.elements
+    system = replace(system, elements=(gravity, holding, replace(turning, L_r=L)))
+    run = evidence(system, states_of(system))
+    monkeypatch.setattr(np.linalg, "eigvalsh", lambda _: np.array([-1e-20, 1.0, 2.0]))
+    found = check(run, "damping")
+    assert found.verdict is verdict
+    assert (found.value, found.bound) == (-1e-20, 0.0)
+
+
+def test_a_run_is_no_better_than_its_worst_check():
+    line = check(settled(), "audit")
+    of = {verdict: line._replace(verdict=verdict) for verdict in (CONSISTENT, UNKNOWN, VIOLATED)}
+    assert overall([of[CONSISTENT], of[UNKNOWN]]) is UNKNOWN
+    assert overall([of[UNKNOWN], of[VIOLATED], of[CONSISTENT]]) is VIOLATED
+    assert overall([of[CONSISTENT], of[CONSISTENT]]) is CONSISTENT
+
+
+@pytest.mark.parametrize(("samples", "expected"), [(5, 5), (51, 51), (52, 51), (120, 51)])
+def test_the_derivative_is_evaluated_at_51_samples(monkeypatch, samples, expected):
+    """They are spread evenly from the first to the last one."""
+    rows = []
+
+    def record(_, row):
+        rows.append(int(row))
+        return 0.0, 1.0
+
+    monkeypatch.setattr(certificate, "_rate_error", record)
+    run = replace(settled(), times=np.arange(float(samples)))
+    certificate._rate(run)
+    assert (len(rows), rows[0], rows[-1]) == (expected, 0, samples - 1)
+    assert set(np.diff(rows)) <= {samples // expected, -(-samples // expected)}
+
+
+def on_a_slope(system):
+    """Return a system with a sliding connector on s = F + 20E, whose force has no potential."""
+    mode = np.array([1.0, -1.0, 1.0])
+    connector = SlidingConnector(np.full(3, 500.0), 1.0, 20.0, mode, np.zeros(3), 1.0)
+    return replace(system, elements=(*system.elements, connector))
+
+
+@pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded", "slope"])
+def test_an_ordinary_run_needs_no_exact_arithmetic(monkeypatch, variant):
+    monkeypatch.setattr(certificate, "in_balls", refuse)
+    slope = variant == "slope"
+    system = on_a_slope(system_of("free")) if slope else system_of(variant)
+    run = evidence(system, states_of(system), has_potential=not slope)
+    assert {line.verdict for line in checks_of(run)} == {CONSISTENT}
+
+
+@pytest.mark.parametrize("slope", [False, True])
+def test_the_power_of_the_contact_force_counts_only_without_a_potential(slope):
+    """The exact comparison, too, adds F'Λ to ∇v·f if and only if v - ε replaces v."""
+    system = stretched("free")
+    if slope:
+        system = on_a_slope(system)
+    states = states_of(system)
+    assert check(evidence(system, states, has_potential=not slope), "derivative").verdict is (
+        CONSISTENT
+    )
+    if slope:
+        assert check(evidence(system, states), "derivative").verdict is VIOLATED

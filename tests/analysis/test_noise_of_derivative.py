@@ -1,0 +1,211 @@
+"""Round-off violates no derivative of v, and excuses none that is wrong."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from support.evidence import (
+    CONSISTENT,
+    UNKNOWN,
+    VIOLATED,
+    check,
+    evidence,
+    refuse,
+    state_of,
+    states_of,
+    stretched,
+)
+from support.problems import bare_system
+from support.rest import DAMPING, K_C, K_R, K_T, paper_system, system_of
+
+from rbstab.analysis import certificate
+from rbstab.analysis.certificate import checks_of
+from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.mechanics.body import Body
+from rbstab.mechanics.derivatives import derivative_along
+
+
+def error_in_doubles(system, y):
+    """Return |∇v·f - v'| over the sum of the powers, in double precision."""
+    parts = derivative_along(lambda z: system.observe(z).energy, y, system.rates(y))
+    rate = -system.observe(y).dissipation.sum()
+    return abs(parts.sum() - rate) / (np.abs(parts).sum() + abs(rate))
+
+
+@pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])
+def test_terms_that_cancel_do_not_violate_the_derivative(variant):
+    system = stretched(variant)
+    states = states_of(system)
+    assert max(error_in_doubles(system, y) for y in states) > 1e-9
+    found = check(evidence(system, states), "derivative")
+    assert found.verdict is CONSISTENT
+    assert found.value <= found.bound == 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class SlightlyWrong(RotationalStabilizer):
+    """A stabilizer that reports a little more than it dissipates."""
+
+    excess: float
+
+    def dissipated(self, motion, own):
+        return (1.0 + self.excess) * super().dissipated(motion, own)
+
+
+def with_wrong_stabilizer(system, excess=1e-6):
+    gravity, holding, turning, *rest = system.elements
+    wrong = SlightlyWrong(turning.K_r, turning.L_r, excess)
+    return replace(system, elements=(gravity, holding, wrong, *rest))
+
+
+def test_a_millionth_is_violated_among_terms_that_cancel():
+    system = with_wrong_stabilizer(stretched("free"))
+    found = check(evidence(system, states_of(system)), "derivative")
+    assert found.verdict is VIOLATED
+    assert found.bound < found.value < 1e-6
+
+
+@pytest.mark.parametrize("excess", [1e-6, -1e-6])
+def test_a_millionth_is_violated_where_nothing_cancels(excess):
+    system = with_wrong_stabilizer(system_of("embedded"), excess)
+    assert check(evidence(system, states_of(system)), "derivative").verdict is VIOLATED
+
+
+def test_the_worst_violated_sample_is_named():
+    system = with_wrong_stabilizer(system_of("free"))
+    run = evidence(system, states_of(system))
+    errors = [error_in_doubles(system, y) for y in run.states]
+    found = check(run, "derivative")
+    assert found.time == run.times[int(np.argmax(errors))]
+    assert found.value == pytest.approx(max(errors), rel=1e-6)
+
+
+def test_a_body_that_nothing_damps_is_consistent():
+    """∇v·f is zero, and in double precision it is round-off of the couple -Ω × JΩ."""
+    system = bare_system(Body(2.0, np.diag([1.0, 2.0, 2.5]), np.array([0.3, 0.1, 0.2])))
+    states = states_of(system)
+    assert max(error_in_doubles(system, y) for y in states) > 0.1
+    found = check(evidence(system, states), "derivative")
+    assert found.verdict is CONSISTENT
+    # The damping matrices of this system are zero, so v need not converge.
+    assert check(evidence(system, states), "damping").verdict is VIOLATED
+
+
+def test_a_body_at_rest_is_consistent(monkeypatch):
+    monkeypatch.setattr(certificate, "in_balls", refuse)
+    system = system_of("free")
+    y = system.start(nearest_rest_state(system).motion, np.zeros(0))
+    run = evidence(system, [y, y])
+    assert {line.verdict for line in checks_of(run)} == {CONSISTENT}
+    assert check(run, "derivative").value == 0.0
+
+
+@pytest.mark.parametrize(("size", "verdict"), [(1e-11, CONSISTENT), (1e-3, VIOLATED)])
+def test_the_powers_of_a_motion_that_has_come_to_rest_are_not_judged(size, verdict):
+    """Its displacements and velocities are round-off, and its powers are squares of these."""
+    system = paper_system("free")
+    states = states_of(system)
+    run = evidence(system, [*states, size * states[0]])
+    rate = np.append(run.rate[:-1], 2.0 * run.rate[-1])
+    assert abs(rate[-1]) > 0.0
+    assert check(replace(run, rate=rate), "derivative").verdict is verdict
+
+
+@pytest.mark.parametrize(("size", "verdict"), [(1e-15, CONSISTENT), (1e-12, VIOLATED)])
+def test_a_run_that_is_at_rest_from_its_start_is_not_judged(size, verdict):
+    system = paper_system("free")
+    states = [size * y for y in states_of(system)]
+    run = replace(evidence(system, states), scale=1e3)
+    assert check(replace(run, rate=2.0 * run.rate), "derivative").verdict is verdict
+
+
+def test_a_consistent_derivative_names_its_worst_sample():
+    """The stabilizer reports 5e-10 more than it dissipates, which is less than the tolerance."""
+    system = with_wrong_stabilizer(system_of("free"), 5e-10)
+    run = evidence(system, states_of(system))
+    errors = [error_in_doubles(system, y) for y in run.states]
+    assert 1e-11 < min(errors) < 0.9 * max(errors) < 1e-9
+    found = check(run, "derivative")
+    assert found.verdict is CONSISTENT
+    # The round-off of the largest power, 2e-7 of it at this tolerance, is added to each power.
+    assert found.value == pytest.approx(max(errors), rel=1e-5)
+    assert found.time == run.times[int(np.argmax(errors))]
+
+
+@pytest.mark.parametrize("has_potential", [True, False])
+def test_a_positive_v_is_named_where_it_is_least(has_potential):
+    system = system_of("free")
+    run = replace(evidence(system, states_of(system)), scale=4.0, has_potential=has_potential)
+    found = check(run, "positive")
+    assert found.verdict is CONSISTENT
+    assert found.value == run.value.min() / 4.0
+    assert found.time == run.times[int(run.value.argmin())]
+    assert found.bound == (pytest.approx(-1e-12, rel=0.9) if has_potential else -np.inf)
+
+
+def turned(values):
+    Q, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
+    matrix = Q @ np.diag(values) @ Q.T
+    return 0.5 * (matrix + matrix.T), Q
+
+
+def lost_digits():
+    """Return a system and states whose v' is a small difference of large terms."""
+    L_r, Q = turned([1e13, 1e6, 1.0])
+    body = Body(41.0, np.diag([10.0, 8.0, 4.0]), np.array([0.15, 0.1, -0.42]))
+    system = bare_system(body, K_t=K_T, L_t=DAMPING, K_r=K_R, L_r=L_r)
+    soft = [np.concatenate([np.zeros(3), k * Q[:, 2], np.zeros(6)]) for k in (1.0, 0.7, 0.3)]
+    return system, [state_of(system, Z) for Z in soft]
+
+
+def test_a_rate_that_has_lost_its_digits_is_unknown():
+    found = check(evidence(*lost_digits()), "derivative")
+    assert found.verdict is UNKNOWN
+    assert found.value > found.bound
+
+
+@pytest.mark.parametrize(("error", "verdict"), [(1e-10, UNKNOWN), (1e-8, VIOLATED)])
+def test_lost_digits_do_not_excuse_a_stored_rate_of_another_state(error, verdict):
+    system, states = lost_digits()
+    run = evidence(system, [1e3 * y for y in states])
+    dissipated = np.abs(run.dissipation).sum(axis=1)
+    wrong = replace(run, rate=run.rate + error * dissipated)
+    assert check(wrong, "derivative").verdict is verdict
+
+
+def test_a_stored_rate_of_another_state_is_violated():
+    system = system_of("free")
+    run = evidence(system, states_of(system))
+    assert check(run, "derivative").verdict is CONSISTENT
+    wrong = replace(run, rate=run.rate * (1.0 + 1e-6))
+    assert check(wrong, "derivative").verdict is VIOLATED
+
+
+def test_states_that_are_no_numbers_are_unknown():
+    system = system_of("free")
+    run = evidence(system, states_of(system))
+    states = run.states.copy()
+    states[2, 0] = np.nan
+    with np.errstate(all="ignore"):
+        assert check(replace(run, states=states), "derivative").verdict is UNKNOWN
+
+
+class NoBalls(ViscoElasticConnector):
+    """A connector that works only with numbers of numpy.
+
+    `np.real` alone does not tell: since numpy 2.5 it takes the real parts of balls too.
+    """
+
+    def dissipated(self, motion, own):
+        if motion.F.dtype == object:
+            raise TypeError("only numbers of numpy")
+        return float(np.real(motion.F) @ self.L_c @ np.real(motion.F)) * (1.0 + 1e-6)
+
+
+def test_an_element_that_accepts_only_floats_is_not_decided():
+    system = paper_system("visco-elastic")
+    elements = (*system.elements[:-1], NoBalls(K_C, DAMPING))
+    system = replace(system, elements=elements)
+    assert check(evidence(system, states_of(system)), "derivative").verdict is UNKNOWN

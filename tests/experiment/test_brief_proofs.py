@@ -1,0 +1,201 @@
+"""Protects brief proofs, which nobody asked for: they end early, say so, and block no other one."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from click.testing import CliRunner
+from support.config_elements import CONTROLLER, config_data
+
+from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+from rbstab.analysis.proof.tied import rest_states, search
+from rbstab.config.build import problem_of
+from rbstab.config.load import load_config
+from rbstab.experiment import proof as module
+from rbstab.experiment.answers.run_answer import answer_of
+from rbstab.experiment.convergence.convergence import Enclose
+from rbstab.experiment.proof_cache import cached_proof, proof_for
+from rbstab.experiment.run_to_file import prove_run, run_to_file
+from rbstab.experiment.stability import statements_of
+from rbstab.experiment.stored_proof.proof import STOPPED, Proof, no_proof
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.proofs.columns import NO_PROOF, NOT_PROVED, PROVED
+from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, keep_proofs
+from rbstab.sweep.proofs.prove_bodies import prove_bodies
+from rbstab_cli.main import cli
+
+TIED = CONTROLLER | {
+    "variant": "visco-elastic",
+    "K_c": [9000.0, 9000.0, 9000.0],
+    "L_c": [90.0, 90.0, 90.0],
+}
+SPRING = {
+    "kind": "spring",
+    "point": [0.02, 0.0, 0.3],
+    "anchor": [0.6, 0.01, 0.9],
+    "stiffness": 300.0,
+    "rest_length": 0.5,
+}
+DATA = config_data({"strut": SPRING}, TIED, integration={"duration": 0.02, "samples": 3})
+GOES_ON = "rbstab run --prove CONFIG goes on"
+
+
+@pytest.fixture(autouse=True)
+def _brief(monkeypatch):
+    """A brief proof ends after 1000 boxes, and no proof is made for all real θ1 and θ3."""
+    monkeypatch.setattr(search, "BRIEF_BOX_LIMIT", 1000)
+    monkeypatch.setattr(rest_states, "unwrapped_tied_states", lambda *_, **__: None)
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Return the list of the proofs that are made, and whether each was to be brief."""
+    calls: list[bool] = []
+
+    def counted(*arguments: Any, prove: Any = module.prove, **options: Any) -> Proof:
+        calls.append(options.get("brief", False))
+        found: Proof = prove(*arguments, **options)
+        return found
+
+    monkeypatch.setattr(module, "prove", counted)
+    return calls
+
+
+@pytest.mark.heavy
+def test_a_brief_proof_is_not_repeated_and_blocks_no_other(tmp_path, made):
+    config = load_config(DATA)
+    first = proof_for(tmp_path, config, brief=True)
+    assert (first.proved, first.brief, first.outcome) == (False, True, STOPPED)
+    assert 1000 <= first.examined < 1000 + search.BATCH
+    assert first.ended == f"{STOPPED}; {GOES_ON}"
+    assert [text for text in statements_of(first) if GOES_ON in text]
+    assert proof_for(tmp_path, config, brief=True) == first == cached_proof(tmp_path, config)
+    assert made == [True]
+    full = proof_for(tmp_path, config)
+    assert (full.proved, full.brief) == (True, None)
+    assert made == [True, False]
+    assert GOES_ON not in " ".join(statements_of(full))
+    assert "brief" not in full.model_dump(mode="json")
+    # What was asked for is kept by a later run that asks for nothing.
+    assert proof_for(tmp_path, config, brief=True) == full
+    assert made == [True, False]
+
+
+def test_the_outcome_is_that_of_a_search_that_stops():
+    assert SearchOutcome.BOX_LIMIT.value == STOPPED
+
+
+@pytest.mark.heavy
+def test_a_brief_proof_with_boxes_to_spare_is_the_whole_one(monkeypatch):
+    monkeypatch.setattr(search, "BRIEF_BOX_LIMIT", 10**6)
+    brief, full = module.prove(DATA, brief=True), module.prove(DATA)
+    assert brief.model_copy(update={"seconds": full.seconds}) == full
+
+
+@pytest.mark.heavy
+def test_a_brief_proof_may_end_with_its_region(monkeypatch):
+    """The list of rest states is complete, and the boxes end while the region is bounded."""
+    full = module.prove(DATA)
+    monkeypatch.setattr(search, "BRIEF_BOX_LIMIT", full.examined + 100)
+    brief = module.prove(DATA, brief=True)
+    assert (brief.proved, brief.brief) == (True, True)
+    assert brief.region is not None
+    assert brief.region.energy_bound is None
+    assert not brief.region.proved
+    assert [text for text in statements_of(brief) if "Certified region" in text and GOES_ON in text]
+
+
+def test_a_brief_proof_does_not_replace_one_that_was_stored_in_the_meantime(tmp_path, monkeypatch):
+    config = load_config(DATA)
+    whole = no_proof(module.proof_id(config), "found elsewhere", 0.0)
+
+    def beside(config: Any, problem: Any, *, brief: bool, prove: Any = module.prove) -> Proof:
+        found: Proof = prove(config, problem, brief=brief)
+        if brief:
+            monkeypatch.setattr(module, "prove", lambda *_, **__: whole)
+            proof_for(tmp_path, config)
+        return found
+
+    monkeypatch.setattr(module, "prove", beside)
+    assert proof_for(tmp_path, config, brief=True) == whole
+    assert cached_proof(tmp_path, config) == whole
+
+
+@pytest.mark.heavy
+def test_a_stored_run_is_completed_by_a_later_proof(tmp_path):
+    config = load_config(DATA)
+    problem, path = problem_of(config), tmp_path / "x.h5"
+    run = run_to_file(config, path, problem)
+    brief = proof_for(tmp_path, config, problem, brief=True)
+    first = prove_run(run, config, problem, brief, Enclose.BRIEFLY)
+    answers = answer_of(first.result, brief)
+    assert GOES_ON in answers.this_start.sentence
+    assert GOES_ON in answers.whole_range.sentence
+    assert Enclose(int(first.result.attributes["convergence_enclosed"])) is Enclose.BRIEFLY
+    # A second brief try has nothing to do, and one that is asked for has.
+    assert prove_run(first, config, problem, brief, Enclose.BRIEFLY) is first
+    proof = proof_for(tmp_path, config, problem)
+    done = prove_run(first, config, problem, proof, Enclose.UNTIL_PROVED)
+    assert str(answer_of(done.result, proof).this_start).startswith("proved")
+    assert str(answer_of(done.result, proof).whole_range).startswith("proved")
+
+
+def printed(*arguments: str) -> str:
+    """Return what a command prints, without the breaks of its lines."""
+    done = CliRunner().invoke(cli, list(arguments))
+    assert done.exit_code == 0, done.output
+    return " ".join(done.stdout.split())
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("command", ["run", "stability"])
+def test_the_command_that_is_named_goes_on(command, tmp_path, made, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("x.yaml").write_text(yaml.safe_dump(json.loads(json.dumps(DATA))))
+    for _ in range(2):
+        text = printed("run", "x.yaml", "-q")
+        assert "not decided" in text
+        assert GOES_ON in text
+    assert made == [True]
+    asked = ["run", "x.yaml", "-q", "--prove"] if command == "run" else ["stability", "x.yaml"]
+    assert GOES_ON not in printed(*asked)
+    assert made == [True, False]
+    text = printed("run", "x.yaml", "-q")
+    assert "not decided" not in text
+    assert made == [True, False]
+
+
+@pytest.mark.heavy
+def test_members_that_share_a_brief_proof_are_proved_by_a_later_one(tmp_path, made):
+    plan = load_plan({"base": DATA, "vary": {"initial.angular_velocity[0]": {"values": [0.5, 90]}}})
+
+    def codes() -> list[int]:
+        found: list[int] = ProvedConvergence(plan, tmp_path).of(0, 2).codes.tolist()
+        return found
+
+    keep_proofs(plan, tmp_path, brief=True)
+    assert codes() == [NO_PROOF, NO_PROOF]
+    assert ProvedConvergence(plan, tmp_path).brief == 1
+    keep_proofs(plan, tmp_path)
+    assert codes() == [PROVED, NOT_PROVED]
+    assert made == [True, False]
+
+
+@pytest.mark.heavy
+def test_bodies_with_brief_proofs_are_proved_by_a_later_one(tmp_path, made):
+    plan = load_plan({"base": DATA, "vary": {"body.mass": {"values": [41.0]}}})
+    nothing = MemberConvergence(*ProvedConvergence(plan, tmp_path).of(0, 1))
+    assert nothing.codes.tolist() == [NO_PROOF]
+    stored = nothing
+    for _ in range(2):
+        brief = prove_bodies(plan, tmp_path, stored, budget=30.0)
+        stored = brief.found
+        assert stored.codes.tolist() == [NO_PROOF]
+        assert (brief.brief, brief.reached_bodies) == (1, 1)
+    assert made == [True]
+    full = prove_bodies(plan, tmp_path, stored, budget=None)
+    assert full.found.codes.tolist() == [PROVED]
+    assert full.brief == 0
+    assert made == [True, False]

@@ -31,7 +31,7 @@ COMMANDS = {
     "report": "Make a report of runs and sweeps.",
     "plot": "Draw one figure of runs and sweeps, or write its data.",
     "stability": "Find the rest states of configs, and prove where motions converge.",
-    "verify": "Check a proof by a program of its own.",
+    "verify": "Check proofs by a program of its own.",
     "sensitivities": "Compute how a run depends on its gains, its body and its initial state.",
     "tune": "Scale gains to minimize an objective of the run.",
     "guard": "Find a guard of θ2 with which motions are proved to keep the range.",

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     "withins",
     multiple=True,
     metavar="KEY=±SIZE",
-    help="Prove it for everything within tolerances: for all bodies, with keys of body, gravity "
-    "and controller (controller=±20%, body.contact_point=±0.01), or for all starts "
+    help="Prove convergence for everything within tolerances: for all bodies, with keys of body, "
+    "gravity and controller (controller=±20%, body.contact_point=±0.01), or for all starts "
     "(initial.angular_velocity=±0.5). Repeatable.",
 )
 @click.option(

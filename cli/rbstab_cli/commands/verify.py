@@ -45,11 +45,12 @@ def command(
 ) -> None:
     """Check proofs by a program of its own.
 
-    PROOF is a file of DIR/proofs, as `rbstab stability` writes it. It may also be a folder of
-    results DIR: then all its proofs of rest states are checked, or with --config the newest proof
-    of that config. Its rest states and the region of each minimum are checked. The checker shares
-    no bounds and no arithmetic with the program that made the proof: it computes all of them anew,
-    in balls of 128 bits. If a claim is wrong or cannot be confirmed, the exit code is 4.
+    PROOF is a file of DIR/proofs, as `rbstab stability` writes it, or a folder of results DIR. Of a
+    folder all proofs of rest states are checked, or with --config the newest proof of that config.
+
+    The rest states of a proof and the region of each minimum are checked. The checker shares no
+    bounds and no arithmetic with the program that made the proof: it computes all of them anew, in
+    balls of 128 bits. If a claim is wrong or cannot be confirmed, the exit code is 4.
     """
     from rbstab_cli.arguments.proofs import is_other_proof, proofs_of_folder
     from rbstab_cli.output.text_file import check_target

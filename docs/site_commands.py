@@ -47,6 +47,8 @@ class Commands(Directive):
             item += [term, meaning]
             options += item
         section += options
+        example = (command.epilog or "").rpartition("\n")[2].strip()
+        section += nodes.literal_block(example, example, language="text")
         return section
 
 

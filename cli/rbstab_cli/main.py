@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from rbstab_cli import exit_codes
+from rbstab_cli.help_examples import FIRST_STEPS, example_of
 from rbstab_cli.interrupts import handle_interrupts, interrupted_code, stop_handling
 from rbstab_cli.streams import (
     ReaderGoneError,
@@ -31,7 +32,7 @@ COMMANDS = {
     "report": "Make a report of runs and sweeps.",
     "plot": "Draw one figure of runs and sweeps, or write its data.",
     "stability": "Find the rest states of configs, and prove where motions converge.",
-    "verify": "Check a proof by a program of its own.",
+    "verify": "Check proofs by a program of its own.",
     "sensitivities": "Compute how a run depends on its gains, its body and its initial state.",
     "tune": "Scale gains to minimize an objective of the run.",
     "guard": "Find a guard of θ2 with which motions are proved to keep the range.",
@@ -82,6 +83,7 @@ class LazyGroup(click.Group):
             return None
         module = ".".join(filter(None, ("rbstab_cli.commands", ROOMS.get(cmd_name), cmd_name)))
         command: click.Command = import_module(module).command
+        command.epilog = example_of(cmd_name)
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -140,7 +142,9 @@ def _print_version(ctx: click.Context, _parameter: click.Parameter, value: bool)
     ctx.exit()
 
 
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=LazyGroup, epilog=FIRST_STEPS, context_settings={"help_option_names": ["-h", "--help"]}
+)
 @click.option(
     "--version",
     is_flag=True,

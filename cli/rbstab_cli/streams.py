@@ -1,11 +1,15 @@
 """The standard streams of the process: closed, behind a closed pipe, or without some characters."""
 
+import codecs
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from io import TextIOWrapper
 from pathlib import Path
+
+NAME_BYTES = "rbstab-name-bytes"
+"""The error handler that prints the bytes of names which Python could not decode."""
 
 
 class ReaderGoneError(Exception):
@@ -26,7 +30,12 @@ def prepare_streams() -> None:
 
     A stream that is closed becomes the null device. A character that the encoding of a stream lacks
     is printed as its escape, U+03B8 as `u03b8` after a backslash, so that no output fails.
+
+    A stream of ASCII becomes UTF-8. In the C locale without Python's UTF-8 mode, Python reads the
+    bytes of a name above 127 as lone surrogates. They are printed as the bytes that they were, so
+    a name is printed as it is.
     """
+    codecs.register_error(NAME_BYTES, _name_bytes)
     # In the order of their numbers, so that each one gets the number of its stream.
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         stream = getattr(sys, name)
@@ -34,7 +43,26 @@ def prepare_streams() -> None:
             stream = Path(os.devnull).open(mode, encoding="utf-8")  # noqa: SIM115 (it stays open)
             setattr(sys, name, stream)
         if mode == "w" and isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
+            if _is_ascii(stream):
+                # click prints UTF-8 on such a stream anyway, but names with question marks.
+                stream.reconfigure(encoding="utf-8", errors=NAME_BYTES)
+            else:
+                stream.reconfigure(errors="backslashreplace")
+
+
+def _is_ascii(stream: TextIOWrapper) -> bool:
+    return codecs.lookup(stream.encoding).name == "ascii"
+
+
+def _name_bytes(error: UnicodeError) -> tuple[bytes, int]:
+    """Handle a lone surrogate: as the byte that it stands for, or else as its escape."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    text = error.object[error.start : error.end]
+    try:
+        return text.encode("utf-8", "surrogateescape"), error.end
+    except UnicodeEncodeError:
+        return text.encode("ascii", "backslashreplace"), error.end
 
 
 def flush_streams() -> None:

@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Callable
 from threading import Event
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
@@ -51,16 +51,21 @@ def run_task(
                 report_sweep(sweep)
             _print_end(sweep, fail_fast=fail_fast, interrupted=interrupted.is_set(), quiet=quiet)
         proving = after is not None and sweep.finished and not interrupted.is_set()
-        answers = after(sweep) if after is not None and proving else None
+        try:
+            answers = after(sweep) if after is not None and proving else None
+        except KeyboardInterrupt:
+            _exit_at_once("all members are stored, and the finished proofs")
         if as_json:
             report_sweep(sweep, as_json=True, answers=answers)
         elif answers is not None:
             for sentence in answers.sentences:
                 click.echo(f"Convergence: {sentence}.")
+        if answers is not None and answers.missing:
+            _exit_without_proofs(sweep, answers.missing)
         if sweep.finished and not quiet:
             click.echo(f"Next: rbstab report {_folder_word(sweep)}", err=True)
     except KeyboardInterrupt:
-        _exit_at_once()
+        _exit_at_once("finished shards are stored")
     except ExecutorError as error:
         click.echo(f"error: {error}", err=True)
         click.echo("Finished shards are stored. Run the same command again to resume.", err=True)
@@ -69,12 +74,21 @@ def run_task(
     raise click.exceptions.Exit(code)
 
 
-def _exit_at_once() -> None:
+def _exit_without_proofs(sweep: "Sweep", missing: str) -> NoReturn:
+    """End the command after an interrupt of its proofs: all results are stored."""
+    click.echo(
+        f"Interrupted: all {sweep.folder.manifest.members} members are stored in "
+        f"{sweep.folder.sweep_file}; missing: {missing}.",
+        err=True,
+    )
+    click.echo("Run the same command again to resume.", err=True)
+    raise click.exceptions.Exit(exit_codes.INTERRUPTED)
+
+
+def _exit_at_once(stored: str) -> NoReturn:
     from rbstab_cli.interrupts import interrupted_code
 
-    click.echo(
-        "Interrupted: finished shards are stored. Run the same command again to resume.", err=True
-    )
+    click.echo(f"Interrupted: {stored}. Run the same command again to resume.", err=True)
     sys.stdout.flush()
     sys.stderr.flush()
     # Do not wait for the threads that are still computing.

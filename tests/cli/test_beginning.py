@@ -129,3 +129,10 @@ def test_wrong_words(arguments: list[str], message: str, rbstab: Invoke) -> None
     assert done.exit_code == 2
     assert message in done.stderr
     assert contents(".") == {}
+
+
+def test_a_hint_ends_its_sentence(folder: Path, rbstab: Invoke) -> None:
+    stderr = rbstab("examples", "paper/case").stderr
+    assert "?. " not in stderr
+    assert stderr.endswith("? `rbstab examples` lists them.\n")
+    assert rbstab("examples", "zzz").stderr.endswith("zzz. `rbstab examples` lists them.\n")

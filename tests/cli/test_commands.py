@@ -3,6 +3,7 @@
 """
 
 import json
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 import yaml
 from cli.conftest import GOOD, Invoke
 
+from rbstab_cli.help_examples import EXAMPLES, FIRST_STEPS
 from rbstab_cli.main import COMMANDS, cli
 
 
@@ -22,6 +24,27 @@ def test_the_listed_help_is_the_commands_own(name: str) -> None:
     assert command is not None
     assert command.name == name
     assert command.get_short_help_str(limit=200) == COMMANDS[name]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_help_of_a_command_ends_with_an_example(
+    name: str, folder: Path, rbstab: Invoke
+) -> None:
+    """It is on one line, and its words are arguments and options that the command has."""
+    *_, title, line = rbstab(name, "--help").stdout.rstrip().splitlines()
+    assert title.strip() == "Example:"
+    example = line.strip()
+    assert example == EXAMPLES[name]
+    program, command_name, *words = shlex.split(example.partition(" > ")[0])
+    assert (program, command_name) == ("rbstab", name)
+    command = cli.get_command(click.Context(cli), name)
+    assert command is not None
+    context = command.make_context(name, words)
+    assert context.args == []
+
+
+def test_the_help_ends_with_the_first_steps(rbstab: Invoke) -> None:
+    assert rbstab("--help").stdout.endswith(f"{FIRST_STEPS}\n")
 
 
 def test_help_does_not_wait_for_numerical_packages() -> None:

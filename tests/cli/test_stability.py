@@ -115,10 +115,24 @@ def test_an_along_that_is_none(folder: Path, rbstab: Invoke, text: str) -> None:
     assert "expected KEY=FROM:TO:COUNT" in done.stderr
 
 
-def test_an_along_of_no_gain(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("stability", "good.yaml", "--along", "controller.K_x=1:2:3", "--no-run")
+@pytest.mark.parametrize(
+    ("key", "expected"),
+    [
+        ("controller.Kr", "did you mean controller.K_r?"),
+        ("K_r", "did you mean controller.K_r?"),
+        ("controller.K_r[0]", "did you mean controller.K_r?"),
+        ("bdy.mass", "did you mean body.mass?"),
+        ("body.mass.x.y", "did you mean body.mass?"),
+        ("title", "expected one of controller.K_t, controller.L_t, controller.K_r, "),
+    ],
+)
+def test_an_along_of_no_gain(key: str, expected: str, folder: Path, rbstab: Invoke) -> None:
+    """It is refused before anything is computed; the proof would be stored in results/proofs."""
+    done = rbstab("stability", "good.yaml", "--along", f"{key}=1:2:3")
     assert done.exit_code == 2
-    assert "no numbers at controller.K_x" in done.stderr
+    message = f"--along {key}:1:1: {key} has no numbers that a factor can scale ({expected}"
+    assert done.stderr.startswith(message)
+    assert not Path("results").exists()
 
 
 def test_wrong_configs_are_all_told_first(folder: Path, rbstab: Invoke) -> None:

@@ -118,8 +118,10 @@ def test_json_and_yaml_keep_every_character(
 
 
 def test_escapes_show_which_character_is_missing(unicode_run: Path, run_with: Run) -> None:
+    shown = run_with("latin-1", "report", "results/unicode.h5", "--format", "text")
+    assert b"\\u0398, \xe9, \\U0001f600" in shown.stdout
     shown = run_with("ascii", "report", "results/unicode.h5", "--format", "text")
-    assert b"\\u0398, \\xe9, \\U0001f600" in shown.stdout
+    assert TITLE.encode() in shown.stdout
 
 
 def rbstab(*arguments: str) -> list[str]:
@@ -146,6 +148,43 @@ def test_names_that_are_not_utf_8(folder: Path, run_with: Run) -> None:
     options = ("--search-only", "--no-run", "-o", "out.txt")
     assert run_with("utf-8", "stability", name, *options).code == 0
     assert "\\udcff.yaml" in Path("out.txt").read_text(encoding="utf-8")
+
+
+NAME = "größe"
+
+IN_ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+"""The C locale without Python's UTF-8 mode: names are decoded as ASCII, with lone surrogates."""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="file names are text there")
+@pytest.mark.parametrize("locale", [{"LC_ALL": "C"}, IN_ASCII], ids=["C", "ascii"])
+def test_names_that_are_not_ascii_are_printed_in_the_c_locale(
+    locale: dict[str, str], tmp_path: Path
+) -> None:
+    unset = {"PYTHONIOENCODING", "PYTHONUTF8", "LC_CTYPE", "LANG"}
+    environment = {name: text for name, text in os.environ.items() if name not in unset} | locale
+
+    def printed(*arguments: str, code: int = 0) -> str:
+        done = subprocess.run(
+            rbstab(*arguments), capture_output=True, env=environment, check=False, cwd=tmp_path
+        )
+        assert done.returncode == code, done.stderr
+        # Every byte that is printed is UTF-8.
+        return (done.stdout + done.stderr).decode()
+
+    config, result = f"{NAME}/experiment.yaml", f"{NAME}/out/experiment.h5"
+    quoted = f"'{NAME}'"
+    assert f"-> {config}\n" in (made := printed("init", NAME))
+    assert f"Next: cd {quoted} && rbstab run experiment.yaml\n" in made
+    assert result in printed("run", config, "--no-prove", "-o", f"{NAME}/out")
+    assert result in printed("list", f"{NAME}/out")
+    assert f"-> {NAME}/r.html\n" in printed("report", result, "-o", f"{NAME}/r.html")
+    assert f"{NAME}/no.yaml" in printed("check", f"{NAME}/no.yaml", code=2)
+    assert f"{NAME}/no.h5" in printed("show", f"{NAME}/no.h5", code=4)
+    assert f"No such command {quoted}" in printed(NAME, code=2)
+    page = (tmp_path / NAME / "r.html").read_text("utf-8")
+    assert f"rbstab report &#39;{result}&#39; -o" in page
+    assert "udcc" not in page
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such exit code there")

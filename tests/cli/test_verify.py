@@ -87,6 +87,48 @@ def test_another_config_is_refused(proof: Path, rbstab: Invoke) -> None:
     assert rbstab("verify", str(proof), *changes).exit_code == 2
 
 
+def test_all_proofs_of_a_folder_are_checked(proof: Path, rbstab: Invoke) -> None:
+    changes = ("--set", "body.contact_point=[0.15, 0.10, -0.43]")
+    assert rbstab("stability", "good.yaml", "--no-run", *changes).exit_code == 0
+    (other,) = set(proof.parent.iterdir()) - {proof}
+    (proof.parent / "within-0.json").write_text("{}")
+    for folder in (proof.parent.parent, proof.parent):
+        done = rbstab("verify", str(folder))
+        assert done.exit_code == 0
+        for path in (proof, other):
+            assert f"{folder / path.relative_to(folder)}: verified\n" in done.stdout
+        counts = "2 of 2 proofs verified; 1 within tolerances cannot be checked\n"
+        assert done.stdout.endswith(f"{folder}: {counts}")
+    # That of one config is found by the config.
+    done = rbstab("verify", "results", "--config", "good.yaml", *changes, "--json")
+    assert done.exit_code == 0
+    assert [one["id"] for one in json.loads(done.stdout)] == [other.stem]
+    # A wrong proof does not stop the others, and neither does a damaged one.
+    data = read_document(proof)
+    data["region"]["lower_bound"] *= 1.01
+    write_document(proof, data)
+    (proof.parent / "0.json").write_text("{}")
+    done = rbstab("verify", "results")
+    assert done.exit_code == 4
+    assert f"results/proofs/{proof.name}: REFUSED\n" in done.stdout
+    assert f"results/proofs/{other.name}: verified\n" in done.stdout
+    assert "results: 1 of 3 proofs verified" in done.stdout
+    assert "results/proofs/0.json is damaged" in done.stderr
+
+
+def test_a_folder_without_proofs(proof: Path, rbstab: Invoke) -> None:
+    Path("empty").mkdir()
+    done = rbstab("verify", "empty")
+    assert done.exit_code == 4
+    assert done.stderr.startswith("empty has no proof that can be checked.")
+    done = rbstab("verify", "results", "--config", "good.yaml", "--set", "body.mass=5")
+    assert done.exit_code == 4
+    assert done.stderr.startswith("results has no proof of this config that can be checked.")
+    done = rbstab("verify", "results", "--certificate", "boxes.json")
+    assert done.exit_code == 2
+    assert "--certificate needs the file of one proof; results is a folder" in done.stderr
+
+
 def test_json_and_certificate(proof: Path, rbstab: Invoke) -> None:
     done = rbstab("verify", str(proof), "--json", "--certificate", "boxes.json")
     assert done.exit_code == 0

@@ -79,12 +79,21 @@ def test_largest_is_bracketed(held: Path, rbstab: Invoke) -> None:
     ("arguments", "message"),
     [
         (["--within", "controller.K_r"], "expected KEY=±SIZE"),
-        (["--largest-within", "initial"], "is a number of the initial state"),
+        (
+            ["--largest-within", "initial"],
+            "--largest-within initial: initial.angular_velocity[0] is a number of the initial",
+        ),
+        (
+            ["--within", "initial=±1%", "--largest-within", "controller.K_r"],
+            "--within: initial.angular_velocity[0] is a number of the initial state (beside",
+        ),
+        (["--largest-within", "--within"], "needs a KEY, such as controller.K_r; --within is an o"),
         (["--largest-within", "controller.K_x"], "controller.K_x has no numbers"),
         (["--within", "controller.K_r=±100%"], "at the low end of the tolerance"),
         (
             ["--within", "controller.K_r=±1%", "--largest-within", "controller"],
-            "gives a second tolerance of controller.K_r[0]",
+            "--largest-within controller:1:1: gives a second tolerance of controller.K_r[0] "
+            "(expected a key without a tolerance; leave out --largest-within or that tolerance)",
         ),
         (["--search-only", "--within", "controller.K_r=±1%"], "--search-only makes no proofs"),
     ],

@@ -45,6 +45,41 @@ def test_a_config_in_place_of_a_result(
     assert "damaged" not in done.stderr
 
 
+@pytest.mark.parametrize("command", ["plot", "report", "show", "compare", "verify"])
+@pytest.mark.parametrize(("text", "verb"), [(GOOD, "run"), (PLAN, "sweep")], ids=["config", "plan"])
+def test_a_config_of_any_name(
+    folder: Path, rbstab: Invoke, command: str, text: str, verb: str
+) -> None:
+    """A config is called so although its name does not end in .yaml."""
+    what = {"run": "a config", "sweep": "the plan of a sweep"}[verb]
+    Path("mine.txt").write_text(text)
+    done = rbstab(command, *["mine.txt"] * (2 if command == "compare" else 1))
+    assert done.exit_code in (2, 4)
+    assert f"mine.txt is {what}, not a" in done.stderr.replace("mine.txt: ", "mine.txt ")
+    assert "damaged" not in done.stderr
+    if command != "verify":
+        assert f"Run it: rbstab {verb} mine.txt" in done.stderr
+    elif verb == "run":
+        assert "Prove it: rbstab stability mine.txt" in done.stderr
+
+
+def test_another_text_is_no_config(folder: Path, rbstab: Invoke) -> None:
+    Path("notes.txt").write_text("some: notes\n")
+    done = rbstab("show", "notes.txt")
+    assert done.exit_code == 4
+    assert "notes.txt is damaged or is not HDF5" in done.stderr
+
+
+def test_a_folder_of_results_names_the_results_in_it(folder: Path, rbstab: Invoke) -> None:
+    Path("my results/proofs").mkdir(parents=True)
+    assert "my results: is a folder, but not a sweep, and no result is in it\n" in (
+        rbstab("report", "my results").stderr
+    )
+    rbstab("run", "good.yaml", "--no-prove", "-q", "-o", "my results")
+    message = "Name the results in it: 'my results'/*.h5\n"
+    assert message in rbstab("report", "my results").stderr
+
+
 def test_the_named_command_works(files: Path, rbstab: Invoke) -> None:
     message = rbstab("plot", f"{BLANK}/good.yaml").stderr
     _, *words = shlex.split(message.partition("Run it: ")[2])
@@ -219,7 +254,8 @@ LARGEST = "--largest-within"
         ),
         (
             ["--within", "body=±1%", LARGEST, "body.mass"],
-            f"{LARGEST} body.mass:1:1: gives a second tolerance of body.mass",
+            f"{LARGEST} body.mass:1:1: gives a second tolerance of body.mass (expected a key "
+            f"without a tolerance; leave out {LARGEST} or that tolerance)",
         ),
         (
             ["--within", "controler=±1%"],

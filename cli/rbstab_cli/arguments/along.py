@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import click
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
     from rbstab.config.schema import Config
     from rbstab.experiment.locus import LocusPoint
 
@@ -42,11 +45,36 @@ def parse_along(text: str) -> Along:
     return along
 
 
-def locus_points(config: "Config", along: Along) -> "list[LocusPoint]":
-    """Compute the root locus of a config along a gain.
+def checked_along(configs: "Mapping[Path, Config]", texts: tuple[str, ...]) -> list[Along]:
+    """Return the values of --along, before anything is computed.
+
+    If a config has no numbers at one of the keys, print all problems and end the command with exit
+    code 2.
 
     Raises:
-        UsageError: The config has no such gain.
+        UsageError: A text does not have the form KEY=FROM:TO:COUNT.
+    """
+    from rbstab.config.errors import ConfigError
+    from rbstab.experiment.locus import check_key
+    from rbstab_cli.arguments.configs import exit_on_problems
+
+    alongs = [parse_along(text) for text in texts]
+    problems: dict[str, None] = {}
+    for config in configs.values():
+        for along in alongs:
+            try:
+                check_key(config, along.key)
+            except ConfigError as error:
+                problems.update(dict.fromkeys(str(problem) for problem in error.problems))
+    exit_on_problems(problems)
+    return alongs
+
+
+def locus_points(config: "Config", along: Along) -> "list[LocusPoint]":
+    """Compute the root locus of a config along a gain that it has.
+
+    Raises:
+        UsageError: A scaled config is not valid.
     """
     import numpy as np
 
@@ -56,7 +84,5 @@ def locus_points(config: "Config", along: Along) -> "list[LocusPoint]":
     factors = np.geomspace(along.start, along.end, along.points)
     try:
         return root_locus(config, along.key, factors)
-    except KeyError as error:
-        raise click.UsageError(f"--along: this config has no numbers at {along.key}") from error
     except ConfigError as error:
         raise click.UsageError(f"--along: {error}") from error

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from rbstab.experiment.start_sets.starts_record import StartsProof
 
 
+_OF_BODIES = "expected only numbers of body, gravity and controller"
+
+
 class Within(NamedTuple):
     """What is proved for all bodies, or for all starts, within tolerances of one config.
 
@@ -70,37 +73,57 @@ def checked_tolerances(
         configs: The configs by their paths.
         texts: The values of --within.
         largest: The values of --largest-within; they are checked as well.
+
+    Raises:
+        UsageError: A value of --largest-within is another option: its key was left out.
     """
     from rbstab.config.errors import ConfigError
     from rbstab.config.tolerances import tolerances_of, tolerances_of_key
     from rbstab_cli.arguments.configs import exit_on_problems
 
+    for key in largest:
+        if key.startswith("-"):
+            raise click.UsageError(
+                f"--largest-within needs a KEY, such as controller.K_r; {key} is an option"
+            )
     problems: dict[str, None] = {}
     found = {}
     for path, config in configs.items():
         try:
             found[path] = tolerances_of(config, texts)
-            every = list(found[path])
-            for key in largest:
-                every += tolerances_of_key(config, key, "--largest-within", texts)
+            searched = {
+                key: tolerances_of_key(config, key, "--largest-within", texts) for key in largest
+            }
         except ConfigError as error:
             problems.update(dict.fromkeys(str(problem) for problem in error.problems))
         else:
-            problems.update(dict.fromkeys(_mixed(every, with_largest=bool(largest))))
+            problems.update(dict.fromkeys(_mixed(found[path], searched)))
     exit_on_problems(problems)
     return found
 
 
-def _mixed(tolerances: "Sequence[Tolerance]", *, with_largest: bool) -> list[str]:
-    """Return what is wrong with tolerances that cannot be proved together."""
-    starts = [one for one in tolerances if one.section == "initial"]
-    others = [one for one in tolerances if one.section != "initial"]
-    if starts and with_largest:
-        key = starts[0].entry.key
+def _mixed(
+    given: "Sequence[Tolerance]", searched: "Mapping[str, Sequence[Tolerance]]"
+) -> list[str]:
+    """Return what is wrong with tolerances that cannot be proved together.
+
+    Args:
+        given: The tolerances of --within.
+        searched: By the values of --largest-within, the tolerances of each beside the given ones.
+    """
+    starts = [one for one in given if one.section == "initial"]
+    others = [one for one in given if one.section != "initial"]
+    if searched and starts:
         return [
-            f"--largest-within, --within: {key} is a number of the initial state "
-            f"(with --largest-within, expected only numbers of body, gravity and controller)"
+            f"--within: {starts[0].entry.key} is a number of the initial state (beside "
+            f"--largest-within, {_OF_BODIES})"
         ]
+    for key, tolerances in searched.items():
+        own = [one.entry.key for one in tolerances if one.section == "initial"]
+        if own:
+            return [
+                f"--largest-within {key}: {own[0]} is a number of the initial state ({_OF_BODIES})"
+            ]
     if starts and others:
         return [
             f"--within: both {starts[0].entry.key} and {others[0].entry.key} have a tolerance "

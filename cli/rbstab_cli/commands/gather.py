@@ -36,7 +36,9 @@ def command(folder: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
         task = _gather_task(folder, allow_python=allow_python, quiet=quiet)
         run_task(task, fail_fast=False, as_json=as_json, quiet=quiet)
     except StoreError as error:
-        click.echo(f"{folder}: {error}", err=True)
+        # Most messages begin with the folder.
+        about = "" if str(error).startswith(str(folder)) else f"{folder}: "
+        click.echo(f"{about}{error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
     except (CodeNotAllowedError, EngineMissingError) as error:
         raise click.UsageError(str(error)) from error

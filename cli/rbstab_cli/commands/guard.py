@@ -64,7 +64,8 @@ def command(
     """Find a guard of θ2 with which motions are proved to keep the range.
 
     A barrier adds the energy ½ k tan² θ2. Stiffnesses k from 0.01 to 50,000 N m are tried until
-    every start is proved to converge and the run of the config stays in the range; then some below.
+    every start is proved to converge and the run of the config stays in the range. Then some
+    smaller ones are tried.
 
     A soft guard adds ½ k (|θ2| - θ_s)² (stiff) or K (|θ2| - θ_s) (repelling) beyond a soft angle.
     The least k or K, of three digits, is found with which this start is proved to keep the range.

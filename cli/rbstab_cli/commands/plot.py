@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="File of the figure: .svg, .pdf or .png, 170 mm wide; .csv has its data.",
 )
-@click.option("--force", is_flag=True, help="Replace an existing FILE.")
+@click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 def command(results: tuple[Path, ...], name: str | None, output: Path | None, force: bool) -> None:
     """Draw one figure of runs and sweeps, or write its data.
 

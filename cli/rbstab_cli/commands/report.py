@@ -31,8 +31,8 @@ ENDINGS = {"html": ".html", "md": ".md", "pdf": ".pdf", "text": ".txt"}
     "--output",
     metavar="FILE",
     type=click.Path(path_type=Path),
-    help="File of the report; default results/report.html (.md, .pdf by format). Without -o, "
-    "text is printed.",
+    help="File of the report; default results/report.html (.md, .pdf by format). With "
+    "--format text the default is to print it.",
 )
 @click.option(
     "--format",

@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from rbstab.experiment.run_to_file import FiledRun
 
 
+MAX_NAMED = 6
+"""The most runs without proofs that a message names."""
+
+
 @click.command("run")
 @click.argument(
     "configs", nargs=-1, required=True, metavar="CONFIG...", type=click.Path(path_type=Path)
@@ -177,6 +181,7 @@ class _Batch:
         self.finished: list[_Finished] = []
         self.begun: tuple[Config, Path] | None = None
         self.all_stored = False
+        self.proved = 0
         self.exit_code = exit_codes.OK
 
     def run(self, label: str, config: "Config", target: Path) -> None:
@@ -221,6 +226,7 @@ class _Batch:
         for number, finished in enumerate(self.finished):
             with working(f"{Path(finished.label).name}: proof", wanted=not self.quiet):
                 self.finished[number] = self._proved(finished)
+            self.proved = number + 1
 
     def _proved(self, finished: _Finished) -> _Finished:
         """Return a run with its proof; a proof that cannot be stored leaves the run as it is.
@@ -249,7 +255,10 @@ class _Batch:
     def say_interrupted(self, count: int) -> None:
         """Say how many of the runs are stored after an interrupt."""
         done = count if self.all_stored else len(self.finished) + self._has_stored_unfinished()
-        proofs = "; not all of their proofs are" if self.all_stored else ""
+        without = self.finished[self.proved :] if self.all_stored else []
+        names = ", ".join(str(finished.run.path) for finished in without[:MAX_NAMED])
+        more = f" and {len(without) - MAX_NAMED} more" if len(without) > MAX_NAMED else ""
+        proofs = f"; the proofs of {names}{more} are missing" if without else ""
         click.echo(f"Interrupted: {done} of {count} runs are stored{proofs}.", err=True)
         click.echo("Run the same command again to resume.", err=True)
         self.exit_code = exit_codes.INTERRUPTED

@@ -76,11 +76,12 @@ def _shown_as_other(path: Path, *, as_json: bool, as_config: bool) -> bool:
     """Show what is not the file of a run, and return True; False if it should be such a file."""
     # Imported late: a run is opened without these modules, and so without waiting for them.
     from rbstab.listing.kinds import Kind, kind_of
+    from rbstab.report.reading.not_results import what_it_is
     from rbstab.store.errors import StoreError
     from rbstab_cli.output.stored_files import show_other
 
     try:
-        if kind_of(path) is Kind.RUN:
+        if kind_of(path) is Kind.RUN and what_it_is(path) is None:
             return False
         show_other(path, as_json=as_json, as_config=as_config)
     except StoreError as error:

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     "withins",
     multiple=True,
     metavar="KEY=±SIZE",
-    help="Prove it for everything within tolerances: for all bodies, with keys of body, gravity "
-    "and controller (controller=±20%, body.contact_point=±0.01), or for all starts "
+    help="Prove convergence for everything within tolerances: for all bodies, with keys of body, "
+    "gravity and controller (controller=±20%, body.contact_point=±0.01), or for all starts "
     "(initial.angular_velocity=±0.5). Repeatable.",
 )
 @click.option(
@@ -84,7 +84,7 @@ def command(
     from rbstab.config.build import problem_of
     from rbstab.experiment.convergence.convergence import Enclose
     from rbstab.experiment.stability import stability_of
-    from rbstab_cli.arguments.along import locus_points, parse_along
+    from rbstab_cli.arguments.along import checked_along, locus_points
     from rbstab_cli.arguments.within import checked_tolerances, proved_within
     from rbstab_cli.output.printed import stdout_to_file
     from rbstab_cli.output.progress import fraction_bar
@@ -99,7 +99,7 @@ def command(
         check_target(output, force=force)
     loaded = load_all(configs, changes, allow_python=allow_python)
     tolerances = checked_tolerances(loaded, withins, largest)
-    loci = [parse_along(text) for text in alongs]
+    loci = checked_along(loaded, alongs)
     reports = []
     for path, config in loaded.items():
         within = proved_within(config, results, withins, tolerances[path], largest, fraction_bar)

@@ -15,10 +15,6 @@ if TYPE_CHECKING:
     from rbstab.experiment.verification.verify import Verification
 
 
-OTHER_PROOFS = ("within-", "starts-")
-"""The beginnings of the names of proofs within tolerances."""
-
-
 @click.command("verify")
 @click.argument("proof", metavar="PROOF", type=click.Path(path_type=Path))
 @click.option(
@@ -47,38 +43,41 @@ def command(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Check a proof by a program of its own.
+    """Check proofs by a program of its own.
 
-    PROOF is a file of DIR/proofs, as `rbstab stability` writes it. Its rest states and the region
-    of each minimum are checked. The checker shares no bounds and no arithmetic with the program
-    that made the proof: it computes all of them anew, in balls of 128 bits. If a claim is wrong or
-    cannot be confirmed, the exit code is 4.
+    PROOF is a file of DIR/proofs, as `rbstab stability` writes it, or a folder of results DIR. Of a
+    folder all proofs of rest states are checked, or with --config the newest proof of that config.
+
+    The rest states of a proof and the region of each minimum are checked. The checker shares no
+    bounds and no arithmetic with the program that made the proof: it computes all of them anew, in
+    balls of 128 bits. If a claim is wrong or cannot be confirmed, the exit code is 4.
     """
-    from rbstab.experiment.proof import Proof
-    from rbstab.experiment.verification.verify import verify
-    from rbstab.store.document import read_model
-    from rbstab.store.errors import StoreError
-    from rbstab_cli.output.progress import claims_checked
-    from rbstab_cli.output.text_file import check_target, write_text
+    from rbstab_cli.arguments.proofs import is_other_proof, proofs_of_folder
+    from rbstab_cli.output.text_file import check_target
 
     if changes and config_path is None:
         raise click.UsageError("--set changes a config; give it with --config.")
     if certificate is not None:
         check_target(certificate, force=force)
     config = None if config_path is None else _config(config_path, changes)
-    if proof.name.startswith(OTHER_PROOFS):
+    if proof.is_dir():
+        if certificate is not None:
+            raise click.UsageError(
+                f"--certificate needs the file of one proof; {proof} is a folder"
+            )
+        files, others = proofs_of_folder(proof, config)
+        _check_folder(proof, files, others, config, as_json=as_json, quiet=quiet)
+        return
+    if is_other_proof(proof):
         raise click.UsageError(
             f"{proof} is a proof for all bodies, or for all starts, within tolerances; only proofs "
             "of rest states can be checked"
         )
     _refuse_others(proof)
-    try:
-        stored = read_model(proof, Proof)
-    except StoreError as error:
-        click.echo(f"error: {error}", err=True)
-        raise click.exceptions.Exit(exit_codes.STORAGE) from error
-    with claims_checked(proof.name, wanted=not quiet) as progress:
-        found = verify(stored, config, progress)
+    checked = _checked(proof, config, quiet=quiet)
+    if checked is None:
+        raise click.exceptions.Exit(exit_codes.STORAGE)
+    stored, found = checked
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
@@ -87,10 +86,62 @@ def command(
         _print(proof, found)
     if certificate is not None:
         from rbstab_cli.output.json_output import as_json_text
+        from rbstab_cli.output.text_file import write_text
 
         write_text(certificate, as_json_text(_certificate(stored, found)) + "\n", force=force)
     if not found.verified:
         raise click.exceptions.Exit(exit_codes.STORAGE)
+
+
+def _check_folder(
+    folder: Path,
+    files: list[Path],
+    others: int,
+    config: "Config | None",
+    *,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Check proofs of a folder one after the other; a damaged one does not stop the others."""
+    data, verified = [], 0
+    for path in files:
+        checked = _checked(path, config, quiet=quiet)
+        if checked is None:
+            continue
+        stored, found = checked
+        verified += found.verified
+        data.append(_data(path, stored, found))
+        if not as_json:
+            _print(path, found)
+            click.echo()
+    if as_json:
+        from rbstab_cli.output.json_output import print_json
+
+        print_json(data)
+    else:
+        not_checked = f"; {others} within tolerances cannot be checked" if others else ""
+        click.echo(f"{folder}: {verified} of {len(files)} proofs verified{not_checked}")
+    if verified < len(files):
+        raise click.exceptions.Exit(exit_codes.STORAGE)
+
+
+def _checked(
+    path: Path, config: "Config | None", *, quiet: bool
+) -> "tuple[Proof, Verification] | None":
+    """Return a proof with what was found of it; print why it cannot be read, and return None."""
+    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.verification.verify import verify
+    from rbstab.store.document import read_model
+    from rbstab.store.errors import StoreError
+    from rbstab_cli.output.progress import claims_checked
+
+    try:
+        stored = read_model(path, Proof)
+    except StoreError as error:
+        click.echo(f"error: {error}", err=True)
+        return None
+    with claims_checked(path.name, wanted=not quiet) as progress:
+        return stored, verify(stored, config, progress)
 
 
 def _refuse_others(path: Path) -> None:
@@ -104,7 +155,7 @@ def _refuse_others(path: Path) -> None:
     prove = f"Prove it: rbstab stability {shell_word(path)}. " if what == CONFIG else ""
     raise click.UsageError(
         f"{path} is {what}, not a proof. {prove}Proofs are the files in DIR/proofs, by default "
-        "results/proofs"
+        "results/proofs; `rbstab verify results` checks all of them"
     )
 
 

@@ -22,10 +22,10 @@ def show_other(path: Path, *, as_json: bool, as_config: bool) -> None:
     """
     from rbstab.files.shell_words import shell_word
     from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
-    from rbstab.report.reading.not_results import not_a_result
+    from rbstab.report.reading.not_results import CONFIG, PLAN, not_a_result, what_it_is
 
     kind = kind_of(path)
-    if kind is Kind.CONFIG:
+    if kind is Kind.CONFIG or what_it_is(path) in {CONFIG, PLAN}:
         raise click.UsageError(
             f"{path} {not_a_result(path)}; or check it: rbstab check {shell_word(path)}"
         )

@@ -37,12 +37,13 @@ def write_text(path: Path, text: str, *, force: bool, keep_access: bool = False)
         force: As `check_target`.
         keep_access: Whether the file keeps its permissions; it must exist.
     """
+    from rbstab.files.names import readable_name
     from rbstab.store.disk.atomic import write_atomically
     from rbstab.store.errors import StoreError
 
     check_target(path, force=force)
     # The name of a file in the text may have bytes that are not UTF-8.
-    content = text.encode(errors="backslashreplace")
+    content = readable_name(text).encode(errors="backslashreplace")
     try:
         write_atomically(path, content, replace=force, keep_access=keep_access)
     except (OSError, StoreError) as error:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import NamedTuple
 
+from rbstab.files.names import readable_name
+
 
 class Location(NamedTuple):
     """A position in a source: the path of a file (or an option), line and column (from 1)."""
@@ -55,8 +57,12 @@ are left out."""
 
 
 def printable(text: str) -> str:
-    """Escape line breaks and control characters of an untrusted text; the result is one line."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    """Escape line breaks and control characters of an untrusted text; the result is one line.
+
+    Names of files in it are made readable first.
+    """
+    shown = readable_name(text)
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in shown)
 
 
 MIN_MISSPELT = 3

@@ -27,6 +27,8 @@ _SIZE = re.compile(r"(?:±|\+/-|\+-)(?P<number>[0-9.]+(?:[eE][+-]?[0-9]{1,3})?)(
 LARGEST = 10**100
 """Tolerances are below this."""
 
+_SECOND = "gives a second tolerance of"
+
 _EXPECTED = "expected KEY=±SIZE or KEY=±SIZE%, such as controller=±20% or body.contact_point=±0.01"
 
 
@@ -91,7 +93,15 @@ def tolerances_of_key(
     try:
         return tolerances_of(config, [*fixed, f"{key}=±0.001%"])
     except ConfigError as error:
-        raise ConfigError([replace(one, location=where) for one in error.problems]) from error
+        # The other texts are valid, so a second tolerance is that of the key.
+        expected = f"expected a key without a tolerance; leave out {option} or that tolerance"
+        problems = [replace(one, location=where) for one in error.problems]
+        raise ConfigError(
+            [
+                replace(one, expected=expected) if one.problem.startswith(_SECOND) else one
+                for one in problems
+            ]
+        ) from error
 
 
 def tolerances_of(config: Config, texts: Iterable[str]) -> tuple[Tolerance, ...]:
@@ -117,7 +127,7 @@ def tolerances_of(config: Config, texts: Iterable[str]) -> tuple[Tolerance, ...]
             continue
         twice = [one.entry.key for one in new if one.entry.paths[0] in found]
         if twice:
-            problems.append(_problem(text, f"gives a second tolerance of {twice[0]}"))
+            problems.append(_problem(text, f"{_SECOND} {twice[0]}"))
             continue
         problems += _invalid_bounds(config, text, new)
         found |= {one.entry.paths[0]: one for one in new}

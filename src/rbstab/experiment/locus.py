@@ -7,6 +7,8 @@ import numpy as np
 from rbstab.analysis.linearisation import Linearisation, linearise
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
+from rbstab.config.entries import entries_of
+from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest_keys, shortened
 from rbstab.config.load import changed_config, resolved
 from rbstab.config.schema import Config
 from rbstab.experiment.switching_record import smooth_rest_system
@@ -66,11 +68,30 @@ def scaled(config: Config, key: str, factor: float) -> Config:
     *sections, last = key.split(".")
     owner: Any = data
     for section in sections:
-        owner = owner[section]
+        owner = owner.get(section) if isinstance(owner, dict) else None
     if not isinstance(owner, dict):
         raise KeyError(key)
     owner[last] = _multiplied(owner[last], factor, key)
     return changed_config(config, data)
+
+
+def check_key(config: Config, key: str) -> None:
+    """Check that a value of a config can be multiplied; the error names the keys that were meant.
+
+    Raises:
+        ConfigError: There is no such key, or it holds no numbers.
+    """
+    try:
+        scaled(config, key, 1.0)
+    except KeyError as error:
+        own = dict.fromkeys(one.key.partition("[")[0] for one in entries_of(config))
+        known = [name for name in own if not name.startswith("initial.")]
+        meant = closest_keys(key.partition("[")[0], known)
+        expected = f"expected one of {', '.join(known)}"
+        expected = f"did you mean {' or '.join(meant)}?" if meant else expected
+        problem = f"{shortened(key)} has no numbers that a factor can scale"
+        where = Location(f"--along {shortened(key)}")
+        raise ConfigError([ConfigProblem(where, "", problem, expected)]) from error
 
 
 def _multiplied(value: Any, factor: float, key: str) -> Any:

@@ -5,6 +5,8 @@ import shlex
 import sys
 from os import PathLike, fspath
 
+from rbstab.files.names import readable_name
+
 _PLAIN_ON_WINDOWS = re.compile(r"[\w.:\\/+-]+")
 """Words that `cmd` and PowerShell take as they are."""
 
@@ -21,7 +23,7 @@ def quoted(text: str) -> str:
     `cmd` of Windows does not know single quotes, and a backslash is no reason to quote there.
     """
     if sys.platform != "win32":
-        return shlex.quote(text)
+        return shlex.quote(readable_name(text))
     if _PLAIN_ON_WINDOWS.fullmatch(text):
         return text
     # No name of a file has a double quote there; in a title, a program reads \" as one.

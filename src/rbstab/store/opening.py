@@ -93,7 +93,7 @@ class Hdf5Reader:
         groups = {
             name: len(self.hdf5[name])
             for name in self.hdf5
-            if isinstance(self.hdf5.get(name, getlink=True), h5py.HardLink)
+            if _is_hard_link(self.hdf5, name)
             and h5py.h5o.get_info(self.hdf5.id, name.encode()).type == h5py.h5o.TYPE_GROUP
         }
         self._check_count(len(self.hdf5) + sum(groups.values()))
@@ -111,10 +111,10 @@ class Hdf5Reader:
             NotAResultError: There is no such array, or it is not what rbstab writes.
         """
         dataset = self.array(name)
-        data = (
-            self._texts(name, dataset) if _is_text(dataset) else dataset[() if row is None else row]
-        )
-        return Variable(self.dimensions(name), np.asarray(data), *self.description(dataset))
+        is_text = _is_text(dataset.dtype)
+        data = self._texts(name, dataset) if is_text else dataset[() if row is None else row]
+        dimensions = _dimensions_of(dataset, name)
+        return Variable(dimensions, np.asarray(data), *self.description(dataset))
 
     def array(self, name: str) -> h5py.Dataset:
         """Return an array without reading it; reading it is safe.
@@ -124,19 +124,22 @@ class Hdf5Reader:
         """
         group, _, short_name = name.rpartition("/")
         parent = self.hdf5[group] if group else self.hdf5
-        link = parent.get(short_name, getlink=True)
-        dataset = parent[short_name] if isinstance(link, h5py.HardLink) else None
-        if not isinstance(dataset, h5py.Dataset) or dataset.is_virtual or dataset.external:
-            # rbstab never writes links to other files, and does not follow them.
-            raise NotAResultError(f"{self.path}: {name} is not an array of this file")
-        if not _is_text(dataset) and dataset.dtype.kind not in "fiuS":
-            raise NotAResultError(f"{self.path}: {name} holds neither numbers nor texts")
+        # Low-level calls, because creating h5py objects takes most of the time of reading a file.
+        dataset = parent[short_name] if _is_hard_link(parent, short_name) else None
+        if not isinstance(dataset, h5py.Dataset):
+            raise self._no_array(name)
         plan = dataset.id.get_create_plist()
+        if plan.get_layout() == h5py.h5d.VIRTUAL or plan.get_external_count():
+            # rbstab never writes links to other files, and does not follow them.
+            raise self._no_array(name)
+        dtype = dataset.dtype
+        if not _is_text(dtype) and dtype.kind not in "fiuS":
+            raise NotAResultError(f"{self.path}: {name} holds neither numbers nor texts")
         if plan.get_layout() != h5py.h5d.CONTIGUOUS or plan.get_nfilters():
             raise NotAResultError(
                 f"{self.path}: {name} is stored in chunks or with a filter, which rbstab never does"
             )
-        size = dataset.size * (_TEXT_REFERENCE if _is_text(dataset) else dataset.dtype).itemsize
+        size = dataset.size * (_TEXT_REFERENCE if _is_text(dtype) else dtype).itemsize
         offset = dataset.id.get_offset()
         if size and (offset is None or offset + size > self.hdf5.id.get_filesize()):
             raise self._damaged(f"its array {name} is larger than the file")
@@ -144,10 +147,7 @@ class Hdf5Reader:
 
     def dimensions(self, name: str) -> tuple[str, ...]:
         """Return the names of the dimensions of an array: the first scale of each axis."""
-        dataset = self.hdf5[name]
-        if dataset.is_scale:
-            return (name.rpartition("/")[2],)
-        return tuple(_scale_name(dataset, axis) for axis in range(dataset.ndim))
+        return _dimensions_of(self.hdf5[name], name)
 
     def description(self, dataset: h5py.Dataset) -> tuple[str, str]:
         """Return the unit and the meaning of an array; "" if they are missing."""
@@ -173,21 +173,27 @@ class Hdf5Reader:
 
     def _attribute(self, owner: h5py.File | h5py.Dataset, name: str) -> str | int | float | None:
         """Return an attribute; None if it is missing, or is neither a number nor a text."""
-        if name not in owner.attrs:
+        if not h5py.h5a.exists(owner.id, name.encode()):
             return None
-        attribute = owner.attrs.get_id(name)
-        is_text = h5py.check_string_dtype(attribute.dtype) is not None
-        if attribute.shape != () or not (is_text or attribute.dtype.kind in "fiu"):
+        # Opened once, at the low level: a file has some eighty attributes.
+        attribute = h5py.h5a.open(owner.id, name.encode())
+        dtype = attribute.dtype
+        is_text = _is_text(dtype)
+        if attribute.shape != () or not (is_text or dtype.kind in "fiu"):
             return None
         if attribute.get_storage_size() > MAX_TEXT_BYTES:
             return None
-        value = owner.attrs[name]
-        plain = value.item() if isinstance(value, np.generic) else value
+        value = np.zeros((), dtype=dtype)
+        attribute.read(value)
+        plain = value.item().decode("utf-8", "surrogateescape") if is_text else value.item()
         return plain if isinstance(plain, str | int | float) else None
 
     def _check_count(self, objects: int) -> None:
         if objects > MAX_OBJECTS:
             raise NotAResultError(f"{self.path} has more arrays than a result of rbstab")
+
+    def _no_array(self, name: str) -> NotAResultError:
+        return NotAResultError(f"{self.path}: {name} is not an array of this file")
 
     def _damaged(self, reason: str) -> NotAResultError:
         return NotAResultError(f"{self.path} is damaged: {reason}")
@@ -251,9 +257,23 @@ def _open_raw(path: Path) -> Iterator[BinaryIO]:
             raise _unreadable(path, error) from error
 
 
-def _is_text(dataset: h5py.Dataset) -> bool:
-    found = h5py.check_string_dtype(dataset.dtype)
+def _is_text(dtype: np.dtype[Any]) -> bool:
+    found = h5py.check_string_dtype(dtype)
     return found is not None and found.length is None
+
+
+def _is_hard_link(parent: h5py.Group, name: str) -> bool:
+    """Whether a name in a group leads to an object of the same file, and not by another name."""
+    try:
+        return bool(parent.id.links.get_info(name.encode()).type == h5py.h5l.TYPE_HARD)
+    except KeyError:
+        return False
+
+
+def _dimensions_of(dataset: h5py.Dataset, name: str) -> tuple[str, ...]:
+    if h5py.h5ds.is_scale(dataset.id):
+        return (name.rpartition("/")[2],)
+    return tuple(_scale_name(dataset, axis) for axis in range(dataset.ndim))
 
 
 def _scale_name(dataset: h5py.Dataset, axis: int) -> str:

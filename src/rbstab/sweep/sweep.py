@@ -184,13 +184,14 @@ def gather_folder(
             return _finish(plan, folder, inventory, runs, _Control(on_event, stop or Event()))
 
 
-def prove_members(
+def prove_members(  # noqa: PLR0913 (options by name)
     plan: Plan,
     sweep: Sweep,
     *,
     budget: float | None = BUDGET,
     processes: int = 1,
     progress: Progress = lambda _reached, _all: None,
+    stop: Event | None = None,
 ) -> BodyProofs:
     """Prove the rest states of each distinct body of a finished sweep, and store what follows.
 
@@ -202,6 +203,7 @@ def prove_members(
         budget: The time for all proofs, s; None: no limit.
         processes: The largest number of worker processes.
         progress: Called after each body with the number of those that were reached, and of all.
+        stop: Set by an interrupt; what was proved until then is stored.
 
     Raises:
         FolderInUseError: Another process is writing to the folder.
@@ -215,6 +217,7 @@ def prove_members(
             budget=budget,
             processes=processes,
             progress=progress,
+            stop=stop,
         )
         if not np.array_equal(proofs.found.codes, stored.codes):
             digest = digest_of_shards(sweep.inventory)

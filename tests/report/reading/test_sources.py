@@ -181,7 +181,7 @@ def test_a_certificate_whose_columns_do_not_belong_together(name, how, good, tmp
 def test_another_folder(good, tmp_path):
     other = tmp_path / "other"
     other.mkdir()
-    assert reason(other, good).startswith("is a folder, but not a sweep. Name the files")
+    assert reason(other, good).startswith("is a folder, but not a sweep, and no result")
 
 
 def test_a_sweep_that_is_not_finished(good, tmp_path, sweep):

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-from functools import partial
 
 import numpy as np
 import pytest
@@ -130,6 +129,15 @@ def test_the_plan_in_the_folder_is_made_whole(tmp_path, harm):
 
 
 def test_a_sweep_that_is_not_finished_cannot_be_opened(tmp_path):
-    run_sweep(tmp_path / "a", listener=Listener(1), factory=partial(FakeEngine, delay=1e-3))
+    """However slow the machine is, shard 5 waits for the stop, and shard 6 comes after it."""
+    listener = Listener(1)
+
+    class Waiting(FakeEngine):
+        def compute(self, start, stop):
+            if start >= 40:
+                assert listener.stop.wait(600)
+            return super().compute(start, stop)
+
+    run_sweep(tmp_path / "a", listener=listener, factory=Waiting, threads=1)
     with pytest.raises(StoreError, match=r"not finished: [1-5] of 6 shards are stored"):
         open_sweep(tmp_path / "a")

@@ -61,7 +61,8 @@ def _copy(words: tuple[str, ...], output: Path) -> None:
     try:
         wanted = [name for word in words for name in examples_named(word)] if words else names()
     except UnknownExampleError as error:
-        raise click.UsageError(f"{error}. `rbstab examples` lists them.") from error
+        end = "" if str(error).endswith("?") else "."
+        raise click.UsageError(f"{error}{end} `rbstab examples` lists them.") from error
     contents = {str(below): path.read_bytes() for below, path in files_of(wanted).items()}
     write_new_files(output, contents, keep_equal=True)
     first = described(wanted[0])

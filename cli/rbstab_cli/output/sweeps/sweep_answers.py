@@ -15,10 +15,14 @@ MAX_COUNTED = 100_000
 
 
 class Answers(NamedTuple):
-    """What is proved of the members: sentences, and the same as data for JSON."""
+    """What is proved of the members: sentences, and the same as data for JSON.
+
+    missing says which proofs an interrupt has prevented; it is empty if there was none.
+    """
 
     sentences: list[str]
     data: dict[str, Any]
+    missing: str = ""
 
 
 def prove_and_tell(
@@ -53,7 +57,10 @@ def prove_and_tell(
 
 
 def _of_shared(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) -> Answers:
-    """Prove the rest states that the members of each variant share."""
+    """Prove the rest states that the members of each variant share.
+
+    An interrupt ends the proofs at once. Each finished one is stored.
+    """
     from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs, shares_proof
     from rbstab_cli.output.progress import working
 
@@ -61,7 +68,11 @@ def _of_shared(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
     bodies = sum(shares_proof(plan, variant) for variant in plan.variants)
     data: dict[str, Any] = {"bodies": bodies, "reached": bodies}
     with working("proofs of rest states", wanted=not quiet):
-        keep_proofs(plan, results, brief=not unlimited)
+        try:
+            keep_proofs(plan, results, brief=not unlimited)
+        except KeyboardInterrupt:
+            missing = _number(bodies, "proof of rest states", "proofs of rest states")
+            return Answers([], {"bodies": bodies, "reached": None, "interrupted": True}, missing)
         if plan.members > MAX_COUNTED:
             return Answers(["rbstab report shows for which members it is proved"], data)
         proofs = ProvedConvergence(plan, results)
@@ -71,23 +82,34 @@ def _of_shared(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
 
 
 def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) -> Answers:
-    """Prove the rest states of each distinct body, within a budget."""
+    """Prove the rest states of each distinct body, within a budget.
+
+    The first interrupt ends the proofs; what was proved until then is stored. The second one ends
+    the command at once.
+    """
+    from threading import Event
+
     import numpy as np
 
     from rbstab.processes.processors import processor_count
-    from rbstab.sweep.proofs.bodies import ranges_of
+    from rbstab.sweep.proofs.bodies import named_members, ranges_of
     from rbstab.sweep.proofs.columns import NO_PROOF
     from rbstab.sweep.proofs.prove_bodies import BUDGET
     from rbstab.sweep.sweep import prove_members
+    from rbstab_cli.interrupts import graceful_interrupts
     from rbstab_cli.output.progress import counting
 
     budget = None if unlimited else BUDGET
     if not quiet:
         limit = "without a limit of time" if budget is None else f"for at most {budget:g} s"
         click.echo(f"Proving the rest states of the bodies, {limit} ...", err=True)
-    with counting("proofs of rest states", wanted=not quiet) as progress:
+    stop = Event()
+    with (
+        graceful_interrupts(stop, stop),
+        counting("proofs of rest states", wanted=not quiet) as progress,
+    ):
         proofs = prove_members(
-            plan, sweep, budget=budget, processes=processor_count(), progress=progress
+            plan, sweep, budget=budget, processes=processor_count(), progress=progress, stop=stop
         )
     left = np.flatnonzero(~proofs.reached & (proofs.found.codes == NO_PROOF))
     counts = Counter(proofs.found.codes.tolist())
@@ -101,6 +123,9 @@ def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
         "members_not_reached": ranges,
     }
     sentences = _sentences(counts, len(left)) + _ended_early(proofs.brief)
+    if stop.is_set() and len(left):
+        missing = f"the proofs of {_bodies_left(proofs)}: those of {named_members(ranges)}"
+        return Answers(sentences, data | {"interrupted": True}, missing)
     if len(left):
         sentences.append(_not_reached(len(left), ranges, proofs))
     elif not unlimited:
@@ -109,6 +134,11 @@ def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
             f"{proofs.seconds:.2g} s of at most {BUDGET:g} s"
         )
     return Answers(sentences, data)
+
+
+def _bodies_left(proofs: "BodyProofs") -> str:
+    left = proofs.bodies - proofs.reached_bodies
+    return f"{left} of {_number(proofs.bodies, 'distinct body', 'distinct bodies')}"
 
 
 def _not_reached(count: int, ranges: list[tuple[int, int]], proofs: "BodyProofs") -> str:

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from rbstab.config.elements import declarations_of, gain_path
 from rbstab.config.entries import Entry, entries_under, value_at
+from rbstab.config.errors import closest_keys
 from rbstab.config.load import changed_config, resolved
 from rbstab.config.overrides import parse_key
 from rbstab.config.schema import Config
@@ -61,8 +62,11 @@ def _entries(config: Config, key: str) -> tuple[Entry, ...]:
         known += [gain_path(name, section, gain) for gain in scaled]
     found = next((gain for gain in known if path[: len(gain)] == gain), None)
     if found is None:
-        expected = ", ".join(key_of(gain) for gain in known)
-        raise TuningError(f"{key}: is not a gain of this config (expected one of {expected})")
+        names = [key_of(gain) for gain in known]
+        meant = closest_keys(key.partition("[")[0], names)
+        hint = f", did you mean {' or '.join(meant)}?" if meant else ""
+        expected = f"expected one of {', '.join(names)}{hint}"
+        raise TuningError(f"{key}: is not a gain of this config ({expected})")
     value = value_at(config, found)
     if len(path) > len(found) and isinstance(value, tuple) and isinstance(value[0], tuple):
         raise TuningError(

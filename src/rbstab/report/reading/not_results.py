@@ -1,13 +1,16 @@
 """Say what a file is that was named in place of a result: a config, a plan, or a proof."""
 
+from contextlib import suppress
 from pathlib import Path
 
 from rbstab.config.errors import ConfigError
 from rbstab.experiment.proof_cache import PROOFS
 from rbstab.files.shell_words import shell_word
-from rbstab.sweep.plan.load import is_plan
+from rbstab.sweep.plan.load import is_config, is_plan
 
 YAML = (".yaml", ".yml")
+
+RESULT = ".h5"
 
 CONFIG, PLAN, PROOF = "a config", "the plan of a sweep", "a proof"
 
@@ -20,7 +23,7 @@ COMMANDS = {
 
 
 def what_it_is(path: Path) -> str | None:
-    """Return what a file is, told by its name and place; None if it may be a result."""
+    """Return what a file is, told by its name, place and text; None if it may be a result."""
     if not path.is_file():
         return None
     if path.suffix.lower() in YAML:
@@ -28,8 +31,13 @@ def what_it_is(path: Path) -> str | None:
             return PLAN if is_plan(path) else CONFIG
         except ConfigError:
             return "a YAML file"
-    is_proof = path.suffix == ".json" and path.absolute().parent.name == PROOFS
-    return PROOF if is_proof else None
+    if path.suffix.lower() == ".json":
+        return PROOF if path.absolute().parent.name == PROOFS else None
+    if path.suffix.lower() != RESULT:
+        # A config may have any name.
+        with suppress(ConfigError):
+            return PLAN if is_plan(path) else CONFIG if is_config(path) else None
+    return None
 
 
 def not_a_result(path: Path) -> str | None:

@@ -8,9 +8,10 @@ from typing import Any, Literal
 import numpy as np
 
 from rbstab.experiment.stored_certificate import CertificateLine
+from rbstab.files.shell_words import shell_word
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.element_states import state_in_file
-from rbstab.report.reading.not_results import not_a_result
+from rbstab.report.reading.not_results import RESULT, not_a_result
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result
@@ -24,6 +25,9 @@ from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS, is_element_sta
 
 SWEEP: Literal["sweep"] = "sweep"
 """Returned in place of the content of a sweep; a report reads its columns later."""
+
+MAX_NAMED = 3
+"""The most sweeps that a message names."""
 
 TEXT_QUANTITY = "transition_kind"
 """The only quantity that is text."""
@@ -44,10 +48,24 @@ def file_of(path: Path) -> Path:
     if file.is_file():
         return file
     if not (path / MANIFEST).exists():
-        raise NotAResultError(
-            f"{path} is a folder, but not a sweep. Name the files in it: {path}/*.h5"
-        )
+        raise NotAResultError(f"{path} is a folder, but not a sweep{_results_in(path)}")
     raise unfinished_error(read_folder(path))
+
+
+def _results_in(folder: Path) -> str:
+    """Return the end of a message that names the results in a folder of results."""
+    try:
+        inside = list(folder.iterdir())
+    except OSError:
+        return ""
+    word = shell_word(folder)
+    names = [f"{word}/*.h5"] if any(path.suffix == RESULT for path in inside) else []
+    sweeps = [path for path in inside if (path / MANIFEST).is_file()]
+    names += [shell_word(path) for path in sorted(sweeps)[:MAX_NAMED]]
+    more = f" and {len(sweeps) - MAX_NAMED} more sweeps" if len(sweeps) > MAX_NAMED else ""
+    if not names:
+        return ", and no result is in it"
+    return f". Name the results in it: {' '.join(names)}{more}"
 
 
 def content_of(file: Path) -> Result | Literal["sweep"]:

@@ -11,6 +11,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VARIANT, VariedKey
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.convergence import undecided_reason
+from rbstab.sweep.proofs.spread_order import alternated, spread_order
 
 VARIANT_KEY = key_of(VARIANT)
 
@@ -28,10 +29,13 @@ class Bodies:
         of_member: The number of each member's body, shape (members,); -1 if no theorem decides the
             motions of its variant.
         first: The first member of each body, ascending, shape (bodies,).
+        order: The bodies in an order of which every beginning is spread over the values of all
+            varied keys, and over the variants, shape (bodies,).
     """
 
     of_member: Array
     first: Array
+    order: Array
 
     def __len__(self) -> int:
         return len(self.first)
@@ -49,6 +53,7 @@ def bodies_of(plan: Plan) -> Bodies:
     variants = values.get(VARIANT_KEY)
     of_member = np.full(plan.members, -1)
     firsts: list[Array] = []
+    orders: list[Array] = []
     for variant, own in names.items():
         if undecided_reason(plan, variant) is not None:
             continue
@@ -56,13 +61,14 @@ def bodies_of(plan: Plan) -> Bodies:
         # One more row of zeros: a body of its own if nothing of it varies.
         numbers = [np.zeros(len(rows)), *(values[one.key][rows].astype(float) for one in own)]
         table = np.stack(numbers, axis=1)
-        _, first, inverse = np.unique(table, axis=0, return_index=True, return_inverse=True)
+        distinct, first, inverse = np.unique(table, axis=0, return_index=True, return_inverse=True)
         of_member[rows] = sum(map(len, firsts)) + inverse.ravel()
+        orders.append(sum(map(len, firsts)) + spread_order(distinct))
         firsts.append(rows[first])
     found = np.concatenate([np.zeros(0, dtype=int), *firsts])
     order = np.argsort(found)
     place = np.append(np.argsort(order), -1)  # the last entry stays -1
-    return Bodies(place[of_member], found[order])
+    return Bodies(place[of_member], found[order], place[alternated(orders)])
 
 
 def own_keys(plan: Plan, variant: str) -> tuple[VariedKey, ...]:

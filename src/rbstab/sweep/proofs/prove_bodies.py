@@ -6,10 +6,11 @@ call goes on after the members that were decided before.
 
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from pathlib import Path
+from threading import Event
 from time import monotonic
 from typing import NamedTuple
 
@@ -32,6 +33,9 @@ BUDGET = 30.0
 
 ALONE = 2
 """Up to this many bodies are proved in this process: workers take a second to start."""
+
+POLL = 0.1
+"""s between looks at whether an interrupt has come."""
 
 Progress = Callable[[int, int], None]
 """Called with the number of bodies that were reached, and of all."""
@@ -67,11 +71,13 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
     budget: float | None = BUDGET,
     processes: int = 1,
     progress: Progress = lambda _reached, _all: None,
+    stop: Event | None = None,
 ) -> BodyProofs:
     """Prove the rest states of each distinct body, and find the members that start in a region.
 
-    The bodies are reached in the order of their first members. No new one is begun when the budget
-    is used up.
+    The bodies are reached in an order that is spread over the plan, so that a part of them shows
+    all of it thinly. No new one is begun when the budget is used up. An interrupt ends the running
+    proofs too, but for one in this process; all finished ones are kept.
 
     Args:
         plan: The plan.
@@ -81,6 +87,7 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
         budget: The time, s; None: no limit.
         processes: The largest number of worker processes.
         progress: Called after each body.
+        stop: Set by an interrupt; None: it cannot be interrupted.
 
     Raises:
         StoreError: A proof cannot be written.
@@ -90,11 +97,13 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
     known = np.ones(len(bodies), dtype=bool)
     decidable = bodies.of_member >= 0
     known[bodies.of_member[decidable & (stored.codes == NO_PROOF)]] = False
-    waiting = np.flatnonzero(~known).tolist()
+    waiting = bodies.order[~known[bodies.order]].tolist()
     reached, found = known.copy(), _Answers(plan, bodies, stored)
     count, ended_early = int(known.sum()), 0
     progress(count, len(bodies))
-    for body, proof in _proofs(plan, bodies, results, waiting, begin, budget, processes):
+    end = None if budget is None else begin + budget
+    left = _Left(end, stop or Event())
+    for body, proof in _proofs(plan, bodies, results, waiting, left, processes):
         found.add(body, proof)
         reached[body] = True
         count += 1
@@ -146,23 +155,29 @@ class _Answers:
         return {key: entries[members - first] for key, entries in values.items()}
 
 
+class _Left(NamedTuple):
+    """What is left of the time: until `end` (None: no limit), and until `stop` is set."""
+
+    end: float | None
+    stop: Event
+
+    @property
+    def any(self) -> bool:
+        """Whether another proof may begin."""
+        return not self.stop.is_set() and (self.end is None or monotonic() < self.end)
+
+
 def _proofs(  # noqa: PLR0913, PLR0917 (all of them are needed)
     plan: Plan,
     bodies: Bodies,
     results: Path,
     waiting: list[int],
-    begin: float,
-    budget: float | None,
+    left: _Left,
     processes: int,
 ) -> Iterator[tuple[int, Proof | None]]:
-    """Yield bodies in their order, each with its proof, until the budget is used up."""
+    """Yield bodies in their order, each with its proof, until no time is left."""
     # Nobody asked for more than the budget: one proof must not use it up.
-    brief = budget is not None
-
-    def in_time() -> bool:
-        return budget is None or monotonic() - begin < budget
-
-    left = deque(waiting)
+    brief, queue = left.end is not None, deque(waiting)
     if processes > 1 and len(waiting) > ALONE:
         # If a worker dies (out of memory, say), its pool breaks: this process goes on alone.
         with (
@@ -170,26 +185,37 @@ def _proofs(  # noqa: PLR0913, PLR0917 (all of them are needed)
             worker_pool(min(processes, len(waiting))) as pool,
         ):
             running: deque[tuple[int, Config, Future[None]]] = deque()
-            while left or running:
-                while left and len(running) <= processes and in_time():
-                    config = plan.config_of(int(bodies.first[left[0]]))
-                    running.append((left[0], config, pool.submit(_prove, config, results, brief)))
-                    left.popleft()
+            while queue or running:
+                while queue and len(running) <= processes and left.any:
+                    config = plan.config_of(int(bodies.first[queue[0]]))
+                    running.append((queue[0], config, pool.submit(_prove, config, results, brief)))
+                    queue.popleft()
                 if not running:
                     break
                 body, config, future = running[0]
+                if not _ended(future, left.stop):
+                    # An interrupt: what is not done is given up.
+                    running = deque(one for one in running if one[2].done())
+                    continue
                 try:
                     future.result()
                 except BrokenProcessPool:
-                    left.extendleft(reversed([one for one, _, _ in running]))
+                    queue.extendleft(reversed([one for one, _, _ in running]))
                     raise
                 running.popleft()
                 yield body, cached_proof(results, config)
-    while left and in_time():
-        body = left.popleft()
+    while queue and left.any:
+        body = queue.popleft()
         config = plan.config_of(int(bodies.first[body]))
         _prove(config, results, brief)
         yield body, cached_proof(results, config)
+
+
+def _ended(future: "Future[None]", stop: Event) -> bool:
+    """Wait for a future; return whether it has ended, and not the waiting by an interrupt."""
+    while not future.done() and not stop.is_set():
+        wait([future], timeout=POLL)
+    return future.done()
 
 
 def _prove(config: Config, results: Path, brief: bool) -> None:

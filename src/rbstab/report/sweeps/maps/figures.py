@@ -25,6 +25,8 @@ from rbstab.report.sweeps.proofs import proof_codes
 from rbstab.report.sweeps.quantities import MemberQuantity, mapped, start_over_level, varies
 
 LEVEL = "v(0) = c*; proved at the start inside"
+MEDIAN_LEVEL = "median v(0) = c*; inside, at least half of each cell is proved at the start"
+"""What the curve on a map is: for cells of one member, and for cells of several."""
 
 NO_PROOF = (
     "No proof is stored beside the results, so the maps show v(0) and not v(0) / c*; c* is the "
@@ -89,6 +91,7 @@ def map_figures(
                 grids[0],
                 on_one_scale([cells])[0],
                 cells.scale.text,
+                key,
                 marked=_is_marked(key, [cells]),
             )
             for key, cells in maps.items()
@@ -100,7 +103,8 @@ def map_figures(
         marked = _is_marked(key, unscaled)
         rows = zip(grids, on_one_scale(unscaled), slices, strict=True)
         panels = [
-            _panel(members, grid, cells, part.title, marked=marked) for grid, cells, part in rows
+            _panel(members, grid, cells, part.title, key, marked=marked)
+            for grid, cells, part in rows
         ]
         label = unscaled[0].scale.label
         # Symbols such as v(0) are not capitalised.
@@ -167,12 +171,16 @@ def _maps_of(
     return maps
 
 
-def _panel(members: Members, grid: MapGrid, cells: Cells, title: str, *, marked: bool) -> Panel:
+def _panel(
+    members: Members, grid: MapGrid, cells: Cells, title: str, key: str, *, marked: bool
+) -> Panel:
     """Return a map with the border of the proved start, and its extremes if it is to be marked."""
     marks: list[Mark] = [cells]
     level = start_over_level(members)
-    if level is not None:
-        curve = contour_line(grid, level.values, 1.0, LEVEL)
+    # The map of proofs shows this border by its cells, one of which has the colour of the curve.
+    if level is not None and key != "proofs":
+        label = LEVEL if grid.is_single else MEDIAN_LEVEL
+        curve = contour_line(grid, level.values, 1.0, label)
         marks += [] if curve is None else [curve]
     marks += extremes(cells, grid.x.axis, grid.y.axis) if marked else []
     return Panel(grid.x.axis, grid.y.axis, tuple(marks), title)

@@ -15,7 +15,7 @@ from rbstab.report.sweeps.quantities import MemberQuantity, regularity, settling
 from rbstab.report.sweeps.table_entries import number, whole
 
 QUANTILES = (0.5, 0.05, 0.95, 0.0, 1.0)
-"""Orders of the quantiles; the median comes first, as a narrow page shows only the first columns."""
+"""Orders of the quantiles; the median comes first: a narrow page shows only the first columns."""
 
 MAX_BARS = 60
 

@@ -79,7 +79,9 @@ def _roots(run: Run, factors: Array) -> Roots | None:
             if not _has_gain(run):
                 system = linearised_at_rest(run.config)
                 return (
-                    None if system is None else Roots(run, np.ones(1), system.eigenvalues[np.newaxis])
+                    None
+                    if system is None
+                    else Roots(run, np.ones(1), system.eigenvalues[np.newaxis])
                 )
             points = root_locus(run.config, GAIN, factors)
     # Numbers near overflow can make the computation fail; the report then omits the run.
@@ -215,8 +217,8 @@ def _sentences(runs: Sequence[Run], readable: list[Run], spectra: list[Roots]) -
         )
     if without_rest:
         sentences.append(
-            "No eigenvalues are drawn where no rest state was found in the range of eq. 5, or where "
-            f"a force that jumps holds the body at rest: {', '.join(without_rest)}."
+            "No eigenvalues are drawn where no rest state was found in the range of eq. 5, or "
+            f"where a force that jumps holds the body at rest: {', '.join(without_rest)}."
         )
     stopped = [roots.run.label for roots in spectra if _rests_on_stop(roots)]
     if stopped:

@@ -87,11 +87,10 @@ def map_figures(
             return blocks
         panels = [
             _panel(
-                members,
                 grids[0],
                 on_one_scale([cells])[0],
                 cells.scale.text,
-                key,
+                _border(members, grids[0], key),
                 marked=_is_marked(key, [cells]),
             )
             for key, cells in maps.items()
@@ -103,7 +102,7 @@ def map_figures(
         marked = _is_marked(key, unscaled)
         rows = zip(grids, on_one_scale(unscaled), slices, strict=True)
         panels = [
-            _panel(members, grid, cells, part.title, key, marked=marked)
+            _panel(grid, cells, part.title, _border(members, grid, key), marked=marked)
             for grid, cells, part in rows
         ]
         label = unscaled[0].scale.label
@@ -171,16 +170,18 @@ def _maps_of(
     return maps
 
 
-def _panel(
-    members: Members, grid: MapGrid, cells: Cells, title: str, key: str, *, marked: bool
-) -> Panel:
-    """Return a map with the border of the proved start, and its extremes if it is to be marked."""
-    marks: list[Mark] = [cells]
+def _border(members: Members, grid: MapGrid, key: str) -> list[Mark]:
+    """Return the curve on which v(0) = c* on a map, if there is one."""
     level = start_over_level(members)
     # The map of proofs shows this border by its cells, one of which has the colour of the curve.
-    if level is not None and key != "proofs":
-        label = LEVEL if grid.is_single else MEDIAN_LEVEL
-        curve = contour_line(grid, level.values, 1.0, label)
-        marks += [] if curve is None else [curve]
-    marks += extremes(cells, grid.x.axis, grid.y.axis) if marked else []
-    return Panel(grid.x.axis, grid.y.axis, tuple(marks), title)
+    if level is None or key == "proofs":
+        return []
+    label = LEVEL if grid.is_single else MEDIAN_LEVEL
+    curve = contour_line(grid, level.values, 1.0, label)
+    return [] if curve is None else [curve]
+
+
+def _panel(grid: MapGrid, cells: Cells, title: str, border: list[Mark], *, marked: bool) -> Panel:
+    """Return a map with the border of the proved start, and its extremes if it is to be marked."""
+    found = extremes(cells, grid.x.axis, grid.y.axis) if marked else []
+    return Panel(grid.x.axis, grid.y.axis, (cells, *border, *found), title)

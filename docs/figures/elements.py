@@ -360,9 +360,6 @@ def stop() -> str:
             text((left - 10, wall - 24), "θ2", "symbol", "end"),
             text((right + 14, floor + 38), "time", "small", "end"),
             text((rest + 84, wall + 40), "couple τ", "force-text", "start"),
-            text(
-                (330, floor + 6), "hops: each impact makes the rate -e times that before", "small"
-            ),
             text((rest + 8, floor + 6), "rest", "", "start"),
             text((300, 264), "each impact makes the rate -e times that before", "small"),
             text((300, 30), "infinitely many hops take a finite time", "small"),

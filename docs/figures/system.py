@@ -22,7 +22,7 @@ def stabilizers() -> str:
     """Draw the spring and damper to the origin, and the couple that turns the body upright."""
     wall = (70.0, CENTRE[1])
     turn = [
-        (CENTRE[0] + 46 * np.cos(a), CENTRE[1] - 46 * np.sin(a)) for a in np.linspace(0.5, 2.5, 24)
+        (CENTRE[0] + 46 * np.cos(a), CENTRE[1] - 46 * np.sin(a)) for a in np.linspace(2.6, 0.75, 24)
     ]
     return "".join(
         [

@@ -1,5 +1,6 @@
 """Protects the page at the widths of a desktop and of a phone: cards, tables, details that fold."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,7 @@ from playwright.sync_api import expect
 from support.browser import Opened
 from support.made_sweeps import SPIN, write_sweep
 
-from rbstab.report.model.document import Report
+from rbstab.report.model.document import Cell, Head, Report, Section, Table
 from rbstab.report.sweeps.sections import sweep_sections
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -119,3 +120,44 @@ def test_shared_titles_do_not_cover_tick_labels(
             }"""
         )
         assert covered == 0, box.get_attribute("data-name")
+
+
+def test_sentences_in_a_table_are_seen_whole_on_a_phone(opened: Opened) -> None:
+    """A table of facts, folded: its sentences break, and the mark that unfolds it is seen."""
+    sentence = "the rest state that the motion approaches; proved to be the only one in the range"
+    facts = Table(
+        "t", "Facts", (Head("property"), Head("value")), ((Cell("lyapunov zero"), Cell(sentence)),)
+    )
+    section = Section("facts", "Facts", (facts,), folded=True)
+    page = opened(Report("Facts", "2026-01-02", "rbstab report", (section,)), **PHONE)
+    summary = page.locator("summary", has_text="Facts")
+    assert summary.evaluate("e => getComputedStyle(e).listStylePosition") == "inside"
+    summary.click()
+    box = page.locator(".scroll")
+    expect(box).to_be_visible()
+    assert box.evaluate("e => e.scrollWidth <= e.clientWidth + 1")
+
+
+def test_the_notice_is_legible_on_a_dark_page_without_scripts(
+    opened: Opened, compared: Report
+) -> None:
+    page = opened(compared, java_script_enabled=False, color_scheme="dark")
+    notice = page.locator(".notice").first
+    expect(notice).to_be_visible()
+    colours = notice.evaluate(
+        "e => [getComputedStyle(e).color, getComputedStyle(e).backgroundColor]"
+    )
+    # The ratio of the Web Content Accessibility Guidelines for text, level AA.
+    assert contrast(*colours) >= 4.5
+
+
+def contrast(one: str, other: str) -> float:
+    """Return the contrast ratio of two colours, as WCAG 2 defines it."""
+
+    def luminance(colour: str) -> float:
+        parts = [int(part) / 255 for part in re.findall(r"\d+", colour)[:3]]
+        linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+        return sum(w * p for w, p in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+    high, low = sorted((luminance(one), luminance(other)), reverse=True)
+    return (high + 0.05) / (low + 0.05)

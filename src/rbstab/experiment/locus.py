@@ -44,17 +44,29 @@ def root_locus(config: Config, key: str, factors: Array) -> list[LocusPoint]:
     points: list[LocusPoint] = []
     previous: Array | None = None
     for factor in factors.tolist():
-        system = smooth_rest_system(problem_of(scaled(config, key, factor)))
-        rest = nearest_rest_state(system)
-        if not rest.found or rest.on_kink:
+        at_factor = linearised_at_rest(scaled(config, key, factor))
+        if at_factor is None:
             points.append(LocusPoint(factor, False, None))
             continue
-        at_factor = linearise(system, rest.motion, rest.own)
         if previous is not None:
             at_factor = _matched(at_factor, previous)
         previous = at_factor.eigenvalues
         points.append(LocusPoint(factor, True, at_factor))
     return points
+
+
+def linearised_at_rest(config: Config) -> Linearisation | None:
+    """Linearise the system of a config at the rest state that a descent reaches.
+
+    Returns:
+        The linearised system; None if the descent found no rest state within the range, or only one
+        at which the equations have a kink.
+    """
+    system = smooth_rest_system(problem_of(config))
+    rest = nearest_rest_state(system)
+    if not rest.found or rest.on_kink:
+        return None
+    return linearise(system, rest.motion, rest.own)
 
 
 def scaled(config: Config, key: str, factor: float) -> Config:

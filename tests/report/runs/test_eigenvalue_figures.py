@@ -1,13 +1,18 @@
 """Protects the figures of eigenvalues and root loci of runs."""
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 from support.figure_runs import lines_of, run_of, without_config
 from support.sections import figures_in
 
+import rbstab
 from rbstab.report.model.document import Section
 from rbstab.report.model.figure import Level, Points
 from rbstab.report.model.palette import COLOURS
+from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures import eigenvalues
 from rbstab.report.runs.figures.eigenvalues import MAX_LOCI, eigenvalue_blocks
 
@@ -101,7 +106,8 @@ def test_where_nothing_can_be_computed_there_is_a_sentence(monkeypatch):
     figures, text = blocks_of(run_of("free"))
     assert not figures
     assert text == (
-        "No eigenvalues are drawn where no rest state was found in the range of eq. 5: free."
+        "No eigenvalues are drawn where no rest state was found in the range of eq. 5, or where "
+        "a force that jumps holds the body at rest: free."
     )
 
 
@@ -138,3 +144,63 @@ def test_the_modes_of_a_sliding_surface_are_said_to_be_missing():
     assert "exp(-κt)" in text
     assert "sliding (κ = 20 1/s)" in text
     assert "free" not in text
+
+
+def run_from(config: dict, label: str) -> Run:
+    """Return a run of a config of its own."""
+    loaded = rbstab.load_config(config)
+    return Run(0, "run-1", label, Path(f"{label}.h5"), rbstab.simulate(loaded), loaded)
+
+
+def test_a_body_without_a_controller_has_eigenvalues_but_no_locus():
+    """A tie at the centre of gravity: m s² + L_c s + K_c on each axis, as a free oscillator."""
+    mass, stiffness, damping = 12.0, (4000.0, 5000.0, 6000.0), (150.0, 160.0, 200.0)
+    at_centre = {"point": [0, 0, 0], "anchor": [0, 0, 0], "K_c": stiffness, "L_c": damping}
+    run = run_from(
+        {
+            "schema_version": 2,
+            "body": {"mass": mass, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, 0]},
+            "elements": {
+                "tie": {"kind": "visco-elastic", **at_centre},
+                "upright": {"kind": "attitude", "K": [60, 60, 40], "L": [6, 6, 4]},
+            },
+            "initial": {"angular_velocity": [1, 0, 0]},
+            "integration": {"duration": 0.1, "samples": 3},
+        },
+        "tied",
+    )
+    figures, text = blocks_of(run)
+    assert set(figures) == {"runs-eigenvalues"}
+    assert text == ""
+    found = values(points_of(figures["runs-eigenvalues"].panels[0])["tied"])
+    for K, L in zip(stiffness, damping, strict=True):
+        for expected in np.roots([mass, L, K]):
+            assert np.abs(found - expected).min() < 1e-6 * abs(expected)
+
+
+def test_zero_eigenvalues_of_a_body_on_its_stop_are_explained(monkeypatch):
+    """Gravity holds a forearm against its stop, so θ2 and its rate stay as they are."""
+    # A rest state on a stop takes long to find, and a locus has 41 of them.
+    monkeypatch.setattr(eigenvalues, "FACTORS", np.ones(1))
+    config: dict[str, Any] = {
+        "schema_version": 2,
+        "body": {"mass": 1.5, "inertia": [0.002, 0.01, 0.01], "contact_point": [-0.14, 0, 0]},
+        "gravity": [0, 0, -9.81],
+        "controller": {
+            "variant": "permanent",
+            "K_t": [2] * 3,
+            "L_t": [0.1] * 3,
+            "K_r": [0.5] * 3,
+            "L_r": [0.02] * 3,
+        },
+        "elements": {"bone": {"kind": "guard", "method": "stop", "angle": 0.9, "restitution": 0.6}},
+        "integration": {"duration": 0.1, "samples": 3},
+    }
+    figures, text = blocks_of(run_from(config, "on the bone"))
+    every = values(points_of(figures["runs-eigenvalues"].panels[0])["on the bone"])
+    assert np.count_nonzero(every == 0) == 2
+    assert "a stop holds θ2 at rest" in text
+    assert text.endswith("on the bone.")
+    # With strong muscles it rests before the stop, and nothing needs to be explained.
+    config["controller"]["K_r"] = [500] * 3
+    assert blocks_of(run_from(config, "strong"))[1] == ""

@@ -3,6 +3,7 @@
 import json
 import math
 import shlex
+from typing import Any
 
 import numpy as np
 import pytest
@@ -234,6 +235,7 @@ def test_what_differs_and_what_does_not(tmp_path):
     equal = column(table_of(section, "equal"), "value")
     assert equal["initial.angular_velocity [rad/s]"].text == "[16, 32, -16]"
     assert not {"body.mass [kg]", "controller.K_t [N/m]"} & set(equal)
+    assert {"integration.duration [s]", "integration.time_limit [s]"} <= set(equal)
 
 
 def test_a_key_that_only_one_run_has(tmp_path):
@@ -341,12 +343,15 @@ def test_warnings_once_for_all_runs_that_have_them(tmp_path):
 
 
 def test_where_runs_come_from(tmp_path):
-    a = made_file(tmp_path / "a.h5", numpy_version="2.0")
-    b = made_file(tmp_path / "b.h5", numpy_version="2.1", commit="d" * 40)
+    proved: dict[str, Any] = {"convergence_time": 0.25, "convergence_bound": 7.0}
+    a = made_file(tmp_path / "a.h5", numpy_version="2.0", **proved)
+    b = made_file(tmp_path / "b.h5", numpy_version="2.1", commit="d" * 40, **proved)
     section = provenance_section(facts(a, b))
     shared = {row[0].text: row[1].text for row in table_of(section, "versions").rows}
     assert shared["rbstab version"] == "0.1.0"
     assert shared["rtol"] == "1e-12"
+    assert shared["convergence time [s]"] == "0.25"
+    assert shared["convergence bound [J]"] == "7.0"
     assert "commit" not in shared
     own = table_of(section, "origins")
     assert column(own, "commit")["b"].text == "d" * 40

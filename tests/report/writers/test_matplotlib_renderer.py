@@ -32,7 +32,7 @@ from rbstab.report.model.figure import (
     Points,
     Stack,
 )
-from rbstab.report.model.palette import colour
+from rbstab.report.model.palette import COLOURS, colour
 from rbstab.report.model.split_time import SplitTime
 from rbstab.report.runs.sections import run_sections
 from rbstab.report.writers.matplotlib_figures.renderer import draw_figure, png
@@ -195,6 +195,13 @@ def test_words_stand_at_their_places():
     axes = axes_of(figure_of(Points(np.arange(3.0), np.ones(3)), x=axis))
     assert [label.get_text() for label in axes.get_xticklabels()] == list(axis.categories)
     assert axes.get_xticks().tolist() == [0, 1, 2]
+
+
+def test_more_parts_than_colours_are_told_apart():
+    count = len(COLOURS) + 2
+    stack = Stack(np.arange(3.0), np.ones((3, count)), tuple("abcdefghi"[:count]))
+    fills = {to_hex(p.get_facecolor()[0]) for p in axes_of(figure_of(stack)).collections}
+    assert len(fills) == count
 
 
 def test_parts_are_stacked_upwards_and_downwards():

@@ -27,6 +27,8 @@ from rbstab.report.model.figure import Axis, Figure, Line, Panel
 from rbstab.report.runs.sections import run_sections
 from rbstab.report.writers import pdf_figures
 from rbstab.report.writers.pdf import pdf_of, write_pdf
+from rbstab.report.writers.pdf_cards import BORDER
+from rbstab.report.writers.pdf_tables import TONE_COLOURS
 from rbstab.report.writers.sketches import HEIGHT
 
 X = np.linspace(0, 1, 5)
@@ -275,6 +277,25 @@ def test_cards_are_boxes_with_the_answers():
     assert "What the words mean." in text
     links = [a.get_object() for page in reader.pages for a in page.get("/Annots", [])]
     assert {str(link["/Dest"]) for link in links} == {"second"}
+
+
+@pytest.mark.parametrize(
+    ("tones", "bar"),
+    [
+        (("good", "good"), "good"),
+        (("good", ""), "good"),
+        (("", "good"), ""),
+        (("good", "bad"), "bad"),
+    ],
+)
+def test_the_bar_of_a_card_is_not_good_if_an_answer_is_bad(tones, bar):
+    statements = tuple(Statement("Is it?", "word", "It says", tone) for tone in tones)
+    content = read(report(Cards("c", (Card("case 1", statements),)))).pages[0].get_contents()
+    assert content is not None
+    colours = [line.split() for line in content.get_data().splitlines() if line.endswith(b" rg")]
+    # The ground, then the bar; a PDF has parts of one in place of bytes.
+    found = [255 * float(component) for component in colours[1][:3]]
+    assert found == pytest.approx(TONE_COLOURS.get(bar, BORDER), abs=0.5)
 
 
 def test_the_sketch_of_a_card_is_drawn_beside_its_caption():

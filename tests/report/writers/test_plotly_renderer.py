@@ -22,7 +22,7 @@ from rbstab.report.model.figure import (
     Points,
     Stack,
 )
-from rbstab.report.model.palette import colour
+from rbstab.report.model.palette import COLOURS, colour
 from rbstab.report.model.split_time import SplitTime
 from rbstab.report.writers.plotly_figures.page_data import page_data
 from rbstab.report.writers.plotly_figures.renderer import plotly_data
@@ -116,6 +116,13 @@ def test_parts_below_zero_are_stacked_downwards() -> None:
         ("b", "up"): [0, 4, 0],
         ("b", "down"): [-2, 0, -6],
     }
+
+
+def test_more_parts_than_colours_are_told_apart() -> None:
+    count = len(COLOURS) + 2
+    stack = Stack(np.arange(3.0), np.ones((3, count)), tuple("abcdefghi"[:count]))
+    found = drawing_of(stack)["data"]
+    assert len({entry["fillcolor"] for entry in found}) == count
 
 
 def test_a_bar_reaches_from_edge_to_edge() -> None:

@@ -25,6 +25,17 @@ def colour(number: int) -> str:
     return COLOURS[number % len(COLOURS)]
 
 
+def area_colour(number: int) -> str:
+    """Return the colour of the area with the given number; after the last colour it is paler.
+
+    Lines that repeat a colour are dashed; areas cannot be.
+    """
+    if number < len(COLOURS):
+        return colour(number)
+    red, green, blue = ((component + 255) // 2 for component in rgb(number))
+    return f"#{red:02X}{green:02X}{blue:02X}"
+
+
 def gap_opacity(number: int) -> float:
     """Return the opacity of the cells without a value for the reason with the given number."""
     return GAPS[min(number, len(GAPS) - 1)]

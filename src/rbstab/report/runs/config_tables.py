@@ -22,6 +22,10 @@ MAX_KEYS = 12
 OMITTED_KEYS = ("schema_version", "reference")
 """Keys that do not describe the experiment."""
 
+TIMES = ("integration.duration", "integration.time_limit")
+"""Keys in s. They are no part of `unit_of`, which also names the units of columns of sweeps: those
+are stored, and stay as they are."""
+
 Flat = dict[str, Any]
 
 
@@ -129,6 +133,8 @@ def _differs(key: str, configs: Sequence[Flat]) -> bool:
 
 def _unit(key: str, configs: Mapping[str, Flat]) -> str:
     """Return the unit of a key; that of an element depends on its kind."""
+    if key in TIMES:
+        return "s"
     element = ".".join(key.split(".")[:2])
     found = {_kind(config, element) for config in configs.values() if f"{element}.kind" in config}
     return unit_of(key, found)

@@ -20,6 +20,15 @@ PER_RUN_ATTRIBUTES = ("steps", "evaluations", "wall_time")
 SHOWN_ELSEWHERE = ("title", "variant", "status", "status_detail", "verdict", "warnings", "run_id")
 """Attributes that other tables of the report show."""
 
+UNITS = {
+    "convergence_time": "s",
+    "convergence_wall_time": "s",
+    "convergence_energy_low": "J",
+    "convergence_energy_high": "J",
+    "convergence_bound": "J",
+}
+"""Units of the attributes that have one."""
+
 
 def warnings_section(facts: Sequence[RunFacts]) -> Section | None:
     """Return the section with the warnings of all runs; None without warnings.
@@ -52,7 +61,7 @@ def _origin(facts: RunFacts) -> dict[str, str]:
     """Return the origin of a run, as texts by name: its attributes and integrator settings."""
     attributes: dict[str, Any] = dict(facts.run.result.attributes)
     origin = {
-        name.replace("_", " "): str(value) or NO_VALUE
+        _title(name): str(value) or NO_VALUE
         for name, value in attributes.items()
         if name not in (*SHOWN_ELSEWHERE, *PER_RUN_ATTRIBUTES)
     }
@@ -63,6 +72,12 @@ def _origin(facts: RunFacts) -> dict[str, str]:
                 value = integration[key]
                 origin[key] = number(value, 12) if isinstance(value, float) else untrusted(value)
     return origin
+
+
+def _title(name: str) -> str:
+    """Return the name of an attribute as words, with its unit."""
+    words = name.replace("_", " ")
+    return f"{words} [{UNITS[name]}]" if name in UNITS else words
 
 
 def _shared(facts: Sequence[RunFacts]) -> Table | None:

@@ -34,8 +34,8 @@ def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
     low = 0.0 if linear else float(np.nanmin(np.maximum(ratios, LOWEST)))
     settled = " Dot: at rest from there on." if any(decay.settled for decay in drawn) else ""
     caption = (
-        f"v(t)/v(0) from {number(low)} to {number(high)}, {'linear' if linear else 'logarithmic'}; "
-        f"{number(end)} s.{settled}"
+        f"v(t)/v(0) from {number(low)} to {number(high)}, {'linear' if linear else 'logarithmic'}, "
+        f"over {number(end)} s.{settled}"
     )
 
     def heights(ratio: Array) -> Array:
@@ -43,7 +43,8 @@ def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
             return ratio / high
         with np.errstate(all="ignore"):
             span = math.log(high / low) or 1.0
-            return np.log(np.maximum(ratio, LOWEST) / low) / span
+            drawn = np.where(_is_inside(~(ratio >= LOWEST)), np.nan, np.maximum(ratio, LOWEST))
+            return np.log(drawn / low) / span
 
     def sketch(decay: _Decay | None) -> Sketch | None:
         if decay is None:
@@ -55,6 +56,13 @@ def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
         return Sketch(caption, (("", curve),), np.column_stack([dot / end, dots]))
 
     return [sketch(decay) for decay in decays]
+
+
+def _is_inside(chosen: Array) -> Array:
+    """Return which of the chosen samples have only chosen neighbours: all but the ends of gaps."""
+    padded = np.pad(chosen, 1, constant_values=True)
+    inside: Array = padded[:-2] & chosen & padded[2:]
+    return inside
 
 
 class _Decay(NamedTuple):

@@ -14,7 +14,8 @@ from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.quantities import MemberQuantity, regularity, settling_time, varies
 from rbstab.report.sweeps.table_entries import number, whole
 
-QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
+QUANTILES = (0.5, 0.05, 0.95, 0.0, 1.0)
+"""Orders of the quantiles; the median comes first: a narrow page shows only the first columns."""
 
 MAX_BARS = 60
 
@@ -41,8 +42,8 @@ def distribution_blocks(name: str, members: Members) -> list[Block]:
     heads = (
         Head("quantity"),
         Head("unit"),
-        Head("members", numbers=True),
         *(Head(_quantile_name(q), numbers=True) for q in QUANTILES),
+        Head("members", numbers=True),
     )
     table = Table(
         f"{name}-quantiles",
@@ -169,7 +170,7 @@ def _quantile_name(quantile: float) -> str:
 def _row(quantity: MemberQuantity) -> tuple[Cell, ...]:
     counted = int(np.isfinite(quantity.values).sum())
     numbers = (number(value) for value in quantiles_of(quantity.values))
-    return (Cell(quantity.axis.label), Cell(quantity.axis.unit), whole(counted), *numbers)
+    return (Cell(quantity.axis.label), Cell(quantity.axis.unit), *numbers, whole(counted))
 
 
 def _panel(quantity: MemberQuantity) -> Panel:

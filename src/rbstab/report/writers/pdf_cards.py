@@ -99,9 +99,9 @@ class CardPen:
 
 
 def _box(pdf: ReportPdf, card: Card, height: float) -> None:
-    """Draw the ground of a card, and a bar in the colour of its first answer."""
-    tones = [statement.tone for statement in card.statements]
-    bar = TONE_COLOURS.get(tones[0] if tones else "", BORDER)
+    """Draw the ground of a card, and a bar in the colour of its first answer, or of a bad one."""
+    tones = [statement.tone for statement in card.statements] or [""]
+    bar = TONE_COLOURS.get("bad" if "bad" in tones else tones[0], BORDER)
     # The context resets the colour: fpdf2 would fill the cells of later tables with it.
     with pdf.local_context():
         for colour, width in ((GROUND, pdf.epw), (bar, BAR)):

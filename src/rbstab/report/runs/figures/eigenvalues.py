@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.user_code.permission import has_code
-from rbstab.experiment.locus import root_locus
+from rbstab.experiment.locus import linearised_at_rest, root_locus
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Axis, Figure, Level, Line, Mark, Panel, Points
 from rbstab.report.reading.sources import Run
 
 GAIN = "controller.K_r"
-"""The gain that is varied; every variant has it."""
+"""The gain that is varied; every variant has it, but a body without a controller does not."""
 
 FACTORS = np.geomspace(0.1, 10.0, 41)
 """Factors by which the gain is multiplied."""
@@ -57,21 +57,32 @@ def eigenvalue_blocks(runs: Sequence[Run]) -> tuple[Block, ...]:
         _roots(run, FACTORS[NOMINAL_INDEX : NOMINAL_INDEX + 1]) for run in readable[MAX_LOCI:]
     ]
     swept = [_roots(run, FACTORS) for run in readable[:MAX_LOCI]]
-    loci = [roots for roots in swept if roots is not None]
-    drawn = [*loci, *(roots for roots in only_nominal if roots is not None)]
+    first = [roots for roots in swept if roots is not None]
+    loci = [roots for roots in first if _has_gain(roots.run)]
+    drawn = [*first, *(roots for roots in only_nominal if roots is not None)]
     blocks: list[Block] = []
     if drawn:
         blocks.append(_spectra([_nominal(roots) for roots in drawn]))
     blocks += [_locus(roots) for roots in loci]
-    blocks += _sentences(runs, readable, [roots.run for roots in drawn])
+    blocks += _sentences(runs, readable, drawn)
     return tuple(blocks)
 
 
 def _roots(run: Run, factors: Array) -> Roots | None:
-    """Return the eigenvalues of a run at each factor with a rest state; None if there are none."""
+    """Return the eigenvalues of a run at each factor with a rest state; None if there are none.
+
+    Without the gain there is only the factor 1.
+    """
     assert run.config is not None
     try:
         with np.errstate(all="ignore"):
+            if not _has_gain(run):
+                system = linearised_at_rest(run.config)
+                return (
+                    None
+                    if system is None
+                    else Roots(run, np.ones(1), system.eigenvalues[np.newaxis])
+                )
             points = root_locus(run.config, GAIN, factors)
     # Numbers near overflow can make the computation fail; the report then omits the run.
     except (ArithmeticError, ValueError, KeyError, ConfigError, np.linalg.LinAlgError):
@@ -84,6 +95,12 @@ def _roots(run: Run, factors: Array) -> Roots | None:
     return Roots(
         run, np.array([factor for factor, _ in computed]), np.array([v for _, v in computed])
     )
+
+
+def _has_gain(run: Run) -> bool:
+    """Whether a run has a controller with the gain that is varied."""
+    assert run.config is not None
+    return getattr(run.config.controller, GAIN.rpartition(".")[2], None) is not None
 
 
 def _nominal(roots: Roots) -> Roots:
@@ -181,8 +198,9 @@ def _with_gaps(branch: Array) -> tuple[Array, Array]:
     return np.insert(branch.real, leaves, np.nan), np.insert(branch.imag, leaves, np.nan)
 
 
-def _sentences(runs: Sequence[Run], readable: list[Run], drawn: list[Run]) -> list[Block]:
+def _sentences(runs: Sequence[Run], readable: list[Run], spectra: list[Roots]) -> list[Block]:
     sentences: list[Block] = []
+    drawn = [roots.run for roots in spectra]
     unreadable = [run.label for run in runs if run.config is None]
     without_rest = [run.label for run in readable if run not in drawn]
     if unreadable:
@@ -199,8 +217,14 @@ def _sentences(runs: Sequence[Run], readable: list[Run], drawn: list[Run]) -> li
         )
     if without_rest:
         sentences.append(
-            "No eigenvalues are drawn where no rest state was found in the range of eq. 5: "
-            f"{', '.join(without_rest)}."
+            "No eigenvalues are drawn where no rest state was found in the range of eq. 5, or "
+            f"where a force that jumps holds the body at rest: {', '.join(without_rest)}."
+        )
+    stopped = [roots.run.label for roots in spectra if _rests_on_stop(roots)]
+    if stopped:
+        sentences.append(
+            "Two eigenvalues are zero where a stop holds θ2 at rest: they are those of θ2, and say "
+            f"nothing on stability: {', '.join(stopped)}."
         )
     held = [label for run in drawn if (label := _surface_modes(run))]
     if held:
@@ -212,6 +236,15 @@ def _sentences(runs: Sequence[Run], readable: list[Run], drawn: list[Run]) -> li
     if len(readable) > MAX_LOCI:
         sentences.append(f"Root loci are drawn for the first {MAX_LOCI} runs only.")
     return sentences
+
+
+def _rests_on_stop(roots: Roots) -> bool:
+    """Whether a run rests on a stop: the linearised motion then keeps θ2 and its rate, zero."""
+    assert roots.run.config is not None
+    elements = roots.run.config.elements.values()
+    has_stop = any(getattr(element, "method", None) == "stop" for element in elements)
+    # The rows of θ2 are exactly zero, so their eigenvalues are too.
+    return has_stop and np.count_nonzero(_nominal(roots).values == 0) == 2
 
 
 def _surface_modes(run: Run) -> str:

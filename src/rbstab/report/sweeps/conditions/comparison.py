@@ -31,8 +31,8 @@ from rbstab.report.sweeps.table_entries import number, whole
 RANGE_LEFT = str(RunStatus.RANGE_LEFT)
 """The outcome that is compared where inputs supply power: such members need not settle."""
 
-SPREAD = (0.05, 0.5, 0.95)
-"""Orders of the quantiles in the comparison."""
+SPREAD = (0.5, 0.05, 0.95)
+"""Orders of the quantiles in the comparison; the median comes first, as a narrow page shows it."""
 
 SMALLER_IS_BETTER = ("settling-time", "peak-displacement")
 """The names of the quantities by which a condition is better than another."""
@@ -104,17 +104,18 @@ def _outcomes(
     sampled: bool,
 ) -> Table:
     occurring = np.flatnonzero(members.outcome_counts).tolist()
-    heads = [Head("condition"), Head("members", numbers=True)]
-    heads += [Head(OUTCOMES[code], numbers=True) for code in occurring]
-    heads += [Head(f"share {shares.outcome}", numbers=True)]
+    # The columns that decide come first: a narrow page shows only these.
+    heads = [Head("condition"), Head(f"share {shares.outcome}", numbers=True)]
     if sampled:
         heads += limit_heads()
+    heads += [Head(OUTCOMES[code], numbers=True) for code in occurring]
+    heads += [Head("members", numbers=True)]
     rows = []
     for k, (label, share) in enumerate(zip(groups.labels, shares.by_condition, strict=True)):
         counts = np.bincount(members.outcomes[groups.codes == k], minlength=len(OUTCOMES))
-        row = [Cell(label), whole(share.total), *(whole(int(counts[code])) for code in occurring)]
-        row += [number(share.value)]
-        rows.append((*row, *((number(share.low), number(share.high)) if sampled else ())))
+        limits = (number(share.low), number(share.high)) if sampled else ()
+        of_each = (whole(int(counts[code])) for code in occurring)
+        rows.append((Cell(label), number(share.value), *limits, *of_each, whole(share.total)))
     note = interval_note(members, sampled)
     return Table(f"{name}-compared", "Outcomes by condition", tuple(heads), tuple(rows), note)
 
@@ -123,8 +124,8 @@ def _quantiles(name: str, groups: PairedConditions, quantities: list[MemberQuant
     heads = (
         Head("quantity"),
         Head("condition"),
-        Head("members", numbers=True),
         *(Head("median" if q == 0.5 else f"{q:.0%}", numbers=True) for q in SPREAD),
+        Head("members", numbers=True),
     )
     rows = []
     for quantity in quantities:
@@ -132,7 +133,7 @@ def _quantiles(name: str, groups: PairedConditions, quantities: list[MemberQuant
             own = quantity.values[groups.codes == k]
             spread = (number(value) for value in quantiles_of(own, SPREAD))
             count = whole(int(np.isfinite(own).sum()))
-            rows.append((Cell(quantity.axis.text), Cell(label), count, *spread))
+            rows.append((Cell(quantity.axis.text), Cell(label), *spread, count))
     return Table(f"{name}-compared-quantiles", "Quantiles by condition", heads, tuple(rows))
 
 
@@ -165,7 +166,7 @@ def _spread(groups: PairedConditions, quantity: MemberQuantity) -> Intervals:
     rows = [
         quantiles_of(quantity.values[groups.codes == k], SPREAD) for k in range(len(groups.labels))
     ]
-    low, middle, high = np.array(rows).T
+    middle, low, high = np.array(rows).T
     return Intervals(np.arange(float(len(rows))), middle, low, high)
 
 
@@ -178,9 +179,9 @@ def _pairs(name: str, groups: PairedConditions, quantities: list[MemberQuantity]
     heads = (
         Head("quantity"),
         Head("difference"),
-        Head("pairs", numbers=True),
-        Head("share negative", numbers=True),
         *(Head("median" if q == 0.5 else f"{q:.0%}", numbers=True) for q in SPREAD),
+        Head("share negative", numbers=True),
+        Head("pairs", numbers=True),
     )
     first, rows = groups.labels[0], []
     for quantity in quantities:
@@ -192,7 +193,7 @@ def _pairs(name: str, groups: PairedConditions, quantities: list[MemberQuantity]
             spread = (number(value) for value in quantiles_of(difference, SPREAD))
             subtraction = Cell(f"{label} minus {first}")
             count = whole(len(difference))
-            rows.append((Cell(quantity.axis.text), subtraction, count, number(negative), *spread))
+            rows.append((Cell(quantity.axis.text), subtraction, *spread, number(negative), count))
     note = (
         "The two members of a pair differ only in their condition. A pair counts if both have a "
         "value. 'share negative' is the share of pairs with a negative difference."

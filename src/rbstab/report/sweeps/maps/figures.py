@@ -25,6 +25,8 @@ from rbstab.report.sweeps.proofs import proof_codes
 from rbstab.report.sweeps.quantities import MemberQuantity, mapped, start_over_level, varies
 
 LEVEL = "v(0) = c*; proved at the start inside"
+MEDIAN_LEVEL = "median v(0) = c*; inside, at least half of each cell is proved at the start"
+"""What the curve on a map is: for cells of one member, and for cells of several."""
 
 NO_PROOF = (
     "No proof is stored beside the results, so the maps show v(0) and not v(0) / c*; c* is the "
@@ -85,10 +87,10 @@ def map_figures(
             return blocks
         panels = [
             _panel(
-                members,
                 grids[0],
                 on_one_scale([cells])[0],
                 cells.scale.text,
+                _border(members, grids[0], key),
                 marked=_is_marked(key, [cells]),
             )
             for key, cells in maps.items()
@@ -100,7 +102,8 @@ def map_figures(
         marked = _is_marked(key, unscaled)
         rows = zip(grids, on_one_scale(unscaled), slices, strict=True)
         panels = [
-            _panel(members, grid, cells, part.title, marked=marked) for grid, cells, part in rows
+            _panel(grid, cells, part.title, _border(members, grid, key), marked=marked)
+            for grid, cells, part in rows
         ]
         label = unscaled[0].scale.label
         # Symbols such as v(0) are not capitalised.
@@ -167,12 +170,18 @@ def _maps_of(
     return maps
 
 
-def _panel(members: Members, grid: MapGrid, cells: Cells, title: str, *, marked: bool) -> Panel:
-    """Return a map with the border of the proved start, and its extremes if it is to be marked."""
-    marks: list[Mark] = [cells]
+def _border(members: Members, grid: MapGrid, key: str) -> list[Mark]:
+    """Return the curve on which v(0) = c* on a map, if there is one."""
     level = start_over_level(members)
-    if level is not None:
-        curve = contour_line(grid, level.values, 1.0, LEVEL)
-        marks += [] if curve is None else [curve]
-    marks += extremes(cells, grid.x.axis, grid.y.axis) if marked else []
-    return Panel(grid.x.axis, grid.y.axis, tuple(marks), title)
+    # The map of proofs shows this border by its cells, one of which has the colour of the curve.
+    if level is None or key == "proofs":
+        return []
+    label = LEVEL if grid.is_single else MEDIAN_LEVEL
+    curve = contour_line(grid, level.values, 1.0, label)
+    return [] if curve is None else [curve]
+
+
+def _panel(grid: MapGrid, cells: Cells, title: str, border: list[Mark], *, marked: bool) -> Panel:
+    """Return a map with the border of the proved start, and its extremes if it is to be marked."""
+    found = extremes(cells, grid.x.axis, grid.y.axis) if marked else []
+    return Panel(grid.x.axis, grid.y.axis, (cells, *border, *found), title)

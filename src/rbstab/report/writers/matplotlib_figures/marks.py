@@ -25,7 +25,7 @@ from rbstab.report.model.figure import (
     Points,
     Stack,
 )
-from rbstab.report.model.palette import COLOURS, GREY, SCALE, colour, gap_opacity
+from rbstab.report.model.palette import COLOURS, GREY, SCALE, area_colour, colour, gap_opacity
 from rbstab.report.writers.colour_scale import cell_edges, gap_label, scale_ends, scale_ticks
 
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1.2, 1.6)), (0, (6, 2, 1.2, 2)))
@@ -88,10 +88,9 @@ def _stack(stack: Stack, axes: Axes, panel: Panel) -> dict[str, Artist]:
         base = np.zeros(len(x))
         for number, label in enumerate(stack.labels):
             top = base + half(parts[:, number], 0.0)
-            axes.fill_between(
-                x, base, top, color=colour(number), alpha=0.75, linewidth=0.3, zorder=2
-            )
-            handles[label] = Patch(color=colour(number), alpha=0.75)
+            tint = area_colour(number)
+            axes.fill_between(x, base, top, color=tint, alpha=0.75, linewidth=0.3, zorder=2)
+            handles[label] = Patch(color=tint, alpha=0.75)
             base = top
     return handles
 

@@ -19,7 +19,7 @@ from rbstab.report.model.figure import (
     Points,
     Stack,
 )
-from rbstab.report.model.palette import GREY, SCALE, colour, gap_opacity
+from rbstab.report.model.palette import GREY, SCALE, area_colour, colour, gap_opacity
 from rbstab.report.writers.colour_scale import cell_edges, gap_label, scale_ends, scale_ticks
 from rbstab.report.writers.plotly_figures.text import (
     escaped,
@@ -105,9 +105,10 @@ def _(mark: Stack, _panel: Panel) -> list[JSON]:
         sides = {"up": values.clip(min=0), "down": values.clip(max=0)}
         for side, part in sides.items():
             if part.any() or (side == "up" and not values.any()):
-                line = {"width": 0.5, "color": colour(number)}
+                tint = area_colour(number)
+                line = {"width": 0.5, "color": tint}
                 trace = _scatter(label, mark.x, part, mode="lines", line=line)
-                stacked.append(trace | {"stackgroup": side, "fillcolor": colour(number)})
+                stacked.append(trace | {"stackgroup": side, "fillcolor": tint})
     return stacked
 
 

@@ -19,6 +19,8 @@ from rbstab.integrate.heyoka.symbols import (
     scaled_audit,
     state_symbols,
     symbols_of,
+    symbols_with_zeros,
+    zeros_of_elements,
 )
 from rbstab.integrate.modes.phases import switches
 from rbstab.integrate.modes.sliding_connector import drive_by_modes, follows_modes
@@ -128,12 +130,13 @@ class CompiledSystem:
     """The compiled audited equations of one structure; each run sets the parameters.
 
     Args:
-        system: Any system of the structure.
+        system: Any system of the structure with the same zeros (`zeros_of_elements`).
         tolerance: heyoka's tolerance: relative or absolute, whichever is larger for a state.
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
-        symbolic, self.names, count = symbols_of(system)
+        symbol_of = symbols_with_zeros(zeros_of_elements(system))
+        symbolic, self.names, count = symbols_of(system, symbol_of)
         y = state_symbols(system.audited_size)
         bound, self.scale, self.size = hy.par[count], 1.0, system.size
         self.reached_breakpoints: list[float] = []
@@ -216,8 +219,8 @@ class CompiledSystem:
 
 
 def compiled_system(system: System, tolerance: float) -> CompiledSystem:
-    """Return the compiled equations of a system's structure, compiled once in each thread."""
-    key = CompiledSystem, structure(system), tolerance
+    """Return the compiled equations of a system's structure and zeros, compiled once in a thread."""
+    key = CompiledSystem, structure(system), zeros_of_elements(system), tolerance
     return compiled_once(key, lambda: CompiledSystem(system, tolerance))
 
 

@@ -18,6 +18,8 @@ from rbstab.integrate.heyoka.symbols import (
     scaled_audit,
     state_symbols,
     symbols_of,
+    symbols_with_zeros,
+    zeros_of_elements,
 )
 from rbstab.integrate.modes.first_switch import first_switch
 from rbstab.integrate.modes.phases import CurrentPhase, Phase
@@ -63,7 +65,7 @@ class CompiledModes:
     of each event function.
 
     Args:
-        system: Any system of the structure.
+        system: Any system of the structure with the same zeros (`zeros_of_elements`).
         tolerance: heyoka's tolerance.
 
     Attributes:
@@ -73,7 +75,8 @@ class CompiledModes:
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
-        symbolic, first, count = symbols_of(system)
+        symbol_of = symbols_with_zeros(zeros_of_elements(system))
+        symbolic, first, count = symbols_of(system, symbol_of)
         places = [
             first[f"{element.name}.mode"] + np.arange(element.mode_count)
             for element in system.elements
@@ -109,8 +112,8 @@ def _is_long(system: System, modes: int) -> bool:
 
 
 def compiled_modes(system: System, tolerance: float) -> CompiledModes:
-    """Return the compiled equations of a system's structure, compiled once in each thread."""
-    key = CompiledModes, structure(system), tolerance
+    """Return the compiled equations of a system's structure and zeros, compiled once in a thread."""
+    key = CompiledModes, structure(system), zeros_of_elements(system), tolerance
     return compiled_once(key, lambda: CompiledModes(system, tolerance))
 
 

@@ -33,7 +33,7 @@ from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY, THETA
-from rbstab.systems.parameters import structure
+from rbstab.systems.parameters import parameters, structure
 from rbstab.systems.schedule import Schedule
 from rbstab.systems.system import System
 
@@ -219,8 +219,9 @@ class CompiledSystem:
 
 
 def compiled_system(system: System, tolerance: float) -> CompiledSystem:
-    """Return the compiled equations of a system's structure and zeros, compiled once in a thread."""
-    key = CompiledSystem, structure(system), zeros_of_elements(system), tolerance
+    """Return the equations of a system's structure and zeros, compiled once in each thread."""
+    named = parameters(system)
+    key = CompiledSystem, structure(system, named), zeros_of_elements(system, named), tolerance
     return compiled_once(key, lambda: CompiledSystem(system, tolerance))
 
 

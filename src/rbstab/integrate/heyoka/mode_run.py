@@ -4,6 +4,7 @@ The modes are `par[]`: one compilation serves all modes. Each event function of 
 terminal event, so a step ends at the first switch in it. Then the driver sets the modes.
 """
 
+import math
 from bisect import bisect_right
 from typing import Any
 
@@ -32,7 +33,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import THETA
 from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import guards_at
-from rbstab.systems.parameters import structure
+from rbstab.systems.parameters import parameters, structure
 from rbstab.systems.system import System
 
 MISSED = 1e-13
@@ -111,9 +112,16 @@ def _is_long(system: System, modes: int) -> bool:
     return has_stop and (modes > 2 or system.coordinates.name == "manifold")
 
 
+def _lowest(margins: Array) -> float:
+    """Return the least margin, apart from NaN; a few floats are compared faster than an array."""
+    lowest = min(margins.tolist())
+    return float(np.fmin.reduce(margins)) if math.isnan(lowest) else lowest
+
+
 def compiled_modes(system: System, tolerance: float) -> CompiledModes:
-    """Return the compiled equations of a system's structure and zeros, compiled once in a thread."""
-    key = CompiledModes, structure(system), zeros_of_elements(system), tolerance
+    """Return the equations of a system's structure and zeros, compiled once in each thread."""
+    named = parameters(system)
+    key = CompiledModes, structure(system, named), zeros_of_elements(system, named), tolerance
     return compiled_once(key, lambda: CompiledModes(system, tolerance))
 
 
@@ -160,9 +168,12 @@ class HeyokaModeRun:
         self._spacing = 4.0 * float(np.spacing(problem.times[-1]))
         self.samples: list[tuple[float, Array]] = []
         self.systems: list[System] = []
+        self._owners = problem.system.clearance_owners
         integrator = self.integrator
+        # A view of the integrator's memory: getting it takes longer than reading it.
+        self._state = integrator.state
         integrator.time = problem.times[0]
-        integrator.state[:] = problem.audited_start()
+        self._state[:] = problem.audited_start()
         integrator.reset_cooldowns()
         self._set_parameters()
         self._add_sample(float(problem.times[0]), problem.audited_start())
@@ -185,7 +196,7 @@ class HeyokaModeRun:
             status, reason = stop.status, f"{stop} at t = {self.samples[-1][0]:.9g} s"
         found = trajectory(
             self.problem,
-            self.samples,
+            self._samples_in_joules(),
             status,
             reason,
             self.steps,
@@ -206,8 +217,8 @@ class HeyokaModeRun:
                 raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
             event = self._step(self.breakpoints[0] if self.breakpoints else last)
             reached = bisect_right(times, integrator.time)
-            for t in times[len(self.samples) : reached]:
-                self._add_sample(t, self.phase.on_stop(integrator.update_d_output(t).copy()))
+            if reached > len(self.samples):
+                self._add_samples_of_step(times[len(self.samples) : reached])
             self._check_end(event)
             if self.progress is not None:
                 self.progress(integrator.time)
@@ -232,7 +243,7 @@ class HeyokaModeRun:
             raise StopRun(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")
         number = -1 if event is None else event - 1 - len(self.offsets)
         if number >= 0:
-            raise zero_length(self.problem.system.clearance_owners[number])
+            raise zero_length(self._owners[number])
 
     def _begin_leg(self, t: float) -> None:
         """Begin the legs of the inputs at a breakpoint."""
@@ -255,8 +266,8 @@ class HeyokaModeRun:
         Returns:
             The index of the event; None if the step ended without one.
         """
-        integrator = self.integrator
-        begin, state = integrator.time, integrator.state.copy()
+        integrator, phase = self.integrator, self.phase
+        begin, state = integrator.time, self._state.copy()
         while True:
             length = min(self.max_step, last - begin)
             outcome, made = integrator.step(max_delta_t=length, write_tc=True)
@@ -264,8 +275,8 @@ class HeyokaModeRun:
             if outcome == NOT_FINITE:
                 self._return_to(begin, state)
                 raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
-            self.margins = self.phase.margins(integrator.state, integrator.time)
-            self.lowest = np.fmin.reduce(self.margins)
+            self.margins = phase.margins(self._state, integrator.time)
+            self.lowest = _lowest(self.margins)
             shorter = abs(made) / STEP_REDUCTION if self.lowest < -MISSED else None
             if self.muted:
                 shorter = self._muted_switch(begin, state, shorter)
@@ -278,8 +289,7 @@ class HeyokaModeRun:
         # After a missed switch the steps grow again.
         self.max_step *= STEP_REDUCTION
         index = -1 - outcome.value
-        owners = self.problem.system.clearance_owners
-        found = 0 <= index <= len(self.offsets) + len(owners)
+        found = 0 <= index <= len(self.offsets) + len(self._owners)
         if 0 < index <= len(self.offsets) and made == 0.0:
             # The step began on a zero of the event function, as after a switch. If it is a double
             # zero, heyoka would find it for ever.
@@ -361,7 +371,7 @@ class HeyokaModeRun:
         integrator.state[:] = state
         integrator.reset_cooldowns()
         self.margins = self.phase.margins(state, integrator.time)
-        self.lowest = np.fmin.reduce(self.margins)
+        self.lowest = _lowest(self.margins)
         self.offsets[np.abs(self.margins) <= MISSED] = MUTED
         self._set_parameters()
 
@@ -377,9 +387,26 @@ class HeyokaModeRun:
         # heyoka has no `par[]` after the last one that the equations use.
         self.integrator.pars[:] = self.values[: len(self.integrator.pars)]
 
+    def _add_samples_of_step(self, times: list[float]) -> None:
+        """Add the samples at some times within the last step, all of one phase."""
+        phase, dense_output = self.phase, self.integrator.update_d_output
+        states = [dense_output(t).copy() for t in times]
+        if phase.rests:
+            states = [phase.on_stop(state) for state in states]
+        self.samples += zip(times, states, strict=True)
+        self.systems += [phase.system] * len(times)
+        self.current.add_samples(states)
+        self.deadline.samples = len(self.samples)
+
     def _add_sample(self, t: float, state: Array) -> None:
-        state[self.size :] *= self.scale
+        """Add a sample, with audit states as the integrator scales them."""
         self.samples.append((t, state))
         self.systems.append(self.phase.system)
-        self.current.add_sample(state)
+        self.current.add_samples([state])
         self.deadline.samples = len(self.samples)
+
+    def _samples_in_joules(self) -> list[tuple[float, Array]]:
+        """Return the samples with their audit states in joules."""
+        states = np.array([state for _, state in self.samples])
+        states[:, self.size :] *= self.scale
+        return [(t, state) for (t, _), state in zip(self.samples, states, strict=True)]

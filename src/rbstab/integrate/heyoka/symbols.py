@@ -49,19 +49,23 @@ def symbols_of(
     return map_parameters(system, symbol), offsets, count
 
 
-def zeros_of_elements(system: System) -> tuple[int, ...]:
+def zeros_of_elements(system: System, named: dict[str, Array] | None = None) -> tuple[int, ...]:
     """Return the indices of the parameters that are compiled in as zeros.
 
     They are the zeros in vectors and matrices of the elements of a config: those of diagonal gains
     and of points on an axis. Products with them then cost nothing, but systems with other zeros are
     compiled again. Modes are no such zeros, because they change during a run. All parameters of the
     body, the controller and the coordinates stay open, and so do single numbers.
+
+    Args:
+        system: The system.
+        named: Its `parameters`, if they are known.
     """
     names = {element.name for element in system.elements if "name" in vars(element)}
     modes = mode_parameters(system)
     found: list[int] = []
     count = 0
-    for name, value in parameters(system).items():
+    for name, value in (parameters(system) if named is None else named).items():
         if value.ndim and name.partition(".")[0] in names and name not in modes:
             found += (count + np.flatnonzero(value.ravel() == 0.0)).tolist()
         count += value.size

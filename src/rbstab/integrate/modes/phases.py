@@ -151,7 +151,9 @@ class Phases:
         if modes not in self._known:
             if len(self._known) == MAX_PHASES:
                 self._known.clear()
-            phase = Phase(with_modes(self._system, modes), self._guards, self._rates)
+            same = modes == modes_of(self._system)
+            system = self._system if same else with_modes(self._system, modes)
+            phase = Phase(system, self._guards, self._rates)
             self._rates = phase.audited_rates
             self._known[modes] = phase
         return self._known[modes]
@@ -282,10 +284,17 @@ class CurrentPhase:
 
     def add_sample(self, y: Array) -> None:
         """Store what has happened so far as that of a sample, at a state."""
-        if self.impacts is not None:
-            self.impacts.add_sample()
-        if self.connector is not None:
-            self.connector.add_sample(self.phase.system, y)
+        self.add_samples([y])
+
+    def add_samples(self, states: list[Array]) -> None:
+        """Store what has happened so far as that of some samples, at their states."""
+        if self.impacts is None and self.connector is None:
+            return
+        for y in states:
+            if self.impacts is not None:
+                self.impacts.add_sample()
+            if self.connector is not None:
+                self.connector.add_sample(self.phase.system, y)
 
     def repeat_sample(self, y: Array) -> None:
         """Store the last sample again, after a breakpoint at its time."""

@@ -8,7 +8,6 @@ import numpy as np
 from rbstab.elements.declarations import ANCHOR, POINT, Gain
 from rbstab.elements.element import Element
 from rbstab.elements.spring import Line, line, squared_length
-from rbstab.mechanics import point
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number
 
@@ -75,7 +74,7 @@ class Ligament(Element):
         toe = strain * strain / (4.0 * self.toe_strain)
         shape = toe + beyond * (strain - self.toe_strain - toe)
         tension = taut * (self.stiffness * shape + self.damping * along.rate)
-        return point.force_at(motion, self.point, -tension * along.direction)
+        return along.pull(tension)
 
     def stored(self, motion: Motion, own: Array) -> Number:
         """ℓ₀ ∫ T dε, J: ℓ₀ k ε³/(12 ε_t), beyond the toe ℓ₀ k ((ε - ε_t)²/2 + ε_t²/6)."""

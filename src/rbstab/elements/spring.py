@@ -8,6 +8,7 @@ import numpy as np
 from rbstab.elements.declarations import ANCHOR, POINT, Gain
 from rbstab.elements.element import Element
 from rbstab.mechanics import point
+from rbstab.mechanics.algebra import ZERO, cross
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number, sqrt
 
@@ -20,20 +21,33 @@ class Line(NamedTuple):
     """A line from a point of space to a point of the body.
 
     Attributes:
-        direction: The unit vector along it, shape (3,), inertial.
+        displacement: e, from the point of space to the point of the body, shape (3,), m, inertial.
+        moment: p × A'e, shape (3,), m², body: the couple of a force e at the point.
         length: ℓ, m.
         rate: dℓ/dt, m/s.
     """
 
-    direction: Array
+    displacement: Array
+    moment: Array
     length: Number
     rate: Number
+
+    @property
+    def direction(self) -> Array:
+        """The unit vector e/ℓ along the line, shape (3,), inertial."""
+        return self.displacement / self.length
+
+    def pull(self, tension: Number) -> Wrench:
+        """Return the wrench of a tension, N, that pulls the point of the body to that of space."""
+        by_length = -tension / self.length
+        return Wrench(by_length * self.displacement, by_length * self.moment, ZERO)
 
 
 def line(motion: Motion, body_point: Array, anchor: Array, padding: Number | None = None) -> Line:
     """Return the line from an anchor to a point of the body; it must have a length.
 
-    With e = X + A p - anchor: ℓ = √(e'e), and dℓ/dt = e'ė/ℓ.
+    With e = X + A p - anchor: ℓ = √(e'e), and dℓ/dt = e'ė/ℓ = (e'V + (p × A'e)'Ω)/ℓ. So the vector
+    that gives the couple also gives the rate, and the velocity of the point is not needed.
 
     Args:
         motion: The motion of the body.
@@ -42,9 +56,9 @@ def line(motion: Motion, body_point: Array, anchor: Array, padding: Number | Non
         padding: Added to e'e, m², where nothing depends on the line, so that it has a length.
     """
     e = point.position(motion, body_point) - anchor
+    moment = cross(body_point, motion.A.T @ motion.X - motion.A.T @ anchor)
     length = sqrt(e @ e if padding is None else e @ e + padding)
-    direction = e / length
-    return Line(direction, length, direction @ point.velocity(motion, body_point))
+    return Line(e, moment, length, (e @ motion.V + moment @ motion.Omega) / length)
 
 
 def squared_length(motion: Motion, body_point: Array, anchor: Array) -> Number:
@@ -90,7 +104,7 @@ class Spring(Element):
         """-(k(ℓ - ℓ₀) + c dℓ/dt) along the line, N, inertial, at the point."""
         along = line(motion, self.point, self.anchor)
         tension = self.stiffness * (along.length - self.rest_length) + self.damping * along.rate
-        return point.force_at(motion, self.point, -tension * along.direction)
+        return along.pull(tension)
 
     def stored(self, motion: Motion, own: Array) -> Number:
         """½ k(ℓ - ℓ₀)², J."""

@@ -1,6 +1,10 @@
-"""Points of the body: where they are, how fast they move, and what a force at one of them does."""
+"""Points of the body: where they are, how fast they move, and what a force at one of them does.
 
-from rbstab.mechanics.algebra import ZERO, cross, cross_matrix
+The products with p are written as cross products, not with the matrix p̌. Its entries -p_i are
+expressions, and a compiled engine would expand their products as those of two variables.
+"""
+
+from rbstab.mechanics.algebra import ZERO, cross
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array
 
@@ -16,8 +20,8 @@ def position(motion: Motion, point: Array) -> Array:
 
 
 def velocity(motion: Motion, point: Array) -> Array:
-    """Return V - A p̌ Ω, shape (3,), m/s, inertial: the derivative of X + A p."""
-    return motion.V - motion.A @ (cross_matrix(point) @ motion.Omega)
+    """Return V + A (Ω × p), shape (3,), m/s, inertial: the derivative of X + A p."""
+    return motion.V + motion.A @ cross(motion.Omega, point)
 
 
 def acceleration(motion: Motion, point: Array, Omega_rate: Array, V_rate: Array) -> Array:
@@ -43,4 +47,4 @@ def force_at(motion: Motion, point: Array, force: Array) -> Wrench:
         point: p, shape (3,), m, body coordinates, from the centre of gravity.
         force: f, shape (3,), N, inertial.
     """
-    return Wrench(force, cross_matrix(point) @ (motion.A.T @ force), ZERO)
+    return Wrench(force, cross(point, motion.A.T @ force), ZERO)

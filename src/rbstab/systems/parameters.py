@@ -11,6 +11,7 @@ from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from numbers import Number
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -19,6 +20,10 @@ from rbstab.systems.system import System
 
 Transform = Callable[[str, Array], Array]
 
+_known: WeakKeyDictionary[System, dict[str, Array]] = WeakKeyDictionary()
+"""The parameters of the systems in memory, which do not change. A run asks for those of one system
+several times, and finding them takes longer than some steps."""
+
 
 def parameters(system: System) -> dict[str, Array]:
     """Return the parameters by name, in the order of the fields; a number has shape ().
@@ -26,9 +31,12 @@ def parameters(system: System) -> dict[str, Array]:
     Raises:
         ValueError: Two parameters have the same name, because two elements have the same name.
     """
-    by_name: dict[str, Array] = {}
-    _collect(system, "", by_name)
-    return by_name
+    by_name = _known.get(system)
+    if by_name is None:
+        by_name = {}
+        _collect(system, "", by_name)
+        _known[system] = by_name
+    return by_name.copy()
 
 
 def map_parameters(system: System, transform: Transform) -> System:
@@ -53,20 +61,19 @@ def structure(system: System, named: dict[str, Array] | None = None) -> Hashable
     """
     named = parameters(system) if named is None else named
     owners = (system.coordinates, *system.elements)
-    kinds = [(type(owner), *_functions(owner), *_parts(owner)) for owner in owners]
+    kinds = [(type(owner), *_functions_and_parts(owner)) for owner in owners]
     shapes = [(name, value.shape) for name, value in named.items()]
     return tuple(kinds), tuple(shapes)
 
 
-def _functions(owner: Any) -> Iterator[Callable[..., Any]]:
-    """Yield the fields of an element or of coordinates that are functions, not parameters."""
-    return filter(callable, (getattr(owner, field.name) for field in fields(owner)))
+def _functions_and_parts(owner: Any) -> Iterator[Hashable]:
+    """Yield the fields of an element or of coordinates that are functions, not parameters.
 
-
-def _parts(owner: Any) -> Iterator[type]:
-    """Yield the types of the fields that are dataclasses themselves, such as a signal."""
-    values = (getattr(owner, field.name) for field in fields(owner))
-    return (type(value) for value in values if is_dataclass(value))
+    Then yield the types of the fields that are dataclasses themselves, such as a signal.
+    """
+    values = [getattr(owner, field) for field in _field_names(owner.__class__)]
+    yield from filter(callable, values)
+    yield from (value.__class__ for value in values if _is_dataclass(value.__class__))
 
 
 def _collect(value: Any, name: str, found: dict[str, Array]) -> None:
@@ -106,6 +113,11 @@ def _mapped(value: Any, name: str, transform: Transform) -> Any:
 def _field_names(kind: type) -> tuple[str, ...]:
     """Return the names of the fields of a dataclass; () for any other type."""
     return tuple(field.name for field in fields(kind)) if is_dataclass(kind) else ()
+
+
+@cache
+def _is_dataclass(kind: type) -> bool:
+    return is_dataclass(kind)
 
 
 def _owner(value: Any, name: str) -> str:

@@ -20,6 +20,8 @@ from rbstab.integrate.heyoka.symbols import (
     scaled_audit,
     state_symbols,
     symbols_of,
+    symbols_with_zeros,
+    zeros_of_elements,
 )
 from rbstab.integrate.modes.phases import switches
 from rbstab.integrate.modes.sliding_connector import drive_by_modes, follows_modes
@@ -32,7 +34,7 @@ from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY, THETA
-from rbstab.systems.parameters import structure
+from rbstab.systems.parameters import parameters, structure
 from rbstab.systems.schedule import Schedule
 from rbstab.systems.system import System
 
@@ -129,12 +131,13 @@ class CompiledSystem:
     """The compiled audited equations of one structure; each run sets the parameters.
 
     Args:
-        system: Any system of the structure.
+        system: Any system of the structure with the same zeros (`zeros_of_elements`).
         tolerance: heyoka's tolerance: relative or absolute, whichever is larger for a state.
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
-        symbolic, self.names, count = symbols_of(system)
+        symbol_of = symbols_with_zeros(zeros_of_elements(system))
+        symbolic, self.names, count = symbols_of(system, symbol_of)
         y = state_symbols(system.audited_size)
         bound, self.scale, self.size = hy.par[count], 1.0, system.size
         self.reached_breakpoints: list[float] = []
@@ -214,8 +217,9 @@ class CompiledSystem:
 
 
 def compiled_system(system: System, tolerance: float) -> CompiledSystem:
-    """Return the compiled equations of a system's structure, compiled once in each thread."""
-    key = CompiledSystem, structure(system), tolerance
+    """Return the equations of a system's structure and zeros, compiled once in each thread."""
+    named = parameters(system)
+    key = CompiledSystem, structure(system, named), zeros_of_elements(system, named), tolerance
     return compiled_once(key, lambda: CompiledSystem(system, tolerance))
 
 

@@ -4,6 +4,7 @@ The modes are `par[]`: one compilation serves all modes. Each event function of 
 terminal event, so a step ends at the first switch in it. Then the driver sets the modes.
 """
 
+import math
 from bisect import bisect_right
 from typing import Any
 
@@ -26,6 +27,8 @@ from rbstab.integrate.heyoka.symbols import (
     scaled_audit,
     state_symbols,
     symbols_of,
+    symbols_with_zeros,
+    zeros_of_elements,
 )
 from rbstab.integrate.modes.current_phase import CurrentPhase
 from rbstab.integrate.modes.first_switch import first_switch
@@ -39,7 +42,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import THETA
 from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import guards_at
-from rbstab.systems.parameters import structure
+from rbstab.systems.parameters import parameters, structure
 from rbstab.systems.system import System
 
 MISSED = 1e-13
@@ -66,7 +69,7 @@ class CompiledModes:
     of each event function.
 
     Args:
-        system: Any system of the structure.
+        system: Any system of the structure with the same zeros (`zeros_of_elements`).
         tolerance: heyoka's tolerance.
 
     Attributes:
@@ -76,7 +79,8 @@ class CompiledModes:
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
-        symbolic, first, count = symbols_of(system)
+        symbol_of = symbols_with_zeros(zeros_of_elements(system))
+        symbolic, first, count = symbols_of(system, symbol_of)
         places = [
             first[f"{element.name}.mode"] + np.arange(element.mode_count)
             for element in system.elements
@@ -111,9 +115,16 @@ def _is_long(system: System, modes: int) -> bool:
     return has_stop and (modes > 2 or system.coordinates.name == "manifold")
 
 
+def _lowest(margins: Array) -> float:
+    """Return the least margin, apart from NaN; a few floats are compared faster than an array."""
+    lowest = min(margins.tolist())
+    return float(np.fmin.reduce(margins)) if math.isnan(lowest) else lowest
+
+
 def compiled_modes(system: System, tolerance: float) -> CompiledModes:
-    """Return the compiled equations of a system's structure, compiled once in each thread."""
-    key = CompiledModes, structure(system), tolerance
+    """Return the equations of a system's structure and zeros, compiled once in each thread."""
+    named = parameters(system)
+    key = CompiledModes, structure(system, named), zeros_of_elements(system, named), tolerance
     return compiled_once(key, lambda: CompiledModes(system, tolerance))
 
 
@@ -160,6 +171,9 @@ class HeyokaModeRun:
         self._spacing = 4.0 * float(np.spacing(problem.times[-1]))
         self.samples: list[tuple[float, Array]] = []
         self.systems: list[System] = []
+        self._owners = problem.system.clearance_owners
+        # A view of the integrator's memory: getting it takes longer than reading it.
+        self._state = self.integrator.state
         set_motion(self.integrator, problem.times[0], problem.audited_start())
         self._set_parameters()
         self._add_sample(float(problem.times[0]), problem.audited_start())
@@ -182,7 +196,7 @@ class HeyokaModeRun:
             status, reason = stop.status, f"{stop} at t = {self.samples[-1][0]:.9g} s"
         found = trajectory(
             self.problem,
-            self.samples,
+            self._samples_in_joules(),
             status,
             reason,
             self.steps,
@@ -203,8 +217,8 @@ class HeyokaModeRun:
                 raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
             event = self._step(self.breakpoints[0] if self.breakpoints else last)
             reached = bisect_right(times, integrator.time)
-            for t in times[len(self.samples) : reached]:
-                self._add_sample(t, self.phase.on_stop(integrator.update_d_output(t).copy()))
+            if reached > len(self.samples):
+                self._add_samples_of_step(times[len(self.samples) : reached])
             self._check_end(event)
             if self.progress is not None:
                 self.progress(integrator.time)
@@ -229,7 +243,7 @@ class HeyokaModeRun:
             raise StopRun(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")
         number = -1 if event is None else event - 1 - len(self.offsets)
         if number >= 0:
-            raise zero_length(self.problem.system.clearance_owners[number])
+            raise zero_length(self._owners[number])
 
     def _begin_leg(self, t: float) -> None:
         """Begin the legs of the inputs at a breakpoint."""
@@ -252,8 +266,8 @@ class HeyokaModeRun:
         Returns:
             The index of the event; None if the step ended without one.
         """
-        integrator = self.integrator
-        begin, state = integrator.time, integrator.state.copy()
+        integrator, phase = self.integrator, self.phase
+        begin, state = integrator.time, self._state.copy()
         while True:
             length = min(self.max_step, last - begin)
             outcome, made = integrator.step(max_delta_t=length, write_tc=True)
@@ -261,8 +275,8 @@ class HeyokaModeRun:
             if outcome == NOT_FINITE:
                 set_motion(integrator, begin, state)
                 raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
-            self.margins = self.phase.margins(integrator.state, integrator.time)
-            self.lowest = np.fmin.reduce(self.margins)
+            self.margins = phase.margins(self._state, integrator.time)
+            self.lowest = _lowest(self.margins)
             shorter = shortened(made) if self.lowest < -MISSED else None
             if self.muted:
                 shorter = self._muted_switch(begin, state, shorter)
@@ -276,8 +290,7 @@ class HeyokaModeRun:
         # hops at a stop. `flow` has a compiled loop to go back to; this loop has not.
         self.max_step *= STEP_REDUCTION
         index = -1 - outcome.value
-        owners = self.problem.system.clearance_owners
-        found = 0 <= index <= len(self.offsets) + len(owners)
+        found = 0 <= index <= len(self.offsets) + len(self._owners)
         if 0 < index <= len(self.offsets) and made == 0.0:
             # The step began on a zero of the event function, as after a switch. If it is a double
             # zero, heyoka would find it for ever.
@@ -352,7 +365,7 @@ class HeyokaModeRun:
         integrator = self.integrator
         set_state(integrator, state)
         self.margins = self.phase.margins(state, integrator.time)
-        self.lowest = np.fmin.reduce(self.margins)
+        self.lowest = _lowest(self.margins)
         self.offsets[np.abs(self.margins) <= MISSED] = MUTED
         self._set_parameters()
 
@@ -367,9 +380,26 @@ class HeyokaModeRun:
         self.muted = bool(self.offsets.any())
         set_parameters(self.integrator, self.values)
 
+    def _add_samples_of_step(self, times: list[float]) -> None:
+        """Add the samples at some times within the last step, all of one phase."""
+        phase, dense_output = self.phase, self.integrator.update_d_output
+        states = [dense_output(t).copy() for t in times]
+        if phase.rests:
+            states = [phase.on_stop(state) for state in states]
+        self.samples += zip(times, states, strict=True)
+        self.systems += [phase.system] * len(times)
+        self.current.add_samples(states)
+        self.deadline.samples = len(self.samples)
+
     def _add_sample(self, t: float, state: Array) -> None:
-        state[self.size :] *= self.scale
+        """Add a sample, with audit states as the integrator scales them."""
         self.samples.append((t, state))
         self.systems.append(self.phase.system)
-        self.current.add_sample(state)
+        self.current.add_samples([state])
         self.deadline.samples = len(self.samples)
+
+    def _samples_in_joules(self) -> list[tuple[float, Array]]:
+        """Return the samples with their audit states in joules."""
+        states = np.array([state for _, state in self.samples])
+        states[:, self.size :] *= self.scale
+        return [(t, state) for (t, _), state in zip(self.samples, states, strict=True)]

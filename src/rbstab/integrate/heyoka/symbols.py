@@ -8,6 +8,7 @@ import numpy as np
 
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import FUNCTIONS, Array
+from rbstab.systems.modes import mode_parameters
 from rbstab.systems.parameters import map_parameters, parameters
 from rbstab.systems.system import System
 
@@ -46,6 +47,34 @@ def symbols_of(
         return np.array(symbols, dtype=object).reshape(value.shape)
 
     return map_parameters(system, symbol), offsets, count
+
+
+def zeros_of_elements(system: System, named: dict[str, Array] | None = None) -> tuple[int, ...]:
+    """Return the indices of the parameters that are compiled in as zeros.
+
+    They are the zeros in vectors and matrices of the elements of a config: those of diagonal gains
+    and of points on an axis. Products with them then cost nothing, but systems with other zeros are
+    compiled again. Modes are no such zeros, because they change during a run. All parameters of the
+    body, the controller and the coordinates stay open, and so do single numbers.
+
+    Args:
+        system: The system.
+        named: Its `parameters`, if they are known.
+    """
+    names = {element.name for element in system.elements if "name" in vars(element)}
+    modes = mode_parameters(system)
+    found: list[int] = []
+    count = 0
+    for name, value in (parameters(system) if named is None else named).items():
+        if value.ndim and name.partition(".")[0] in names and name not in modes:
+            found += (count + np.flatnonzero(value.ravel() == 0.0)).tolist()
+        count += value.size
+    return tuple(found)
+
+
+def symbols_with_zeros(zeros: tuple[int, ...]) -> Callable[[int], Any]:
+    """Return the `symbol_of` of `symbols_of` for parameters some of which are zeros."""
+    return lambda index: hy.expression(0.0) if index in zeros else open_symbol(index)
 
 
 def state_symbols(size: int) -> Array:

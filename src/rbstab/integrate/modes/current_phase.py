@@ -150,10 +150,17 @@ class CurrentPhase:
 
     def add_sample(self, y: Array) -> None:
         """Store what has happened so far as that of a sample, at a state."""
-        if self.impacts is not None:
-            self.impacts.add_sample()
-        if self.connector is not None:
-            self.connector.add_sample(self.phase.system, y)
+        self.add_samples([y])
+
+    def add_samples(self, states: list[Array]) -> None:
+        """Store what has happened so far as that of some samples, at their states."""
+        if self.impacts is None and self.connector is None:
+            return
+        for y in states:
+            if self.impacts is not None:
+                self.impacts.add_sample()
+            if self.connector is not None:
+                self.connector.add_sample(self.phase.system, y)
 
     def repeat_sample(self, y: Array) -> None:
         """Store the last sample again, after a breakpoint at its time."""

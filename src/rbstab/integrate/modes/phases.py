@@ -148,7 +148,9 @@ class Phases:
         if modes not in self._known:
             if len(self._known) == MAX_PHASES:
                 self._known.clear()
-            phase = Phase(with_modes(self._system, modes), self._guards, self._rates)
+            same = modes == modes_of(self._system)
+            system = self._system if same else with_modes(self._system, modes)
+            phase = Phase(system, self._guards, self._rates)
             self._rates = phase.audited_rates
             self._known[modes] = phase
         return self._known[modes]

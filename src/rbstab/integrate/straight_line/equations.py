@@ -10,9 +10,10 @@ diagonal gains) are constants: a third of the operations remains. The modes of e
 import cmath
 import copy
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -111,9 +112,23 @@ class _Code:
             inputs[place] = mode
         try:
             real = self.prepare(inputs, math)
-            return {"d": real, "D": self.prepare(inputs, cmath)}
         except (ArithmeticError, ValueError):
             return {}
+        return {"d": real, "D": _OfComplexNumbers(self.prepare, inputs)}
+
+
+class _OfComplexNumbers:
+    """The code for complex numbers, prepared at its first call: most equations need none."""
+
+    def __init__(self, prepare: Prepare, inputs: list[float]) -> None:
+        self._prepare, self._inputs = prepare, inputs
+        self._evaluate: Evaluate | None = None
+
+    def __call__(self, variables: Sequence[Any]) -> list[Any]:
+        """Compute the results from the inputs that vary."""
+        if self._evaluate is None:
+            self._evaluate = self._prepare(self._inputs, cmath)
+        return self._evaluate(variables)
 
 
 def _prepared(equations: Equations, system: System, size: int) -> _Code | None:

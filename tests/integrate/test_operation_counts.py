@@ -1,0 +1,221 @@
+"""How many operations one more element adds to the compiled equations, counted by hand.
+
+Times depend on the machine, and these counts do not. Each is the number of sums, products and
+quotients that the formulas of an element need, with every common expression computed once.
+"""
+
+import re
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from support.config_elements import CONTROLLER
+from support.problems import solve
+from support.switching import problem
+
+from rbstab.elements.visco_elastic import ViscoElasticTie
+from rbstab.integrate.heyoka.engine import compiled_system
+from rbstab.integrate.heyoka.symbols import zeros_of_elements
+from rbstab.integrate.modes.phases import Phase
+from rbstab.integrate.problem import Problem
+from rbstab.systems import parameters as parameters_module
+from rbstab.systems.system import System
+
+RTOL = 1e-9
+
+LOOSE = 0.1
+"""The operations are the same for all tolerances. With this one they compile in a moment."""
+
+ENDS = {"point": [0.15, 0.1, -0.3], "anchor": [0.15, 0.3, -0.5]}
+OTHER_ENDS = {"point": [0.2, -0.1, 0.3], "anchor": [0.1, 0.2, 0.5]}
+GAINS = {"K_c": [5.0, 6.0, 7.0], "L_c": [0.5, 0.6, 0.7]}
+FULL = [[5.0, 0.1, 0.2], [0.1, 6.0, 0.3], [0.2, 0.3, 7.0]]
+
+TIE = {"kind": "visco-elastic", **ENDS, **GAINS}
+SPRING = {"kind": "spring", **ENDS, "stiffness": 700.0, "rest_length": 0.28, "damping": 2.0}
+ATTITUDE = {"kind": "attitude", "K": [5.0, 6.0, 7.0], "L": [0.5, 0.6, 0.7]}
+LIGAMENT = {
+    "kind": "ligament",
+    **ENDS,
+    "stiffness": 200.0,
+    "slack_length": 0.28,
+    "toe_strain": 0.03,
+    "damping": 2.0,
+}
+
+POSITION = 9 + 6 + 3 + 3
+"""X + A p - anchor: A p has 9 products and 6 sums."""
+
+TURNED = 9 + 6
+"""A matrix of the attitude times a vector."""
+
+CROSS = 6 + 3
+"""A cross product."""
+
+DOT = 3 + 2
+"""A product of two vectors."""
+
+DAMPED = 3 + DOT
+"""F'L F with a diagonal L."""
+
+TIE_COUNT = (
+    POSITION
+    + (CROSS + TURNED + 3)  # V + A (Ω × p)
+    + (3 + 3 + 3 + 3)  # -K e, and minus L ė
+    + (TURNED + CROSS)  # p × A'f
+    + DAMPED
+    + (3 + 3 + 1)  # into the sums of forces, couples and v'
+)
+SPRING_COUNT = (
+    POSITION
+    + (2 * TURNED + 3 + CROSS)  # q = p × (A'X - A'anchor)
+    + (DOT + 1)  # ℓ
+    + (2 * DOT + 1 + 1)  # (e'V + q'Ω)/ℓ
+    + 4  # k(ℓ - ℓ₀) + c dℓ/dt
+    + (2 + 3 + 3)  # minus the tension, by ℓ, times e and q
+    + 1  # c (dℓ/dt)²; c dℓ/dt is known
+    + (3 + 3 + 1)  # into the sums
+    + 5  # (e'e - ε²ℓ₀²)/(e'e + ℓ₀²), where a run ends; e'e is known
+)
+ATTITUDE_COUNT = (
+    (6 + 3 + 3)  # the entries of K A off its diagonal, their differences, halved
+    + (3 + 3)  # minus L Ω
+    + DAMPED
+    + (3 + 1)  # into the sums of couples and v'
+)
+
+
+def case(*elements: dict[str, Any]) -> Problem:
+    """Return a spinning body with a visco-elastic controller and some elements."""
+    named = {f"element_{number}": element for number, element in enumerate(elements)}
+    controller = CONTROLLER | {
+        "variant": "visco-elastic",
+        "K_c": [400.0, 400.0, 320.0],
+        "L_c": [60.0, 60.0, 42.0],
+    }
+    config = {
+        "schema_version": 2,
+        "body": {"mass": 41, "inertia": [10, 8, 9], "contact_point": [0.15, 0.1, -0.42]},
+        "controller": controller,
+        "elements": named,
+        "initial": {"angular_velocity": [2.0, 1.0, 3.0]},
+        "integration": {"duration": 2.0, "samples": 201, "engine": "heyoka"},
+    }
+    found: Problem = problem(config)
+    return replace(found, rtol=RTOL)
+
+
+def operations(given: Problem) -> Counter[str]:
+    """Return how many operations of each kind the compiled equations have."""
+    integrator = compiled_system(given.system, LOOSE).integrator
+    states = len(integrator.state)
+    steps = [str(step) for step, _ in integrator.decomposition[states:-states]]
+    kinds = (re.sub(r"[up]_?\d+", lambda name: name.group()[0], step) for step in steps)
+    return Counter(kinds)
+
+
+def added(*elements: dict[str, Any]) -> Counter[str]:
+    """Return what the last of some elements adds to the operations."""
+    more, fewer = operations(case(*elements)), operations(case(*elements[:-1]))
+    more.subtract(fewer)
+    return more
+
+
+@pytest.mark.parametrize(
+    ("element", "count"),
+    [(TIE, TIE_COUNT), (SPRING, SPRING_COUNT), (ATTITUDE, ATTITUDE_COUNT)],
+    ids=["tie", "spring", "attitude"],
+)
+def test_an_element_adds_the_operations_of_its_formulas(element, count):
+    assert added(element).total() == count
+
+
+def test_products_of_two_variables_are_few():
+    """In a Taylor series such a product takes ten times as long as one with a constant."""
+    # A (Ω × p) and A'f with nine each, and F'(L F). None with p, which is a constant.
+    assert added(TIE)["(u * u)"] == 9 + 9 + 3
+    # A'X; e'e, e'V and q'Ω; e and q times the tension by ℓ; the square of dℓ/dt.
+    assert added(SPRING)["(u * u)"] == 9 + 9 + 6 + 1
+    assert added(ATTITUDE)["(u * u)"] == 3
+
+
+def test_a_second_spring_uses_the_first_ones_position():
+    """A'X is that of the body, whatever the ends of a spring are."""
+    second = added(SPRING, SPRING | OTHER_ENDS)
+    assert second.total() == SPRING_COUNT - TURNED
+    assert second["(u * u)"] == 9 + 6 + 1
+
+
+def test_zeros_of_gains_and_points_cost_nothing():
+    full = added(TIE | {"K_c": FULL, "L_c": FULL}).total()
+    # K e, L ė and ė'L: six products and six sums more, each.
+    assert full == TIE_COUNT + 3 * 12
+    # A p and Ω × p then have three and two products, and A'f is needed by one row less.
+    on_axis = added(TIE | {"point": [0.0, 0.0, -0.3]})
+    assert on_axis["(u * u)"] == 6 + 6 + 3
+
+
+def test_systems_with_other_zeros_are_compiled_again_and_are_right():
+    """The gains of a tie with and without zeros, one after the other, both ways round."""
+    diagonal, full = case(TIE), case(TIE | {"K_c": FULL, "L_c": FULL})
+    assert zeros_of_elements(diagonal.system) != zeros_of_elements(full.system)
+    for given in (diagonal, full, diagonal):
+        found = solve("heyoka", given)
+        expected = solve("scipy", replace(given, rtol=1e-12))
+        np.testing.assert_allclose(found.states, expected.states, rtol=0, atol=1e-7)
+    again = replace(diagonal.system, elements=tuple(map(_stiffer, diagonal.system.elements)))
+    assert compiled_system(again, RTOL) is compiled_system(diagonal.system, RTOL)
+    assert compiled_system(full.system, RTOL) is not compiled_system(diagonal.system, RTOL)
+
+
+def _stiffer(element: Any) -> Any:
+    """Return a tie of other gains with the same zeros; any other element as it is."""
+    tied = isinstance(element, ViscoElasticTie)
+    return replace(element, K_c=2.0 * element.K_c) if tied else element
+
+
+def test_parameters_of_the_body_and_the_controller_stay_open():
+    """One compilation serves all bodies: their zeros are open parameters."""
+    assert zeros_of_elements(case().system) == ()
+
+
+def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):
+    """And once more at each switch, for other modes that switch at the same time."""
+    given = case(LIGAMENT)
+    calls: Counter[str] = Counter()
+
+    def counted(name: str, function: Any) -> Any:
+        def call(*args: Any) -> Any:
+            calls[name] += 1
+            return function(*args)
+
+        return call
+
+    monkeypatch.setattr(Phase, "margins", counted("margins", Phase.margins))
+    monkeypatch.setattr(Phase, "coinciding", counted("switches", Phase.coinciding))
+    owners = vars(System)["clearance_owners"].fget
+    monkeypatch.setattr(System, "clearance_owners", property(counted("owners", owners)))
+    found = solve("heyoka", given)
+    assert calls["switches"] >= 2
+    assert calls["margins"] == found.steps + calls["switches"]
+    assert calls["owners"] == 1
+
+
+def test_parameters_of_a_system_are_collected_once(monkeypatch):
+    system, calls = case(LIGAMENT).system, []
+    collect = parameters_module._collect
+    parameters_module._known.pop(system, None)
+
+    def counted(value: Any, name: str, found: dict[str, Any]) -> None:
+        calls.extend([name] * isinstance(value, System))
+        collect(value, name, found)
+
+    monkeypatch.setattr(parameters_module, "_collect", counted)
+    first, second = parameters_module.parameters(system), parameters_module.parameters(system)
+    assert len(calls) == 1
+    assert first == second
+    # A caller may change its own copy.
+    first.clear()
+    assert parameters_module.parameters(system) == second

@@ -243,6 +243,7 @@ def test_each_rest_state_comes_with_its_linearisation(variant):
     config = config_of(variant, with_gravity=True, scale=0.1)
     stability = stability_of(problem_of(config), prove(config))
     for state, linear in zip(stability.proof.states, stability.linearisations, strict=True):
+        assert linear is not None
         # There are as many growing modes as negative eigenvalues of the Hessian, at any damping.
         assert linear.growing == state.index
 

@@ -4,9 +4,11 @@ import json
 from functools import partial
 from typing import Any
 
+import numpy as np
 import pytest
 from support.config_elements import CONTROLLER, TIE, config_data
 
+from rbstab.analysis.linearisation import NoDerivativesError, linearise
 from rbstab.analysis.proof.tied.rest_states import tied_rest_states
 from rbstab.analysis.proof_check.tied.checker import check_tied
 from rbstab.config.build import problem_of
@@ -16,6 +18,7 @@ from rbstab.experiment.proof import Proof, has_no_rest_state, proof_id, prove, s
 from rbstab.experiment.stability import stability_of
 from rbstab.experiment.tuning.guard import guard
 from rbstab.experiment.verification.verify import verify
+from rbstab.mechanics.motion import motion_from_centre
 
 TIED = CONTROLLER | {
     "variant": "visco-elastic",
@@ -177,3 +180,24 @@ def test_only_ids_of_tied_bodies_with_a_spring_have_its_version(monkeypatch):
     monkeypatch.setattr("rbstab.experiment.proof.TIED_VERSION", 0)
     after = [proof_id(config) for config in configs]
     assert [one == other for one, other in zip(before, after, strict=True)] == [False, True, True]
+
+
+def test_a_damped_spring_without_a_rest_length_is_not_decided():
+    """It balances where it has no length, and there the force of its damper has no direction."""
+    damped = SPRING | {"rest_length": 0.0, "damping": 30.0}
+    proof = prove(config_of(damped))
+    assert not proof.proved
+    assert "may have no length" in proof.outcome
+    # Without a damper its force is -k e, which is smooth.
+    assert prove(config_of(SPRING | {"rest_length": 0.0})).proved
+
+
+def test_where_a_spring_has_no_length_there_is_no_linearisation():
+    ends = {"point": [0.0, 0.0, 0.1], "anchor": [0.0, 0.0, 0.1]}
+    body = {"mass": 12.0, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, 0]}
+    spring = SPRING | ends | {"rest_length": 0.0, "damping": 30.0}
+    start = {"position": [0.1, 0, 0]}
+    problem = problem_of(config_of(spring, body=body, gravity=[0, 0, 0], initial=start))
+    rest = motion_from_centre(problem.system.body, problem.system.anchor, np.zeros(12))
+    with np.errstate(all="ignore"), pytest.raises(NoDerivativesError):
+        linearise(problem.system, rest, np.zeros(0))

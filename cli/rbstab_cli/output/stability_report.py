@@ -57,9 +57,11 @@ def stability_data(report: StabilityReport) -> dict[str, Any]:
     }
 
 
-def mode_data(linear: "Linearisation") -> list[dict[str, Any]]:
+def mode_data(linear: "Linearisation | None") -> list[dict[str, Any]]:
     """Return the modes, slowest first; a conjugate pair is given by the mode with Im λ > 0."""
-    modes = []
+    modes: list[dict[str, Any]] = []
+    if linear is None:
+        return modes
     for k, value in enumerate(linear.eigenvalues):
         if value.imag < 0:
             continue

@@ -56,7 +56,7 @@ def _print_rest_states(stability: "Stability") -> None:
             _vector(state.orientation),
             _vector(state.position),
             number(round(state.energy, 9) + 0.0, 6),
-            number(float(linear.time_constants[0])),
+            "-" if linear is None else number(float(linear.time_constants[0])),
             "yes" if state.proved else "no",
         )
     print_table(table)

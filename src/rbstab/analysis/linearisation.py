@@ -63,6 +63,10 @@ class Linearisation:
         return int((self.eigenvalues.real > 0).sum())
 
 
+class NoDerivativesError(ArithmeticError):
+    """The equations have no derivatives at a rest state, as where a spring has no length."""
+
+
 def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
     """Linearise a system at a rest state; complex steps make the matrix exact to round-off.
 
@@ -72,11 +76,16 @@ def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
             the eigenvalue 0.
         rest: The motion at rest.
         own: The elements' own states there.
+
+    Raises:
+        NoDerivativesError: The equations have no derivatives there.
     """
     resting = without_inputs(configurations(system).system)
     start = resting.start(rest, own)
     resting = with_modes_at(resting, start)
     A = jacobian(resting.rates, start)
+    if not np.isfinite(A).all():
+        raise NoDerivativesError
     eigenvalues, modes = _eigenvalues(A, resting, start)
     order = np.lexsort((-eigenvalues.imag, -eigenvalues.real.round(9)))
     modes = modes[:, order]

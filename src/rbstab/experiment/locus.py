@@ -1,10 +1,11 @@
 """Root locus: the eigenvalues at the rest state as a function of one gain."""
 
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.linearisation import Linearisation, linearise
+from rbstab.analysis.linearisation import Linearisation, NoDerivativesError, linearise
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.config.entries import entries_of
@@ -60,13 +61,15 @@ def linearised_at_rest(config: Config) -> Linearisation | None:
 
     Returns:
         The linearised system; None if the descent found no rest state within the range, or only one
-        at which the equations have a kink.
+        at which the equations have a kink, or no derivatives.
     """
     system = smooth_rest_system(problem_of(config))
     rest = nearest_rest_state(system)
     if not rest.found or rest.on_kink:
         return None
-    return linearise(system, rest.motion, rest.own)
+    with suppress(NoDerivativesError):
+        return linearise(system, rest.motion, rest.own)
+    return None
 
 
 def scaled(config: Config, key: str, factor: float) -> Config:

@@ -93,6 +93,10 @@ TIED_VERSION = 1
 TIED_BARRIER_VERSION = 1
 """The same for those of them with a guard: before it, nothing was proved of a barrier there."""
 
+NO_REST_LENGTH_VERSION = 1
+"""The same for those of them with a spring without a rest length: before it, more was proved of a
+damped one than holds where it has no length."""
+
 HELD_OR_SLIDING = ("permanent", "sliding")
 """Variants whose proofs do not depend on `TIED_VERSION`; with a sliding connector there is none."""
 
@@ -115,6 +119,8 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
             parts.append(f"tied {TIED_VERSION}")
             if any(element.kind == "guard" for element in config.elements.values()):
                 parts.append(f"tied barrier {TIED_BARRIER_VERSION}")
+            if any(getattr(one, "rest_length", None) == 0 for one in config.elements.values()):
+                parts.append(f"no rest length {NO_REST_LENGTH_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 

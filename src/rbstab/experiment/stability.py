@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rbstab.analysis.linearisation import Linearisation, linearise
+from rbstab.analysis.linearisation import Linearisation, NoDerivativesError, linearise
 from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.proof import start_level, start_state
+from rbstab.experiment.robust.sentences import rounded_down
 from rbstab.experiment.stored_proof.proof import (
     GOES_ON,
     NO_LENGTH,
@@ -18,7 +19,9 @@ from rbstab.experiment.stored_proof.proof import (
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.algebra import ZERO
-from rbstab.mechanics.motion import motion_from_centre
+from rbstab.mechanics.motion import Motion, motion_from_centre
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
 
 UNWRAPPED = "For all real θ1 and θ3"
 """Beginning of the sentences on the range |θ2| < π/2, in which θ1 and θ3 have no bounds."""
@@ -36,7 +39,8 @@ class Stability:
 
     Args:
         proof: The rest states, lowest first, and the region.
-        linearisations: The linearisation at each rest state, in the same order.
+        linearisations: The linearisation at each rest state, in the same order; None where the
+            equations have no derivatives.
         start: v(0) relative to the lowest rest state, J; None if no rest state is known.
         reached: The number of the rest state to which the motion from this start converges, proved;
             None: nothing is proved for this start.
@@ -44,7 +48,7 @@ class Stability:
     """
 
     proof: Proof
-    linearisations: tuple[Linearisation, ...]
+    linearisations: tuple[Linearisation | None, ...]
     start: float | None
     reached: int | None
     convergence: Convergence | None = None
@@ -76,15 +80,22 @@ def stability_of(
         convergence: What is proved of its exact motion, if it was followed.
     """
     system = smooth_rest_system(problem)
-    linearisations = []
+    linearisations: list[Linearisation | None] = []
     with np.errstate(all="ignore"):
         for state in proof.states:
             Z = np.concatenate([state.orientation, ZERO, state.position, ZERO])
             rest = motion_from_centre(system.body, system.anchor, Z)
-            linearisations.append(linearise(system, rest, np.array(state.connector_state)))
+            linearisations.append(_linearised(system, rest, np.array(state.connector_state)))
         start = start_level(problem, proof)
     reached = start_state(problem, proof)
     return Stability(proof, tuple(linearisations), start, reached, convergence)
+
+
+def _linearised(system: System, rest: Motion, own: Array) -> Linearisation | None:
+    try:
+        return linearise(system, rest, own)
+    except NoDerivativesError:
+        return None
 
 
 def statements_of(proof: Proof) -> list[str]:
@@ -162,8 +173,8 @@ def _region_sentences(stability: Stability) -> list[str]:
     goes_on = f"; {GOES_ON}" if stability.proof.brief else ""
     if region.lower_bound > 0:
         sentences = [
-            f"Certified region: every motion with v(0) < {region.lower_bound:.6g} J converges to "
-            f"the lowest rest state, proved (c* is attained {where})."
+            f"Certified region: every motion with v(0) < {rounded_down(region.lower_bound)} J "
+            f"converges to the lowest rest state, proved (c* is attained {where})."
         ]
     elif region.level > 0:
         sentences = [
@@ -179,8 +190,8 @@ def _minimum_sentences(proof: ProvedStates, what: str = "Region") -> list[str]:
     """Return a sentence on each region that goes beyond the certified one."""
     certified = 0.0 if proof.region is None else proof.region.lower_bound
     return [
-        f"{what} of rest state {one.rest_state}: {one.lower_bound:.6g} J deep, proved. Every "
-        f"motion in it converges to this rest state; its pass is {_pass_of(one)}."
+        f"{what} of rest state {one.rest_state}: {rounded_down(one.lower_bound)} J deep, proved. "
+        f"Every motion in it converges to this rest state; its pass is {_pass_of(one)}."
         for one in proof.regions
         if one.rest_state > 1 or one.lower_bound > certified * (1 + NOT_DEEPER)
     ]
@@ -218,8 +229,8 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
     sentences, region = [f"{first}."], found.region
     if region is not None and region.lower_bound > 0:
         sentences.append(
-            f"{UNWRAPPED}: every motion with v(0) < {region.lower_bound:.6g} J converges to the "
-            f"lowest rest state, proved."
+            f"{UNWRAPPED}: every motion with v(0) < {rounded_down(region.lower_bound)} J converges "
+            f"to the lowest rest state, proved."
         )
     return [*sentences, *_minimum_sentences(found, f"{UNWRAPPED}: region")]
 

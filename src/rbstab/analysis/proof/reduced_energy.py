@@ -16,6 +16,7 @@ from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import has_modes
 from rbstab.systems.parameters import map_parameters
@@ -100,7 +101,7 @@ def reduced_energy(system: System, exact_system: ExactSystem | None = None) -> R
     Raises:
         NoReducedEnergy: The system has none, or it does not have the supported form.
     """
-    reject_switching(system)
+    reject_unsmooth(system)
     at_rest = configurations(system)
     try:
         energy, guard = _stored_energy(at_rest, exact_system, roots=0)
@@ -167,15 +168,23 @@ def _without_lengths(energy: Polynomial) -> Polynomial:
     return plain
 
 
-def reject_switching(system: System) -> None:
-    """Raise `NoReducedEnergy` if an element switches, slides, supplies power, or is a user's."""
+def reject_unsmooth(system: System) -> None:
+    """Raise `NoReducedEnergy` if an element is not smooth, supplies power, or is a user's.
+
+    Not smooth are elements that switch or slide, and a damped spring without a rest length.
+    """
     if any(element.from_user for element in system.elements):
         raise NoReducedEnergy(NoEnergyReason.USER_CODE)
     if system.supplies:
         raise NoReducedEnergy(NoEnergyReason.SUPPLIES)
     if has_modes(system):
         raise NoReducedEnergy(NoEnergyReason.SWITCHES)
+    held = configurations(system).held
     for element in system.elements:
+        # With a rest length, W has a kink where the line has no length; the proof keeps away from
+        # it. Without one, nothing in W shows that the force of the damper has no direction there.
+        if isinstance(element, Spring) and element.rest_length == 0 and not held:
+            raise NoReducedEnergy(NoEnergyReason.NO_LENGTH)
         if isinstance(element, SlidingConnector):
             on_position = element.rate_weight == 0
             raise NoReducedEnergy(

@@ -12,7 +12,7 @@ from rbstab.analysis.proof.polynomial import Polynomial
 from rbstab.analysis.proof.reduced_energy import (
     NoEnergyReason,
     NoReducedEnergy,
-    reject_switching,
+    reject_unsmooth,
 )
 from rbstab.analysis.proof.robust.elimination import eliminated_for_all
 from rbstab.analysis.proof.robust.expansion import family_of
@@ -73,7 +73,7 @@ def relevant(members: Members, part: Part) -> Part:
 def stored_energy(members: Members, part: Part) -> tuple[BodiesRing, Polynomial]:
     """Return Π as a polynomial in Θ, x and z."""
     middle = members([float(number) for number in part.middle], _doubles)
-    reject_switching(middle)
+    reject_unsmooth(middle)
     if separated(middle)[1]:
         raise NoReducedEnergy(NoEnergyReason.BARRIER_OF_BODIES)
     if any(isinstance(element, Spring) for element in middle.elements):

@@ -28,7 +28,7 @@ from rbstab.analysis.proof.reduced_energy import (
     eliminated,
     guard_of,
     inverse_stiffness,
-    reject_switching,
+    reject_unsmooth,
 )
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
@@ -90,7 +90,7 @@ def tied_energy(system: System, exact_system: ExactSystem) -> TiedEnergy:
     Raises:
         NoReducedEnergy: The energy has another form.
     """
-    reject_switching(system)
+    reject_unsmooth(system)
     at_rest = configurations(system)
     if at_rest.held:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)

@@ -87,7 +87,7 @@ def test_an_interrupted_proof_loses_no_run(
     monkeypatch.setattr("rbstab.experiment.proof.prove", interrupted)
     done = rbstab("run", "good.yaml")
     assert done.exit_code == 130
-    assert "Interrupted: 1 of 1 runs are stored; not all of their proofs are." in done.stderr
+    assert "1 of 1 runs are stored; the proofs of results/good.h5 are missing." in done.stderr
     assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
 
 

@@ -39,7 +39,8 @@ SCHEMA_VERSIONS = (1, 2)
 def _check_whole(value: Any) -> Any:
     # True and 1.0 equal 1, so a literal would accept them.
     if type(value) is not int:
-        raise PydanticCustomError("literal_error", "not a whole number", {"expected": "1 or 2"})
+        expected = {"expected": "the whole number 1 or 2"}
+        raise PydanticCustomError("literal_error", "not a whole number", expected)
     return value
 
 

@@ -16,6 +16,9 @@ from rbstab.store.result import Result
 RESOLVED = 0.01
 """The largest error of a peak between samples, relative to the peak; else the sample is taken."""
 
+ROUND_OFF = 1e-9
+"""A quantity is constant if between samples it changes by at most this times its largest value."""
+
 NEIGHBOURS = 3
 """Samples on each side of those where |θ2| may be largest: a turning point is interpolated through
 up to six."""
@@ -90,7 +93,11 @@ def _peaks(times: Array, values: Array, rates: Array) -> tuple[list[float], bool
     largest = values[np.arange(len(values)), np.abs(values).argmax(axis=1)]
     if len(times) == 1:
         return largest.tolist(), True
-    found = find_peaks(Samples(times, values[:, np.newaxis], rates[:, np.newaxis]))
+    # The sign of a rate that is round-off says nothing: such a quantity is constant.
+    change = np.diff(times).max() * np.abs(rates).max(axis=1, keepdims=True)
+    constant = change <= ROUND_OFF * np.abs(largest)[:, np.newaxis]
+    slopes = np.where(constant, 0.0, rates)
+    found = find_peaks(Samples(times, values[:, np.newaxis], slopes[:, np.newaxis]))
     peak, error = found.value[:, 0], found.error[:, 0]
     resolved = error <= np.maximum(RESOLVED * np.abs(peak), ABSOLUTE)
     # Where a quantity is no number, its peak is none, however many samples there are.

@@ -93,6 +93,31 @@ def test_a_motion_that_is_not_at_rest_by_the_end_is_not_said_to_be():
     assert "it is not at rest by t = 0.1 s" in this_start.sentence
 
 
+def test_a_rest_state_that_is_not_the_lowest_is_said_to_be_such():
+    """A body whose attitude spring is turned by half a turn: it stays there, and could fall."""
+    config = rbstab.load_config(
+        {
+            "schema_version": 2,
+            "body": {"mass": 10, "inertia": [1, 1.2, 0.9], "contact_point": [0.1, 0, -0.2]},
+            "controller": {"variant": "none"},
+            "elements": {
+                "tie": {"kind": "visco-elastic", "point": [0, 0, 0], "anchor": [0, 0, 0]}
+                | {"K_c": [1000, 1000, 1000], "L_c": [100, 100, 100]},
+                "up": {"kind": "attitude", "K": [10, 11, 12], "L": [3, 3, 3]},
+            },
+            "initial": {"position": [0.5, 0, 0], "orientation": [math.pi, 0, 0]},
+            "integration": {"duration": 5.0},
+        }
+    )
+    this_start, _ = answer_of(rbstab.simulate(config))
+    assert this_start.sureness is Sureness.SEEN
+    assert "at a rest state that is not the lowest one known" in this_start.sentence
+    upright = config.model_copy(
+        update={"initial": config.initial.model_copy(update={"orientation": (0.0, 0.0, 0.0)})}
+    )
+    assert "lowest" not in answer_of(rbstab.simulate(upright)).this_start.sentence
+
+
 def test_a_second_rest_state_is_a_counterexample():
     config = config_of(**SOFT)
     proof = prove(config)

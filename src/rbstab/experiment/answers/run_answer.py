@@ -16,6 +16,7 @@ from rbstab.experiment.convergence.convergence import (
     Enclose,
     stored_convergence,
 )
+from rbstab.experiment.convergence.zero_description import A_LOWER_ONE
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
     GLOBAL_STABILITY,
@@ -164,6 +165,8 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
         why = f"inputs drive the computed motion to t = {end:.4g} s; {_driven_settling(settled)}"
     elif not math.isnan(settled):
         text = f"the computed motion is at rest from t = {settled:.4g} s on ({SETTLED})"
+        if str(result.attributes.get("lyapunov_zero")).endswith(A_LOWER_ONE):
+            text += ", at a rest state that is not the lowest one known"
         return Answer(Sureness.SEEN, text)
     else:
         v = lyapunov_function_of(result)

@@ -8,6 +8,9 @@ from rbstab.mechanics.numbers import Array
 if TYPE_CHECKING:
     from rbstab.experiment.proof import Proof
 
+A_LOWER_ONE = "a lower one is known"
+"""The end of the text if the state is not the lowest one that is known."""
+
 APPROACHED = "the rest state that the motion approaches"
 """The begin of the text if the motion approaches the state."""
 
@@ -28,7 +31,7 @@ def zero_description(zero: LyapunovZero, *, driven: bool = False) -> str:
         )
     outside = "" if zero.rest.found else ", outside the range of eq. 5"
     name = "the rest state without inputs, below the end of the motion" if driven else APPROACHED
-    return f"{name}{outside}; {'no' if zero.is_lowest else 'a'} lower one is known"
+    return f"{name}{outside}; {'no lower one is known' if zero.is_lowest else A_LOWER_ONE}"
 
 
 def described_by_proof(text: str, Theta: Array, proof: "Proof | None") -> str:

@@ -81,7 +81,7 @@ def test_schema_version(complaints, value, found):
 def test_schema_version_of_the_wrong_kind(complaints, value):
     (message,) = complaints(f"{VISCO_ELASTIC}schema_version: {value}\n")
     assert message.startswith("20:17: schema_version: is ")
-    assert "expected 1" in message
+    assert "(expected the whole number 1 or 2)" in message
 
 
 @pytest.mark.parametrize("value", ["true", "1.0"])

@@ -110,7 +110,7 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     """
     parts: list[Any] = [version, acting_sections(config)]
     if version >= FINGERPRINT_VERSION:
-        parts.append(fingerprint(partial(system_of, without_code(config))))
+        parts.append(_equations_of(config))
     if any(element.kind == "guard" for element in config.elements.values()):
         parts.append(f"barrier {BARRIER_VERSION}")
     if any(element.kind == "spring" for element in config.elements.values()):
@@ -123,6 +123,23 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
                 parts.append(f"no rest length {NO_REST_LENGTH_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+_KNOWN_EQUATIONS: dict[str, str] = {}
+"""The fingerprints of the last configs, by the text of what acts on their bodies."""
+
+MOST_KNOWN = 1024
+"""The largest number of them that is kept."""
+
+
+def _equations_of(config: Config) -> str:
+    """Return the `fingerprint` of a config; it is computed once for all with equal bodies."""
+    key = json.dumps([acting_sections(config), config.integration.coordinates], sort_keys=True)
+    if key not in _KNOWN_EQUATIONS:
+        if len(_KNOWN_EQUATIONS) >= MOST_KNOWN:
+            _KNOWN_EQUATIONS.clear()
+        _KNOWN_EQUATIONS[key] = fingerprint(partial(system_of, without_code(config)))
+    return _KNOWN_EQUATIONS[key]
 
 
 def prove(

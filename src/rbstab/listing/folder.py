@@ -1,5 +1,6 @@
 """The runs and sweeps in a folder of results, each with what it says of itself."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -7,7 +8,7 @@ from rbstab.experiment.proof_cache import PROOFS
 from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
 from rbstab.listing.kinds import Kind, kind_of
-from rbstab.store.disk.isolated_reading import IsolatedReader
+from rbstab.store.disk.isolated_reading import IsolatedReader, IsolatedReaders
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result
 from rbstab.store.table_file import count_flags
@@ -72,11 +73,9 @@ def entries_of(folder: Path) -> list[Entry]:
     except OSError as error:
         raise StoreError(f"{folder} cannot be read: {error.strerror or error}") from error
     kinds = {path: kind_of(path) for path in paths}
-    found = [
-        _entry(path, kind)
-        for path, kind in kinds.items()
-        if kind is Kind.SWEEP or (kind is Kind.RUN and path.suffix == RUN_SUFFIX)
-    ]
+    runs = [path for path, kind in kinds.items() if kind is Kind.RUN and path.suffix == RUN_SUFFIX]
+    found = list(_runs.map(lambda path, read: _entry(path, Kind.RUN, read), runs))
+    found += [_entry(path, Kind.SWEEP) for path, kind in kinds.items() if kind is Kind.SWEEP]
     return sorted(found, key=lambda entry: (-entry.modified, entry.path.name))
 
 
@@ -88,12 +87,12 @@ def proofs_in(folder: Path) -> int:
         return 0
 
 
-def _entry(path: Path, kind: Kind) -> Entry:
+def _entry(path: Path, kind: Kind, read: Callable[[Path], _Said] | None = None) -> Entry:
     file = path / SWEEP_FILE if kind is Kind.SWEEP else path
     try:
         modified = (file if file.exists() else path).stat().st_mtime
         # Anybody may have written a file, with a right seal too.
-        said: _Said = _sweep(path) if kind is Kind.SWEEP else _run(path)
+        said = _sweep(path) if read is None else read(path)
     except (StoreError, OSError) as error:
         return Entry(path, kind, "", NOT_KNOWN, NOT_KNOWN, NOT_KNOWN, 0.0, str(error))
     title, status, verdict, converges = said
@@ -106,7 +105,7 @@ def _read_run(path: Path) -> _Said:
     return _Said(str(result.attributes["title"]), result.status, *map(str, words))
 
 
-_run = IsolatedReader(_read_run)
+_runs = IsolatedReaders(_read_run)
 
 
 def _read_counts(path: Path) -> dict[str, dict[str, int]]:

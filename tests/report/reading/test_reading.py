@@ -10,7 +10,8 @@ from rbstab.processes.workers import WorkerDiedError
 from rbstab.report.model.document import Unread
 from rbstab.report.reading import read_results as reading
 from rbstab.report.reading.read_results import read_all, read_one
-from rbstab.store.disk.isolated_reading import IsolatedReader
+from rbstab.store.disk import isolated_reading
+from rbstab.store.disk.isolated_reading import IsolatedReaders
 
 pytestmark = pytest.mark.slow
 
@@ -49,8 +50,8 @@ def summary(found):
 @pytest.fixture
 def two_workers(monkeypatch):
     """Make two workers read even a few files."""
-    monkeypatch.setattr(reading, "RESULTS_PER_WORKER", 10)
-    monkeypatch.setattr(reading, "processor_count", lambda: 2)
+    monkeypatch.setattr(isolated_reading, "FILES_PER_WORKER", 10)
+    monkeypatch.setattr(isolated_reading, "processor_count", lambda: 2)
 
 
 def workers():
@@ -82,5 +83,5 @@ def test_where_no_worker_can_be_started_this_process_reads(paths, monkeypatch):
         raise WorkerDiedError("no process")
 
     monkeypatch.setattr(rbstab.processes.isolated, "Worker", no_process)
-    monkeypatch.setattr(reading, "_reader", lambda _: IsolatedReader(reading.read_file))
+    monkeypatch.setattr(reading, "_readers", IsolatedReaders(reading.read_file))
     assert summary(read_all(paths)) == summary(map(read_one, paths))

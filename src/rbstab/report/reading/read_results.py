@@ -4,23 +4,16 @@ A result that cannot be read raises no error: it is returned as `Unread`.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 from pathlib import Path
-from queue import SimpleQueue
 from typing import NamedTuple
 
 from rbstab.experiment.stored_config import StoredConfig, stored_config
-from rbstab.processes.processors import processor_count
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.untrusted import SWEEP, content_of, file_of
-from rbstab.store.disk.isolated_reading import IsolatedReader
+from rbstab.store.disk.isolated_reading import IsolatedReaders
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
-
-RESULTS_PER_WORKER = 100
-"""Reading this many results takes as long as starting another worker."""
 
 
 class ReadRun(NamedTuple):
@@ -72,30 +65,10 @@ def read_all(paths: Sequence[Path]) -> Iterator[Read | Unread]:
     Worker processes read them, with limits of time and memory: anybody may have written the files,
     and HDF5 may hang or crash on them.
     """
-    count = max(1, min(processor_count(), len(paths) // RESULTS_PER_WORKER))
-    readers: SimpleQueue[IsolatedReader] = SimpleQueue()
-    for number in range(count):
-        readers.put(_reader(number))
-
-    def read(path: Path) -> Read | Unread:
-        reader = readers.get()
-        try:
-            return read_one(path, reader)
-        finally:
-            readers.put(reader)
-
-    pool = ThreadPoolExecutor(count)
-    try:
-        yield from pool.map(read, paths)
-    finally:
-        # After an interrupt, no further file is begun.
-        pool.shutdown(wait=False, cancel_futures=True)
+    yield from _readers.map(read_one, paths)
 
 
-@cache
-def _reader(_: int) -> IsolatedReader:
-    """Return one of several readers. Each keeps its worker, because starting one takes long."""
-    return IsolatedReader(read_file)
+_readers = IsolatedReaders(read_file)
 
 
 def _reason(path: Path, error: Exception) -> str:

@@ -3,17 +3,25 @@
 On a damaged or hostile file HDF5 may hang, crash, or fill the memory.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
+from queue import SimpleQueue
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
+from rbstab.processes.processors import processor_count
 from rbstab.store.disk.existence import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
 
 if TYPE_CHECKING:
     from rbstab.processes.isolated import IsolatedFunction, Limits
+
+T = TypeVar("T")
+
+FILES_PER_WORKER = 100
+"""Reading this many files takes as long as starting another worker."""
 
 MIN_DEADLINE = 5.0
 """s; the longest time to read a small file."""
@@ -81,6 +89,43 @@ class IsolatedReader:
         with suppress(CrashError):
             return self._isolated(path, limits)
         return self._isolated(path, limits)
+
+
+class IsolatedReaders:
+    """Several readers of one kind, which read files side by side.
+
+    Their workers are kept, because starting one takes long.
+
+    Args:
+        read: As for `IsolatedReader`.
+    """
+
+    def __init__(self, read: Callable[[Path], Any]) -> None:
+        self._read = read
+        self._readers: list[IsolatedReader] = []
+
+    def map(self, use: Callable[[Path, IsolatedReader], T], paths: Sequence[Path]) -> Iterator[T]:
+        """Yield what a function makes of each path and a reader, in the order of the paths."""
+        count = max(1, min(processor_count(), len(paths) // FILES_PER_WORKER))
+        while len(self._readers) < count:
+            self._readers.append(IsolatedReader(self._read))
+        free: SimpleQueue[IsolatedReader] = SimpleQueue()
+        for reader in self._readers[:count]:
+            free.put(reader)
+
+        def used(path: Path) -> T:
+            reader = free.get()
+            try:
+                return use(path, reader)
+            finally:
+                free.put(reader)
+
+        pool = ThreadPoolExecutor(count)
+        try:
+            yield from pool.map(used, paths)
+        finally:
+            # After an interrupt, no further file is begun.
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def read_limits(path: Path) -> "Limits":

@@ -12,6 +12,7 @@ from rbstab.analysis.proof.tied.energy import tied_energy, tied_energy_of_double
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.elements.guards.barrier import Barrier
+from rbstab.elements.spring import ZeroLengthSpring
 from rbstab.elements.visco_elastic import ViscoElasticTie
 
 OTHER = spring_of((-0.2, 0.1, 0.0), (-0.6, 0.2, -0.1), 500.0, 0.7)
@@ -48,7 +49,10 @@ def test_the_compliance_is_the_inverse_of_the_stiffness():
 
 def test_a_spring_without_a_rest_length_is_a_tie():
     """½ k ℓ² is the energy of a tie with K_c = k I: all coefficients of U are the same."""
-    spring = spring_of(rest_length=0.0)
+    damped = spring_of(rest_length=0.0)
+    spring = ZeroLengthSpring(
+        name="spring", point=damped.point, anchor=damped.anchor, stiffness=damped.stiffness
+    )
     tie = ViscoElasticTie(
         name="tie",
         point=spring.point,
@@ -62,6 +66,11 @@ def test_a_spring_without_a_rest_length_is_a_tie():
     np.testing.assert_array_equal(form.coefficients, other.coefficients)
     np.testing.assert_array_equal(form.quadratic, other.quadratic)
     assert not form.lines
+    # Where the damped one has no length, its force has no direction. The energy does not show it.
+    with pytest.raises(NoReducedEnergy, match="no length"):
+        reduced_energy(tied_system([damped]))
+    with pytest.raises(NoReducedEnergy, match="no length"):
+        tied_energy_of_doubles(tied_system([damped]))
 
 
 def test_numbers_of_a_config_are_decimals():

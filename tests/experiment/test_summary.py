@@ -1,6 +1,7 @@
 """Protects the summary of a run: its peaks are those of the same run with many more samples."""
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from rbstab.store.result import Result
 
 SPINS = ((16, 32, -16), (-20, 5, 25), (0, -8, 0))
 MANY = 4001
+ROOT = Path(__file__).parents[2]
 
 
 @cache
@@ -95,3 +97,23 @@ def test_peaks_of_a_fast_input_are_not_invented():
 def test_what_stands_before_a_peak():
     assert at_least(True) == ""
     assert at_least(False) == "≥ "
+
+
+@pytest.mark.parametrize(
+    ("name", "samples", "resolved"),
+    [("paper/case2_stiff", 401, True), ("examples/mounts", 41, False)],
+)
+def test_peaks_without_an_estimate_of_their_errors(name, samples, resolved):
+    """Both have turns that the search suspects; only in the second one a turn is hidden."""
+    path = ROOT / "configs" / f"{name}.yaml"
+    s, fine = (
+        summary_of(rbstab.simulate(rbstab.load_config(path, [f"integration.samples={count}"])))
+        for count in (samples, MANY)
+    )
+    assert s.displacement_resolved == resolved
+    if resolved:
+        assert s.peak_contact_displacement == pytest.approx(
+            fine.peak_contact_displacement, rel=1e-4
+        )
+    else:
+        assert s.peak_distance < 0.9 * fine.peak_distance

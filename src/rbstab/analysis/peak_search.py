@@ -20,6 +20,10 @@ RELATIVE = 1e-5
 ABSOLUTE = 1e-9
 """m or rad."""
 
+STEPS_PER_INTERVAL = {"heyoka": 1, "scipy": 8}
+"""By engine, the most steps between two samples that show all turning points. A Taylor step is
+longer."""
+
 SAFETY = 4.0
 """A point is no peak if it would be too low even with an error of this times the estimate."""
 

@@ -6,7 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.lyapunov import relative_residual
-from rbstab.analysis.peak_search import ABSOLUTE, Samples, find_peaks
+from rbstab.analysis.peak_search import (
+    ABSOLUTE,
+    STEPS_PER_INTERVAL,
+    Samples,
+    find_peaks,
+    peaks_of_cubics,
+)
 from rbstab.analysis.settling import settling_times
 from rbstab.experiment.convergence.enclosed_samples import GROUP
 from rbstab.mechanics.attitude import rate_matrix
@@ -66,8 +72,9 @@ def summary_of(result: Result) -> Summary:
         distance = np.linalg.norm(E, axis=1)
         distance_rate = (E * F).sum(axis=1) / np.where(distance > 0, distance, 1.0)
         values, rates = np.array([*E.T, distance]), np.array([*F.T, distance_rate])
-        (x, y, z, farthest), resolved = _peaks(t, values, rates)
-        (at_samples,), resolved_pitch = _peaks(*_pitch_where_largest(t, Theta, Omega))
+        fast = _has_fast_steps(result)
+        (x, y, z, farthest), resolved = _peaks(t, values, rates, fast)
+        (at_samples,), resolved_pitch = _peaks(*_pitch_where_largest(t, Theta, Omega), fast)
     pitch, at_stop = _largest_pitch(result, abs(at_samples))
     return Summary(
         float(v[0]),
@@ -82,13 +89,21 @@ def summary_of(result: Result) -> Summary:
     )
 
 
-def _peaks(times: Array, values: Array, rates: Array) -> tuple[list[float], bool]:
+def _has_fast_steps(result: Result) -> bool:
+    """Return whether a run took so many steps that its samples may not show all turning points."""
+    most = STEPS_PER_INTERVAL.get(str(result.attributes.get("engine")), 1)
+    steps = result.attributes.get("steps")
+    return steps is None or int(steps) > most * (len(result["time"]) - 1)
+
+
+def _peaks(times: Array, values: Array, rates: Array, fast: bool) -> tuple[list[float], bool]:
     """Return the values of quantities farthest from zero, and whether the samples show them all.
 
     Args:
         times: Shape (n,), s.
         values: Shape (q, n).
         rates: Their derivatives, shape (q, n).
+        fast: Whether the motion may turn more often than the samples show.
     """
     largest = values[np.arange(len(values)), np.abs(values).argmax(axis=1)]
     if len(times) == 1:
@@ -97,9 +112,18 @@ def _peaks(times: Array, values: Array, rates: Array) -> tuple[list[float], bool
     change = np.diff(times).max() * np.abs(rates).max(axis=1, keepdims=True)
     constant = change <= ROUND_OFF * np.abs(largest)[:, np.newaxis]
     slopes = np.where(constant, 0.0, rates)
-    found = find_peaks(Samples(times, values[:, np.newaxis], slopes[:, np.newaxis]))
+    samples = Samples(times, values[:, np.newaxis], slopes[:, np.newaxis])
+    cubics = peaks_of_cubics(samples)
+    found = find_peaks(samples, cubics=cubics)
     peak, error = found.value[:, 0], found.error[:, 0]
-    resolved = error <= np.maximum(RESOLVED * np.abs(peak), ABSOLUTE)
+    tolerance = np.maximum(RESOLVED * np.abs(peak), ABSOLUTE)
+    # Without an estimate, two interpolants have to agree, and no turn may be hidden. A cubic stays
+    # within the hull of its Bézier points.
+    step = np.diff(times) / 3.0
+    points = values[:, :-1] + step * slopes[:, :-1], values[:, 1:] - step * slopes[:, 1:]
+    within = np.abs(points).max(axis=(0, 2)) <= np.abs(peak) + tolerance
+    agree = np.abs(peak - cubics.value[:, 0]) <= tolerance
+    resolved = (error <= tolerance) | (agree & within & (not fast))
     # Where a quantity is no number, its peak is none, however many samples there are.
     shown = bool((resolved | np.isnan(largest)).all())
     return np.where(resolved, peak, largest).tolist(), shown

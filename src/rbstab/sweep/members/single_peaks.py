@@ -5,7 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.analysis.peak_search import RELATIVE, Peaks, Samples, find_peaks, peaks_of_cubics
+from rbstab.analysis.peak_search import (
+    RELATIVE,
+    STEPS_PER_INTERVAL,
+    Peaks,
+    Samples,
+    find_peaks,
+    peaks_of_cubics,
+)
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
@@ -15,11 +22,9 @@ from rbstab.sweep.members.outcome import THETA_ROWS
 from rbstab.sweep.members.refinement import MAX_SAMPLES, PARTS, refined, refinements
 from rbstab.systems.impact import stop_of
 
-STEPS_PER_INTERVAL = {"heyoka": 1, "scipy": 8}
-"""The most steps between two samples that show all turning points. A Taylor step is longer."""
-
 STEPS_OF_SLIDING = 2
-"""The same for Taylor steps of a sliding member: a step ends at each sample and at each switch."""
+"""As `STEPS_PER_INTERVAL`, for Taylor steps of a sliding member: a step ends at each sample and at
+each switch."""
 
 SAME_END = 1e-6
 """If a motion that is integrated again from a sample misses the next sample by more than this times

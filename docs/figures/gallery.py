@@ -14,6 +14,7 @@ import numpy as np
 from PIL import Image
 
 import rbstab
+from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.mechanics.attitude import rotation
 
 mpl.use("Agg")
@@ -73,7 +74,7 @@ def filled(page: str) -> str:
 
 def stills(axes: Any, result: rbstab.Result, config: Any) -> None:
     """Draw the way from the contact point to the centre of gravity, and beyond, at some times."""
-    v = result["lyapunov"]
+    v = lyapunov_function_of(result)
     moving = np.flatnonzero(v > 1e-3 * v[0])
     last = int(SHOWN * moving[-1]) if len(moving) else len(v) - 1
     R = np.array(config.body.contact_point)
@@ -104,7 +105,9 @@ def picture(path: Path) -> plt.Figure:
         middle.plot(t, result["orientation"][:, axis], color=COLOURS[axis], label=f"θ{axis + 1}")
     middle.set(xlabel="t [s]", title="angles [rad]")
     middle.legend(frameon=False, ncols=3, fontsize=8, loc="best", handlelength=1)
-    v = np.maximum(result["lyapunov"], 1e-12 * result["lyapunov"][0])
+    # On s = F + κE a result stores v - ε, which does not end at zero.
+    v = lyapunov_function_of(result)
+    v = np.maximum(v, 1e-12 * v[0])
     right.semilogy(t, v, color=COLOURS[0])
     right.set(xlabel="t [s]", title="energy above rest, v [J]")
     for axes in (left, middle, right):

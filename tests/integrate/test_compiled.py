@@ -5,6 +5,7 @@ import subprocess
 import sys
 from dataclasses import replace
 
+import heyoka as hy
 import numpy as np
 import pytest
 from support.hang_guard import within
@@ -15,6 +16,7 @@ from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.integrate.heyoka import engine as heyoka_engine
 from rbstab.integrate.heyoka.engine import compiled_system
 from rbstab.mechanics.body import Body
+from rbstab.mechanics.numbers import square
 from rbstab.systems.coordinates import ReducedCoordinates
 
 TIMES = np.linspace(0.0, 0.5, 11)
@@ -143,6 +145,7 @@ WITHOUT_A_HOME = """
 import numpy as np
 from support.problems import bare_system, problem, solve
 from rbstab.mechanics.body import Body
+from rbstab.mechanics.numbers import square
 
 system = bare_system(Body(2.0, np.eye(3), np.zeros(3)), weight=(0.0, 0.0, -20.0))
 print(solve("heyoka", problem(system, np.zeros(12), [0.0, 1.0], rtol=1e-6)).states[-1, 8])
@@ -165,3 +168,13 @@ def test_home_that_cannot_be_written_does_no_harm():
     # Free fall at 10 m/s² for a second.
     assert float(done.stdout) == pytest.approx(-5.0, rel=1e-12)
     assert done.stderr == ""
+
+
+def test_a_square_that_passes_through_zero():
+    """Taylor series of other powers divide by x. ∫x² dt from x = -1 to 0, and to 1."""
+    x, integral = hy.make_vars("x", "integral")
+    rates = [(x, hy.expression(1.0)), (integral, square(x))]
+    integrator = hy.taylor_adaptive(rates, state=[-1.0, 0.0], tol=1e-15)
+    for time, expected in ((1.0, 1 / 3), (2.0, 2 / 3)):
+        integrator.propagate_until(time)
+        assert integrator.state[1] == pytest.approx(expected, rel=1e-15)

@@ -15,9 +15,10 @@ from support.config_elements import CONTROLLER
 from support.problems import solve
 from support.switching import problem
 
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticTie
 from rbstab.integrate.heyoka.engine import compiled_system
-from rbstab.integrate.heyoka.symbols import zeros_of_elements
+from rbstab.integrate.heyoka.symbols import compiled_zeros
 from rbstab.integrate.modes.phases import Phase
 from rbstab.integrate.problem import Problem
 from rbstab.systems import parameters as parameters_module
@@ -27,6 +28,9 @@ RTOL = 1e-9
 
 LOOSE = 0.1
 """The operations are the same for all tolerances. With this one they compile in a moment."""
+
+PRODUCT, SQUARE = "(u * u)", f"u**{2.0:.16f}"
+"""A product of two variables and a square, as heyoka prints them."""
 
 ENDS = {"point": [0.15, 0.1, -0.3], "anchor": [0.15, 0.3, -0.5]}
 OTHER_ENDS = {"point": [0.2, -0.1, 0.3], "anchor": [0.1, 0.2, 0.5]}
@@ -71,18 +75,18 @@ TIE_COUNT = (
 SPRING_COUNT = (
     POSITION
     + (2 * TURNED + 3 + CROSS)  # q = p × (A'X - A'anchor)
-    + (DOT + 1)  # ℓ
+    + (DOT - 2 + 1)  # ℓ; heyoka has one operation for a sum of two squares
     + (2 * DOT + 1 + 1)  # (e'V + q'Ω)/ℓ
     + 4  # k(ℓ - ℓ₀) + c dℓ/dt
     + (2 + 3 + 3)  # minus the tension, by ℓ, times e and q
-    + 1  # c (dℓ/dt)²; c dℓ/dt is known
+    + 2  # c (dℓ/dt)²
     + (3 + 3 + 1)  # into the sums
     + 5  # (e'e - ε²ℓ₀²)/(e'e + ℓ₀²), where a run ends; e'e is known
 )
 ATTITUDE_COUNT = (
     (6 + 3 + 3)  # the entries of K A off its diagonal, their differences, halved
     + (3 + 3)  # minus L Ω
-    + DAMPED
+    + (3 + 2)  # Ω'L Ω: the squares of Ω are known from the controller
     + (3 + 1)  # into the sums of couples and v'
 )
 
@@ -133,34 +137,48 @@ def test_an_element_adds_the_operations_of_its_formulas(element, count):
 
 
 def test_products_of_two_variables_are_few():
-    """In a Taylor series such a product takes ten times as long as one with a constant."""
-    # A (Ω × p) and A'f with nine each, and F'(L F). None with p, which is a constant.
-    assert added(TIE)["(u * u)"] == 9 + 9 + 3
-    # A'X; e'e, e'V and q'Ω; e and q times the tension by ℓ; the square of dℓ/dt.
-    assert added(SPRING)["(u * u)"] == 9 + 9 + 6 + 1
-    assert added(ATTITUDE)["(u * u)"] == 3
+    """In a Taylor series such a product takes longest: twice as long as a square."""
+    tie, spring, attitude = added(TIE), added(SPRING), added(ATTITUDE)
+    # A (Ω × p) and A'f with nine each, and the squares of F. None with p, which is a constant.
+    assert (tie[PRODUCT], tie[SQUARE]) == (9 + 9, 3)
+    # A'X; e'V and q'Ω; e and q times the tension by ℓ. The squares of dℓ/dt and of e, of which two
+    # are one operation.
+    assert (spring[PRODUCT], spring[SQUARE]) == (9 + 6 + 6, 1 + 1)
+    # A damped controller has the squares of Ω already.
+    assert (attitude[PRODUCT], attitude[SQUARE]) == (0, 0)
+
+
+def test_products_of_the_body_and_its_controller():
+    """A case of the paper: what every member of a sweep computes."""
+    counts = operations(case())
+    # A, its products with Ω × R and Λ, and B with BΩ and B'K_r Θ.
+    attitude = 14 + 9 + 9 + (2 + 6 + 6)
+    # Ωᵢ Ωⱼ of the gyroscopic couple of a diagonal J, times the differences of J; ε' = F'Λ; J⁻¹.
+    assert counts[PRODUCT] == attitude + (3 + 3) + 3 + 3
+    # V'L_t V, Ω'L_r Ω and F'L_c F.
+    assert counts[SQUARE] == 9
 
 
 def test_a_second_spring_uses_the_first_ones_position():
     """A'X is that of the body, whatever the ends of a spring are."""
     second = added(SPRING, SPRING | OTHER_ENDS)
     assert second.total() == SPRING_COUNT - TURNED
-    assert second["(u * u)"] == 9 + 6 + 1
+    assert second[PRODUCT] == 6 + 6
 
 
 def test_zeros_of_gains_and_points_cost_nothing():
     full = added(TIE | {"K_c": FULL, "L_c": FULL}).total()
-    # K e, L ė and ė'L: six products and six sums more, each.
+    # K e and L ė: six products and six sums more, each; so has ė'L ė, with the sums of L.
     assert full == TIE_COUNT + 3 * 12
     # A p and Ω × p then have three and two products, and A'f is needed by one row less.
     on_axis = added(TIE | {"point": [0.0, 0.0, -0.3]})
-    assert on_axis["(u * u)"] == 6 + 6 + 3
+    assert on_axis[PRODUCT] == 6 + 6
 
 
 def test_systems_with_other_zeros_are_compiled_again_and_are_right():
     """The gains of a tie with and without zeros, one after the other, both ways round."""
     diagonal, full = case(TIE), case(TIE | {"K_c": FULL, "L_c": FULL})
-    assert zeros_of_elements(diagonal.system) != zeros_of_elements(full.system)
+    assert compiled_zeros(diagonal.system) != compiled_zeros(full.system)
     for given in (diagonal, full, diagonal):
         found = solve("heyoka", given)
         expected = solve("scipy", replace(given, rtol=1e-12))
@@ -176,9 +194,22 @@ def _stiffer(element: Any) -> Any:
     return replace(element, K_c=2.0 * element.K_c) if tied else element
 
 
-def test_parameters_of_the_body_and_the_controller_stay_open():
-    """One compilation serves all bodies: their zeros are open parameters."""
-    assert zeros_of_elements(case().system) == ()
+def test_one_compilation_serves_all_bodies_with_diagonal_matrices():
+    """Only zeros off the diagonals are compiled in, not those of vectors and of absent dampers."""
+    given = case()
+    body, elements = given.system.body, given.system.elements
+    heavier = replace(body, mass=50.0, contact_point=np.array([0.0, 0.0, -0.3]))
+    other = replace(given.system, body=heavier, elements=tuple(map(_undamped, elements)))
+    assert compiled_system(other, RTOL) is compiled_system(given.system, RTOL)
+    turned = replace(body, inertia=body.inertia + 0.1)
+    full = replace(given.system, body=turned)
+    assert compiled_system(full, RTOL) is not compiled_system(given.system, RTOL)
+
+
+def _undamped(element: Any) -> Any:
+    """Return a rotational stabilizer without its damper; any other element as it is."""
+    turns = isinstance(element, RotationalStabilizer)
+    return replace(element, L_r=0.0 * element.L_r) if turns else element
 
 
 def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):

@@ -15,6 +15,7 @@ from rbstab.mechanics.algebra import (
     cross_matrix,
     inverse,
     quadratic_form,
+    squared_norm,
 )
 
 
@@ -53,6 +54,10 @@ def test_quadratic_form_in_integers():
     matrix = np.array([[1, 2, 3], [4, 5, 6], [7, 8, 10]])
     # 1·1·1 + 2·(2 + 4) - (3 + 7) + 4·5 - 2·(6 + 8) + 10
     assert quadratic_form(matrix, np.array([1, 2, -1])) == 5
+
+
+def test_squared_norm_of_a_pythagorean_quadruple():
+    assert squared_norm(np.array([2, 3, -6])) == 7**2
 
 
 @pytest.mark.parametrize("constant", [ZERO, IDENTITY, ZERO_MATRIX])

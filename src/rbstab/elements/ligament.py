@@ -9,7 +9,7 @@ from rbstab.elements.declarations import ANCHOR, POINT, Gain
 from rbstab.elements.element import Element
 from rbstab.elements.spring import Line, line, squared_length
 from rbstab.mechanics.motion import Motion, Wrench
-from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.numbers import Array, Number, square
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -71,7 +71,7 @@ class Ligament(Element):
         """-(T + c dℓ/dt) along the line if taut, N, inertial, at the point."""
         along, strain = self._line(motion), self._strain(motion)
         taut, beyond = self.mode
-        toe = strain * strain / (4.0 * self.toe_strain)
+        toe = square(strain) / (4.0 * self.toe_strain)
         shape = toe + beyond * (strain - self.toe_strain - toe)
         tension = taut * (self.stiffness * shape + self.damping * along.rate)
         return along.pull(tension)
@@ -80,14 +80,14 @@ class Ligament(Element):
         """ℓ₀ ∫ T dε, J: ℓ₀ k ε³/(12 ε_t), beyond the toe ℓ₀ k ((ε - ε_t)²/2 + ε_t²/6)."""
         strain, end = self._strain(motion), self.toe_strain
         taut, beyond = self.mode
-        toe = strain * strain * strain / (12.0 * end)
-        linear = 0.5 * (strain - end) * (strain - end) + end * end / 6.0
+        toe = square(strain) * strain / (12.0 * end)
+        linear = 0.5 * square(strain - end) + end * end / 6.0
         return taut * self.slack_length * self.stiffness * (toe + beyond * (linear - toe))
 
     def dissipated(self, motion: Motion, own: Array) -> Number:
         """c (dℓ/dt)² if taut, W."""
         rate = self._line(motion).rate
-        return self.mode[0] * self.damping * rate * rate
+        return self.mode[0] * self.damping * square(rate)
 
     def _strain(self, motion: Motion) -> Number:
         """ε = ℓ/ℓ₀ - 1 of a taut line."""

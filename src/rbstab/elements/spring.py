@@ -8,9 +8,9 @@ import numpy as np
 from rbstab.elements.declarations import ANCHOR, POINT, Gain
 from rbstab.elements.element import Element
 from rbstab.mechanics import point
-from rbstab.mechanics.algebra import ZERO, cross
+from rbstab.mechanics.algebra import ZERO, cross, squared_norm
 from rbstab.mechanics.motion import Motion, Wrench
-from rbstab.mechanics.numbers import Array, Number, sqrt
+from rbstab.mechanics.numbers import Array, Number, sqrt, square
 
 NO_LENGTH = 1e-5
 """A line is taken to have no length below this fraction of its length without force: its direction
@@ -57,14 +57,14 @@ def line(motion: Motion, body_point: Array, anchor: Array, padding: Number | Non
     """
     e = point.position(motion, body_point) - anchor
     moment = cross(body_point, motion.A.T @ motion.X - motion.A.T @ anchor)
-    length = sqrt(e @ e if padding is None else e @ e + padding)
+    squared = squared_norm(e)
+    length = sqrt(squared if padding is None else squared + padding)
     return Line(e, moment, length, (e @ motion.V + moment @ motion.Omega) / length)
 
 
 def squared_length(motion: Motion, body_point: Array, anchor: Array) -> Number:
     """Return e'e of `line`, m²; it is smooth also where the line has no length."""
-    e = point.position(motion, body_point) - anchor
-    return e @ e
+    return squared_norm(point.position(motion, body_point) - anchor)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -109,18 +109,18 @@ class Spring(Element):
     def stored(self, motion: Motion, own: Array) -> Number:
         """½ k(ℓ - ℓ₀)², J."""
         extension = line(motion, self.point, self.anchor).length - self.rest_length
-        return 0.5 * self.stiffness * extension * extension
+        return 0.5 * self.stiffness * square(extension)
 
     def dissipated(self, motion: Motion, own: Array) -> Number:
         """c (dℓ/dt)², W."""
         rate = line(motion, self.point, self.anchor).rate
-        return self.damping * rate * rate
+        return self.damping * square(rate)
 
     def clearances(self, motion: Motion) -> Array:
         """(ℓ² - ε²ℓ₀²)/(ℓ² + ℓ₀²) with ε = `NO_LENGTH`: at most 1, and zero where ℓ = εℓ₀."""
-        square = squared_length(motion, self.point, self.anchor)
+        squared = squared_length(motion, self.point, self.anchor)
         rest = self.rest_length * self.rest_length
-        return np.array([(square - NO_LENGTH * NO_LENGTH * rest) / (square + rest)])
+        return np.array([(squared - NO_LENGTH * NO_LENGTH * rest) / (squared + rest)])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

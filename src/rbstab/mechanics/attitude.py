@@ -36,13 +36,8 @@ def rate_matrix(Theta: Array) -> Array:
         B, shape (3, 3), dimensionless, from body rates to angle rates.
     """
     (_, s2, s3), (_, c2, c3) = sin(Theta), cos(Theta)
-    return np.array(
-        [
-            [c3 / c2, -s3 / c2, 0.0],
-            [s3, c3, 0.0],
-            [-s2 * c3 / c2, s2 * s3 / c2, 1.0],
-        ]
-    )
+    a, b = c3 / c2, s3 / c2
+    return np.array([[a, -b, 0.0], [s3, c3, 0.0], [-s2 * a, s2 * b, 1.0]])
 
 
 def is_upright(Theta: Array) -> Array:

@@ -8,12 +8,11 @@ import numpy as np
 from rbstab.mechanics.algebra import (
     IDENTITY,
     ZERO_MATRIX,
-    cross,
     cross_matrix,
     inverse,
     quadratic_form,
 )
-from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.numbers import Array, Number, square
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +62,21 @@ class Body:
         return np.vstack(rows)
 
     def gyroscopic_couple(self, Omega: Array) -> Array:
-        """Return f(Ω) = -Ω × JΩ, N m, body coordinates (Euler's equations; not stated in eq. 1)."""
-        return -cross(Omega, self.inertia @ Omega)
+        """Return f(Ω) = -Ω × JΩ, N m, body coordinates (Euler's equations; not stated in eq. 1).
+
+        It is written in the products Ωᵢ Ωⱼ. Where J is diagonal, these are three instead of six.
+        """
+        (J11, J12, _), (_, J22, J23), (J31, _, J33) = self.inertia
+        x, y, z = Omega
+        xy, yz, zx = x * y, y * z, z * x
+        xx, yy, zz = square(x), square(y), square(z)
+        return np.array(
+            [
+                (J22 - J33) * yz + J23 * (zz - yy) + J12 * zx - J31 * xy,
+                (J33 - J11) * zx + J31 * (xx - zz) + J23 * xy - J12 * yz,
+                (J11 - J22) * xy + J12 * (yy - xx) + J31 * yz - J23 * zx,
+            ]
+        )
 
     def kinetic_energy(self, Omega: Array, V: Array) -> Number:
         """Return the kinetic energy ½ m V'V + ½ Ω'JΩ of eq. 25, in joules."""

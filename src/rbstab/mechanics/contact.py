@@ -1,5 +1,6 @@
 """The displacement and the velocity of the contact point C (eq. 4, 32, 38)."""
 
+from rbstab.mechanics.algebra import cross
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.numbers import Array
 
@@ -20,10 +21,10 @@ def displacement(body: Body, A: Array, X: Array, anchor: Array) -> Array:
 
 
 def velocity(body: Body, A: Array, Omega: Array, V: Array) -> Array:
-    """Return F = Ė = V - A Ř Ω (eq. 4).
+    """Return F = Ė = V - A Ř Ω (eq. 4), with -ŘΩ = Ω × R.
 
     Args:
-        body: The body, for Ř.
+        body: The body, for R.
         A: Rotation from body to inertial coordinates, shape (3, 3).
         Omega: Angular velocity, shape (3,), rad/s, body.
         V: Velocity of the centre of gravity, shape (3,), m/s, inertial.
@@ -31,7 +32,7 @@ def velocity(body: Body, A: Array, Omega: Array, V: Array) -> Array:
     Returns:
         F, shape (3,), m/s, inertial.
     """
-    return V - A @ (body.contact_cross @ Omega)
+    return V + A @ cross(Omega, body.contact_point)
 
 
 def centre_position(body: Body, A: Array, E: Array, anchor: Array) -> Array:
@@ -47,4 +48,4 @@ def centre_velocity(body: Body, A: Array, Omega: Array, F: Array) -> Array:
 
     The arguments have the same shapes as in `velocity`.
     """
-    return F + A @ (body.contact_cross @ Omega)
+    return F - A @ cross(Omega, body.contact_point)

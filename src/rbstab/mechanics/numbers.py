@@ -110,6 +110,12 @@ def tanh(x: Array) -> Array:
     return _applied(np.tanh, tanh_of, x)
 
 
+@singledispatch
+def square(x: Number) -> Number:
+    """Return x² of one number. Engines of Taylor series register a cheaper way than x·x."""
+    return x * x
+
+
 def power(x: Array, exponent: int) -> Array:
     """Return a number, or each entry of an array, to the power of a positive whole number.
 

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from rbstab.mechanics import constraint, coordinates, reduced
+from rbstab.mechanics import constraint, coordinates, point, reduced
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import (
@@ -22,7 +22,7 @@ from rbstab.mechanics.motion import (
     motion_from_contact,
 )
 from rbstab.mechanics.numbers import Array, Number
-from rbstab.mechanics.states import OMEGA, THETA
+from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z
 
 
 class Coordinates:
@@ -118,8 +118,7 @@ class PartlyHeldCoordinates(ContactCoordinates):
 
 def _contact_rates(body: Body, motion: Motion, rates: Array) -> Array:
     """Return Ẇ = (∂W/∂Z)Ż of eq. 8, with Ė = F and Ḟ = c'Ż + AΩ̌²R (eq. 13)."""
-    c = contact_directions(body, motion)
-    acceleration = c.T @ rates + constraint.centripetal_acceleration(body, motion)
+    acceleration = point.acceleration(motion, body.contact_point, rates[OMEGA], rates[V_OF_Z])
     return np.concatenate([rates[THETA], rates[OMEGA], motion.F, acceleration])
 
 

@@ -187,7 +187,7 @@ def test_older_results_and_wrong_words():
 
 
 def test_the_sentence_says_what_is_proved():
-    found = Convergence(True, 1, 0.3604, (915.68, 915.680002), 1020.41, "", 42, 1.8)
+    found = Convergence(True, 1, 0.36031, (915.68, 915.680002), 1020.4123, "", 42, 1.8)
     assert found.sentence == (
         "converges to rest state 1: proved; it is inside the certified region from t = 0.3604 s "
         "(v = 915.68 J < 1020.41 J, known to 1e-06 J), 42 steps, 1.8 s"
@@ -196,9 +196,9 @@ def test_the_sentence_says_what_is_proved():
     assert short.sentence == f"{found.sentence}; not enclosed to the end: too slow"
     # An error is never rounded down.
     wide = replace(found, energy=(915.0, 915.024))
-    assert "known to 2e-02 J" in wide.sentence
+    assert "known to 0.02 J" in wide.sentence
     wider = replace(found, energy=(900.0, 901.96))
-    assert "known to 1e+00 J" in wider.sentence
+    assert "known to 1 J" in wider.sentence
 
 
 def test_a_motion_that_rests_outside_of_every_region_is_given_up():

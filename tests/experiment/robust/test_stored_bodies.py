@@ -14,7 +14,7 @@ from rbstab.experiment.robust.bodies import bodies_id, prove_within, stored
 from rbstab.experiment.robust.cache import all_bodies, bodies_file, bodies_for, cached_bodies
 from rbstab.experiment.robust.largest import largest_within, proving
 from rbstab.experiment.robust.record import BodiesRecord
-from rbstab.experiment.robust.sentences import largest_sentences, rounded_down, within_sentences
+from rbstab.experiment.robust.sentences import largest_sentences, within_sentences
 from rbstab.store.errors import StoreError
 
 TEXTS = ["controller.K_r=±10%", "body.contact_point=±0.01"]
@@ -138,12 +138,6 @@ def test_a_false_claim_names_the_body() -> None:
 def test_decimals_are_exact(number: str, text: str) -> None:
     assert decimal_text(Fraction(number)) == text
     assert Fraction(decimal_text(Fraction(number))) == Fraction(number)
-
-
-def test_levels_are_rounded_down() -> None:
-    assert rounded_down(761.76999) == "761.769"
-    assert rounded_down(0.0123456789) == "0.0123456"
-    assert rounded_down(1234567.8) == "1.23456e+06"
 
 
 def fake(record: BodiesRecord, threshold: float, tried: list[float]) -> Any:

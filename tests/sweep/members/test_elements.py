@@ -208,13 +208,17 @@ def complaint(vary, base=None):
     [
         (
             "elements.strut.stifness",
-            "is not in the base "
-            "(did you mean elements.range.stiffness or elements.strut.stiffness?)",
+            "is not in the base (did you mean elements.strut.stiffness?)",
         ),
         ("elements.strat.damping", "is not in the base (did you mean elements.strut.damping?)"),
         (
             "elements.strut.point[3]",
-            "is not in the base (did you mean elements.strut.point[2] or elements.tie.point[2]?)",
+            "is not in the base (did you mean elements.strut.point[2]?)",
+        ),
+        (
+            "elements.tie.stiffness",
+            "is not in the base (expected one of elements.tie.K_c, elements.tie.L_c, "
+            "elements.tie.anchor, elements.tie.point)",
         ),
     ],
 )

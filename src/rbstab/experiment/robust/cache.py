@@ -53,8 +53,11 @@ def all_bodies(folder: Path) -> list[BodiesRecord]:
         StoreError: The disk reports an error.
     """
     try:
-        names = sorted(path.name for path in (folder / "proofs").glob(f"{PREFIX}*.json"))
+        files = [path.name for path in (folder / "proofs").iterdir()]
+    except (FileNotFoundError, NotADirectoryError):
+        return []
     except OSError as error:
         raise StoreError(f"{folder} cannot be read: {error.strerror or error}") from error
+    names = sorted(name for name in files if name.startswith(PREFIX) and name.endswith(".json"))
     found = [cached_bodies(folder, name[len(PREFIX) : -len(".json")]) for name in names]
     return [record for record in found if record is not None]

@@ -1,7 +1,8 @@
 """The compiled engine: Taylor integration by heyoka, compiled once per structure.
 
-Every parameter of a system becomes a `par[]` of the compiled integrator, so one compilation serves
-all systems of a structure. The dense output is as accurate as the steps.
+The parameters of a system become the `par[]` of the compiled integrator, apart from some zeros
+(`compiled_zeros`). So one compilation serves all systems of a structure with the same zeros. The
+dense output is as accurate as the steps.
 """
 
 from itertools import pairwise
@@ -14,6 +15,7 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.compile_cache import compiled_once
 from rbstab.integrate.heyoka.integrator_state import set_motion, set_parameters
 from rbstab.integrate.heyoka.symbols import (
+    compiled_zeros,
     energy_scale,
     fitting_scale,
     parameter_values,
@@ -21,7 +23,6 @@ from rbstab.integrate.heyoka.symbols import (
     state_symbols,
     symbols_of,
     symbols_with_zeros,
-    zeros_of_elements,
 )
 from rbstab.integrate.modes.phases import switches
 from rbstab.integrate.modes.sliding_connector import drive_by_modes, follows_modes
@@ -131,12 +132,12 @@ class CompiledSystem:
     """The compiled audited equations of one structure; each run sets the parameters.
 
     Args:
-        system: Any system of the structure with the same zeros (`zeros_of_elements`).
+        system: Any system of the structure with the same zeros (`compiled_zeros`).
         tolerance: heyoka's tolerance: relative or absolute, whichever is larger for a state.
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
-        symbol_of = symbols_with_zeros(zeros_of_elements(system))
+        symbol_of = symbols_with_zeros(compiled_zeros(system))
         symbolic, self.names, count = symbols_of(system, symbol_of)
         y = state_symbols(system.audited_size)
         bound, self.scale, self.size = hy.par[count], 1.0, system.size
@@ -219,7 +220,7 @@ class CompiledSystem:
 def compiled_system(system: System, tolerance: float) -> CompiledSystem:
     """Return the equations of a system's structure and zeros, compiled once in each thread."""
     named = parameters(system)
-    key = CompiledSystem, structure(system, named), zeros_of_elements(system, named), tolerance
+    key = CompiledSystem, structure(system, named), compiled_zeros(system, named), tolerance
     return compiled_once(key, lambda: CompiledSystem(system, tolerance))
 
 

@@ -22,13 +22,13 @@ from rbstab.integrate.heyoka.integrator_state import (
     shortened,
 )
 from rbstab.integrate.heyoka.symbols import (
+    compiled_zeros,
     energy_scale,
     parameter_values,
     scaled_audit,
     state_symbols,
     symbols_of,
     symbols_with_zeros,
-    zeros_of_elements,
 )
 from rbstab.integrate.modes.current_phase import CurrentPhase
 from rbstab.integrate.modes.first_switch import first_switch
@@ -69,7 +69,7 @@ class CompiledModes:
     of each event function.
 
     Args:
-        system: Any system of the structure with the same zeros (`zeros_of_elements`).
+        system: Any system of the structure with the same zeros (`compiled_zeros`).
         tolerance: heyoka's tolerance.
 
     Attributes:
@@ -79,7 +79,7 @@ class CompiledModes:
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
-        symbol_of = symbols_with_zeros(zeros_of_elements(system))
+        symbol_of = symbols_with_zeros(compiled_zeros(system))
         symbolic, first, count = symbols_of(system, symbol_of)
         places = [
             first[f"{element.name}.mode"] + np.arange(element.mode_count)
@@ -124,7 +124,7 @@ def _lowest(margins: Array) -> float:
 def compiled_modes(system: System, tolerance: float) -> CompiledModes:
     """Return the equations of a system's structure and zeros, compiled once in each thread."""
     named = parameters(system)
-    key = CompiledModes, structure(system, named), zeros_of_elements(system, named), tolerance
+    key = CompiledModes, structure(system, named), compiled_zeros(system, named), tolerance
     return compiled_once(key, lambda: CompiledModes(system, tolerance))
 
 

@@ -11,10 +11,12 @@ import numpy as np
 
 from rbstab.integrate.heyoka.compile_cache import compiled_once
 from rbstab.integrate.heyoka.symbols import (
+    compiled_zeros,
     parameter_values,
     scaled_audit,
     state_symbols,
     symbols_of,
+    symbols_with_zeros,
 )
 from rbstab.integrate.switching.chatter import contact_kinetic_energy
 from rbstab.integrate.switching.driver import SwitchEvent
@@ -23,7 +25,7 @@ from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY, E_OF_W, THETA
 from rbstab.systems.coordinates import PartlyHeldCoordinates
-from rbstab.systems.parameters import structure
+from rbstab.systems.parameters import parameters, structure
 from rbstab.systems.system import AUDIT_SIZE, System
 
 COOLDOWN = 1e-10
@@ -66,12 +68,12 @@ class CompiledSwitchedSystem:
     range bound and the energy scale.
 
     Args:
-        system: Any system of the structure, in coordinates W.
+        system: Any system of the structure with the same zeros (`compiled_zeros`), in W.
         tolerance: heyoka's tolerance.
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
-        symbolic, offsets, first = symbols_of(system)
+        symbolic, offsets, first = symbols_of(system, symbols_with_zeros(compiled_zeros(system)))
         self.mode = slice(offsets["connector.mode"], offsets["connector.mode"] + 3)
         coordinates = symbolic.coordinates
         y = state_symbols(BODY.stop + AUDIT_SIZE)
@@ -136,8 +138,9 @@ class CompiledSwitchedSystem:
 
 
 def switched_system(system: System, tolerance: float) -> CompiledSwitchedSystem:
-    """Return the compiled equations of a system's structure, compiled once in each thread."""
-    key = CompiledSwitchedSystem, structure(system), tolerance
+    """Return the equations of a system's structure and zeros, compiled once in each thread."""
+    named = parameters(system)
+    key = CompiledSwitchedSystem, structure(system, named), compiled_zeros(system, named), tolerance
     return compiled_once(key, lambda: CompiledSwitchedSystem(system, tolerance))
 
 

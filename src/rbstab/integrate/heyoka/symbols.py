@@ -7,13 +7,15 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.problem import Problem, Trajectory
-from rbstab.mechanics.numbers import FUNCTIONS, Array
+from rbstab.mechanics.numbers import FUNCTIONS, Array, square
 from rbstab.systems.modes import mode_parameters
 from rbstab.systems.parameters import map_parameters, parameters
 from rbstab.systems.system import System
 
 for _name, _of in FUNCTIONS.items():
     _of.register(hy.expression, getattr(hy, _name))
+# Its Taylor coefficients cost half of those of x * x. They are exact at x = 0 too.
+square.register(hy.expression, lambda x: x**2.0)
 
 # Do not log failures such as a step that is NaN: they become statuses.
 hy.set_logger_level_critical()
@@ -49,13 +51,17 @@ def symbols_of(
     return map_parameters(system, symbol), offsets, count
 
 
-def zeros_of_elements(system: System, named: dict[str, Array] | None = None) -> tuple[int, ...]:
+MATRIX = 2
+"""The dimensions of a matrix."""
+
+
+def compiled_zeros(system: System, named: dict[str, Array] | None = None) -> tuple[int, ...]:
     """Return the indices of the parameters that are compiled in as zeros.
 
-    They are the zeros in vectors and matrices of the elements of a config: those of diagonal gains
-    and of points on an axis. Products with them then cost nothing, but systems with other zeros are
-    compiled again. Modes are no such zeros, because they change during a run. All parameters of the
-    body, the controller and the coordinates stay open, and so do single numbers.
+    They are the zeros off the diagonals of all matrices, and the zeros in vectors of the elements
+    of a config. So diagonal gains, a diagonal inertia and points on an axis need fewer products,
+    but systems with other zeros are compiled again. Modes are no such zeros, because they change
+    during a run. Vectors of the body and the controller stay open, and so do single numbers.
 
     Args:
         system: The system.
@@ -66,8 +72,13 @@ def zeros_of_elements(system: System, named: dict[str, Array] | None = None) -> 
     found: list[int] = []
     count = 0
     for name, value in (parameters(system) if named is None else named).items():
-        if value.ndim and name.partition(".")[0] in names and name not in modes:
-            found += (count + np.flatnonzero(value.ravel() == 0.0)).tolist()
+        of_config = name.partition(".")[0] in names
+        if value.ndim == MATRIX or (of_config and value.ndim and name not in modes):
+            zeros = value == 0.0
+            if not of_config:
+                # A zero on a diagonal is a zero of this system, and not of its structure.
+                np.fill_diagonal(zeros, val=False)
+            found += (count + np.flatnonzero(zeros)).tolist()
         count += value.size
     return tuple(found)
 

@@ -3,12 +3,12 @@
 import numpy as np
 
 from rbstab.integrate.heyoka.ensemble.batches import Batches, Lanes
-from rbstab.integrate.heyoka.ensemble.compiled import CompiledStructure
+from rbstab.integrate.heyoka.ensemble.compiled import CHANGE_ROW, CompiledStructure
 from rbstab.integrate.heyoka.ensemble.energy_scales import EnergyScales
 from rbstab.integrate.heyoka.ensemble.observer import EnsembleObserver
 from rbstab.integrate.heyoka.ensemble.trajectories import EnsembleTrajectories
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.system import AUDIT_SIZE, LYAPUNOV_CHANGE, System
+from rbstab.systems.system import System
 
 
 class Ensemble:
@@ -42,7 +42,7 @@ class Ensemble:
         self.scales = EnergyScales(self.compiled)
         self.batches = Batches(self.compiled, times, parts)
         self.observer = EnsembleObserver(self.compiled)
-        self._supplies = system.audited_size > system.size + AUDIT_SIZE
+        self._supplies = system.supplies
 
     def run(
         self,
@@ -68,7 +68,7 @@ class Ensemble:
         if self._supplies:
             scales = self._repeat_misfits(found, parameters, starts, scales, times, begin)
         lanes = found.states
-        change = lanes[LYAPUNOV_CHANGE, members] * scales[:, np.newaxis]
+        change = lanes[CHANGE_ROW, members] * scales[:, np.newaxis]
         supplied, first = None, None
         if self._supplies:
             supplied = lanes[size, members] * scales[:, np.newaxis]
@@ -96,7 +96,7 @@ class Ensemble:
             The scales of all members, shape (m,), J.
         """
         members = slice(len(scales))
-        audited = found.states[[self.compiled.size, LYAPUNOV_CHANGE], members]
+        audited = found.states[[self.compiled.size, CHANGE_ROW], members]
         audits = np.abs(audited).max(axis=(0, 2))
         fitting = self.scales.fitting(parameters, starts, scales, audits)
         rows = np.flatnonzero((fitting != scales) & found.done[members])

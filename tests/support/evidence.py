@@ -65,9 +65,9 @@ def states_of(system, count=5, scale=1.0, seed=3):
 
 
 def stretched(variant):
-    """Return a paper system whose inertia is (1e12, 1, 1)."""
+    """Return a paper system whose inertia is (1e13, 1, 1)."""
     system = paper_system(variant)
-    return replace(system, body=Body(41.0, np.diag([1e12, 1.0, 1.0]), system.body.contact_point))
+    return replace(system, body=Body(41.0, np.diag([1e13, 1.0, 1.0]), system.body.contact_point))
 
 
 def settled(**changes):

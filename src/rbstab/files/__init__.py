@@ -1,1 +1,1 @@
-"""Opening files that users name, for configs and for results."""
+"""Files that users name: whether they exist, opening them, and their names in messages."""

@@ -238,6 +238,21 @@ def test_results_are_written_this_way(tmp_path, monkeypatch):
     assert names(tmp_path) == ["a.h5"]
 
 
+def test_without_hard_links_a_file_that_cannot_be_tested_is_not_replaced(tmp_path, monkeypatch):
+    path = tmp_path / "a.h5"
+    path.write_bytes(OLD)
+    with monkeypatch.context() as patch:
+
+        def no_link_and_then_no_answer(old, new):
+            patch.setattr(os, "stat", failing(errno.EIO))
+            raise OSError(errno.EPERM, os.strerror(errno.EPERM))
+
+        patch.setattr(os, "link", no_link_and_then_no_answer)
+        with pytest.raises(OSError, match=os.strerror(errno.EIO)):
+            write_atomically(path, NEW)
+    assert path.read_bytes() == OLD
+
+
 def test_two_writers_in_one_process(tmp_path, monkeypatch):
     """The second writer starts just after the first one has named its file."""
     path, link, refusals = tmp_path / "a.h5", os.link, []

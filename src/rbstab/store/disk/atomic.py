@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from rbstab.files.existence import exists
 from rbstab.store.disk.lock import try_lock
 from rbstab.store.errors import ResultExistsError
 
@@ -234,7 +235,7 @@ def _add_new_name(old: Path, new: Path) -> None:
     except OSError as error:
         # Some file systems have no hard links. There, another process may create
         # the file between the test and the rename.
-        if new.exists():
+        if exists(new):
             raise ResultExistsError(f"{new} exists already") from error
         old.rename(new)
 

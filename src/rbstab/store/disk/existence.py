@@ -6,6 +6,7 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
+from rbstab.files.existence import exists
 from rbstab.store.errors import StoreError
 
 
@@ -17,7 +18,7 @@ def path_exists(path: Path) -> bool:
             long.
     """
     try:
-        return path.exists()
+        return exists(path)
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
 
@@ -54,7 +55,7 @@ def check_folder(folder: Path) -> None:
     """
     try:
         existing = folder.absolute()
-        while not existing.exists() and existing != existing.parent:
+        while not exists(existing) and existing != existing.parent:
             existing = existing.parent
         with tempfile.TemporaryFile(dir=existing):
             pass
@@ -69,7 +70,7 @@ def _reason_not_writable(path: Path) -> str | None:
     Raises:
         OSError: The operating system gives the reason.
     """
-    if path.exists():
+    if exists(path):
         mode = path.stat().st_mode
         if not stat.S_ISREG(mode):
             kind = "folder" if stat.S_ISDIR(mode) else "pipe, a device or a socket"
@@ -77,7 +78,7 @@ def _reason_not_writable(path: Path) -> str | None:
         folder, missing = path.parent, []
     else:
         folder, missing = path.parent, [path.name]
-    while not folder.exists():
+    while not exists(folder):
         missing.append(folder.name)
         folder = folder.parent
     for name in missing:

@@ -273,4 +273,11 @@ def test_what_stands_in_place_of_v_is_called_so():
     assert "Lyapunov function v" in labels[2]
     caption = figures["runs-decay"].caption
     assert caption.endswith("For sliding, v - ε is drawn in place of v.")
+    for kinds, label in (
+        (("sliding", "free"), "Lyapunov function v or v - ε"),
+        (("sliding",), "Lyapunov function v - ε"),
+        (("free",), "Lyapunov function v"),
+    ):
+        decay = figures_of(*kinds)["runs-decay"]
+        assert [panel.y.label for panel in decay.panels[:2]] == [label, label]
     assert "ε" not in figures_of("free")["runs-decay"].caption

@@ -9,7 +9,7 @@ from support.inputs import SINE, couple, driven, force
 from rbstab.experiment.simulate import simulate
 from rbstab.report.model.figure import Line
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.energy import energy_figure
+from rbstab.report.runs.figures.energy import element_figures, energy_figure
 from rbstab.report.runs.figures.lyapunov import decay_figure, supply_figures
 
 TIE = {
@@ -65,3 +65,13 @@ def test_a_passive_run_has_no_such_figure():
     assert "add up to -v'" in energy_figure(passive).caption
     labels = [panel.y.label for panel in decay_figure([passive]).panels]
     assert "dissipated power -v'" in labels
+
+
+def test_an_element_has_one_colour_in_all_figures(shaken):
+    """Energies and loads stand below each other in the report; inputs have no energy."""
+    energies, (loads,) = energy_figure(shaken), element_figures(shaken)
+    by_load = {line.label: line.colour for panel in loads.panels for line in lines(panel)}
+    by_energy = {line.label: line.colour for line in lines(energies.panels[2])}
+    assert by_load["foot"] == by_energy["foot"]
+    assert not {by_load["push"], by_load["turn"]} & {*by_energy.values()}
+    assert len(set(by_load.values())) == len(by_load) == 3

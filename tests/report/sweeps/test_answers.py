@@ -6,7 +6,7 @@ from support.made_sweeps import GRID, SPIN, code
 
 from rbstab.report.model.document import Cards
 from rbstab.report.sweeps.answers import answer_blocks
-from rbstab.report.sweeps.conditions.ranking import paired_difference
+from rbstab.report.sweeps.conditions.ranking import _cell, paired_difference
 from rbstab.sweep.proofs.columns import CONVERGENCE
 
 
@@ -109,6 +109,24 @@ def test_the_better_condition_with_its_interval(members):
 def test_a_difference_that_may_be_chance_is_not_called_one(members):
     sentence = ranked(members, lambda point: np.where(point % 2 == 0, 0.1, -0.09))
     assert "no sure difference between" in sentence
+
+
+@pytest.mark.parametrize(("difference", "matters"), [(3e-6, False), (0.011, True)])
+def test_a_sure_difference_of_less_than_a_hundredth_does_not_matter(difference, matters):
+    """Every member of one condition is larger, by 3 µm of some 1 m or by a little more than 1 %."""
+    second = np.linspace(0.8, 1.2, 41)
+    found = paired_difference(second + difference, second)
+    assert found.is_sure
+    assert found.matters is matters
+    assert _cell(found).tone == ("bad" if matters else "")
+    # The rule has no unit: millimetres do not matter more than metres.
+    assert paired_difference(1e3 * (second + difference), 1e3 * second).matters is matters
+
+
+def test_the_sentence_says_that_a_difference_does_not_matter(members):
+    sentence = ranked(members, lambda point: 1e-5 + 0.0 * point)
+    assert "no difference that matters between" in sentence
+    assert "in the median of 50 pairs, less than 1% of the values)" in sentence
 
 
 def test_the_interval_of_the_median_holds_as_often_as_it_says():

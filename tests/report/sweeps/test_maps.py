@@ -11,6 +11,7 @@ from rbstab.report.model.figure import Cells, Line, Points
 from rbstab.report.sweeps.maps.cell_grid import map_grid
 from rbstab.report.sweeps.maps.cell_values import contour_line, medians, shares
 from rbstab.report.sweeps.parameters import binned
+from rbstab.report.sweeps.quantities import start_energy
 from rbstab.report.sweeps.sections import sweep_sections
 
 X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
@@ -69,7 +70,7 @@ def test_members_without_a_number_leave_gaps(made):
         }
 
     figure = figures_in(sweep_sections(made(GRID, columns)))["sweep-1-map"]
-    (panel,) = (p for p in figure.panels if p.title == "max |E| by axis [m]")
+    (panel,) = (p for p in figure.panels if p.title == "largest |E1|, |E2| or |E3| [m]")
     values = cells_of(panel).values
     assert np.isnan(values[:, 3:]).all()
     assert values[:, :3].tolist() == [[y] * 3 for y in (0.0, 10.0, 20.0, 30.0)]
@@ -187,3 +188,13 @@ def test_variants_have_maps_of_their_own(made):
     assert (free.title, tied.title) == ("free", "visco-elastic")
     assert cells_of(free).values[:, 0].tolist() == [0, 10, 20, 30]
     assert cells_of(tied).values[:, 0].tolist() == [100, 110, 120, 130]
+
+
+def test_the_round_off_of_a_start_at_rest_is_not_mapped(members):
+    """Driven members start at rest: v(0) is zero up to round-off, and v(end) is some J."""
+
+    def at_rest(arrays):
+        noise = np.where(arrays["run"] % 2, 1e-19, -3e-20)
+        return {"lyapunov_start": noise, "lyapunov_end": np.full(len(noise), 2.0)}
+
+    assert not start_energy(members(GRID, at_rest)).values.any()

@@ -1,5 +1,7 @@
 """Protects what a report says is proved of the members of a sweep: no more than the columns say."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from support.made_sweeps import GRID
@@ -12,6 +14,7 @@ from rbstab.report.sweeps.parameters import binned
 from rbstab.report.sweeps.proofs import MEANINGS, REASONS, proof_codes
 from rbstab.report.sweeps.sections import sweep_sections
 from rbstab.sweep.proofs.columns import CONVERGENCE, FIRST_UNDECIDED, MOTION_PROOFS
+from rbstab.sweep.proofs.convergence import MemberConvergence
 
 PROVE = {"prove": "motion"}
 
@@ -74,6 +77,22 @@ def test_the_map_shows_what_is_proved(sections):
     assert "inside a certified region from t = [s]" in panels
 
 
+def test_colours_of_what_is_proved_are_not_those_of_what_is_open(members):
+    codes = (2, 3, 4, 1, 0)
+
+    def some_of_every_code(arrays):
+        convergence = np.resize(codes, len(arrays["run"]))
+        return {"convergence": convergence, "proved_rest_state": convergence == 2}
+
+    found = proof_codes(members(GRID, some_of_every_code, **PROVE))
+    colours = dict(zip(found.labels, found.colours, strict=True))
+    blue, green, grey = 0, 2, 6
+    assert colours[MEANINGS[2].format(1)] == blue
+    assert colours[MEANINGS[0]] == grey
+    assert not {colours[MEANINGS[code]] for code in (0, 1, 3, 4)} & {blue, green}
+    assert len(set(found.colours)) == len(codes)
+
+
 def test_cells_with_several_members_show_the_share(members):
     def columns(arrays):
         return {"convergence": np.where(arrays["run"] < 10, 2, 1)}
@@ -96,6 +115,18 @@ def test_without_proofs_nothing_is_said(made):
     found = sweep_sections(made(GRID))
     assert "sweep-1-proofs" not in tables(found)
     assert not any("proved" in block for block in found[0].blocks if isinstance(block, str))
+
+
+def test_proofs_of_other_variants_made_later_count(members):
+    """When the sweep was gathered, one of its variants had a proof, and the other had none."""
+    vary = {"controller.variant": {"values": ["free", "visco-elastic"]}} | GRID
+    found = members(vary, lambda a: {"convergence": np.where(a["run"] < 20, 0, 1)})
+    now = MemberConvergence(np.where(np.arange(40) < 20, 2, 0), np.repeat([1, 0], 20))
+    found.__dict__["_certified"] = SimpleNamespace(
+        of=lambda *_members: now, within=lambda *arguments: arguments[-1]
+    )
+    assert found.convergence.tolist() == [2] * 20 + [1] * 20
+    assert found.proved_rest_states.tolist() == [1] * 20 + [0] * 20
 
 
 def test_sweeps_of_older_versions_have_only_the_lowest_state(members):

@@ -419,3 +419,23 @@ def test_a_split_time_axis_has_two_scales_and_ticks_of_both():
     labels = [label for label in axes.get_xticklabels() if label.get_text()]
     boxes = [label.get_window_extent() for label in labels]
     assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
+
+
+def test_labels_of_a_logarithmic_axis_do_not_overlap():
+    """Over 1.4 decades matplotlib itself labels 2, 3, 4 and 6 times each power of ten."""
+    line = Line(np.array([0.0, 1.0]), np.array([2e-4, 4.6e-3]))
+    logged = Panel(Axis("t"), Axis("v", log=True), (line,))
+    drawing = draw_figure(Figure("f", "F", (logged,) * 6, columns=2))
+    canvas = FigureCanvasAgg(drawing)
+    canvas.draw()
+    axis = drawing.axes[0].yaxis
+    labels = [label for label in axis.get_ticklabels(which="both") if label.get_text()]
+    low, high = axis.get_view_interval()
+    boxes = sorted(
+        (box.y0, box.y1)
+        for label in labels
+        if low <= label.get_position()[1] <= high
+        for box in [label.get_window_extent(canvas.get_renderer())]
+    )
+    assert len(boxes) >= 3
+    assert all(below[1] <= above[0] for below, above in pairwise(boxes))

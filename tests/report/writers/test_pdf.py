@@ -279,6 +279,23 @@ def test_cards_are_boxes_with_the_answers():
     assert {str(link["/Dest"]) for link in links} == {"second"}
 
 
+def test_the_answers_of_five_runs_are_on_one_page():
+    """Four or more cards are rows: the answers of the five variants are seen at once."""
+    long = "The exact motion converges to the only rest state: it is in the certified region"
+    statements = (
+        Statement("From this start: does it come to rest?", "proved", long, "good"),
+        Statement("Does every motion that stays in the range?", "proved", long, "good"),
+    )
+    curve = np.column_stack([X, X**2])
+    sketch = Sketch("v(t)/v(0) from 1e-8 to 1, logarithmic, over 4 s.", (("", curve),))
+    facts = tuple((name, "8894 J") for name in ("at rest", "v(0)", "peak", "angle"))
+    cards = [Card(f"case {k}", statements, facts, sketch=sketch) for k in range(5)]
+    first = read(report("One sentence.", Cards("answers", tuple(cards)))).pages[0].extract_text()
+    for k in range(5):
+        assert f"case {k}" in first
+    assert first.count("at rest 8894 J") == first.count("over 4 s.") == 5
+
+
 @pytest.mark.parametrize(
     ("tones", "bar"),
     [

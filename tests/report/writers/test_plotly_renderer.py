@@ -363,3 +363,12 @@ def test_a_split_time_axis_is_two_axes_with_one_vertical_axis() -> None:
     assert [trace["text"] for trace in events] == [["early"], ["late"]]
     levels = [shape for shape in found["layout"]["shapes"] if shape.get("legendgroup")]
     assert [shape["xref"] for shape in levels] == ["x domain", "x3 domain", "x3"]
+
+
+def test_a_logarithmic_axis_has_room_for_its_labels() -> None:
+    """With plotly's own number of ticks, the labels 9, 8, 7 overlap a power of ten."""
+    line = (Line(np.array([0.0, 1.0]), np.array([1e-3, 1.0])),)
+    panels = tuple(Panel(Axis("t"), Axis("v", log=log), line) for log in (True, False))
+    layout = plotly_data(Figure("f", "F", panels))["layout"]
+    assert layout["yaxis"]["nticks"] <= 4
+    assert "nticks" not in layout["yaxis2"]

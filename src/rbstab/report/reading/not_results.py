@@ -4,11 +4,10 @@ from contextlib import suppress
 from pathlib import Path
 
 from rbstab.config.errors import ConfigError
+from rbstab.config.source import YAML
 from rbstab.experiment.proof_cache import PROOFS
 from rbstab.files.shell_words import shell_word
 from rbstab.sweep.plan.load import is_config, is_plan
-
-YAML = (".yaml", ".yml")
 
 RESULT = ".h5"
 

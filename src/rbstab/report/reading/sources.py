@@ -8,10 +8,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from rbstab.config.schema import Config
-from rbstab.experiment.summary import Summary, lyapunov_function_of, settling_time_of, summary_of
+from rbstab.experiment.summary import (
+    Summary,
+    settling_time_of,
+    stores_v_minus_work,
+    summary_of,
+)
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.read_results import ReadRun, ReadSweep, read_all
@@ -53,8 +56,7 @@ class Run:
     @property
     def stores_v_minus_work(self) -> bool:
         """Whether the result stores v - ε in place of v (on s = F + κE)."""
-        v = self.result["lyapunov"]
-        return not np.array_equal(lyapunov_function_of(self.result), v, equal_nan=True)
+        return stores_v_minus_work(self.result)
 
     @property
     def is_driven(self) -> bool:

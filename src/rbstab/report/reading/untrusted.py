@@ -12,6 +12,7 @@ from rbstab.files.shell_words import shell_word
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.element_states import state_in_file
 from rbstab.report.reading.not_results import RESULT, not_a_result
+from rbstab.store.disk.existence import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result
@@ -45,9 +46,9 @@ def file_of(path: Path) -> Path:
             raise NotAResultError(f"{path} {other}")
         return path
     file = path / SWEEP_FILE
-    if file.is_file():
+    if path_exists(file) and file.is_file():
         return file
-    if not (path / MANIFEST).exists():
+    if not path_exists(path / MANIFEST):
         raise NotAResultError(f"{path} is a folder, but not a sweep{_results_in(path)}")
     raise unfinished_error(read_folder(path))
 

@@ -73,7 +73,7 @@ def _matrix(facts: Sequence[RunFacts]) -> Table:
         "certified region have no part in it, because they speak of the exact motion. A start "
         "outside of the certified region decides nothing. driven: inputs supply power, so v may "
         "rise; what rises is supplied. Numbers over v(0) are divided by a ten "
-        "thousandth of the largest energy if that is larger."
+        "thousandth of the largest energy, or by the energy supplied, if that is larger."
     )
     return Table("certificate-matrix", "Checks of each run", heads, tuple(rows), note)
 

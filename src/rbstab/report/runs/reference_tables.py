@@ -13,15 +13,15 @@ HEADS = (
     Head("run"),
     Head("quantity"),
     Head("printed"),
-    Head("is"),
+    Head("verdict"),
     Head("computed"),
     Head("computed - printed"),
 )
 
 NOTE = (
-    "disproved: the exact motion of this config, with its numbers as they are written, is proved "
+    "Disproved: the exact motion of this config, with its numbers as they are written, is proved "
     "to end elsewhere. A printed number stands for all numbers that round to its digits. The "
-    "column is empty if the motion was not enclosed to its end (rbstab run --prove --to-end)."
+    "verdict is empty if the motion was not enclosed to its end (rbstab run --prove --to-end)."
 )
 
 

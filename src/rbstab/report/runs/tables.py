@@ -39,7 +39,8 @@ HEADS = (
 NOTE = (
     "This start and whole range: how sure it is that the motion from this start, and every motion "
     "that stays in the range of the Euler angles, comes to rest. A computed run is "
-    f"at rest from the time after which v stays below {SETTLED_FRACTION:g} v(0). "
+    f"at rest from the time after which v stays below {SETTLED_FRACTION:g} v(0), unless at its end "
+    "v no longer falls although the body moves. "
     "Peak E1, E2 and E3 are the displacements of the contact point farthest from zero, by axis. "
     "v is the Lyapunov function, and r = v(t) - v(0) - ∫v' dt is the energy residual. |r| is "
     "divided by v(0), or by a ten thousandth of the largest energy if that is larger. Rest states "
@@ -57,7 +58,7 @@ WORK_NOTE = (
 DRIVEN_NOTE = (
     "Where inputs supply power, a body may start at rest: it is at rest again from the time after "
     f"which v stays below {SETTLED_FRACTION:g} of its largest value. While an input goes on, it is "
-    "not."
+    "not. |r| is divided by the energy supplied if that is larger than v(0)."
 )
 """Added to the note if inputs act on a body."""
 

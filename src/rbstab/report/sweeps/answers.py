@@ -55,7 +55,8 @@ def _rest(members: Members) -> Statement:
         parts.append(f"{seen} {others}were at rest by the end of their computed run")
     left = total - proved - false - seen
     if left:
-        parts.append(f"{left} were not, or their run ended early")
+        others = "" if seen else " at rest by the end of their computed run"
+        parts.append(f"{left} were not{others}, or their run ended early")
     sentence = "; ".join(parts)
     word, tone = _word(total, proved, false, seen)
     return Statement(question, word, sentence[:1].upper() + sentence[1:], tone)
@@ -98,5 +99,5 @@ def _facts(members: Members) -> tuple[tuple[str, str], ...]:
     if np.isfinite(settled).any():
         facts["at rest from (median)"] = f"{number(float(np.nanmedian(settled)))} s"
     if np.isfinite(peak).any():
-        facts["largest |E| by axis"] = f"{number(float(np.nanmax(peak)))} m"
+        facts["largest |E1|, |E2| or |E3|"] = f"{number(float(np.nanmax(peak)))} m"
     return tuple((name, value) for name, value in facts.items() if value != "0")

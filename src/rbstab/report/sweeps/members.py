@@ -183,8 +183,9 @@ class Members:
         if "proved_rest_state" in layout:
             rest_states = self.column("proved_rest_state")
         stored = MemberConvergence(codes, rest_states)
-        # Columns of older versions were computed with one region only.
-        complete = "proved_rest_state" in layout and (codes != NO_PROOF).any()
+        # Columns of older versions were computed with one region only. Of other sweeps, members
+        # without a proof may have one now: variants have proofs of their own.
+        complete = "proved_rest_state" in layout and not (codes == NO_PROOF).any()
         if complete or self._certified is None:
             return stored
         found = self._certified.of(0, len(self)).beside(stored)

@@ -9,6 +9,7 @@ from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.sweeps.borders import notable
 from rbstab.report.sweeps.members import OUTCOMES, Members
 from rbstab.report.sweeps.parameters import shortened
+from rbstab.report.sweeps.quantities import PEAK_LABEL
 from rbstab.report.sweeps.table_entries import number, whole
 from rbstab.sweep.folder.layout import safe_name
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE
@@ -45,7 +46,7 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
         Head("reason"),
         Head("outcome"),
         *(Head(label, unit, numbers=True) for label, unit in NUMBER_COLUMNS.values()),
-        Head("max |E| by axis", "m", numbers=True),
+        Head(PEAK_LABEL, "m", numbers=True),
         *_parameter_heads(members),
         Head("run id"),
     )

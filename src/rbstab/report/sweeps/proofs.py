@@ -28,6 +28,13 @@ MEANINGS = {
 }
 """What each code of the column `convergence` says of a member, in the order of the table."""
 
+REST_STATE_COLOURS = (0, 2, 3)
+"""Palette numbers of the rest states to which members are proved to converge; they repeat."""
+
+COLOURS = {FALSE: 1, NOT_DECIDED: 4, NOT_PROVED: 5, NO_PROOF: 6}
+"""Palette numbers of the other codes: red for what is false and pale blue for what is open, as on
+maps of outcomes; grey where no proof was made. Green and blue are for what is proved."""
+
 REASONS = {
     "step limit": "the enclosure reached its largest number of steps",
     "at rest": "the energy has almost stopped falling, outside of every certified region",
@@ -54,26 +61,31 @@ class ProofCodes(NamedTuple):
     Attributes:
         labels: The labels that occur.
         codes: The index of each member's label, shape (n,).
+        colours: The number of each label's colour in the palette.
     """
 
     labels: tuple[str, ...]
     codes: Array
+    colours: tuple[int, ...]
 
 
 def proof_codes(members: Members) -> ProofCodes:
     """Return what is proved of each member; proved members differ by their rest state."""
     convergence, rest_states = members.convergence, members.proved_rest_states
     labels: list[str] = []
+    colours: list[int] = []
     codes = np.zeros(len(members), dtype=int)
     for code, meaning in MEANINGS.items():
         own = convergence == code
         numbers = np.unique(rest_states[own]) if code == PROVED else np.zeros(1, dtype=int)
-        for number in numbers.tolist():
+        for place, number in enumerate(numbers.tolist()):
             chosen = own & (rest_states == number) if code == PROVED else own
             if chosen.any():
                 codes[chosen] = len(labels)
                 labels.append(meaning.format(number))
-    return ProofCodes(tuple(labels), codes)
+                repeating = REST_STATE_COLOURS[place % len(REST_STATE_COLOURS)]
+                colours.append(COLOURS.get(code, repeating))
+    return ProofCodes(tuple(labels), codes, tuple(colours))
 
 
 def proof_blocks(name: str, members: Members) -> list[Block]:

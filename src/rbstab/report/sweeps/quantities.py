@@ -13,6 +13,10 @@ LOG_AXIS_RATIO = 30.0
 """The axis is logarithmic if the 98% quantile exceeds the 2% quantile by more than this factor."""
 
 
+PEAK_LABEL = "largest |E1|, |E2| or |E3|"
+"""The peak by which members are compared: of the components of E, and not of their norm |E|."""
+
+
 @dataclass(frozen=True, eq=False)
 class MemberQuantity:
     """A quantity with one number for each member.
@@ -38,10 +42,10 @@ def settling_time(members: Members) -> MemberQuantity:
 
 
 def peak_displacement(members: Members) -> MemberQuantity:
-    """Return the largest component of |E| over time and axes, for completed members."""
+    """Return the largest |component of E| over time and axes, for completed members."""
     peaks = np.abs(members.column("peak_contact_displacement")).max(axis=1)
     values = np.where(members.completed, peaks, np.nan)
-    return _quantity("peak-displacement", "max |E| by axis", "m", values)
+    return _quantity("peak-displacement", PEAK_LABEL, "m", values)
 
 
 def regularity(members: Members) -> MemberQuantity:
@@ -52,7 +56,11 @@ def regularity(members: Members) -> MemberQuantity:
 
 def start_energy(members: Members) -> MemberQuantity:
     """Return v(0) of each member."""
-    return _quantity("start-energy", "v(0)", "J", members.column("lyapunov_start"))
+    values, ends = (members.column(f"lyapunov_{which}") for which in ("start", "end"))
+    # A driven body may start at rest: a map of v(0) would then show its round-off.
+    largest = np.nanmax(np.abs(ends), initial=0.0, where=np.isfinite(ends))
+    values = np.where(np.abs(values) <= ROUND_OFF * largest, 0.0, values)
+    return _quantity("start-energy", "v(0)", "J", values)
 
 
 def start_over_level(members: Members) -> MemberQuantity | None:
@@ -71,6 +79,10 @@ def proved_time(members: Members) -> MemberQuantity | None:
     label = "inside a certified region from t ="
     values = _finite(members.column("proved_time"))
     return MemberQuantity("proved-time", Axis(label, "s"), values, "not proved")
+
+
+ROUND_OFF = 1e-12
+"""v(0) is zero if it is smaller than this fraction of the largest v(end)."""
 
 
 def mapped(members: Members) -> list[MemberQuantity]:

@@ -25,8 +25,11 @@ BAR = 1.2
 """Width of the coloured bar at the left of a card, mm."""
 
 
-SKETCH_WIDTH = 62.0
-"""Width of a sketch, mm."""
+SKETCH_WIDTH, ROW_SKETCH_WIDTH = 62.0, 38.0
+"""Widths of a sketch in a card, and in a row, mm."""
+
+ROWS_FROM = 4
+"""With so many cards they are rows, as on the page: all answers are seen without turning a leaf."""
 
 
 class Place(NamedTuple):
@@ -49,15 +52,16 @@ PLAIN = Look()
 
 
 def write_cards(pdf: ReportPdf, cards: Cards) -> None:
-    """Write cards below each other, each on one page, and their note."""
+    """Write cards below each other, each on one page, and their note; many cards as rows."""
     pdf.ensure_orientation()
+    write = _row if len(cards.cards) >= ROWS_FROM else _card
     for card in cards.cards:
-        height = _card(CardPen(pdf, dry_run=True), card)
+        height = write(CardPen(pdf, dry_run=True), card)
         if pdf.will_page_break(height):
             pdf.add_page()
         _box(pdf, card, height)
-        _card(CardPen(pdf), card)
-        pdf.ln(GAP)
+        write(CardPen(pdf), card)
+        pdf.ln(GAP / 2 if write is _row else GAP)
     if cards.note:
         pdf.paragraph(cards.note, size=SMALL, colour=GREY)
 
@@ -131,6 +135,40 @@ def _card(pen: CardPen, card: Card) -> float:
     return y + PADDING - top
 
 
+def _row(pen: CardPen, card: Card) -> float:
+    """Write the texts of a card with its sketch beside the answers; return its height, mm."""
+    pdf = pen.pdf
+    top, left = pdf.get_y(), pdf.l_margin + BAR + PADDING
+    width = pdf.epw - BAR - 2 * PADDING
+    link = f"#{card.target}" if card.target in pdf.anchors else ""
+    beside = 0.0 if card.sketch is None else ROW_SKETCH_WIDTH + GAP
+    answers = width - beside
+    title = Place(left, top + PADDING / 2, answers)
+    upper = pen.write(card.title, title, Look(TEXT, "B"), link)
+    column = answers / max(len(card.statements), 1)
+    y = upper
+    for number, statement in enumerate(card.statements):
+        place = Place(left + number * column, upper, column - GAP)
+        y = max(y, _statement(pen, statement, place))
+    if card.sketch is not None:
+        place = Place(left + answers + GAP, title.y, ROW_SKETCH_WIDTH)
+        y = max(y, _row_sketch(pen, card.sketch, place))
+    if card.facts:
+        line = "; ".join(f"{name} {value}" for name, value in card.facts)
+        y = pen.write(line, Place(left, y + 0.5, width), Look(SMALL - 1, colour=GREY))
+    if not pen.dry_run:
+        pdf.set_xy(pdf.l_margin, y + PADDING / 2)
+    return y + PADDING / 2 - top
+
+
+def _row_sketch(pen: CardPen, sketch: Sketch, place: Place) -> float:
+    """Draw a sketch with its caption and the names of its curves below it; return its end."""
+    _draw(pen, sketch, place)
+    y = place.y + place.width * ASPECT
+    y = pen.write(sketch.caption, place._replace(y=y + 0.5), Look(SMALL - 2, colour=GREY))
+    return _curve_names(pen, sketch, place._replace(y=y))
+
+
 def _statement(pen: CardPen, statement: Statement, place: Place) -> float:
     """Write a question with its answer; return where it ends."""
     colour = TONE_COLOURS.get(statement.tone, BLACK)
@@ -141,15 +179,27 @@ def _statement(pen: CardPen, statement: Statement, place: Place) -> float:
 
 def _sketch(pen: CardPen, sketch: Sketch, place: Place) -> float:
     """Draw a sketch with its caption beside it, in the colours of its curves; return its end."""
-    if not pen.dry_run:
-        picture = BytesIO(svg(sketch).encode())
-        pen.pdf.image(picture, place.x, place.y, SKETCH_WIDTH, alt_text=sketch.caption)
+    _draw(pen, sketch, place._replace(width=SKETCH_WIDTH))
     beside = Place(place.x + SKETCH_WIDTH + GAP, place.y, place.width - SKETCH_WIDTH - GAP)
     y = pen.write(sketch.caption, beside, Look(SMALL - 1, colour=GREY))
+    y = _curve_names(pen, sketch, beside._replace(y=y))
+    return max(y, place.y + SKETCH_WIDTH * ASPECT)
+
+
+def _draw(pen: CardPen, sketch: Sketch, place: Place) -> None:
+    """Draw a sketch, unless the pen only measures."""
+    if not pen.dry_run:
+        picture = BytesIO(svg(sketch).encode())
+        pen.pdf.image(picture, place.x, place.y, place.width, alt_text=sketch.caption)
+
+
+def _curve_names(pen: CardPen, sketch: Sketch, place: Place) -> float:
+    """Write the names of the curves of a sketch in their colours; return where they end."""
+    y = place.y
     for number, (label, _) in enumerate(sketch.curves):
         if label:
-            y = pen.write(label, beside._replace(y=y), Look(SMALL - 1, "B", rgb(number)))
-    return max(y, place.y + SKETCH_WIDTH * ASPECT)
+            y = pen.write(label, place._replace(y=y), Look(SMALL - 1, "B", rgb(number)))
+    return y
 
 
 def _facts(pen: CardPen, facts: Sequence[tuple[str, str]], place: Place) -> float:

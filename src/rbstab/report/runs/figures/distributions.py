@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Bars, Figure, Panel
 from rbstab.report.reading.sources import Run
@@ -18,7 +19,9 @@ def distribution_figure(runs: Sequence[Run]) -> Figure:
     """
     summaries = [run.summary for run in runs]
     with np.errstate(all="ignore"):
-        decay = [s.lyapunov_end / np.float64(s.lyapunov_start) for s in summaries]
+        # Not what a result may store in place of v: v - ε does not end at zero.
+        values_of_v = [lyapunov_function_of(run.result) for run in runs]
+        decay = [v[-1] / v[0] for v in values_of_v]
     outcomes = (
         (Axis("settling time", "s"), [run.settling_time for run in runs]),
         (Axis("peak |E|", "m"), [s.peak_distance for s in summaries]),

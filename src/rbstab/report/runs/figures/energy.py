@@ -15,12 +15,7 @@ SUM_COLOUR = 6
 def energy_figure(run: Run) -> Figure:
     """Return energy and dissipation by part: stacked, and each part on logarithmic axes."""
     energy, dissipation = run.result["energy"], run.result["dissipation"]
-    # Parts that are zero throughout (such as absent gravity) would only fill the legend.
-    kept = [
-        part
-        for part in range(energy.shape[1])
-        if energy[:, part].any() or dissipation[:, part].any()
-    ]
+    kept = _shown_parts(run)
     labels = tuple(str(run.result["part"][part]) for part in kept)
     panels = [
         panel(run, name, values[:, kept], labels)
@@ -64,11 +59,13 @@ def force_figures(run: Run) -> tuple[Figure, ...]:
 def element_figures(run: Run) -> tuple[Figure, ...]:
     """Return the size of force and couple of each element of the config.
 
-    If the config has no elements, or none of them acts, there is no such figure.
+    Each element has the colour that it has in the figure of the energies. If the config has no
+    elements, or none of them acts, there is no such figure.
     """
     if "element" not in run.result:
         return ()
     names = [str(name) for name in run.result["element"]]
+    numbers = _element_colours(run, names)
     panels = []
     for quantity in ("element_force", "element_couple"):
         values = run.result[quantity]
@@ -77,8 +74,8 @@ def element_figures(run: Run) -> tuple[Figure, ...]:
                 run.result["time"],
                 norms(values[:, number]),
                 name,
-                colour=number,
-                dash=number // len(COLOURS),
+                colour=numbers[name],
+                dash=numbers[name] // len(COLOURS),
             )
             for number, name in enumerate(names)
             if values[:, number].any()
@@ -97,6 +94,23 @@ def element_figures(run: Run) -> tuple[Figure, ...]:
             shares_time=True,
         ),
     )
+
+
+def _shown_parts(run: Run) -> list[int]:
+    """Return the parts with energy or dissipation; others would only fill the legend."""
+    energy, dissipation = run.result["energy"], run.result["dissipation"]
+    return [
+        part
+        for part in range(energy.shape[1])
+        if energy[:, part].any() or dissipation[:, part].any()
+    ]
+
+
+def _element_colours(run: Run, names: list[str]) -> dict[str, int]:
+    """Return the number of each element's colour; inputs, without energy, follow the parts."""
+    parts = [str(run.result["part"][part]) for part in _shown_parts(run)]
+    ordered = [*parts, *(name for name in names if name not in parts)]
+    return {name: number for number, name in enumerate(ordered)}
 
 
 def _stacked(run: Run, name: str, parts: Array, labels: tuple[str, ...]) -> Panel:

@@ -21,7 +21,7 @@ from rbstab.report.runs.figures.curves import (
 
 def decay_figure(runs: Sequence[Run]) -> Figure:
     """Return v, v' and |E| of all runs, each also on a logarithmic axis."""
-    value, rate = overlay(runs, "lyapunov"), overlay(runs, "lyapunov_rate")
+    value, rate = _values_of_v(runs), overlay(runs, "lyapunov_rate")
     distances = [
         curve_of(run, norms(run.result["contact_displacement"]))
         for run in runs_with(runs, "contact_displacement")
@@ -45,6 +45,14 @@ def decay_figure(runs: Sequence[Run]) -> Figure:
         ),
         shares_time=True,
     )
+
+
+def _values_of_v(runs: Sequence[Run]) -> Panel:
+    """Return v of all runs over time; the axis names v - ε if a run stores it in place of v."""
+    panel = overlay(runs, "lyapunov")
+    stored = {run.stores_v_minus_work for run in runs_with(runs, "lyapunov")}
+    suffix = {(True,): " - ε", (False, True): " or v - ε"}.get(tuple(sorted(stored)), "")
+    return replace(panel, y=replace(panel.y, label=f"{panel.y.label}{suffix}"))
 
 
 def _work_notes(runs: Sequence[Run]) -> list[str]:

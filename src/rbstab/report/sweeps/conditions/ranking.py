@@ -11,6 +11,12 @@ from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
 from rbstab.report.sweeps.fractions import CONFIDENCE
 from rbstab.report.sweeps.quantities import MemberQuantity
 
+MATTERS = 0.01
+"""A median difference matters if it is at least this fraction of the values.
+
+Gains, inertia and initial states of a real body are not known better than to about 1 %.
+"""
+
 INTERVAL_NOTE = (
     f"The interval of a median is that of order statistics, with {CONFIDENCE:.0%} confidence: it "
     "assumes nothing but independent pairs."
@@ -26,6 +32,7 @@ class PairedDifference(NamedTuple):
         median: The median of the differences; NaN without pairs.
         low: The lower end of its confidence interval; -inf if there are too few pairs.
         high: The upper end; likewise.
+        scale: The larger median of the magnitudes of both members; 0 without pairs.
     """
 
     pairs: int
@@ -33,11 +40,17 @@ class PairedDifference(NamedTuple):
     median: float
     low: float
     high: float
+    scale: float = 0.0
 
     @property
     def is_sure(self) -> bool:
         """Whether the interval of the median excludes zero."""
         return self.low > 0 or self.high < 0
+
+    @property
+    def matters(self) -> bool:
+        """Whether the median difference is large enough beside the values, see `MATTERS`."""
+        return self.pairs > 0 and abs(self.median) >= MATTERS * self.scale
 
 
 def paired_difference(first: Array, second: Array) -> PairedDifference:
@@ -50,7 +63,8 @@ def paired_difference(first: Array, second: Array) -> PairedDifference:
         first: The quantity of the members of one condition, shape (n,).
         second: That of their partners.
     """
-    difference = np.sort((first - second)[np.isfinite(first - second)])
+    has_both = np.isfinite(first - second)
+    difference = np.sort((first - second)[has_both])
     count = len(difference)
     if not count:
         return PairedDifference(0, np.nan, np.nan, -np.inf, np.inf)
@@ -60,7 +74,8 @@ def paired_difference(first: Array, second: Array) -> PairedDifference:
     rank = int(binom.ppf(0.5 * (1.0 - CONFIDENCE), count, 0.5))
     low, high = (-np.inf, np.inf) if rank < 1 else difference[[rank - 1, count - rank]].tolist()
     negative = float((difference < 0).mean())
-    return PairedDifference(count, negative, float(np.median(difference)), low, high)
+    scale = max(float(np.median(np.abs(side[has_both]))) for side in (first, second))
+    return PairedDifference(count, negative, float(np.median(difference)), low, high, scale)
 
 
 def ranking_sentences(
@@ -100,6 +115,12 @@ def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bo
         return (
             f"{_capital(name)}: no sure difference between {pair} (median of {found.pairs} pairs)."
         )
+    if not found.matters:
+        return (
+            f"{_capital(name)}: no difference that matters between {labels[best]} and "
+            f"{labels[second]} ({number(-found.median)} {unit}".rstrip()
+            + f" in the median of {found.pairs} pairs, less than {MATTERS:.0%} of the values)."
+        )
     more = f" (the next of {len(labels)})" if len(labels) > 2 else ""
     by = f"{number(-found.median)} {unit}".rstrip()
     ends = f"{number(-found.high)} to {number(-found.low)} {unit}".rstrip()
@@ -128,13 +149,15 @@ def matrix_table(name: str, groups: PairedConditions, quantity: MemberQuantity) 
     title = f"{quantity.axis.text}: all pairs of conditions"
     note = (
         "Medians of paired differences; a smaller number is better. A mark says that the interval "
-        f"of the median excludes zero. {INTERVAL_NOTE}"
+        f"of the median excludes zero, and that the median is at least {MATTERS:.0%} of the "
+        f"values; without a mark no difference that matters is sure. {INTERVAL_NOTE}"
     )
     return Table(f"{name}-all-pairs-{quantity.name}", title, heads, tuple(rows), note)
 
 
 def _cell(found: PairedDifference) -> Cell:
-    tone = ("good" if found.median < 0 else "bad") if found.is_sure else ""
+    is_marked = found.is_sure and found.matters
+    tone = ("good" if found.median < 0 else "bad") if is_marked else ""
     return Cell(number(found.median), found.median if found.pairs else None, tone)
 
 

@@ -108,7 +108,7 @@ def proof_cells(members: Members, grid: MapGrid) -> Cells:
         scale = Axis("share proved to converge")
         return replace(_cells(grid, shares(grid, proved), scale), span=(0.0, 1.0))
     found = proof_codes(members)
-    scale = Axis("convergence of the exact motion", categories=found.labels)
+    scale = Axis("convergence of the exact motion", categories=found.labels, colours=found.colours)
     return _cells(grid, medians(grid, found.codes.astype(float)), scale)
 
 

@@ -13,7 +13,12 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Drawing
-from matplotlib.ticker import FixedLocator, FormatStrFormatter, MaxNLocator
+from matplotlib.ticker import (
+    FixedLocator,
+    FormatStrFormatter,
+    LogFormatterSciNotation,
+    MaxNLocator,
+)
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Level, Panel
 from rbstab.report.model.split_time import FIRST_SHARE, SplitTime
@@ -216,6 +221,19 @@ def _draw_panel(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str
     return handles
 
 
+class FewMinorLabels(LogFormatterSciNotation):
+    """Labels of 2 and 4 between powers of ten; on a decade or more, 3 and 6 overlap them."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the label of a position; "" for none."""
+        assert self.axis is not None
+        low, high = self.axis.get_view_interval()
+        leading = round(x / 10.0 ** np.floor(np.log10(x)))
+        if high >= 10.0 * low and leading not in (2, 4):
+            return ""
+        return str(super().__call__(x, pos))
+
+
 def _set_scales(axes: Axes, panel: Panel, width: float) -> None:
     for axis, name in ((panel.x, "x"), (panel.y, "y")):
         matplotlib_axis = getattr(axes, f"{name}axis")
@@ -225,6 +243,7 @@ def _set_scales(axes: Axes, panel: Panel, width: float) -> None:
             _set_split_scale(axes, axis.split, width)
         elif axis.log:
             getattr(axes, f"set_{name}scale")("log")
+            matplotlib_axis.set_minor_formatter(FewMinorLabels())
         elif axis.categories:
             _set_category_ticks(axes, name, axis, width)
         else:

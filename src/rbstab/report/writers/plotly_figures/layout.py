@@ -24,6 +24,10 @@ BAR_TITLE, BAR_ABOVE = 28, 70
 CLOSE = 22
 """Space between panels that share their vertical axis, px."""
 
+LOG_TICKS = 4
+"""Ticks that a logarithmic axis has room for; with plotly's own number, labels between the powers
+of ten overlap them."""
+
 TICK_SIZE, TITLE_SIZE = 11, 13
 """Sizes of all tick labels, and of all titles of axes and colour bars, px."""
 
@@ -264,6 +268,8 @@ def _axis(axis: Axis, ends: tuple[float, float] | None) -> JSON:
         "ticklen": 4,
         "tickfont": {"size": TICK_SIZE},
     }
+    if axis.log:
+        settings |= {"nticks": LOG_TICKS}
     if ends is not None:
         settings |= {"range": np.log10(ends).tolist() if axis.log else list(ends)}
     if axis.categories:

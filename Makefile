@@ -53,8 +53,8 @@ test-quick: $(READY)  ## run the quick tests, two thirds of all
 	$(BIN)/python -m pytest $(BY_FILE) -m 'not slow and not heavy and not long$(AND_BROWSERLESS)'
 	@$(SAY_BROWSERLESS)
 
-test-heavy: $(READY)  ## run the tests that `make test` leaves out, without the long ones
-	$(BIN)/python -m pytest $(BY_FILE) -m 'heavy and not long$(AND_BROWSERLESS)'
+test-heavy: $(READY)  ## run the tests that `make test` leaves out, without the long ones (MINUTES=N: for N minutes)
+	$(BIN)/python -m pytest $(BY_FILE) -m 'heavy and not long$(AND_BROWSERLESS)' $(if $(MINUTES),--minutes $(MINUTES))
 	@$(SAY_BROWSERLESS)
 
 test-long: $(READY)  ## run all tests, with hundreds of kills, full disks and faults; this takes hours

@@ -1,10 +1,12 @@
 """Settings and fixtures of all tests."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import settings
+from support import time_left
 from support.tiers import longest_first, mark_by_time, read_seconds
 
 # No deadline: on a busy machine a single example can take long.
@@ -12,13 +14,34 @@ settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option for the time of a test run."""
+    time_left.add_option(parser)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Set the end of a test run."""
+    time_left.set_end(config)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup() -> None:
+    """Skip a test, before its fixtures are made, if the time of the test run is over."""
+    time_left.skip_if_over()
+
+
 @pytest.hookimpl(wrapper=True, tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
+def pytest_collection_modifyitems(
+    config: pytest.Config, items: list[pytest.Item]
+) -> Iterator[None]:
     """Mark tests before pytest selects them by their markers, and order those that it selects."""
     seconds = read_seconds()
     mark_by_time(items, seconds)
     yield
-    longest_first(items, seconds)
+    if config.getoption(time_left.OPTION) is None:
+        longest_first(items, seconds)
+    else:
+        time_left.shuffle_files(items, time_left.commit_of(Path(__file__).parent))
 
 
 @pytest.fixture(params=range(4), ids="seed {}".format)

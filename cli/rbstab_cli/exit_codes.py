@@ -1,11 +1,15 @@
 """The exit codes of every command."""
 
 OK = 0
+
+INTERNAL = 1
+"""An exception that no code expects: Python prints its traceback and ends with this code."""
+
 USAGE = 2
 """A config or the command line is wrong; nothing was run."""
 
 NOT_COMPLETED = 3
-"""At least one run did not complete; its status is stored with it."""
+"""At least one run, or every member of a sweep, did not complete; or a search found nothing."""
 
 STORAGE = 4
 """At least one result could not be written or read, or a proof was refused by `rbstab verify`."""

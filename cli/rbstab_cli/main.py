@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from rbstab_cli import exit_codes
+from rbstab_cli.arguments.repeated import refuse_repeated
 from rbstab_cli.help_examples import FIRST_STEPS, example_of
 from rbstab_cli.interrupts import handle_interrupts, interrupted_code, stop_handling
 from rbstab_cli.streams import (
@@ -94,10 +95,16 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return a command and its arguments; for an unknown name, say what was likely meant."""
+        """Return a command and its arguments; refuse options that are given twice.
+
+        For an unknown name, say what was likely meant.
+        """
         if args[0] not in COMMANDS and not args[0].startswith("-") and not ctx.resilient_parsing:
             ctx.fail(_unknown_command(args[0]))
-        return super().resolve_command(ctx, args)
+        name, command, words = super().resolve_command(ctx, args)
+        if command is not None and not ctx.resilient_parsing:
+            refuse_repeated(command, click.Context(command, ctx, name), words)
+        return name, command, words
 
     # click itself ends with exit code 1 if stdout is a closed pipe.
     @reader_gone_errors()
@@ -156,9 +163,10 @@ def _print_version(ctx: click.Context, _parameter: click.Parameter, value: bool)
 def cli() -> None:
     """Dynamics and Lyapunov stability of one rigid body: free, held at a point, or tied to it.
 
-    Exit codes: 0 done; 2 wrong config or command line; 3 a run did not complete; 4 a result could
-    not be written or read, or a proof was refused; 130 interrupted (Ctrl-C); 141 stdout or stderr
-    is a pipe whose reader has ended, as in `rbstab show RESULT | head`; 143 terminated (SIGTERM).
+    Exit codes: 0 done; 1 an error in rbstab itself; 2 wrong config or command line; 3 a run did not
+    complete, or nothing was found; 4 a result could not be written or read, or a proof was refused;
+    130 interrupted (Ctrl-C); 141 stdout or stderr is a pipe whose reader has ended, as in
+    `rbstab show RESULT | head`; 143 terminated (SIGTERM).
     """
 
 

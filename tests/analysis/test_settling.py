@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rbstab.analysis.settling import settling_times
+from rbstab.analysis.settling import moves_on, settling_times
 
 TIMES = np.linspace(0, 20, 20001)
 DECAY = 5.0 * np.exp(-TIMES)
@@ -29,6 +29,33 @@ def test_no_angle_may_be_far_from_rest(axis, sign):
     assert np.isnan(settling(DECAY, far))
     far[0, axis] = np.nan
     assert np.isnan(settling(DECAY, far))
+
+
+def test_an_undamped_oscillation_moves_on():
+    """v falls to 1 mJ, and half of that is kinetic on average; the same with damping comes to rest.
+
+    With the rate 1/s of v, a tenth of 20 s takes e^-2 of it.
+    """
+    moving = 1e-3 * np.sin(7.0 * TIMES) ** 2
+    assert moves_on(TIMES, DECAY + 1e-3, moving)
+    assert not moves_on(TIMES, DECAY, DECAY * np.sin(7.0 * TIMES) ** 2)
+
+
+def test_a_body_at_rest_above_the_lowest_energy_does_not_move_on():
+    """As one that a sliding connector holds: v stays, without kinetic energy."""
+    assert not moves_on(TIMES, DECAY + 1e-3, DECAY)
+
+
+def test_a_weakly_damped_motion_falls_and_does_not_move_on():
+    """v falls by a hundredth over the last tenth of 20 s: that is ten times as much as counts."""
+    slow = 1e-3 * np.exp(-0.005 * TIMES)
+    assert not moves_on(TIMES, DECAY + slow, slow)
+    slower = 1e-3 * np.exp(-0.0001 * TIMES)
+    assert moves_on(TIMES, DECAY + slower, slower)
+
+
+def test_round_off_does_not_move_on():
+    assert not moves_on(TIMES, DECAY + 1e-10, np.full(len(TIMES), 1e-10))
 
 
 def test_v_below_zero_counts_from_a_state_that_is_not_approached():

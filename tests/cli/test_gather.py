@@ -190,7 +190,7 @@ def test_exit_codes_of_a_part(rbstab, use_fake_engine):
     other = rbstab(*SWEEP, "--part", "2/2", "--set", "body.mass=42")
     assert other.exit_code == 4
     assert "holds another sweep" in other.stderr
-    size = rbstab(*SWEEP, "--part", "2/2", "--shard-size", "5")
+    size = rbstab(*SWEEP[:-1], "5", "--part", "2/2")
     assert size.exit_code == 4
     assert "started with shards of 4 members" in size.stderr
 

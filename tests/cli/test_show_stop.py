@@ -1,10 +1,11 @@
-"""Protects what `rbstab show` says of impacts: their number, the energy they took, and a rest."""
+"""Protects what `rbstab show` says of impacts (their number, energy, and a rest), and of v."""
 
 import re
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from support.figure_runs import run_of
 from support.stops import stop
 from support.switching import data
 
@@ -38,3 +39,18 @@ def test_show_says_nothing_without_a_stop(tmp_path: Path) -> None:
     result = rbstab.simulate(rbstab.load_config(data({}, {}, {"duration": 0.1})))
     rbstab.write_result(tmp_path / "a.h5", result)
     assert "impacts " not in CliRunner().invoke(cli, ["show", str(tmp_path / "a.h5")]).stdout
+
+
+def test_show_does_not_call_v_minus_work_v(tmp_path: Path) -> None:
+    """On s = F + κE a result stores v - ε, which does not fall to zero; v = (v - ε) + ε."""
+    result = run_of("sliding").result
+    rbstab.write_result(tmp_path / "a.h5", result)
+    shown = CliRunner().invoke(cli, ["show", str(tmp_path / "a.h5")]).stdout
+    rows = dict(
+        re.findall(r"^ (v\(0\), v\(end\)|v - ε at 0 and at the end) +(.*?) *$", shown, re.M)
+    )
+    v = result["lyapunov"] + result["contact_work"]
+    expected = {"v(0), v(end)": v, "v - ε at 0 and at the end": result["lyapunov"]}
+    for name, values in expected.items():
+        found = [float(text.removesuffix(" J")) for text in rows[name].split(", ")]
+        assert found == pytest.approx([values[0], values[-1]], rel=1e-6)

@@ -1,11 +1,21 @@
-"""Protects the tables off a terminal: the lines made here are those that the library rich makes."""
+"""Protects tables: off a terminal the lines are those of rich; on a terminal nothing is cut."""
 
+from io import StringIO
 from random import Random
 
 import pytest
+from rich.console import Console
 
 from rbstab_cli.output import tables
-from rbstab_cli.output.tables import FILE_WIDTH, Table, add_row, new_table, print_table
+from rbstab_cli.output.tables import (
+    FILE_WIDTH,
+    Table,
+    add_row,
+    fits,
+    new_table,
+    print_table,
+    records,
+)
 
 NARROW = "abc XYZ0-9./_θΩé²ü°κ→|[]*"
 
@@ -50,3 +60,32 @@ def test_what_needs_more_than_padding_is_left_to_rich(
     print_table(table)
     assert called == [table]
     assert cell[:900] in capsys.readouterr().out
+
+
+def test_a_narrow_terminal_cuts_no_number() -> None:
+    """Nine columns of a run need more than 80 characters: each run then has a line for each."""
+    names = ("v(0) [J]", "v(end) [J]", "|r|/v(0)", "at rest from [s]", "max|E| [m]", "time [s]")
+    table = new_table("file", "status", *names, words=("status",), numbers=names)
+    for k in range(2):
+        add_row(table, f"results/case{k}.h5", "completed", *(f"0.0{k}{n}681" for n in range(6)))
+    assert fits(table, 120)
+    assert not fits(table, 60)
+    for k, record in enumerate(records(table)):
+        assert fits(record, 60)
+        assert record.columns == ("file", f"results/case{k}.h5")
+        assert [row for row, _ in record.rows] == [
+            ("status", "completed"),
+            *((name, f"0.0{k}{n}681") for n, name in enumerate(names)),
+        ]
+
+
+def test_what_fits_is_printed_whole() -> None:
+    """A table that fits by its own count is not cut by rich."""
+    names = ("a number [m]", "b [s]")
+    table = new_table(*names, numbers=names)
+    add_row(table, "0.0123456789", "1.0987")
+    width = next(w for w in range(100) if fits(table, w))
+    text = StringIO()
+    Console(file=text, width=width).print(tables._rich_table(table, on_terminal=True))
+    assert "0.0123456789" in text.getvalue()
+    assert "1.0987" in text.getvalue()

@@ -9,7 +9,9 @@ from cli.conftest import GOOD, Invoke
 
 from rbstab.config.load import load_config
 
-OVER = ("--over", "controller.L_r,controller.L_t", "--bounds", "0.5:2")
+GAINS = ("--over", "controller.L_r,controller.L_t")
+
+OVER = (*GAINS, "--bounds", "0.5:2")
 
 
 def test_a_better_config_is_written_and_not_overwritten(folder: Path, rbstab: Invoke) -> None:
@@ -40,6 +42,14 @@ def test_json(folder: Path, rbstab: Invoke) -> None:
     assert load_config("t.yaml").controller.L_r[0] == 60 * factor
 
 
+def test_gains_of_all_over_options_are_scaled(folder: Path, rbstab: Invoke) -> None:
+    overs = ("--over", "controller.L_r[0]", "--over", "controller.L_t[1],controller.L_t[2]")
+    bounds = ("--bounds", "0.9:1.1")
+    done = rbstab("tune", "good.yaml", "--objective", "energy", *overs, *bounds, "--json")
+    gains = {"controller.L_r[0]", "controller.L_t[1]", "controller.L_t[2]"}
+    assert json.loads(done.stdout)["factors"].keys() == gains
+
+
 def test_nothing_better_writes_nothing(folder: Path, rbstab: Invoke) -> None:
     arguments = ("--objective", "energy", "--over", "controller.L_r", "--bounds", "1:1")
     done = rbstab("tune", "good.yaml", *arguments)
@@ -68,9 +78,9 @@ def test_no_run_that_settles_is_exit_code_3(folder: Path, rbstab: Invoke) -> Non
         ),
         (("--objective", "energy", "--over", ""), "--over : is not a gain"),
         (("--objective", "speed", *OVER), "'speed' is not one of"),
-        (("--objective", "energy", *OVER, "--bounds", "2:3"), "expected LOW:HIGH"),
-        (("--objective", "energy", *OVER, "--bounds", "much"), "expected LOW:HIGH"),
-        (("--objective", "energy", *OVER, "--bounds", "0:nan"), "expected LOW:HIGH"),
+        (("--objective", "energy", *GAINS, "--bounds", "2:3"), "expected LOW:HIGH"),
+        (("--objective", "energy", *GAINS, "--bounds", "much"), "expected LOW:HIGH"),
+        (("--objective", "energy", *GAINS, "--bounds", "0:nan"), "expected LOW:HIGH"),
         (("--objective", "energy", *OVER, "-o", "good.yaml", "--force"), "is the given config"),
         (("--objective", "energy"), "Missing option '--over'"),
     ],

@@ -177,7 +177,8 @@ def test_what_is_no_text_or_no_file(rbstab: Invoke) -> None:
     assert done.exit_code == 2
     assert done.stderr == (
         "mine.yaml:1:4: is not text: byte 0xff (expected UTF-8)\n"
-        "missing.yaml:1:1: cannot be read: No such file or directory (expected a YAML file)\n"
+        "missing.yaml:1:1: cannot be read: No such file or directory (expected a YAML file; "
+        "`rbstab init` writes a first one, `rbstab examples` lists others)\n"
     )
 
 

@@ -1,14 +1,12 @@
 """The options --within and --largest-within of `rbstab stability`."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from contextlib import AbstractContextManager
+    from collections.abc import Callable, Mapping, Sequence
 
     from rbstab.config.schema import Config
     from rbstab.config.tolerances import Tolerance
@@ -133,13 +131,18 @@ def _mixed(
     return []
 
 
+def are_of_starts(tolerances: "Sequence[Tolerance]") -> bool:
+    """Return whether the checked tolerances of one config are those of its initial state."""
+    return bool(tolerances) and tolerances[0].section == "initial"
+
+
 def proved_within(
     config: "Config",
     results: Path,
     texts: tuple[str, ...],
     tolerances: "tuple[Tolerance, ...]",
     largest: tuple[str, ...],
-    bar: "Callable[[str], AbstractContextManager[Progress | None]]",
+    progress: "Progress | None",
 ) -> Within | None:
     """Prove the tolerances of the options for one config; None without these options.
 
@@ -149,15 +152,14 @@ def proved_within(
         texts: The values of --within.
         tolerances: Their tolerances, from `checked_tolerances`.
         largest: The values of --largest-within.
-        bar: Shows the progress of a proof for all starts under a name.
+        progress: Called during a proof for all starts, see `prove_starts`.
     """
     from rbstab.experiment.robust.largest import largest_within, proving
 
     if not texts and not largest:
         return None
-    if tolerances and tolerances[0].section == "initial":
-        with bar(config.title) as progress:
-            starts = _proved_starts(config, results, tolerances, progress)
+    if are_of_starts(tolerances):
+        starts = _proved_starts(config, results, tolerances, progress)
         return Within(texts, None, (), starts)
     prove = _prove(config, results)
     record = prove(tolerances) if texts else None

@@ -165,10 +165,20 @@ def _finish_soft(
     if found.config is None or found.kept is None:
         _end_without(path, f"no guard was found: {found.reason}")
     if not accepted:
-        _end_without(path, f"the couple exceeds the limit of {limit:g} N m in the run")
+        _end_without(path, _excess(found, limit))
     assert found.kept is not None
     click.echo(f"{path}: this start keeps the range: proved -> {target}", err=True)
     click.echo(f"{path}: convergence {found.kept.convergence}", err=True)
+
+
+def _excess(found: "SoftlyGuarded", limit: float | None) -> str:
+    """Return why a couple is not known to stay below the limit."""
+    if found.guarded is None or limit is None or found.guarded.largest_couple > limit:
+        return f"the couple exceeds the limit of {limit:g} N m in the run"
+    return (
+        f"the samples do not show the largest |θ2|, so the couple may exceed the limit of "
+        f"{limit:g} N m between them; raise integration.samples"
+    )
 
 
 def _soft_facts(found: "SoftlyGuarded", limit: float | None) -> tuple[tuple[str, str], ...]:
@@ -184,7 +194,9 @@ def _soft_facts(found: "SoftlyGuarded", limit: float | None) -> tuple[tuple[str,
     ]
     if limit is not None:
         kept = found.couple_bound <= limit
-        word = "proved" if kept else "in this run" if found.limit_kept else "no"
+        word = "proved" if kept else "in this run" if found.limit_kept else "not known"
+        if found.guarded is not None and found.guarded.largest_couple > limit:
+            word = "no"
         rows.append((f"couple stays below {limit:g} N m", word))
     return tuple(rows)
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rbstab_cli import exit_codes
+from rbstab_cli.arguments.results import results_among
 
 if TYPE_CHECKING:
     from rbstab.report.model.figure import Figure
@@ -44,7 +45,7 @@ def command(results: tuple[Path, ...], name: str | None, output: Path | None, fo
         _check_matplotlib()
     if output is not None:
         check_target(output, force=force)
-    figures = _figures(results)
+    figures = _figures(results_among(results))
     if name is None or output is None or form is None:
         _list(figures)
         return

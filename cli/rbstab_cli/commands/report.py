@@ -8,6 +8,7 @@ import click
 
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.choice import Choice
+from rbstab_cli.arguments.results import results_among
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -65,7 +66,8 @@ def command(
 ) -> None:
     """Make a report of runs and sweeps.
 
-    Each RESULT is the file of a run, the folder of a sweep, or its sweep.h5. If a result cannot be
+    Each RESULT is the file of a run, the folder of a sweep, or its sweep.h5. Proofs, reports,
+    figures and notes beside them are left out, so results/* may be named. If a result cannot be
     read, the report gives the reason and shows the others; the exit code is then 4.
 
     The formats html, md and pdf need the packages of `pip install 'rbstab[report]'`.
@@ -76,6 +78,7 @@ def command(
 
     path, form = _target(output, form, as_json=as_json)
     _refuse_inputs(path, results)
+    results = results_among(results, quiet=quiet)
     try:
         if path is not None:
             # Fail before the work, not after it.
@@ -145,13 +148,25 @@ def _target(output: Path | None, form: str | None, *, as_json: bool) -> tuple[Pa
 
 
 def _refuse_inputs(path: Path | None, results: tuple[Path, ...]) -> None:
-    """Refuse to overwrite a result that the report is made from.
+    """Refuse to overwrite a result that the report is made from; an older report is replaced.
 
     Raises:
         UsageError: The file of the report is one of the results.
     """
-    if path is not None and any(_same(path, result) for result in results):
+    if path is None or not any(_same(path, result) for result in results):
+        return
+    if not _is_report(path):
         raise click.UsageError(f"{path} is one of the results. Choose another name with -o.")
+
+
+def _is_report(path: Path) -> bool:
+    from rbstab.report.writers.signature import is_report
+
+    try:
+        # Opening a pipe would wait for a writer.
+        return path.is_file() and is_report(path)
+    except (OSError, ValueError):
+        return False
 
 
 def _same(path: Path, other: Path) -> bool:

@@ -192,14 +192,17 @@ class _Batch:
         from rbstab.integrate.engines import EngineMissingError
         from rbstab.integrate.status import RunStatus
         from rbstab.store.errors import StoreError
-        from rbstab_cli.output.progress import progress_bar
+        from rbstab_cli.output.progress import compiling, progress_bar
 
         self.begun = config, target
         problem = problem_of(config)
         try:
             proof = cached_proof(self.output, config)
             with progress_bar(
-                Path(label).name, config.integration.duration, wanted=not self.quiet
+                Path(label).name,
+                config.integration.duration,
+                wanted=not self.quiet,
+                before=compiling(config.integration.engine, len(problem.system.elements)),
             ) as progress:
                 run = run_to_file(
                     config, target, problem, force=self.force, proof=proof, progress=progress
@@ -330,7 +333,12 @@ def _run_data(finished: _Finished) -> dict[str, Any]:
 
 def _print_table(runs: list[_Finished]) -> None:
     """Print the numbers of runs: a row for each."""
-    from rbstab.experiment.summary import at_least, settling_time_of, summary_of
+    from rbstab.experiment.summary import (
+        at_least,
+        lyapunov_function_of,
+        settling_time_of,
+        summary_of,
+    )
     from rbstab.integrate.status import RunStatus
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
@@ -351,7 +359,8 @@ def _print_table(runs: list[_Finished]) -> None:
             str(run.path),
             result.status if completed else f"{result.status} at {s.end_time:.4g} s",
             number(s.lyapunov_start),
-            number(s.lyapunov_end),
+            # The result may store v - ε, which does not end at zero; this column is v.
+            number(float(lyapunov_function_of(result)[-1])),
             number(s.relative_residual, 2),
             "-" if math.isnan(settled) else number(settled),
             at_least(s.displacement_resolved) + number(s.peak_distance),

@@ -10,6 +10,7 @@ from rbstab_cli import exit_codes
 if TYPE_CHECKING:
     from rbstab.experiment.proof import Proof
     from rbstab.experiment.summary import ReferenceValue
+    from rbstab.mechanics.numbers import Array
     from rbstab.store.result import Result
 
 
@@ -164,13 +165,12 @@ def _print_tables(result: "Result", proof: "Proof | None") -> None:
     convergence = stored_convergence(attributes)
     if convergence is not None and convergence.proved is not None:
         add_row(table, "exact motion", convergence.sentence)
-    add_row(
-        table, "v(0), v(end)", f"{number(s.lyapunov_start, 7)} J, {number(s.lyapunov_end, 7)} J"
-    )
+    for name, ends in _ends_of_v(result).items():
+        add_row(table, name, ends)
     if "lyapunov_zero" in attributes:
         add_row(table, "v = 0 at", str(attributes["lyapunov_zero"]))
         add_row(table, "", f"Θ = {_vector(result['rest_orientation'])} rad")
-    add_row(table, "max |r| / v(0)", number(s.relative_residual, 2))
+    add_row(table, f"max |r| / {_scale_of_errors(result)}", number(s.relative_residual, 2))
     peak = "peak E by axis" if s.displacement_resolved else "largest sample of E by axis"
     add_row(table, peak, _vector(s.peak_contact_displacement) + " m")
     add_row(table, "max |θ2|", f"{at_least(s.pitch_resolved)}{number(s.largest_pitch)} rad")
@@ -189,7 +189,9 @@ def _print_tables(result: "Result", proof: "Proof | None") -> None:
     table = new_table("array", "dimensions", "unit", "meaning")
     for name, variable in result.variables.items():
         dimensions = ", ".join(variable.dimensions) or "-"
-        add_row(table, name, dimensions, variable.unit, variable.long_name)
+        # A quantity without a symbol has "-" in its place.
+        meaning = variable.long_name.removeprefix("-: ")
+        add_row(table, name, dimensions, variable.unit, meaning)
     print_table(table)
     table = new_table("provenance", "value")
     for name in attributes:
@@ -197,6 +199,29 @@ def _print_tables(result: "Result", proof: "Proof | None") -> None:
             continue
         add_row(table, name, str(attributes[name]))
     print_table(table)
+
+
+def _ends_of_v(result: "Result") -> dict[str, str]:
+    """Return v at 0 and at the end; and v - ε, by its name, where the result stores that."""
+    from rbstab.experiment.summary import lyapunov_function_of, stores_v_minus_work
+    from rbstab_cli.output.tables import number
+
+    def ends(values: "Array") -> str:
+        return ", ".join(f"{number(float(value), 7)} J" for value in (values[0], values[-1]))
+
+    v = {"v(0), v(end)": ends(lyapunov_function_of(result))}
+    if not stores_v_minus_work(result):
+        return v
+    return v | {"v - ε at 0 and at the end": ends(result["lyapunov"])}
+
+
+def _scale_of_errors(result: "Result") -> str:
+    """Return the name of the energy by which errors are divided: v(0), or what was supplied."""
+    from rbstab.experiment.summary import is_driven
+
+    if is_driven(result) and abs(result["supplied_energy"]).max() > result["lyapunov"][0]:
+        return "supplied energy"
+    return "v(0)"
 
 
 def _impacts(result: "Result") -> str:

@@ -9,9 +9,14 @@ from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.options import ALLOW_PYTHON, CHANGES, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from contextlib import AbstractContextManager
+
     from rbstab.config.schema import Config
+    from rbstab.config.tolerances import Tolerance
     from rbstab.experiment.convergence.convergence import Convergence, Enclose
     from rbstab.experiment.proof import Proof
+    from rbstab.experiment.start_sets.prove_starts import Progress
     from rbstab.integrate.problem import Problem
     from rbstab.store.result import Result
 
@@ -87,7 +92,7 @@ def command(
     from rbstab_cli.arguments.along import checked_along, locus_points
     from rbstab_cli.arguments.within import checked_tolerances, proved_within
     from rbstab_cli.output.printed import stdout_to_file
-    from rbstab_cli.output.progress import fraction_bar
+    from rbstab_cli.output.progress import compiling, working
     from rbstab_cli.output.stability_report import StabilityReport, stability_data
     from rbstab_cli.output.stability_tables import print_stability_report
     from rbstab_cli.output.text_file import check_target
@@ -102,12 +107,17 @@ def command(
     loci = checked_along(loaded, alongs)
     reports = []
     for path, config in loaded.items():
-        within = proved_within(config, results, withins, tolerances[path], largest, fraction_bar)
+        with _shown(path.name, tolerances[path], largest) as progress:
+            within = proved_within(config, results, withins, tolerances[path], largest, progress)
         problem = problem_of(config)
-        proof = _proof(config, problem, results, search_only=search_only)
+        with working(f"{path.name}: rest states", wanted=True):
+            proof = _proof(config, problem, results, search_only=search_only)
         enclose = Enclose.NOTHING if search_only else Enclose.UNTIL_PROVED
-        run = None if no_run else _run(config, problem, results / f"{path.stem}.h5", proof, enclose)
-        found = None if search_only else _convergence(config, problem, proof, run)
+        label = compiling(config.integration.engine, len(problem.system.elements)) or "exact motion"
+        with working(f"{path.name}: {label}", wanted=not (no_run and search_only)):
+            stored = results / f"{path.stem}.h5"
+            run = None if no_run else _run(config, problem, stored, proof, enclose)
+            found = None if search_only else _convergence(config, problem, proof, run)
         stability = stability_of(problem, proof, found)
         points = [(along, locus_points(config, along)) for along in loci]
         reports.append(StabilityReport(path, config, stability, run, points, within))
@@ -119,6 +129,18 @@ def command(
         else:
             for report in reports:
                 print_stability_report(report)
+
+
+def _shown(
+    name: str, tolerances: "Sequence[Tolerance]", largest: tuple[str, ...]
+) -> "AbstractContextManager[Progress | None]":
+    """Show the progress of the proofs within tolerances of one config; without them nothing."""
+    from rbstab_cli.arguments.within import are_of_starts
+    from rbstab_cli.output.progress import fraction_bar, working
+
+    if are_of_starts(tolerances):
+        return fraction_bar(name)
+    return working(f"{name}: all bodies", wanted=bool(tolerances or largest))
 
 
 def _proof(config: "Config", problem: "Problem", results: Path, *, search_only: bool) -> "Proof":

@@ -39,9 +39,12 @@ def _bounds(_context: click.Context, _parameter: click.Parameter, text: str) -> 
 )
 @click.option(
     "--over",
+    "overs",
+    multiple=True,
     required=True,
     metavar="KEY,...",
-    help="Gains to scale: all of controller.L_c, or the diagonal entry controller.L_c[0].",
+    help="Gains to scale: all of controller.L_c, or the diagonal entry controller.L_c[0]. "
+    "Repeatable.",
 )
 @click.option(
     "--bounds",
@@ -59,7 +62,7 @@ def _bounds(_context: click.Context, _parameter: click.Parameter, text: str) -> 
 def command(
     config: Path,
     objective: str,
-    over: str,
+    overs: tuple[str, ...],
     bounds: tuple[float, float],
     output: Path | None,
     changes: tuple[str, ...],
@@ -85,7 +88,7 @@ def command(
     with motion_errors(path):
         from rbstab.experiment.tuning.tune import tune
 
-        found = tune(loaded, objective, over.split(","), bounds)
+        found = tune(loaded, objective, ",".join(overs).split(","), bounds)
     if found.better:
         from rbstab.config.load import resolved_yaml
 

@@ -14,6 +14,10 @@ _ROWS = (
 )
 
 
+PEAKS = ("largest_pitch", "largest_couple")
+"""The fields of `RunOutcome` that follow from the largest |θ2|."""
+
+
 def print_runs(
     strength: tuple[str, float | None],
     given: "RunOutcome",
@@ -43,9 +47,13 @@ def print_runs(
 
 
 def _shown(outcome: "RunOutcome", field: str) -> str:
+    from rbstab.experiment.summary import at_least
     from rbstab_cli.output.tables import number
 
     value: Any = getattr(outcome, field)
     if field == "status":
         return str(value)
+    if field in PEAKS:
+        # A guard without a couple in this run has none between the samples either, as far as known.
+        return f"{at_least(outcome.pitch_resolved or value == 0)}{number(value)}"
     return "not in this run" if math.isnan(value) else number(value)

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 def fraction_bar(name: str) -> "Iterator[Callable[[float, int], None] | None]":
     """Show a bar on stderr with the fraction of the starts that is proved.
 
+    A line above it says how much work there may be, and how to stop it.
+
     Args:
         name: The label of the bar.
 
@@ -24,8 +26,12 @@ def fraction_bar(name: str) -> "Iterator[Callable[[float, int], None] | None]":
     if not sys.stderr.isatty():
         yield None
         return
+    from rich.console import Group
+    from rich.live import Live
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.text import Text
 
+    from rbstab.experiment.start_sets.prove_starts import MAX_PARTS
     from rbstab_cli.output.console import OutputConsole
 
     columns = (
@@ -34,18 +40,42 @@ def fraction_bar(name: str) -> "Iterator[Callable[[float, int], None] | None]":
         TextColumn("{task.percentage:.4g} % proved, {task.fields[left]} parts left"),
         TimeElapsedColumn(),
     )
-    with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
+    hint = Text(
+        f"All starts, in at most {MAX_PARTS} parts of up to a minute each; smaller tolerances need "
+        "fewer. Ctrl-C stops, and then nothing is stored."
+    )
+    progress = Progress(*columns)
+    with Live(Group(hint, progress), console=OutputConsole(stderr=True), transient=True):
         task = progress.add_task(name, total=1.0, left=1)
         yield lambda fraction, left: progress.update(task, completed=fraction, left=left)
 
 
+MANY_ELEMENTS = 8
+"""Compiling the equations of so many elements is announced: it takes more than ten seconds."""
+
+
+def compiling(engine: str, elements: int) -> str:
+    """Return what is said while equations are compiled; empty if that takes a few seconds.
+
+    Args:
+        engine: The name of the engine.
+        elements: The number of elements of the system.
+    """
+    if engine != "heyoka" or elements < MANY_ELEMENTS:
+        return ""
+    return f"compiling the equations of {elements} elements (may take a minute, once)"
+
+
 @contextmanager
-def progress_bar(name: str, duration: float, *, wanted: bool) -> "Iterator[Progress | None]":
+def progress_bar(
+    name: str, duration: float, *, wanted: bool, before: str = ""
+) -> "Iterator[Progress | None]":
     """Show a bar on stderr with the simulated time of one run.
 
     Args:
         name: The label of the bar.
         duration: The time at the end of the run, s.
+        before: What is done before the first step, if it takes long (`compiling`).
         wanted: Whether to show the bar if stderr is a terminal.
 
     Yields:
@@ -65,8 +95,8 @@ def progress_bar(name: str, duration: float, *, wanted: bool) -> "Iterator[Progr
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
-        task = progress.add_task(name, total=duration)
-        yield lambda t: progress.update(task, completed=t)
+        task = progress.add_task(f"{name}: {before}" if before else name, total=duration)
+        yield lambda t: progress.update(task, completed=t, description=name)
 
 
 @contextmanager

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 FILE_WIDTH = 1000
 """Width in characters if stdout is not a terminal; wide enough that no cell is cut."""
 
+FOLDED_WIDTH = 12
+"""Least width of a column that folds, in characters; narrower texts cannot be read."""
+
 
 @dataclass
 class Table:
@@ -50,7 +53,9 @@ def print_table(table: Table) -> None:
     if sys.stdout.isatty():
         from rbstab_cli.output.console import OutputConsole
 
-        OutputConsole(highlight=False).print(_rich_table(table, on_terminal=True))
+        console = OutputConsole(highlight=False)
+        for part in [table] if fits(table, console.width) else records(table):
+            console.print(_rich_table(part, on_terminal=True))
         return
     lines = _plain_lines(table)
     for line in _rich_lines(table) if lines is None else lines:
@@ -61,6 +66,29 @@ def print_table(table: Table) -> None:
 def number(value: float, digits: int = 4) -> str:
     """Return a number with the given count of significant digits."""
     return f"{value:.{digits}g}"
+
+
+def fits(table: Table, width: int) -> bool:
+    """Return whether a terminal of this width shows a table without cutting its numbers."""
+    whole = {*table.words, *table.numbers}
+    needed = 1
+    for index, name in enumerate(table.columns):
+        cells = [cells[index] for cells, _ in table.rows]
+        longest = max(map(len, [*name.split(" ["), *cells]))
+        # Rich puts a space on both sides of a cell, and one between columns.
+        needed += 3 + (longest if name in whole else min(longest, FOLDED_WIDTH))
+    return needed <= width
+
+
+def records(table: Table) -> list[Table]:
+    """Return the rows of a table as tables of their own, with a line for each column."""
+    found = []
+    for cells, style in table.rows:
+        record = Table((table.columns[0], cells[0]), words=(table.columns[0],))
+        for name, cell in zip(table.columns[1:], cells[1:], strict=True):
+            add_row(record, name, cell, style=style)
+        found.append(record)
+    return found
 
 
 def _plain_lines(table: Table) -> list[str] | None:

@@ -8,24 +8,6 @@ ROWS_AT_ONCE = 128
 """Rows of samples that are searched at once, so that they stay in the processor's cache."""
 
 
-def signed_peak(times: Array, values: Array, rates: Array) -> float:
-    """Return the value farthest from zero of the cubic Hermite interpolant of the samples.
-
-    Without interpolation, the time of a peak would be wrong by up to half a sampling interval. The
-    error of the interpolant is h⁴/384 times the fourth derivative.
-
-    Args:
-        times: Shape (n,), s, ascending.
-        values: Shape (n,).
-        rates: The derivatives of the values, shape (n,), 1/s times their unit.
-
-    Returns:
-        The value with its sign; NaN if a value is NaN.
-    """
-    candidates = np.concatenate([values, _turning_values(np.diff(times), values, rates)])
-    return float(candidates[np.abs(candidates).argmax()])
-
-
 def indices_of_largest(values: Array) -> Array:
     """Return the index of the value farthest from zero, or of the first NaN, on the last axis."""
     rows = values.reshape(-1, values.shape[-1])
@@ -69,13 +51,6 @@ def peaks_at_samples(
     chosen = farthest[..., np.newaxis]
     peak, when = (np.take_along_axis(array, chosen, -1)[..., 0] for array in (candidates, instants))
     return peak, when
-
-
-def _turning_values(h: Array, values: Array, rates: Array) -> Array:
-    """Return the values at the turning points of the cubics inside their intervals."""
-    points = _turning_points(h, values[:-1], values[1:], rates[:-1], rates[1:])
-    turning = np.concatenate([value for _, value in points])
-    return turning[np.isfinite(turning)]
 
 
 def _turning_points(

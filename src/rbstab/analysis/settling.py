@@ -10,6 +10,17 @@ SETTLED_FRACTION = 1e-3
 SETTLED_ANGLE = 0.1
 """rad: at the end, the angles of a motion that has settled are this close to those at rest."""
 
+LAST_PART = 0.1
+"""The last part of a run, in which v of a motion that comes to rest still falls."""
+
+LEAST_FALL = 1e-3
+"""The fraction of v by which it falls there, at least: else it would last a hundred such runs until
+v has fallen to a third."""
+
+MOVING = 0.01
+"""The kinetic energy of a body that moves, relative to v, at least. In an oscillation the largest
+is v itself; in a rotation at a constant rate v is kinetic energy alone."""
+
 ROUND_OFF = 1e-9
 """v may be this far below zero, relative to the largest |v|: it is a sum of larger energies, and so
 it has round-off."""
@@ -41,6 +52,26 @@ def settling_times(
         settling = np.maximum(settling, _last_supplied(times, value, supplied, bound))
     at_rest = ends_near_rest(value[:, -1], np.abs(value).max(axis=1), from_rest)
     return np.where(np.isfinite(value).all(axis=1) & at_rest, settling, np.nan)
+
+
+def moves_on(times: Array, value: Array, kinetic: Array) -> bool:
+    """Return whether the body moves on without damping: v stays, and is not that of a body at rest.
+
+    A body may move in a direction that nothing damps, with a v that is small but does not fall. One
+    that is held away from the rest state, such as by a sliding connector, has a v that does not
+    fall either, but no kinetic energy.
+
+    Args:
+        times: Shape (n,), s.
+        value: v, shape (n,), J.
+        kinetic: The kinetic energy, shape (n,), J.
+    """
+    begin = times[-1] - LAST_PART * (times[-1] - times[0])
+    before, end = float(np.interp(begin, times, value)), float(value[-1])
+    if not end > ROUND_OFF * float(np.abs(value).max()):
+        return False
+    is_moving = float(kinetic[times >= begin].max()) >= MOVING * before
+    return is_moving and before - end < LEAST_FALL * before
 
 
 def _last_supplied(times: Array, value: Array, supplied: Array, bound: Array) -> Array:

@@ -13,7 +13,13 @@ from typing import Any
 import yaml
 from yaml.reader import Reader
 
-from rbstab.config.errors import MAX_PROBLEMS, ConfigError, ConfigProblem, Location
+from rbstab.config.errors import (
+    MAX_PROBLEMS,
+    ConfigError,
+    ConfigProblem,
+    Location,
+    closest,
+)
 from rbstab.files.regular_file import open_regular
 
 Path = tuple[str | int, ...]
@@ -23,6 +29,9 @@ BYTE_ORDER_MARK = "\ufeff"
 
 MAX_FILE_SIZE = 1 << 20
 """Largest size of a file, bytes."""
+
+YAML = (".yaml", ".yml")
+"""Endings of YAML files."""
 
 MAX_DEPTH = 16
 """Largest depth of nested mappings and lists."""
@@ -106,7 +115,10 @@ def read_text(path: FilePath) -> str:
             raw = file.read(MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise _config_error(Location(name), f"cannot be read: {reason}", "a YAML file") from error
+        hint = _near_name(path) if isinstance(error, FileNotFoundError) else ""
+        raise _config_error(
+            Location(name), f"cannot be read: {reason}", f"a YAML file{hint}"
+        ) from error
     if len(raw) > MAX_FILE_SIZE:
         raise _config_error(Location(name), "is larger than 1 MiB", "a config of a few kilobytes")
     try:
@@ -116,6 +128,18 @@ def read_text(path: FilePath) -> str:
         raise _config_error(
             _location_after(before, name), f"is not text: byte 0x{raw[error.start]:02x}", "UTF-8"
         ) from error
+
+
+def _near_name(path: FilePath) -> str:
+    """Return a hint for a file that does not exist: one with a similar name, or where to begin."""
+    try:
+        names = {file.stem: file for file in sorted(path.parent.iterdir()) if file.suffix in YAML}
+    except OSError:
+        names = {}
+    near = closest(path.stem, names)
+    if near is None:
+        return "; `rbstab init` writes a first one, `rbstab examples` lists others"
+    return f"; did you mean {names[near]}?"
 
 
 def parse_source(text: str, name: str, column_offset: int = 0) -> Source:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.analysis.linearisation import Linearisation, NoDerivativesError, linearise
+from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.proof import start_level, start_state
-from rbstab.experiment.robust.sentences import rounded_down
 from rbstab.experiment.stored_proof.proof import (
     GOES_ON,
     NO_LENGTH,

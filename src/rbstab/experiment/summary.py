@@ -13,7 +13,7 @@ from rbstab.analysis.peak_search import (
     find_peaks,
     peaks_of_cubics,
 )
-from rbstab.analysis.settling import settling_times
+from rbstab.analysis.settling import moves_on, settling_times
 from rbstab.experiment.convergence.enclosed_samples import GROUP
 from rbstab.mechanics.attitude import rate_matrix
 from rbstab.mechanics.numbers import Array
@@ -24,6 +24,9 @@ RESOLVED = 0.01
 
 ROUND_OFF = 1e-9
 """A quantity is constant if between samples it changes by at most this times its largest value."""
+
+KINETIC = "kinetic"
+"""The name of the kinetic energy among the parts of the energy of a result."""
 
 NEIGHBOURS = 3
 """Samples on each side of those where |θ2| may be largest: a turning point is interpolated through
@@ -165,11 +168,17 @@ def lyapunov_function_of(result: Result) -> Array:
     return v + work if np.array_equal(connector, -work) else v
 
 
+def stores_v_minus_work(result: Result) -> bool:
+    """Return whether a result stores v - ε in place of v (on s = F + κE)."""
+    return not np.array_equal(lyapunov_function_of(result), result["lyapunov"], equal_nan=True)
+
+
 def settling_time_of(result: Result) -> float:
     """Return the time from which v stays below v(0)/1000, s; NaN if the run has not settled.
 
-    If inputs supply power, the largest v takes the place of v(0). Then v may have been above this
-    bound within the interval before that time: by what was supplied there.
+    It has not if the body moves on without damping, however small v is. If inputs supply power,
+    the largest v takes the place of v(0). Then v may have been above this bound within the interval
+    before that time: by what was supplied there.
     """
     with np.errstate(all="ignore"):
         v, last = lyapunov_function_of(result), result["orientation"][-1]
@@ -179,7 +188,16 @@ def settling_time_of(result: Result) -> float:
         away = (last - rest)[np.newaxis]
         supplied = result["supplied_energy"][np.newaxis] if is_driven(result) else None
         found = settling_times(result["time"], v[np.newaxis], away, supplied)
-    return float(found[0])
+    return np.nan if moves_on_in(result) else float(found[0])
+
+
+def moves_on_in(result: Result) -> bool:
+    """Return whether the body of a run moves on without damping, see `moves_on`."""
+    parts = result["part"].tolist()
+    if is_driven(result) or KINETIC not in parts:
+        return False
+    kinetic = result["energy"][:, parts.index(KINETIC)]
+    return moves_on(result["time"], lyapunov_function_of(result), kinetic)
 
 
 def is_driven(result: Result) -> bool:

@@ -3,8 +3,8 @@
 from enum import StrEnum
 from pathlib import Path
 
+from rbstab.config.source import YAML
 from rbstab.experiment.proof_cache import PROOFS
-from rbstab.report.reading.not_results import YAML
 from rbstab.store.disk.existence import path_exists
 from rbstab.store.shard_file import SHARD_SUFFIX
 from rbstab.sweep.folder.manifest import MANIFEST

@@ -18,9 +18,19 @@ def refused(path):
 def test_missing(tmp_path):
     path = tmp_path / "no.yaml"
     assert refused(path) == (
-        f"{path}:1:1: cannot be read: No such file or directory (expected a YAML file)"
+        f"{path}:1:1: cannot be read: No such file or directory (expected a YAML file; "
+        "`rbstab init` writes a first one, `rbstab examples` lists others)"
     )
     assert refused(str(path)) == refused(path)
+    assert "`rbstab init`" in refused(tmp_path / "no folder" / "no.yaml")
+
+
+@pytest.mark.parametrize("wrong", ["experimnt.yaml", "Experiment.yml", "experiment", "exper.yaml"])
+def test_missing_beside_a_file_with_a_similar_name(tmp_path, wrong):
+    for name in ("experiment.yaml", "sweep.yaml", "experiment.txt"):
+        (tmp_path / name).touch()
+    assert f"; did you mean {tmp_path / 'experiment.yaml'}?)" in refused(tmp_path / wrong)
+    assert "`rbstab init`" in refused(tmp_path / "nothing.yaml")
 
 
 def test_directory(tmp_path):

@@ -114,7 +114,7 @@ KEY = "elements.a.signal.file"
             "t,s\n0,1\n1,x\n2,1,3\n3,nan\n2,1_0\n",
             [
                 f"3:3: {KEY}: is the text 'x' (expected a finite number)",
-                f"4:1: {KEY}: has 3 columns (expected two: a time, s, and a value)",
+                f"4:1: {KEY}: has 3 columns (expected two: a time, s, then a comma and a value)",
                 f"5:3: {KEY}: is the text 'nan' (expected a finite number)",
                 f"6:3: {KEY}: is the text '1_0' (expected a finite number)",
             ],
@@ -124,6 +124,17 @@ KEY = "elements.a.signal.file"
             [
                 f"2:1: {KEY}: is the text 't' (expected a finite number)",
                 f"4:1: {KEY}: is the time 0.25 s after 0.5 s (expected times that do not fall)",
+            ],
+        ),
+        (
+            "0;1\n" * 300,
+            [
+                *(
+                    f"{line}:1: {KEY}: has 1 column (expected two: a time, s, then a comma and a "
+                    "value)"
+                    for line in range(1, 11)
+                ),
+                f"11:1: {KEY}: is the first of 290 more wrong rows",
             ],
         ),
         ("0,1\n" * 10_001, [f"1:1: {KEY}: has 10001 rows (expected at most 10000)"]),

@@ -14,6 +14,7 @@ from rbstab.experiment.answers.words import MEANINGS, Sureness, word_of
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_certificate import CertificateLine
+from rbstab.experiment.summary import settling_time_of
 
 PERMANENT = {
     "schema_version": 1,
@@ -67,6 +68,36 @@ def test_a_start_outside_is_seen_until_its_motion_is_enclosed():
     proved, _ = answer_of(result, proof)
     assert proved.sureness is Sureness.PROVED
     assert "certified region from t = 0." in proved.sentence
+
+
+FREE_TO_TURN = {
+    "schema_version": 2,
+    "body": {"mass": 10.0, "inertia": [1.0, 1.0, 1.0], "contact_point": [0, 0, 0.5]},
+    "gravity": [0, 0, 0],
+    "elements": {
+        "foot": {
+            "kind": "visco-elastic",
+            "point": [0, 0, 0],
+            "anchor": [0, 0, 0],
+            "K_c": [1000, 1000, 1000],
+            "L_c": [150, 150, 150],
+        }
+    },
+    "initial": {"position": [0.3, 0.1, 0]},
+    "integration": {"duration": 5.0, "samples": 101},
+}
+"""A body that a damped spring holds at its centre of gravity: nothing damps a rotation."""
+
+
+@pytest.mark.parametrize(("spin", "sureness"), [(0.2, Sureness.NOT_DECIDED), (0.0, Sureness.SEEN)])
+def test_a_motion_that_nothing_damps_was_not_seen_at_rest(spin, sureness):
+    """½ 1 kg m² (0.2 rad/s)² = 0.02 J of the 50 J at the start stay for ever."""
+    config = rbstab.load_config(FREE_TO_TURN, [f"initial.angular_velocity=[0, 0, {spin}]"])
+    result = rbstab.simulate(config)
+    this_start, _ = answer_of(result)
+    assert this_start.sureness is sureness
+    assert ("moves on without damping at t = 5 s" in this_start.sentence) == (spin > 0)
+    assert math.isnan(settling_time_of(result)) == (spin > 0)
 
 
 def test_without_a_proof_nothing_is_proved():

@@ -55,7 +55,8 @@ def report_sweep(
     }
     if summary.convergence:
         counts = (f"{count} {word}" for word, count in summary.convergence.items())
-        rows["convergence to a rest state"] = ", ".join(counts)
+        # Proofs made after the sweep was gathered are counted below the table.
+        rows["convergence to a rest state, as gathered"] = ", ".join(counts)
     if sweep.comparison is not None and sweep.comparison.members:
         rows["rerun with scipy"] = f"{len(sweep.comparison.members)} members, {_differences(sweep)}"
     _print_rows(rows)

@@ -6,9 +6,10 @@ So a config holds all its numbers, and neither its identity nor a stored run dep
 import csv
 import hashlib
 import math
+from dataclasses import replace
 from typing import Any
 
-from rbstab.config.errors import MAX_PROBLEMS, ConfigProblem, Location
+from rbstab.config.errors import ConfigProblem, Location
 from rbstab.config.inputs.signals import MAX_ROWS
 from rbstab.config.messages import describe
 from rbstab.config.source import BYTE_ORDER_MARK, MAX_FILE_SIZE, Path, Source, key_of
@@ -16,6 +17,9 @@ from rbstab.files.regular_file import open_regular
 
 COLUMNS = 2
 """A row of a table: a time, s, and a value."""
+
+MAX_REPORTED = 10
+"""The most wrong rows of a table that are reported one by one; the others are counted."""
 
 _EXPECTED = "expected a CSV file of times, s, and values"
 
@@ -72,7 +76,8 @@ def _rows(text: str, name: str, key: str) -> tuple[list[tuple[float, float]], li
             continue
         numbers = [_number(entry) for entry in entries]
         if len(entries) != COLUMNS:
-            report(line, 1, f"has {len(entries)} columns", "expected two: a time, s, and a value")
+            columns = "1 column" if len(entries) == 1 else f"{len(entries)} columns"
+            report(line, 1, f"has {columns}", "expected two: a time, s, then a comma and a value")
         elif None not in numbers:
             rows.append((numbers[0], numbers[1]))  # type: ignore[arg-type]
             if len(rows) > 1 and rows[-1][0] < rows[-2][0]:
@@ -84,13 +89,20 @@ def _rows(text: str, name: str, key: str) -> tuple[list[tuple[float, float]], li
             column = 1 + sum(len(entry) + 1 for entry in row[:index])
             report(line, column, f"is {describe(entries[index])}", "expected a finite number")
         is_first = False
-        if len(problems) >= MAX_PROBLEMS:
-            break
     if not rows and not problems:
         report(1, 1, "has no row of numbers", _EXPECTED)
     if len(rows) > MAX_ROWS:
         report(1, 1, f"has {len(rows)} rows", f"expected at most {MAX_ROWS}")
-    return rows, problems
+    return rows, _first_ones(problems)
+
+
+def _first_ones(problems: list[ConfigProblem]) -> list[ConfigProblem]:
+    """Return the first problems of a table, and one that counts the others."""
+    more = len(problems) - MAX_REPORTED
+    if more <= 1:
+        return problems
+    found = f"is the first of {more} more wrong rows"
+    return [*problems[:MAX_REPORTED], replace(problems[MAX_REPORTED], problem=found, expected="")]
 
 
 def _number(text: str) -> float | None:

@@ -8,6 +8,7 @@ from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
+from rbstab.experiment.answers.rounded import rounded_down, rounded_up
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import (
     ASK_FOR_PROOF,
@@ -23,7 +24,7 @@ from rbstab.experiment.run_certificate import (
     proved_checks,
 )
 from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
-from rbstab.experiment.summary import lyapunov_function_of, settling_time_of
+from rbstab.experiment.summary import lyapunov_function_of, moves_on_in, settling_time_of
 from rbstab.integrate.status import RunStatus
 from rbstab.store.result import Result
 
@@ -131,7 +132,7 @@ def _proved(found: Convergence, count: int | None) -> str:
     if found.energy is None or found.bound is None or not found.time:
         where = "it starts inside the certified region"
     else:
-        where = f"it is inside the certified region from t = {found.time:.4g} s on"
+        where = f"it is inside the certified region from t = {rounded_up(found.time)} s on"
     return f"the exact motion converges to {which}: {where}"
 
 
@@ -171,9 +172,14 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
     else:
         v = lyapunov_function_of(result)
         begin, last = float(v[0]), float(v[-1])
+        still = f"; it is not at rest by t = {end:.4g} s"
+        if moves_on_in(result):
+            still = (
+                f", where it no longer falls: the body moves on without damping at t = {end:.4g} s"
+            )
         why = (
             f"the Lyapunov function v fell from {begin:.4g} J to {last:.4g} J along the computed "
-            f"run; it is not at rest by t = {end:.4g} s"
+            f"run{still}"
         )
     return Answer(Sureness.NOT_DECIDED, why)
 
@@ -183,9 +189,10 @@ def _why_not_proved(found: Convergence | None, region: CertificateLine | None) -
         return f"there is no proof; {ASK_FOR_PROOF} makes it"
     margin = ""
     if region is not None and region.bound > 0 and region.value >= region.bound:
+        level = rounded_down(region.bound, 4)
         margin = (
-            f"v(0) = {region.value:.4g} J is not below c* = {region.bound:.4g} J, the level of "
-            f"the certified region; "
+            f"v(0) = {region.value:.4g} J is not below c* = {level} J, the level of the certified "
+            f"region; "
         )
         if found.enclosed is Enclose.NOTHING:
             return f"{margin}{ASK_FOR_PROOF} follows the exact motion"

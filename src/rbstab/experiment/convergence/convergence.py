@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from typing import Any
 
+from rbstab.experiment.answers.rounded import rounded_down, rounded_up
+
 METHOD_VERSION = 1
 """To be increased when a change of the method changes what it proves."""
 
@@ -128,8 +130,10 @@ class Convergence:
         if self.bound == math.inf:
             found = f"converges to rest state {self.rest_state}: proved; {EVERY_START}"
             return f"{found}{effort}{why}"
-        values = f"v = {middle:.6g} J < {self.bound:.6g} J, known to {_rounded_up(spread)} J"
-        begin = "from the start" if self.time == 0 else f"from t = {self.time:.4g} s"
+        values = (
+            f"v = {middle:.6g} J < {rounded_down(self.bound)} J, known to {rounded_up(spread, 1)} J"
+        )
+        begin = "from the start" if self.time == 0 else f"from t = {rounded_up(self.time)} s"
         return (
             f"converges to rest state {self.rest_state}: proved; "
             f"it is inside the certified region {begin} ({values}){effort}{why}"
@@ -146,15 +150,6 @@ class Convergence:
             "why": self.why,
             "steps": self.steps,
         }
-
-
-def _rounded_up(number: float) -> str:
-    """Return a number with one digit that is not below it."""
-    digits = f"{number:.0e}"
-    if float(digits) >= number:
-        return digits
-    exponent = int(digits.partition("e")[2])
-    return f"{float(digits) + 10.0**exponent:.0e}"
 
 
 def convergence_attributes(found: Convergence) -> Attributes:

@@ -1,10 +1,10 @@
 """Sentences on what is proved for all bodies within tolerances."""
 
-import math
 from collections.abc import Sequence
 from fractions import Fraction
 
 from rbstab.config.tolerances import decimal_text
+from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.robust.largest import Largest
 from rbstab.experiment.robust.record import BodiesRecord
 
@@ -93,12 +93,6 @@ def tolerance_names(texts: Sequence[str]) -> str:
         percent = " %" if size.endswith("%") else ""
         found.append(f"{key} ±{size.rstrip('%')}{percent}")
     return ", ".join(found)
-
-
-def rounded_down(number: float, digits: int = 6) -> str:
-    """Return a positive number with some significant digits, rounded down."""
-    scale = 10.0 ** (digits - 1 - math.floor(math.log10(number)))
-    return f"{math.floor(number * scale) / scale:.{digits}g}"
 
 
 def _count(number: int, one: str, many: str = "") -> str:

@@ -4,7 +4,7 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from decimal import Decimal
 from functools import partial
 from typing import Any
 
@@ -16,6 +16,7 @@ from rbstab.config.load import initial_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
 from rbstab.config.user_code.permission import without_code
+from rbstab.experiment.answers.rounded import LEVEL_DIGITS, rounded_down, rounded_up
 from rbstab.experiment.convergence.convergence import EVERY_START, PROVED
 from rbstab.experiment.proof import proof_id
 from rbstab.experiment.robust.record import StoredTolerance
@@ -76,23 +77,23 @@ class StartsProof(_Model):
     def sentence(self) -> str:
         """What is proved, in words without a full stop."""
         if not self.proved:
-            percent = _four_digits(Decimal(self.fraction) * 100, ROUND_FLOOR)
+            percent = rounded_down(Decimal(self.fraction) * 100, 4)
             share = f"proved for {percent} % of them; " if self.parts else ""
             return f"convergence is not decided; {share}{self.why}"
         states = " or ".join(map(str, self.rest_states))
         inside = "inside the certified region from the start"
         if self.time > 0:
-            latest = _four_digits(Decimal(self.time), ROUND_CEILING)
+            latest = rounded_up(self.time)
             inside = f"inside the certified region from t = {latest} s at the latest"
         if self.bound == math.inf:
             inside = EVERY_START
         _, high = self.energy
         # Parts that reach different regions may have a v above the lowest of their levels.
-        level = f" < {self.bound:.6g} J" if high < self.bound < math.inf else ""
+        level = f" < {rounded_down(self.bound)} J" if high < self.bound < math.inf else ""
         effort = f"{len(self.parts)} part{'s' if len(self.parts) > 1 else ''}, {self.steps} steps"
         return (
             f"the motion converges to rest state {states}, {PROVED}; {inside} (v at most "
-            f"{high:.6g} J{level}), {effort}, {self.seconds:.1f} s"
+            f"{rounded_up(high, LEVEL_DIGITS)} J{level}), {effort}, {self.seconds:.1f} s"
         )
 
     @property
@@ -116,10 +117,6 @@ class StartsProof(_Model):
         """Return the entries of its JSON."""
         found = self.model_dump(mode="json", exclude={"id", "version", "seconds"})
         return {"proved": self.proved, "rest_states": list(self.rest_states), **found}
-
-
-def _four_digits(number: Decimal, rounding: str) -> str:
-    return f"{float(Context(prec=4, rounding=rounding).plus(number)):.4g}"
 
 
 def bounds_of(tolerances: Sequence[Tolerance]) -> tuple[StoredTolerance, ...]:

@@ -35,12 +35,15 @@ class RunOutcome(NamedTuple):
         largest_pitch: The largest |θ2|, rad.
         settling_time: The time after which v stays below v(0)/1000, s; NaN if it does not.
         largest_couple: The largest couple of the guard, N m; 0 without one.
+        pitch_resolved: Whether the samples show the largest |θ2|; otherwise the true one, and with
+            it the couple, may be larger.
     """
 
     status: RunStatus
     largest_pitch: float
     settling_time: float
     largest_couple: float
+    pitch_resolved: bool = True
 
 
 def outcome_of(result: Result, config: Config, name: str) -> RunOutcome:
@@ -54,9 +57,12 @@ def outcome_of(result: Result, config: Config, name: str) -> RunOutcome:
     v = lyapunov_function_of(result)
     from_rest = result["orientation"][-1] - result["rest_orientation"]
     settled = settling_times(result["time"], v[np.newaxis], from_rest[np.newaxis])
-    pitch = summary_of(result).largest_pitch
+    summary = summary_of(result)
+    pitch = summary.largest_pitch
     couple = couple_at(config, name, pitch) if name in config.elements else 0.0
-    return RunOutcome(RunStatus(result.status), pitch, float(settled[0]), couple)
+    return RunOutcome(
+        RunStatus(result.status), pitch, float(settled[0]), couple, summary.pitch_resolved
+    )
 
 
 def couple_at(config: Config, name: str, pitch: float) -> float:

@@ -53,7 +53,8 @@ class SoftlyGuarded(NamedTuple):
         strength: k, N m/rad, or K, N m; 0 if none is needed, None if there is none.
         kept: What is proved of the start; None without a guard.
         reason: Why there is no guard; empty if there is one.
-        limit_kept: Whether the couple stays below the limit in the run; None without a limit.
+        limit_kept: Whether the couple is known to stay below the limit in the run; None without a
+            limit.
         couple_bound: A bound of the couple while the range is kept, N m; None without a guard.
         given: The run of the given config.
         guarded: The run of the config with the guard; None without one.
@@ -108,6 +109,7 @@ def soft_guard(
     guard = {"kind": "guard", "method": method, **gains}
     guarded = with_guard(config, guard, _is_soft)
     outcome = outcome_of(simulate(guarded), guarded, name)
+    bound = couple_bound(method, strength, soft_angle)
     reason = "the run leaves the range numerically (integration.range_bound)"
     if outcome.status is not RunStatus.RANGE_LEFT:
         reason = ""
@@ -116,11 +118,19 @@ def soft_guard(
         strength,
         found,
         reason,
-        None if limit is None else outcome.largest_couple <= limit,
-        couple_bound(method, strength, soft_angle),
+        None if limit is None else _keeps(outcome, bound, limit),
+        bound,
         given,
         outcome,
     )
+
+
+def _keeps(outcome: RunOutcome, bound: float, limit: float) -> bool:
+    """Return whether the couple of a run is known to stay below a limit: by proof, or as seen.
+
+    It is seen only where the samples show the largest |θ2|.
+    """
+    return bound <= limit or (outcome.pitch_resolved and outcome.largest_couple <= limit)
 
 
 def _is_soft(element: dict[str, Any]) -> bool:

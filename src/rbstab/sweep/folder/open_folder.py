@@ -343,7 +343,7 @@ def _move_aside(path: Path) -> Path:
     except NotAResultError:
         suffix = "damaged"
     names = [path.with_name(f"{path.name}.{suffix}")]
-    while names[-1].exists():
+    while path_exists(names[-1]):
         names.append(path.with_name(f"{path.name}.{suffix}-{len(names)}"))
     try:
         return path.rename(names[-1])

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.elements import declarations_of
-from rbstab.config.errors import ConfigProblem, Location, closest_keys
+from rbstab.config.errors import ConfigProblem, Location, closest, closest_keys
 from rbstab.config.messages import describe
 from rbstab.config.overrides import parse_key
 from rbstab.config.schema import Config
@@ -129,15 +129,34 @@ def _is_attached(plan: Plan) -> bool:
 
 
 def _hint(plan: Plan, varied: VariedKey) -> str:
+    """Return what is expected of a key that no base has: a similar key that can vary."""
     known = {
         key_of(path)
         for template in plan.templates.values()
         for section in VARIED_SECTIONS
         if section in template
         for path in _paths(template[section], (section,))
+        if _has_numbers(value_at(template, path))
     }
-    close = closest_keys(varied.key, sorted(known))
+    element = f"{key_of(varied.path[:2])}." if varied.path[0] == "elements" else None
+    own = sorted(key for key in known if element is not None and key.startswith(element))
+    # The keys of another element are no help if the base has the element that was named.
+    close = closest_keys(varied.key, own or sorted(known))
+    wholes = [key for key in own if "[" not in key]
+    if wholes and not _names_agree(varied.key, close):
+        return f"expected one of {', '.join(wholes)}"
     return f"did you mean {' or '.join(close)}?" if close else "expected a key of the config"
+
+
+def _names_agree(key: str, close: list[str]) -> bool:
+    """Whether the close keys are close by their last names, and not only as whole texts."""
+    names = {other.rpartition(".")[2] for other in close}
+    return closest(key.rpartition(".")[2], names) is not None
+
+
+def _has_numbers(value: Any) -> bool:
+    """Whether a value is a number, a vector or a matrix."""
+    return all(map(_has_numbers, value)) if isinstance(value, list) else _is_number(value)
 
 
 def _paths(value: Any, path: Path) -> Iterator[Path]:

@@ -1,0 +1,24 @@
+"""Numbers of proofs as text: rounded to the side on which the statement stays true."""
+
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+
+LEVEL_DIGITS = 6
+"""Significant digits of an energy."""
+
+TIME_DIGITS = 4
+"""Significant digits of a time."""
+
+
+def rounded_down(number: float | Decimal, digits: int = LEVEL_DIGITS) -> str:
+    """Return a number with some significant digits that is not above it: what is below holds."""
+    return _rounded(number, digits, ROUND_FLOOR)
+
+
+def rounded_up(number: float | Decimal, digits: int = TIME_DIGITS) -> str:
+    """Return a number with some significant digits that is not below it: what is after holds."""
+    return _rounded(number, digits, ROUND_CEILING)
+
+
+def _rounded(number: float | Decimal, digits: int, rounding: str) -> str:
+    rounded = Context(prec=digits, rounding=rounding).plus(Decimal(number))
+    return f"{float(rounded):.{digits}g}"

@@ -1,6 +1,7 @@
 """Tables of docs/sliding.md, as `make figures` prints them."""
 
 from collections.abc import Callable, Iterator
+from statistics import median
 
 import numpy as np
 from sliding_runs import (
@@ -124,18 +125,24 @@ def work_table() -> Table:
 
 def sticking_table() -> Table:
     """Return the times, energy losses and final states of sticking on s = E."""
-    table = [("stick_energy (J)", "stuck from (s)", "discarded_energy (J)", "Θ(2) (10⁻³ rad)")]
+    table = [
+        (
+            *("stick_energy (J)", "stuck from (s)", "median (s)"),
+            *("discarded_energy (J)", "median of Θ(2) (10⁻³ rad)"),
+        )
+    ]
     ends = []
     for bound in BOUNDS:
-        runs = [sticking_at(bound, start) for start in STARTS]
+        runs = sticking_at(bound)
         times = [stuck_from(result) for result in runs]
-        discarded = f"~ {runs[0]['discarded_energy'][-1]:.3g}"
+        discarded = median(result["discarded_energy"][-1] for result in runs)
         ends.append([result["orientation"][-1] for result in runs])
-        span_of_times = f"~ {min(times):.2f} to {max(times):.2f}"
-        table.append((f"{bound}", span_of_times, discarded, f"~ {in_thousandths(ends[-1][0])}"))
+        cells = f"{min(times):.2f} to {max(times):.2f}", f"{median(times):.2f}", f"{discarded:.3g}"
+        row = (*cells, in_thousandths(np.median(ends[-1], axis=0)))
+        table.append((f"{bound}", *(f"~ {cell}" for cell in row)))
     for what, axis in (("bounds, same start", 0), ("starts, same bound", 1)):
         apart = 1e3 * np.ptp(ends, axis=axis).max()
-        table.append((f"largest difference between {what}", "-", "-", f"~ {apart:.2f}"))
+        table.append((f"largest difference between {what}", *"---", f"~ {apart:.2f}"))
     return table
 
 

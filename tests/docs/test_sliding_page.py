@@ -163,21 +163,29 @@ def test_work_on_the_slope(tables):
 
 @pytest.mark.slow
 def test_sticking(tables):
-    """Beyond `trusted_until`: the test demands only the conclusions of the page."""
+    """Beyond `trusted_until`: the test demands only the conclusions of the page.
+
+    Medians of twenty starts differ little between two sets of starts; the last to stick is one of
+    the few late ones.
+    """
     *rows, bounds, starts = rows_of_page_and_program(tables.sticking_table())
     for row, fresh in rows:
         bound = float(row[0])
         for values in (row, fresh):
-            assert 0.8 * bound < numbers(values[2])[0] < 1.05 * bound
+            assert 0.98 * bound < numbers(values[3])[0] < 1.01 * bound
         (low, high), (least, most) = numbers(row[1]), numbers(fresh[1])
-        assert low / 2 < least
-        assert most < high * 2
-        assert np.abs(np.subtract(numbers(fresh[3]), numbers(row[3]))).max() < 1
-    # The page claims less than 1e-4 rad, and less than between initial states. Others agree on
-    # 1e-3 rad.
-    assert numbers(bounds[0][3])[0] < 0.1
-    assert numbers(bounds[0][3])[0] < numbers(starts[0][3])[0]
-    assert max(numbers(bounds[1][3])[0], numbers(starts[1][3])[0]) < 1
+        assert least == pytest.approx(low, rel=0.2)
+        assert most < 2
+        assert numbers(fresh[2]) == pytest.approx(numbers(row[2]), rel=0.25)
+        assert low < numbers(row[2])[0] < high
+        assert np.abs(np.subtract(numbers(fresh[4]), numbers(row[4]))).max() < 0.2
+    medians = [numbers(fresh[2])[0] for _, fresh in rows]
+    assert medians == sorted(medians)
+    # In 1e-3 rad: the page claims at most 0.3, and no more than between starts. Another set of
+    # starts may have a larger extreme.
+    assert numbers(bounds[0][4])[0] < 0.3
+    assert numbers(bounds[0][4])[0] < numbers(starts[0][4])[0]
+    assert max(numbers(bounds[1][4])[0], numbers(starts[1][4])[0]) < 1
 
 
 def test_sticking_by_implicit_steps(tables):
@@ -209,7 +217,9 @@ def test_laws_side_by_side(tables):
         exact_digits = row[4] == "2"
         assert (row[2] == "never") == (new[2] == "never")
         if row[2] != "never":
-            assert float(row[2]) == pytest.approx(float(new[2]), rel=0.01 if exact_digits else 0.5)
+            # The exact law on s = E sticks at 0.53 to 1.31 s, by the last digit of the start.
+            factor = 1.01 if exact_digits else 3
+            assert 1 / factor < float(row[2]) / float(new[2]) < factor
         apart = np.abs(np.subtract(numbers(row[5]), numbers(new[5]))).max()
         assert apart < (0.002 if exact_digits else 1)
         if exact_digits:

@@ -59,9 +59,13 @@ def test_paper_s_body_is_stuck_from():
 
 @pytest.mark.slow
 def test_paper_s_body_sticks_far_later_with_finer_steps():
-    """Another program gives 0.98 s; the motion until then is chaotic, and so is the time."""
-    run = solve_sliding("heyoka", paper_problem(20000, duration=1.3, samples=14, step=1e-6))
-    assert 0.7 < run.switches.transitions[-1][0] < 1.3
+    """Another program gives 0.98 s.
+
+    The motion until then is chaotic: seven starts that differ in the last digit of one number stick
+    at 0.96 to 1.53 s. At 0.6 s the paper's axes stuck long ago with a step of 1e-3 s.
+    """
+    run = solve_sliding("heyoka", paper_problem(20000, duration=0.6, samples=7, step=1e-6))
+    assert run.switches.modes[-1].any()
 
 
 @pytest.mark.parametrize("h", [1e-3, 1e-4])

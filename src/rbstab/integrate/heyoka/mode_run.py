@@ -4,7 +4,6 @@ The modes are `par[]`: one compilation serves all modes. Each event function of 
 terminal event, so a step ends at the first switch in it. Then the driver sets the modes.
 """
 
-import math
 from bisect import bisect_right
 from typing import Any
 
@@ -115,12 +114,6 @@ def _is_long(system: System, modes: int) -> bool:
     return has_stop and (modes > 2 or system.coordinates.name == "manifold")
 
 
-def _lowest(margins: Array) -> float:
-    """Return the least margin, apart from NaN; a few floats are compared faster than an array."""
-    lowest = min(margins.tolist())
-    return float(np.fmin.reduce(margins)) if math.isnan(lowest) else lowest
-
-
 def compiled_modes(system: System, tolerance: float) -> CompiledModes:
     """Return the equations of a system's structure and zeros, compiled once in each thread."""
     named = parameters(system)
@@ -229,7 +222,7 @@ class HeyokaModeRun:
                 raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
             if self.phase.rests:
                 integrator.state[:] = self.phase.on_stop(integrator.state.copy())
-            if event is not None or self.lowest < 0:
+            if event is not None or self.least_margin < 0:
                 self._switch()
             if self.breakpoints and self.breakpoints[0] - integrator.time < self._spacing:
                 self._begin_leg(self.breakpoints.pop(0))
@@ -275,9 +268,8 @@ class HeyokaModeRun:
             if outcome == NOT_FINITE:
                 set_motion(integrator, begin, state)
                 raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
-            self.margins = phase.margins(self._state, integrator.time)
-            self.lowest = _lowest(self.margins)
-            shorter = shortened(made) if self.lowest < -MISSED else None
+            self.least_margin = phase.least_margin(self._state, integrator.time)
+            shorter = shortened(made) if self.least_margin < -MISSED else None
             if self.muted:
                 shorter = self._muted_switch(begin, state, shorter)
             if shorter is None:
@@ -364,14 +356,14 @@ class HeyokaModeRun:
         """
         integrator = self.integrator
         set_state(integrator, state)
-        self.margins = self.phase.margins(state, integrator.time)
-        self.lowest = _lowest(self.margins)
-        self.offsets[np.abs(self.margins) <= MISSED] = MUTED
+        margins = self.phase.margins(state, integrator.time)
+        self.offsets[np.abs(margins) <= MISSED] = MUTED
         self._set_parameters()
 
     def _unmute(self) -> None:
         """Let event functions be found again that have left zero."""
-        self.offsets[np.abs(self.margins) > MISSED] = 0.0
+        margins = self.phase.margins(self._state, self.integrator.time)
+        self.offsets[np.abs(margins) > MISSED] = 0.0
         self._set_parameters()
 
     def _set_parameters(self) -> None:

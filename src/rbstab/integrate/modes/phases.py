@@ -4,6 +4,8 @@ The margin of a mode is its event function if the mode is 1, and minus that if i
 positive as long as the mode is the right one; where it falls to zero, the mode switches.
 """
 
+import math
+import operator
 from typing import NamedTuple
 
 import numpy as np
@@ -68,6 +70,7 @@ class Phase:
             audited_rates_of(system) if rates is None else rates.in_modes_of(system)
         )
         self.signs = 2.0 * np.array(modes_of(system)) - 1.0
+        self._float_signs = self.signs.tolist()
         self._guards = guards or event_functions(system)
         self._guards_of_state = self._guards.of_state
         stop = stop_of(system)
@@ -83,6 +86,14 @@ class Phase:
         # This is called ten times a step, so it leaves out what only a time needs.
         of_state = self._guards_of_state
         return self.signs * (self._guards(y, t) if of_state is None else of_state(y))
+
+    def least_margin(self, y: Array, t: float) -> float:
+        """Return the least of the margins, apart from NaN; inf without a mode."""
+        of_state = self._guards_of_state
+        guards = None if of_state is None else of_state.finite_entries(y)
+        if guards is None:
+            return float(np.fmin.reduce(self.margins(y, t), initial=math.inf))
+        return min(map(operator.mul, self._float_signs, guards), default=math.inf)
 
     def margin_rates(self, y: Array, t: float, rates: Array | None = None) -> Array:
         """Return the rates of the margins along the motion, shape (modes,).

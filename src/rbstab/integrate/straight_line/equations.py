@@ -68,6 +68,11 @@ class StraightLine:
 
     def finite_value(self, x: Array) -> Array | None:
         """Return the value, shape (n,); None if it or x is not finite, or if there is no code."""
+        value = self.finite_entries(x)
+        return None if value is None else np.array(value)
+
+    def finite_entries(self, x: Array) -> list[Any] | None:
+        """Return `finite_value` as Python numbers: a few of them are handled faster than arrays."""
         evaluate = self._by_kind.get(x.dtype.char)
         if evaluate is None:
             return None
@@ -76,7 +81,7 @@ class StraightLine:
             value = evaluate(entries)
             # One number that is not finite makes the sum so. So can an overflow of the sum itself.
             # Entries count too: numpy's 0·x is NaN if x is infinite, and the code leaves it out.
-            return np.array(value) if cmath.isfinite(sum(value) + sum(entries)) else None
+            return value if cmath.isfinite(sum(value) + sum(entries)) else None
         except (ArithmeticError, ValueError):
             # Python raises for 1/0 and sin(inf), where numpy returns NaN.
             return None

@@ -2,6 +2,10 @@
 
 The modes are `par[]`: one compilation serves all modes. Each event function of an element is a
 terminal event, so a step ends at the first switch in it. Then the driver sets the modes.
+
+heyoka's own loop makes the steps of a phase, as long as each phase takes many. Python code makes a
+step at a time where a phase takes few, where the body rests, and beside a switch that is hard to
+find.
 """
 
 from bisect import bisect_right
@@ -11,7 +15,7 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.heyoka.compile_cache import compiled_once
+from rbstab.integrate.heyoka.compiled_modes import compiled_modes
 from rbstab.integrate.heyoka.integrator_state import (
     MIN_STEP,
     STEP_REDUCTION,
@@ -20,15 +24,7 @@ from rbstab.integrate.heyoka.integrator_state import (
     set_state,
     shortened,
 )
-from rbstab.integrate.heyoka.symbols import (
-    compiled_zeros,
-    energy_scale,
-    parameter_values,
-    scaled_audit,
-    state_symbols,
-    symbols_of,
-    symbols_with_zeros,
-)
+from rbstab.integrate.heyoka.symbols import energy_scale, parameter_values
 from rbstab.integrate.modes.current_phase import CurrentPhase
 from rbstab.integrate.modes.first_switch import first_switch
 from rbstab.integrate.modes.phases import Phase
@@ -36,21 +32,12 @@ from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.watched_rates import StopRun
 from rbstab.integrate.zero_length import zero_length
-from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.states import THETA
-from rbstab.systems.impact import stop_of
-from rbstab.systems.modes import guards_at
-from rbstab.systems.parameters import parameters, structure
 from rbstab.systems.system import System
 
 MISSED = 1e-13
 """If a margin is below minus this after a step, the step missed a switch. Margins of elements have
 several units, and stay at zero after a switch, up to round-off; so it is not that of `flow`."""
-
-MAX_UNROLLED = 4
-"""Modes of a system whose equations are compiled without loops. Loops take a tenth of the time to
-compile, and five times as long to run."""
 
 MUTED = 1e3
 """The offset of an event function that must not be found: with it, the function has no zero."""
@@ -60,65 +47,9 @@ NOT_FINITE = hy.taylor_outcome.err_nf_state
 RANGE_END = 0
 """The index of the event of the range; those of the modes follow."""
 
-
-class CompiledModes:
-    """The compiled audited equations of one structure, in all modes.
-
-    Its `par[]` are the parameters of the system, the range bound, the energy scale, and an offset
-    of each event function.
-
-    Args:
-        system: Any system of the structure with the same zeros (`compiled_zeros`).
-        tolerance: heyoka's tolerance.
-
-    Attributes:
-        integrator: heyoka's integrator.
-        modes: The index of the `par[]` of each mode.
-        names: The index of the first `par[]` of each parameter.
-    """
-
-    def __init__(self, system: System, tolerance: float) -> None:
-        symbol_of = symbols_with_zeros(compiled_zeros(system))
-        symbolic, first, count = symbols_of(system, symbol_of)
-        places = [
-            first[f"{element.name}.mode"] + np.arange(element.mode_count)
-            for element in system.elements
-            if element.mode_count
-        ]
-        self.modes = np.concatenate(places)
-        y = state_symbols(system.audited_size)
-        rates = symbolic.audited_rates(y, hy.time)
-        rates = scaled_audit(rates, system.size, hy.par[count + 1])
-        self.names = first
-        leaving = regularity(y[THETA]) - hy.par[count]
-        guards = guards_at(symbolic, y, hy.time)
-        events = [leaving, *(g + hy.par[count + 2 + i] for i, g in enumerate(guards))]
-        events += symbolic.clearances(y).tolist()
-        self.integrator = hy.taylor_adaptive(
-            list(zip(y, rates, strict=True)),
-            state=[0.0] * len(y),
-            tol=tolerance,
-            t_events=[hy.t_event(event) for event in events],
-            # The code grows with the elements: with eight of them LLVM would compile for minutes.
-            compact_mode=len(guards) > MAX_UNROLLED or _is_long(system, len(guards)),
-        )
-
-
-def _is_long(system: System, modes: int) -> bool:
-    """Return whether the equations are long: those of a stop beside another element that switches.
-
-    They have the load on the stop, also where the body does not rest there. The equations of a
-    manifold are as long with a stop alone.
-    """
-    has_stop = stop_of(system) is not None
-    return has_stop and (modes > 2 or system.coordinates.name == "manifold")
-
-
-def compiled_modes(system: System, tolerance: float) -> CompiledModes:
-    """Return the equations of a system's structure and zeros, compiled once in each thread."""
-    named = parameters(system)
-    key = CompiledModes, structure(system, named), compiled_zeros(system, named), tolerance
-    return compiled_once(key, lambda: CompiledModes(system, tolerance))
+SAMPLES_PER_STEP = 100
+"""heyoka's loop pays if the samples to the end are at most this many for each step of a phase: it
+converts the times of all of them each time it begins."""
 
 
 class HeyokaModeRun:
@@ -160,6 +91,9 @@ class HeyokaModeRun:
         self.muted = False
         self.steps = 0
         self.max_step = np.inf
+        self._times = problem.times.tolist()
+        self._steps_at_switch, self._steps_of_phase = 0, problem.step_limit
+        self._missed = False
         # A step and its begin may sum up to another last digit than that of a breakpoint.
         self._spacing = 4.0 * float(np.spacing(problem.times[-1]))
         self.samples: list[tuple[float, Array]] = []
@@ -200,21 +134,15 @@ class HeyokaModeRun:
         return self.current.recorded(found)
 
     def _integrate(self) -> None:
-        times = self.problem.times.tolist()
-        integrator, last = self.integrator, times[-1]
+        times, integrator = self._times, self.integrator
         if self.current.impacts is not None:
             state = self.current.impacts.begin(integrator.time, integrator.state.copy())
             self._go_on_from(state)
         while len(self.samples) < len(times):
             if self.steps >= self.problem.step_limit:
                 raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
-            event = self._step(self.breakpoints[0] if self.breakpoints else last)
-            reached = bisect_right(times, integrator.time)
-            if reached > len(self.samples):
-                self._add_samples_of_step(times[len(self.samples) : reached])
+            event = self._advance(self.breakpoints[0] if self.breakpoints else times[-1])
             self._check_end(event)
-            if self.progress is not None:
-                self.progress(integrator.time)
             if len(self.samples) == len(times):
                 # A limit reached in the last step does not count.
                 return
@@ -228,6 +156,80 @@ class HeyokaModeRun:
                 self._begin_leg(self.breakpoints.pop(0))
             if self.muted:
                 self._unmute()
+
+    def _advance(self, last: float) -> int | None:
+        """Make one step or many, to a time, s, at most, and store their samples.
+
+        Returns:
+            The index of the event at the end; None without one.
+        """
+        if self._takes_many_steps(last):
+            return self._steps_to(last)
+        event, t = self._step(last), self.integrator.time
+        reached = bisect_right(self._times, t)
+        if reached > len(self.samples):
+            self._add_samples_of_step(self._times[len(self.samples) : reached])
+        if self.progress is not None:
+            self.progress(t)
+        return event
+
+    def _takes_many_steps(self, last: float) -> bool:
+        """Return whether heyoka's loop makes the next steps, to an event or to a time at most."""
+        return not (
+            self.muted
+            or self.phase.rests
+            or self.max_step < last - self.integrator.time
+            or len(self._times) - len(self.samples) > SAMPLES_PER_STEP * self._steps_of_phase
+        )
+
+    def _steps_to(self, last: float) -> int | None:
+        """Make steps in heyoka's loop, to an event or to a time, s, and store their samples.
+
+        If a step has missed a switch, the motion goes back to its begin; `_step` makes it again.
+
+        Returns:
+            The index of the event; None without one.
+        """
+        integrator, times, first = self.integrator, self._times, len(self.samples)
+        begin = integrator.time
+        # heyoka knows its time to more digits, and would go to the first time of the grid first.
+        integrator.time = begin
+        self._checkpoint, self._missed = (begin, self._state.copy()), False
+        wanted = times[first : bisect_right(times, last)]
+        # After a breakpoint, the sample there is still to come.
+        skip = int(not wanted or wanted[0] != begin)
+        grid = [begin][:skip] + wanted + ([] if wanted and wanted[-1] == last else [last])
+        outcome, _, _, steps, _, rows = integrator.propagate_grid(
+            grid, max_steps=self.problem.step_limit - self.steps, callback=self._after_step
+        )
+        self.steps += max(steps, 1)
+        if self._missed or outcome == NOT_FINITE:
+            self.max_step, self.least_margin = shortened(integrator.last_h), 0.0
+            set_motion(integrator, *self._checkpoint)
+        reached = bisect_right(times, integrator.time)
+        states = list(rows[skip : skip + reached - first])
+        # At a sample, heyoka's time may be less than it by less than the last digit.
+        states += [self._state.copy()] * (reached - first - len(states))
+        if states:
+            self._add_states(times[first:reached], states)
+        if outcome == NOT_FINITE:
+            raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
+        return self._event_of(outcome, integrator.last_h)
+
+    def _after_step(self, integrator: Any) -> bool:
+        """Return whether heyoka's loop goes on; heyoka calls this after each step."""
+        t = integrator.time
+        self.least_margin = self.phase.least_margin(self._state, t)
+        if self.least_margin < -MISSED:
+            self._missed = True
+            return False
+        self._checkpoint = t, self._state.copy()
+        if self.progress is not None:
+            self.progress(t)
+        if self.deadline.recording_time:
+            self.deadline.samples = bisect_right(self._times, t)
+        # A step of no length ends at an event, which heyoka does not tell if the loop ends here.
+        return (self.least_margin >= 0 and not self.deadline.expired()) or integrator.last_h == 0
 
     def _check_end(self, event: int | None) -> None:
         """Stop the run if an event is none of a switch."""
@@ -281,6 +283,15 @@ class HeyokaModeRun:
         # After a missed switch the steps grow again, one by one: it may be the first of several
         # hops at a stop. `flow` has a compiled loop to go back to; this loop has not.
         self.max_step *= STEP_REDUCTION
+        return self._event_of(outcome, made)
+
+    def _event_of(self, outcome: Any, made: float) -> int | None:
+        """Return the index of the event at which steps have ended; None if there is none.
+
+        Args:
+            outcome: heyoka's outcome.
+            made: The length of the last step, s.
+        """
         index = -1 - outcome.value
         found = 0 <= index <= len(self.offsets) + len(self._owners)
         if 0 < index <= len(self.offsets) and made == 0.0:
@@ -338,6 +349,8 @@ class HeyokaModeRun:
         """Switch modes at a time that has been reached; the state may jump."""
         state = self.integrator.state.copy()
         self._go_on(state, self.current.cross(modes, t, state))
+        self._steps_of_phase = self.steps - self._steps_at_switch
+        self._steps_at_switch = self.steps
 
     def _go_on(self, before: Array, after: Array) -> None:
         """Go on in the current phase from the state after a switch, which may have jumped."""
@@ -378,17 +391,18 @@ class HeyokaModeRun:
         states = [dense_output(t).copy() for t in times]
         if phase.rests:
             states = [phase.on_stop(state) for state in states]
+        self._add_states(times, states)
+
+    def _add_states(self, times: list[float], states: list[Array]) -> None:
+        """Add samples of the current phase, with audit states as the integrator scales them."""
         self.samples += zip(times, states, strict=True)
-        self.systems += [phase.system] * len(times)
+        self.systems += [self.phase.system] * len(times)
         self.current.add_samples(states)
         self.deadline.samples = len(self.samples)
 
     def _add_sample(self, t: float, state: Array) -> None:
-        """Add a sample, with audit states as the integrator scales them."""
-        self.samples.append((t, state))
-        self.systems.append(self.phase.system)
-        self.current.add_samples([state])
-        self.deadline.samples = len(self.samples)
+        """Add a sample of the current phase."""
+        self._add_states([t], [state])
 
     def _samples_in_joules(self) -> list[tuple[float, Array]]:
         """Return the samples with their audit states in joules."""

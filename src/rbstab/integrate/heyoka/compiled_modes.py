@@ -1,0 +1,83 @@
+"""The compiled equations of systems whose elements switch: the modes are `par[]` of them."""
+
+import heyoka as hy
+import numpy as np
+
+from rbstab.integrate.heyoka.compile_cache import compiled_once
+from rbstab.integrate.heyoka.symbols import (
+    compiled_zeros,
+    scaled_audit,
+    state_symbols,
+    symbols_of,
+    symbols_with_zeros,
+)
+from rbstab.mechanics.attitude import regularity
+from rbstab.mechanics.states import THETA
+from rbstab.systems.impact import stop_of
+from rbstab.systems.modes import guards_at
+from rbstab.systems.parameters import parameters, structure
+from rbstab.systems.system import System
+
+MAX_UNROLLED = 4
+"""Modes of a system whose equations are compiled without loops. Loops take a tenth of the time to
+compile, and five times as long to run."""
+
+
+class CompiledModes:
+    """The compiled audited equations of one structure, in all modes.
+
+    Its `par[]` are the parameters of the system, the range bound, the energy scale, and an offset
+    of each event function.
+
+    Args:
+        system: Any system of the structure with the same zeros (`compiled_zeros`).
+        tolerance: heyoka's tolerance.
+
+    Attributes:
+        integrator: heyoka's integrator.
+        modes: The index of the `par[]` of each mode.
+        names: The index of the first `par[]` of each parameter.
+    """
+
+    def __init__(self, system: System, tolerance: float) -> None:
+        symbol_of = symbols_with_zeros(compiled_zeros(system))
+        symbolic, first, count = symbols_of(system, symbol_of)
+        places = [
+            first[f"{element.name}.mode"] + np.arange(element.mode_count)
+            for element in system.elements
+            if element.mode_count
+        ]
+        self.modes = np.concatenate(places)
+        y = state_symbols(system.audited_size)
+        rates = symbolic.audited_rates(y, hy.time)
+        rates = scaled_audit(rates, system.size, hy.par[count + 1])
+        self.names = first
+        leaving = regularity(y[THETA]) - hy.par[count]
+        guards = guards_at(symbolic, y, hy.time)
+        events = [leaving, *(g + hy.par[count + 2 + i] for i, g in enumerate(guards))]
+        events += symbolic.clearances(y).tolist()
+        self.integrator = hy.taylor_adaptive(
+            list(zip(y, rates, strict=True)),
+            state=[0.0] * len(y),
+            tol=tolerance,
+            t_events=[hy.t_event(event) for event in events],
+            # The code grows with the elements: with eight of them LLVM would compile for minutes.
+            compact_mode=len(guards) > MAX_UNROLLED or _is_long(system, len(guards)),
+        )
+
+
+def _is_long(system: System, modes: int) -> bool:
+    """Return whether the equations are long: those of a stop beside another element that switches.
+
+    They have the load on the stop, also where the body does not rest there. The equations of a
+    manifold are as long with a stop alone.
+    """
+    has_stop = stop_of(system) is not None
+    return has_stop and (modes > 2 or system.coordinates.name == "manifold")
+
+
+def compiled_modes(system: System, tolerance: float) -> CompiledModes:
+    """Return the equations of a system's structure and zeros, compiled once in each thread."""
+    named = parameters(system)
+    key = CompiledModes, structure(system, named), compiled_zeros(system, named), tolerance
+    return compiled_once(key, lambda: CompiledModes(system, tolerance))

@@ -174,7 +174,7 @@ class _Steps:
             slopes = np.zeros_like(coefficients)
             slopes[..., :-1] = self.p[:, i, :, 1:] * np.arange(1, terms)
             rounding = 3 * UNIT * (np.abs(coefficients) + np.abs(slopes))
-            found[:, i] = (np.abs(coefficients - slopes) + rounding).sum(axis=(-2, -1))
+            found[:, i] = _totals(np.abs(coefficients - slopes) + rounding)
             found[:, i] += self.h * rate.remainder.sum(axis=-1)
         rest = _rest(self.orders.ratio, terms)
         bound: Array = rounded_up(found + bounds.rates * rest)
@@ -203,7 +203,7 @@ class _Steps:
         for (i, j), slope in zip(self.equations.places, slopes, strict=True):
             middle[:, :, i, j] = h * slope.polynomial[:, 0]
             radius[:, :, i, j] = h * slope.remainder + 2 * UNIT * np.abs(middle[:, :, i, j])
-            G[:, i, j] = self.h * np.abs(slope.polynomial[:, 1:]).sum(axis=(-2, -1))
+            G[:, i, j] = self.h * _totals(np.abs(slope.polynomial[:, 1:]))
         radius = rounded_up(radius)
         # Both lie within `radius` of the polynomial, and both have a rest of the series in τ.
         return JacobianSeries(middle, radius, rest), rounded_up(
@@ -228,6 +228,16 @@ def _proved_steps(step: _Steps, start: MotionSet) -> SetSteps:
     frame, radius = moved_frames(flow, step.frame, W, beside, step.scale)
     proved = usable & found & np.isfinite(radius).all(axis=-1)
     return SetSteps(step.h, MotionSet(start.space, polynomial, frame, radius), proved)
+
+
+def _totals(entries: Array) -> Array:
+    """Return the sum of all entries of each set.
+
+    They are added in one order, however they lie in memory: numpy's order for a sum over several
+    axes depends on it, and with it on the number of sets.
+    """
+    totals: Array = np.ascontiguousarray(entries).reshape(len(entries), -1).sum(axis=-1)
+    return totals
 
 
 def _rest(ratio: float, terms: int) -> float:

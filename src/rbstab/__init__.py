@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from rbstab.config.errors import ConfigError
     from rbstab.config.load import load_config
     from rbstab.experiment.convergence.convergence import Enclose
-    from rbstab.experiment.proof import Proof, prove
+    from rbstab.experiment.proof import prove
     from rbstab.experiment.simulate import simulate
+    from rbstab.experiment.stored_proof.proof import Proof
     from rbstab.experiment.tuning.sensitivities import Sensitivities, sensitivities
     from rbstab.experiment.tuning.tune import Tuned, tune
     from rbstab.integrate.status import RunStatus
@@ -60,7 +61,7 @@ _MODULES = {
     "ConfigError": "rbstab.config.errors",
     "Enclose": "rbstab.experiment.convergence.convergence",
     "Motions": "rbstab.store.motions",
-    "Proof": "rbstab.experiment.proof",
+    "Proof": "rbstab.experiment.stored_proof.proof",
     "Result": "rbstab.store.result",
     "RunStatus": "rbstab.integrate.status",
     "Sensitivities": "rbstab.experiment.tuning.sensitivities",

@@ -19,7 +19,7 @@ from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.spring import Spring
 from rbstab.elements.visco_elastic import ViscoElasticTie
-from rbstab.experiment.proof import proof_id
+from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.mechanics import attitude
 from rbstab.mechanics.motion import Wrench
 from rbstab.mechanics.numbers import sqrt
@@ -67,7 +67,7 @@ def test_a_changed_equation_changes_the_id(
     before, old = proof_id(config), proof_id(config, 2)
     monkeypatch.setattr(element, method, scaled(getattr(element, method)))
     # A process computes it once for equal bodies: equations do not change while it runs.
-    monkeypatch.setattr("rbstab.experiment.proof._KNOWN_EQUATIONS", {})
+    monkeypatch.setattr("rbstab.experiment.stored_proof.identity._KNOWN_EQUATIONS", {})
     assert proof_id(config) != before
     # Older ids did not notice it.
     assert proof_id(config, 2) == old

@@ -8,7 +8,7 @@ import pytest
 from cli.conftest import Invoke
 
 from rbstab.analysis.proof_check.findings import Finding
-from rbstab.experiment.proof import Proof
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import verify
 from rbstab.store.document import read_document, read_model, write_document
 from rbstab_cli.output.progress import claims_checked

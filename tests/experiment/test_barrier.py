@@ -16,8 +16,11 @@ from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment.convergence.exact_motion import convergence_at_start
-from rbstab.experiment.proof import Proof, proof_id, prove, reached_state, starts_inside
+from rbstab.experiment.proof import prove
 from rbstab.experiment.stability import stability_of
+from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.starts import reached_state, starts_inside
 from rbstab.experiment.verification.verify import verify
 
 PAPER = Path(__file__).parents[2] / "configs" / "paper"

@@ -19,6 +19,7 @@ from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.run_to_file import prove_run, run_to_file
 from rbstab.experiment.stability import statements_of
+from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import STOPPED, Proof, no_proof
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.columns import NO_PROOF, NOT_PROVED, PROVED
@@ -109,7 +110,7 @@ def test_a_brief_proof_may_end_with_its_region(monkeypatch):
 
 def test_a_brief_proof_does_not_replace_one_that_was_stored_in_the_meantime(tmp_path, monkeypatch):
     config = load_config(DATA)
-    whole = no_proof(module.proof_id(config), "found elsewhere", 0.0)
+    whole = no_proof(proof_id(config), "found elsewhere", 0.0)
 
     def beside(config: Any, problem: Any, *, brief: bool, prove: Any = module.prove) -> Proof:
         found: Proof = prove(config, problem, brief=brief)

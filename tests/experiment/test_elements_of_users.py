@@ -15,8 +15,9 @@ from rbstab.config.tolerances import tolerances_of
 from rbstab.config.units import unit_of
 from rbstab.experiment.convergence.convergence import Enclose, Undecided
 from rbstab.experiment.convergence.exact_motion import prove_convergence
-from rbstab.experiment.proof import proof_id, prove
+from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
+from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
 from rbstab.experiment.verification.verify import verify
 

@@ -10,9 +10,9 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
-from rbstab.experiment.proof import proof_id
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.simulate import simulate
+from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
 
 CONTROLLER = {

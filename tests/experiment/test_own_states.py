@@ -22,8 +22,8 @@ from rbstab.config.load import acting_sections, load_config, plain_data, run_id
 from rbstab.config.tolerances import tolerances_of
 from rbstab.config.units import unit_of
 from rbstab.experiment.convergence.enclosed_samples import quantities_of
-from rbstab.experiment.proof import proof_id
 from rbstab.experiment.start_sets.starts_record import starts_id
+from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.sweep.folder.manifest import read_manifest
 from rbstab_cli.main import cli
 

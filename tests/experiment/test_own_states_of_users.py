@@ -16,7 +16,7 @@ from rbstab.config.entries import entries_of, is_of_initial_state
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import acting_sections, initial_sections, load_config, plain_data, run_id
 from rbstab.config.units import Kind, unit_of
-from rbstab.experiment.proof import proof_id
+from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.tuning.sensitivities import sensitivities
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.load import load_plan

@@ -10,10 +10,13 @@ from support.paper_runs import paper_config
 import rbstab
 from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.convergence import Enclose
-from rbstab.experiment.proof import Proof, proof_id, prove, start_level, starts_inside
+from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
 from rbstab.experiment.run_to_file import finished_run, run_to_file
 from rbstab.experiment.stability import kind_of, stability_of
+from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.starts import start_level, starts_inside
 from rbstab.store.errors import StoreError
 
 SLOW_START = {"angular_velocity": [1.0, 2.0, -1.0]}

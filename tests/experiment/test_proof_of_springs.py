@@ -20,9 +20,11 @@ from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.convergence.exact_motion import prove_convergence
-from rbstab.experiment.proof import proof_id, prove, start_state
+from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.start_sets.prove_starts import prove_starts
+from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_proof.starts import start_state
 from rbstab.experiment.verification.verify import verify
 
 RANGE_END = np.array([np.pi, np.pi / 2, np.pi])
@@ -266,7 +268,7 @@ def test_only_ids_with_a_spring_have_its_version(monkeypatch):
     """Proofs that nothing is decided, made before springs were in proofs, are not found again."""
     configs = [load_config(config_data({"x": one}, HELD)) for one in (TIE, STRUT)]
     before = [proof_id(config) for config in configs]
-    monkeypatch.setattr("rbstab.experiment.proof.SPRING_VERSION", 0)
+    monkeypatch.setattr("rbstab.experiment.stored_proof.identity.SPRING_VERSION", 0)
     after = [proof_id(config) for config in configs]
     assert after[0] == before[0]
     assert after[1] != before[1]

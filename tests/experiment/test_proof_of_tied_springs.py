@@ -14,8 +14,11 @@ from rbstab.analysis.proof_check.tied.checker import check_tied
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment.convergence.exact_motion import prove_convergence
-from rbstab.experiment.proof import Proof, has_no_rest_state, proof_id, prove, start_state
+from rbstab.experiment.proof import prove
 from rbstab.experiment.stability import stability_of
+from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.starts import has_no_rest_state, start_state
 from rbstab.experiment.tuning.guard import guard
 from rbstab.experiment.verification.verify import verify
 from rbstab.mechanics.motion import motion_from_centre
@@ -153,7 +156,7 @@ def test_only_a_tied_body_with_a_spring_and_a_guard_has_another_id(monkeypatch):
     """Records of before the theorem, that nothing was decided, are not found again."""
     configs = [config_of(), config_of(others={"range": BARRIER})]
     before = [proof_id(config) for config in configs]
-    monkeypatch.setattr("rbstab.experiment.proof.TIED_BARRIER_VERSION", 0)
+    monkeypatch.setattr("rbstab.experiment.stored_proof.identity.TIED_BARRIER_VERSION", 0)
     after = [proof_id(config) for config in configs]
     assert [one == other for one, other in zip(before, after, strict=True)] == [True, False]
 
@@ -177,7 +180,7 @@ def test_only_ids_of_tied_bodies_with_a_spring_have_its_version(monkeypatch):
         load_config(config_data({"x": SPRING}, held)),
     ]
     before = [proof_id(config) for config in configs]
-    monkeypatch.setattr("rbstab.experiment.proof.TIED_VERSION", 0)
+    monkeypatch.setattr("rbstab.experiment.stored_proof.identity.TIED_VERSION", 0)
     after = [proof_id(config) for config in configs]
     assert [one == other for one, other in zip(before, after, strict=True)] == [False, True, True]
 

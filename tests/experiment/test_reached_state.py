@@ -12,15 +12,15 @@ from support.valleys import TWO_VALLEYS
 import rbstab
 from rbstab.analysis.exact import in_balls
 from rbstab.config.build import problem_of
-from rbstab.experiment.proof import (
-    Proof,
+from rbstab.experiment.proof import prove
+from rbstab.experiment.stability import stability_of
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.starts import (
     enclosed_start,
-    prove,
     reached_state,
     start_state,
     starts_inside,
 )
-from rbstab.experiment.stability import stability_of
 
 
 def two_valleys(**initial):

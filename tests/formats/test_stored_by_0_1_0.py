@@ -13,8 +13,9 @@ from click.testing import CliRunner
 import rbstab
 from rbstab.config.build import problem_of
 from rbstab.config.load import run_id
-from rbstab.experiment.proof import proof_id, starts_inside
 from rbstab.experiment.proof_cache import cached_proof
+from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_proof.starts import starts_inside
 from rbstab_cli.main import cli
 
 STORED = Path(__file__).parent / "data" / "0.1.0"

@@ -59,8 +59,8 @@ def proofs_of_folder(folder: Path, config: "Config | None") -> ProofFiles:
 
 def _names_of(config: "Config") -> list[str]:
     """Return the names that the file of a config's proof may have, the newest version first."""
-    from rbstab.experiment.proof import PROOF_VERSION
     from rbstab.experiment.proof_cache import proof_file
+    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
 
     versions = range(PROOF_VERSION, 0, -1)
     return [proof_file(Path(), config, version).name for version in versions]

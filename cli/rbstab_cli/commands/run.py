@@ -20,8 +20,8 @@ from rbstab_cli.arguments.outputs import check_results_folder
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
     from rbstab.experiment.convergence.convergence import Enclose
-    from rbstab.experiment.proof import Proof
     from rbstab.experiment.run_to_file import FiledRun
+    from rbstab.experiment.stored_proof.proof import Proof
 
 
 MAX_NAMED = 6

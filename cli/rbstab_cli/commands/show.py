@@ -8,7 +8,7 @@ import click
 from rbstab_cli import exit_codes
 
 if TYPE_CHECKING:
-    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.stored_proof.proof import Proof
     from rbstab.experiment.summary import ReferenceValue
     from rbstab.mechanics.numbers import Array
     from rbstab.store.result import Result

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from rbstab.config.schema import Config
     from rbstab.config.tolerances import Tolerance
     from rbstab.experiment.convergence.convergence import Convergence, Enclose
-    from rbstab.experiment.proof import Proof
     from rbstab.experiment.start_sets.prove_starts import Progress
+    from rbstab.experiment.stored_proof.proof import Proof
     from rbstab.integrate.problem import Problem
     from rbstab.store.result import Result
 

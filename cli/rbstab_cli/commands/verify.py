@@ -11,7 +11,7 @@ from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, REPLACE_FILE
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
-    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.stored_proof.proof import Proof
     from rbstab.experiment.verification.verify import Verification
 
 
@@ -129,7 +129,7 @@ def _checked(
     path: Path, config: "Config | None", *, quiet: bool
 ) -> "tuple[Proof, Verification] | None":
     """Return a proof with what was found of it; print why it cannot be read, and return None."""
-    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.stored_proof.proof import Proof
     from rbstab.experiment.verification.verify import verify
     from rbstab.store.document import read_model
     from rbstab.store.errors import StoreError

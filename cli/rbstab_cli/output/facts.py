@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.stored_proof.proof import Proof
     from rbstab.store.result import Result
 
 

@@ -108,11 +108,11 @@ def _traces_facts(path: Path) -> Facts:
 
 def _proof_facts(path: Path) -> Facts:
     """Return the sentences of a proof of any kind, by its file's name."""
-    from rbstab.experiment.proof import Proof
     from rbstab.experiment.robust.record import BodiesRecord
     from rbstab.experiment.robust.sentences import within_sentences
     from rbstab.experiment.stability import statements_of
     from rbstab.experiment.start_sets.starts_record import StartsProof
+    from rbstab.experiment.stored_proof.proof import Proof
     from rbstab.store.document import read_model
 
     kind, _, _ = path.stem.rpartition("-")

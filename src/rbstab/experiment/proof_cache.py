@@ -13,7 +13,7 @@ from rbstab.store.document import Model, read_model, write_document
 from rbstab.store.errors import NotAResultError, StoreError
 
 if TYPE_CHECKING:
-    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.stored_proof.proof import Proof
 
 PROOFS = "proofs"
 """The name of the folder of proofs in a folder of results."""
@@ -27,7 +27,7 @@ NO_FILE_ERRORS = (
 
 def proof_file(folder: Path, config: Config, version: int | None = None) -> Path:
     """Return the file of a config's proof in a folder of results; None is the newest version."""
-    from rbstab.experiment.proof import PROOF_VERSION, proof_id
+    from rbstab.experiment.stored_proof.identity import PROOF_VERSION, proof_id
 
     number = PROOF_VERSION if version is None else version
     return folder / PROOFS / f"{proof_id(config, number)}.json"
@@ -44,7 +44,7 @@ def cached_proof(folder: Path, config: Config) -> "Proof | None":
     """
     if not _may_hold_proofs(folder):
         return None
-    from rbstab.experiment.proof import PROOF_VERSION
+    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
 
     for version in range(PROOF_VERSION, 0, -1):
         found = _cached(folder, config, version)
@@ -70,7 +70,8 @@ def _may_hold_proofs(folder: Path) -> bool:
 
 def _cached(folder: Path, config: Config, version: int) -> "Proof | None":
     """Return the cached proof of one version."""
-    from rbstab.experiment.proof import Proof, proof_id
+    from rbstab.experiment.stored_proof.identity import proof_id
+    from rbstab.experiment.stored_proof.proof import Proof
 
     proof = stored_model(proof_file(folder, config, version), Proof)
     return proof if proof is not None and proof.id == proof_id(config, version) else None
@@ -109,7 +110,8 @@ def proof_for(
     Raises:
         StoreError: The proof cannot be written, or the disk fails to read it.
     """
-    from rbstab.experiment.proof import PROOF_VERSION, prove
+    from rbstab.experiment.proof import prove
+    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
 
     found = _cached(folder, config, PROOF_VERSION)
     if found is not None and (brief or not found.brief):

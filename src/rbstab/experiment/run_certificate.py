@@ -23,7 +23,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
 
 if TYPE_CHECKING:
-    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.stored_proof.proof import Proof
 
 GLOBAL_STABILITY, CERTIFIED_REGION = "global stability", "certified region"
 """Names of the checks that only a proof decides."""
@@ -97,7 +97,7 @@ def proved_checks(problem: Problem, proof: "Proof | None") -> list[Check]:
         return [stable, region]
     # Imported late: most runs have no proof.
     from rbstab.experiment.convergence.region_bounds import level_of
-    from rbstab.experiment.proof import start_level, start_state
+    from rbstab.experiment.stored_proof.starts import start_level, start_state
 
     verdicts = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
     verdict = verdicts[proof.globally_stable]

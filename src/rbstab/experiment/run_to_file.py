@@ -25,7 +25,7 @@ from rbstab.store.result import Result
 from rbstab.store.run_file import open_result
 
 if TYPE_CHECKING:
-    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.stored_proof.proof import Proof
 
 
 class FiledRun(NamedTuple):

@@ -29,7 +29,7 @@ from rbstab.store.result import Result
 from rbstab.systems.quantities import LAYOUT_VERSION
 
 if TYPE_CHECKING:
-    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.stored_proof.proof import Proof
 
 
 def simulate(

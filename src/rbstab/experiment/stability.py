@@ -7,7 +7,6 @@ import numpy as np
 from rbstab.analysis.linearisation import Linearisation, NoDerivativesError, linearise
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.convergence.convergence import Convergence
-from rbstab.experiment.proof import start_level, start_state
 from rbstab.experiment.stored_proof.proof import (
     GOES_ON,
     NO_LENGTH,
@@ -16,6 +15,7 @@ from rbstab.experiment.stored_proof.proof import (
     ProvedState,
     ProvedStates,
 )
+from rbstab.experiment.stored_proof.starts import start_level, start_state
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.algebra import ZERO

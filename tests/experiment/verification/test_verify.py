@@ -9,8 +9,9 @@ from support.proofs import findings_of
 import rbstab
 from rbstab.analysis.proof_check import checker
 from rbstab.config.load import load_config
-from rbstab.experiment.proof import Proof, proof_id, prove
-from rbstab.experiment.stored_proof.proof import no_proof
+from rbstab.experiment.proof import prove
+from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.experiment.verification.verify import CONFIG, Verification, verify
 
 PAPER = sorted((Path(__file__).parents[3] / "configs" / "paper").glob("*.yaml"))

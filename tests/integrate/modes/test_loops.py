@@ -97,7 +97,7 @@ def test_the_loop_ends_with_the_deadline(monkeypatch):
     config = CASES["ligaments"]
     given = problem(config | {"integration": config["integration"] | {"engine": "heyoka"}})
     one = HeyokaModeRun(given, None, Deadline(8.0, clock=lambda: float(next(ticks))))
-    told = []
+    told: list[float] = []
     one.progress = told.append
     found = one.result()
     assert found.status == "time limit"

@@ -9,8 +9,9 @@ from support.made_runs import LARGEST_PITCH, V_START, made_config, made_file
 from support.proofs import parabola
 
 from rbstab.config.load import load_config
-from rbstab.experiment.proof import Proof, proof_id
 from rbstab.experiment.proof_cache import proof_file
+from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.report.model.document import Table
 from rbstab.report.model.figure import Figure, Line, Points
 from rbstab.report.reading.sources import read_sources

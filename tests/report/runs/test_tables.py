@@ -19,8 +19,9 @@ from support.made_runs import (
 )
 
 from rbstab.config.load import load_config
-from rbstab.experiment.proof import Proof, ProvedRegion, ProvedState, proof_id
 from rbstab.experiment.proof_cache import proof_file
+from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_proof.proof import Proof, ProvedRegion, ProvedState
 from rbstab.experiment.summary import ReferenceValue, half_unit
 from rbstab.report.model.document import Cards, Section, Table
 from rbstab.report.reading.sources import read_sources

@@ -10,8 +10,8 @@ from support.paper_runs import paper_config
 from support.sections import check_sections, tables, texts
 
 from rbstab.config.build import problem_of
-from rbstab.experiment.proof import start_level, starts_inside
 from rbstab.experiment.proof_cache import proof_for
+from rbstab.experiment.stored_proof.starts import start_level, starts_inside
 from rbstab.report.sweeps.members import OUTCOMES, read_members
 from rbstab.report.sweeps.sections import UNREADABLE, sweep_sections
 from rbstab.store.errors import NotAResultError

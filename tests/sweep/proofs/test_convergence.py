@@ -9,8 +9,8 @@ from support.valleys import TWO_VALLEYS
 
 import rbstab
 from rbstab.config.build import problem_of
-from rbstab.experiment.proof import start_state
 from rbstab.experiment.proof_cache import proof_for
+from rbstab.experiment.stored_proof.starts import start_state
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.columns import CONVERGENCE

@@ -46,7 +46,7 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
     # Imported late: most runs have no proof.
     from rbstab.experiment.convergence.region_bounds import region_energies
-    from rbstab.experiment.proof import has_no_rest_state
+    from rbstab.experiment.stored_proof.starts import has_no_rest_state
 
     if has_no_rest_state(proof):
         return Convergence(False, why="there is no rest state with |θ2| < π/2")
@@ -99,7 +99,7 @@ def convergence_in(
         t: The time, s.
     """
     from rbstab.experiment.convergence.region_bounds import level_of
-    from rbstab.experiment.proof import OPEN_RANGE, reached_state
+    from rbstab.experiment.stored_proof.starts import OPEN_RANGE, reached_state
 
     low, high = energy
     number = reached_state(proof, high, *box)

@@ -43,8 +43,8 @@ from rbstab.experiment.convergence.decisions import (
 )
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
-from rbstab.experiment.proof import ROUND_OFF, start_level, starts_inside
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.starts import ROUND_OFF, start_level, starts_inside
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System

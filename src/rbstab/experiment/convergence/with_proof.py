@@ -35,7 +35,7 @@ from rbstab.integrate.problem import Problem
 from rbstab.store.result import Result
 
 if TYPE_CHECKING:
-    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.stored_proof.proof import Proof
 
 
 def takes_proof(result: Result) -> bool:

@@ -6,7 +6,7 @@ from rbstab.analysis.approached_state import LyapunovZero
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from rbstab.experiment.proof import Proof
+    from rbstab.experiment.stored_proof.proof import Proof
 
 A_LOWER_ONE = "a lower one is known"
 """The end of the text if the state is not the lowest one that is known."""
@@ -45,7 +45,7 @@ def described_by_proof(text: str, Theta: Array, proof: "Proof | None") -> str:
     if proof is None or not text.startswith(APPROACHED):
         return text
     # Imported late: most runs have no proof.
-    from rbstab.experiment.proof import number_of
+    from rbstab.experiment.stored_proof.starts import number_of
 
     number = number_of(proof, Theta)
     if number is None:

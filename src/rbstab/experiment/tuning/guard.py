@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.config.schema import Config
-from rbstab.experiment.proof import Proof, prove
+from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.tuning.guarded_run import (
     RunOutcome,
     check_single,

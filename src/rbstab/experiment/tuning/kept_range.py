@@ -20,8 +20,9 @@ from rbstab.analysis.proof_check.findings import UNWRAPPED
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.elements.registry import KINDS
-from rbstab.experiment.proof import OPEN_RANGE, enclosed_start, prove
+from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState
+from rbstab.experiment.stored_proof.starts import OPEN_RANGE, enclosed_start
 
 NOT_DECIDED = "not decided"
 

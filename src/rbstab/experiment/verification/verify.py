@@ -8,8 +8,9 @@ from rbstab.analysis.exact import decimals
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
-from rbstab.experiment.proof import PROOF_VERSION, Proof, proof_id
 from rbstab.experiment.stored_proof.energies import energy_of, tied_energy_of
+from rbstab.experiment.stored_proof.identity import PROOF_VERSION, proof_id
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.switching_record import smooth_rest_system
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
-from rbstab.experiment.proof import Proof
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, listed, number, vector

@@ -10,10 +10,10 @@ from rbstab.config.build import problem_of
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.answers.run_answer import RunAnswer, answer_beside
 from rbstab.experiment.convergence.convergence import Convergence, stored_convergence
-from rbstab.experiment.proof import Proof
 from rbstab.experiment.proof_cache import cached_proof, proof_file
 from rbstab.experiment.run_certificate import proved_checks
 from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.summary import ReferenceValue, reference_values_of
 from rbstab.report.reading.sources import Run
 

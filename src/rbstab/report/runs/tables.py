@@ -7,7 +7,7 @@ from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.convergence.convergence import FALSE, NOT_DECIDED, PROVED
-from rbstab.experiment.proof import Proof
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.summary import at_least, is_driven
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Cell, Head, Table

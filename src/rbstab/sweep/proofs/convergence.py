@@ -11,8 +11,9 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.entries import is_of_initial_state
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.convergence.decisions import not_enclosed
-from rbstab.experiment.proof import Proof, has_no_rest_state
 from rbstab.experiment.proof_cache import cached_proof, proof_for
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.starts import has_no_rest_state
 from rbstab.experiment.switching_record import smooth_rest_system
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan

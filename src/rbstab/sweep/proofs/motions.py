@@ -18,8 +18,8 @@ from rbstab.experiment.convergence.exact_motion import (
     prove_convergence,
 )
 from rbstab.experiment.convergence.many_motions import ManyMotions
-from rbstab.experiment.proof import Proof, prove
-from rbstab.experiment.stored_proof.proof import no_proof
+from rbstab.experiment.proof import prove
+from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.proof_selection import ProofSelection

@@ -18,8 +18,9 @@ import numpy as np
 
 from rbstab.config.entries import is_of_initial_state
 from rbstab.config.schema import Config
-from rbstab.experiment.proof import Proof, has_no_rest_state
 from rbstab.experiment.proof_cache import cached_proof, proof_for
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.starts import has_no_rest_state
 from rbstab.mechanics.numbers import Array
 from rbstab.processes.workers import worker_pool
 from rbstab.sweep.plan.plan import Plan

@@ -12,8 +12,8 @@ from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.experiment.proof import OPEN_RANGE, ROUND_OFF
 from rbstab.experiment.robust.covering import robust_levels
+from rbstab.experiment.stored_proof.starts import OPEN_RANGE, ROUND_OFF
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers

@@ -15,8 +15,8 @@ from rbstab.config.build import start_of, system_of
 from rbstab.config.entries import replaced
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
-from rbstab.experiment.proof import OPEN_RANGE, ROUND_OFF, START_RANGE, same_state
 from rbstab.experiment.stored_proof.proof import Proof, ProvedStates
+from rbstab.experiment.stored_proof.starts import OPEN_RANGE, ROUND_OFF, START_RANGE, same_state
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VariedKey
 from rbstab.sweep.plan.varied_numbers import varied_numbers

@@ -8,7 +8,8 @@ import rbstab
 from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.regions.downhill import Landscape
 from rbstab.analysis.proof.regions.starts import RegionLevel, StartRegions
-from rbstab.experiment.proof import OPEN_RANGE, prove
+from rbstab.experiment.proof import prove
+from rbstab.experiment.stored_proof.starts import OPEN_RANGE
 
 RANDOM = np.random.default_rng(11)
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.proof.regions.profile import least_along_pitch
-from rbstab.experiment.proof import Proof
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Figure, Line, Mark, Panel, Points
 from rbstab.report.reading.sources import Run

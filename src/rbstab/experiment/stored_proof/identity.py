@@ -1,0 +1,82 @@
+"""The identity of a proof: a digest of all that it depends on."""
+
+import hashlib
+import json
+from functools import partial
+from typing import Any
+
+from rbstab.analysis.fingerprint import fingerprint
+from rbstab.config.build import system_of
+from rbstab.config.load import acting_sections
+from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import without_code
+
+PROOF_VERSION = 3
+"""To be increased when a change of the method changes its results; older proofs are then redone.
+
+Version 1 took the doubles of a config as exact, and had no index and no regions that are proved for
+each minimum. Ids of versions 1 and 2 have no fingerprint of the equations.
+"""
+
+FINGERPRINT_VERSION = 3
+"""The first version whose ids have a fingerprint of the equations."""
+
+BARRIER_VERSION = 1
+"""The version of the method for configs with a barrier; without one it is in no id."""
+
+SPRING_VERSION = 1
+"""The same for configs with a spring: before it, nothing was proved of them."""
+
+TIED_VERSION = 1
+"""The same for those of them whose body is tied."""
+
+TIED_BARRIER_VERSION = 1
+"""The same for those of them with a guard: before it, nothing was proved of a barrier there."""
+
+NO_REST_LENGTH_VERSION = 1
+"""The same for those of them with a spring without a rest length: before it, more was proved of a
+damped one than holds where it has no length."""
+
+HELD_OR_SLIDING = ("permanent", "sliding")
+"""Variants whose proofs do not depend on `TIED_VERSION`; with a sliding connector there is none."""
+
+
+def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
+    """Return the identity of a proof: a digest of body, gravity, controller and version.
+
+    From version 3 on it depends on the equations too, by their `fingerprint`: if the equations are
+    changed, older proofs are not found. With a barrier, or a spring, it has a further version. The
+    code of users is not run for it: their text is part of the elements.
+    """
+    parts: list[Any] = [version, acting_sections(config)]
+    if version >= FINGERPRINT_VERSION:
+        parts.append(_equations_of(config))
+    if any(element.kind == "guard" for element in config.elements.values()):
+        parts.append(f"barrier {BARRIER_VERSION}")
+    if any(element.kind == "spring" for element in config.elements.values()):
+        parts.append(f"spring {SPRING_VERSION}")
+        if config.controller.variant not in HELD_OR_SLIDING:
+            parts.append(f"tied {TIED_VERSION}")
+            if any(element.kind == "guard" for element in config.elements.values()):
+                parts.append(f"tied barrier {TIED_BARRIER_VERSION}")
+            if any(getattr(one, "rest_length", None) == 0 for one in config.elements.values()):
+                parts.append(f"no rest length {NO_REST_LENGTH_VERSION}")
+    text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+_KNOWN_EQUATIONS: dict[str, str] = {}
+"""The fingerprints of the last configs, by the text of what acts on their bodies."""
+
+MOST_KNOWN = 1024
+"""The largest number of them that is kept."""
+
+
+def _equations_of(config: Config) -> str:
+    """Return the `fingerprint` of a config; it is computed once for all with equal bodies."""
+    key = json.dumps([acting_sections(config), config.integration.coordinates], sort_keys=True)
+    if key not in _KNOWN_EQUATIONS:
+        if len(_KNOWN_EQUATIONS) >= MOST_KNOWN:
+            _KNOWN_EQUATIONS.clear()
+        _KNOWN_EQUATIONS[key] = fingerprint(partial(system_of, without_code(config)))
+    return _KNOWN_EQUATIONS[key]

@@ -1,0 +1,191 @@
+"""The starts that a proof covers: whether the motion from a start converges, and where to."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from rbstab.analysis.approached_state import SAME_STATE
+from rbstab.analysis.exact import ball, decimal_balls, in_balls, upper
+from rbstab.experiment.stored_proof.proof import Proof, ProvedState, ProvedStates
+from rbstab.integrate.problem import Problem
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
+
+ROUND_OFF = 1e-9
+"""Relative error allowed for v(0) in doubles: in sweeps, and for proofs of version 1."""
+
+SUM_ERROR = 1e-13
+"""Error allowed for v(0), relative to the sum of the absolute energies that it is computed from.
+
+They can be much larger than v(0), if the body starts near its rest state under a load.
+"""
+
+OPEN_RANGE = np.array([np.pi, np.pi / 2, np.pi])
+"""rad: the largest doubles inside the open range of eq. 5: they are below π and π/2."""
+
+START_RANGE = np.array([np.inf, np.pi / 2, np.inf])
+"""rad: the same for all real θ1 and θ3."""
+
+
+def has_no_rest_state(proof: Proof) -> bool:
+    """Return whether it is proved that there is no rest state with |θ2| < π/2.
+
+    Never of a tied body with springs: it may balance where a spring has no length.
+    """
+    wide = proof.unwrapped
+    return proof.tied_energy is None and wide is not None and wide.proved and not wide.states
+
+
+def start_level(problem: Problem, proof: Proof) -> float | None:
+    """Return v(0) of a problem, J: the energy at the start minus that of the lowest rest state.
+
+    Returns:
+        v(0); None if no rest state is known.
+    """
+    if not proof.states:
+        return None
+    return float(_start_energies(problem).sum()) - proof.states[0].energy
+
+
+def number_of(proof: Proof, Theta: Array) -> int | None:
+    """Return the number of a rest state among those of a proof, from 1 for the lowest.
+
+    Args:
+        proof: The proof.
+        Theta: Θ of the rest state, shape (3,), rad, as computed.
+
+    Returns:
+        The number; None if it is not one of them, or if they are not proved to be all.
+    """
+    if not proof.proved:
+        return None
+    for number, state in enumerate(proof.states, start=1):
+        if np.abs(Theta - state.orientation).max() < SAME_STATE:
+            return number
+    return None
+
+
+def starts_inside(problem: Problem, proof: Proof) -> bool:
+    """Return whether a problem starts where convergence to a rest state is proved."""
+    return start_state(problem, proof) is not None
+
+
+def start_state(problem: Problem, proof: Proof) -> int | None:
+    """Return the number of the rest state to which the motion of a problem converges, proved.
+
+    The energy and Θ at the start are enclosed for the exact numbers of the config.
+
+    Returns:
+        The number, from 1 for the lowest; None if it is not proved.
+    """
+    if not proof.has_energy or problem.exact is None:
+        return 1 if _starts_below(problem, proof) else None
+    start = in_balls(partial(enclosed_start, problem.exact))
+    return None if start is None else reached_state(proof, *start)
+
+
+def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int | None:
+    """Return the number of the rest state to which every motion of a set converges, proved.
+
+    The set has all motions that at some time have a total energy of at most `energy`, and Θ in a
+    box. As the kinetic energy is not negative, U(Θ) <= energy there.
+
+    Args:
+        proof: The proof.
+        energy: An upper bound of kinetic plus stored energy, J.
+        low: The lower corner of the box of Θ, shape (3,), rad.
+        high: The upper corner.
+
+    Returns:
+        The number, from 1 for the lowest; None if it is not proved.
+    """
+    number = _reached(proof, proof, OPEN_RANGE, energy, (low, high))
+    wide = proof.unwrapped
+    if number is not None or wide is None:
+        return number
+    if proof.every_start:
+        inside = np.all(low >= -START_RANGE) and np.all(low <= high) and np.all(high <= START_RANGE)
+        return same_state(proof, wide.states[0]) if inside else None
+    end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
+    found = _reached(proof, wide, end, energy, (low, high))
+    return None if found is None else same_state(proof, wide.states[found - 1])
+
+
+def _reached(
+    proof: Proof, states: ProvedStates, end: Array, energy: float, box: tuple[Array, Array]
+) -> int | None:
+    """Return the number of the rest state in one range that every motion of a set approaches."""
+    from rbstab.analysis.proof.boxes import Boxes
+    from rbstab.analysis.proof.regions.downhill import Landscape
+    from rbstab.analysis.proof.trigonometric import MAX_ANGLE
+
+    low, high = box
+    inside = np.all(low >= -end) and np.all(low <= high) and np.all(high <= end)
+    if not inside or not proof.has_energy:
+        return None
+    if states.region is not None and _is_below(energy, states.region.energy_bound):
+        return 1
+    if proof.reduced_energy is None:
+        return None
+    whole = Boxes(np.array([low], dtype=float), np.array([high], dtype=float))
+    form = replace(proof.reduced_energy.form, reach=max(MAX_ANGLE, float(end.max())))
+    for region in states.regions:
+        if not _is_below(energy, region.energy_bound):
+            continue
+        corners = states.states[region.rest_state - 1].enclosure
+        minimum = Boxes(*(np.array([corner]) for corner in corners))
+        landscape = Landscape(form, (minimum,), end)
+        with np.errstate(all="ignore"):
+            reached = landscape.reached_minimum(whole, region.energy_bound)
+        if reached is not None:
+            return region.rest_state
+    return None
+
+
+def same_state(proof: Proof, state: ProvedState) -> int | None:
+    """Return the number of a proved rest state among those of a proof in the range of eq. 5.
+
+    Of two boxes that contain exactly one rest state each, one inside the other, both contain the
+    same.
+    """
+    low, high = np.array(state.enclosure)
+    for number, other in enumerate(proof.states, start=1):
+        other_low, other_high = np.array(other.enclosure)
+        nested = np.all(other_low <= low) and np.all(high <= other_high)
+        nested = nested or (np.all(low <= other_low) and np.all(other_high <= high))
+        if other.proved and state.proved and nested:
+            return number
+    return None
+
+
+def _is_below(energy: float, bound: float | None) -> bool:
+    return bound is not None and energy < bound
+
+
+def enclosed_start(
+    exact: Callable[[Callable[[Array], Array]], tuple[System, Array]],
+) -> tuple[float, Array, Array]:
+    """Return an upper bound of the energy at the start, and a box of Θ; call it by `in_balls`."""
+    system, start = exact(decimal_balls)
+    energy = upper(sum(system.observe(start).energy.tolist(), ball(0.0)))
+    Theta = [ball(0.0) + angle for angle in system.motion(start).Theta]
+    low, high = [-upper(-angle) for angle in Theta], [upper(angle) for angle in Theta]
+    return energy, np.array(low), np.array(high)
+
+
+def _starts_below(problem: Problem, proof: Proof) -> bool:
+    """Return whether v(0), computed in doubles, is below the bound of a proof of version 1."""
+    level = start_level(problem, proof)
+    if level is None or proof.region is None:
+        return False
+    terms = float(np.abs(_start_energies(problem)).sum()) + abs(proof.states[0].energy)
+    error = ROUND_OFF * abs(level) + SUM_ERROR * terms
+    return level + error < proof.region.lower_bound
+
+
+def _start_energies(problem: Problem) -> Array:
+    """Return the energy at the start by part, shape (parts,), J."""
+    with np.errstate(all="ignore"):
+        return problem.system.observe(problem.start).energy

@@ -4,6 +4,7 @@ from importlib.util import find_spec
 from io import StringIO
 from pathlib import Path
 
+from rbstab.files.existence import exists
 from rbstab.report.model.document import Report
 from rbstab.report.writers.signature import SIGNATURES, is_report, pictures_folder
 from rbstab.store.disk.atomic import write_atomically
@@ -89,7 +90,7 @@ def check_target(path: Path, form: str, *, force: bool) -> None:
     """
     check_writable(path)
     try:
-        if path.exists() and not force and not is_report(path):
+        if exists(path) and not force and not is_report(path):
             raise ResultExistsError(
                 f"{path} already exists and is not a report. Use --force to replace it."
             )

@@ -111,10 +111,11 @@ class Hdf5Reader:
             NotAResultError: There is no such array, or it is not what rbstab writes.
         """
         dataset = self.array(name)
-        is_text = _is_text(dataset.dtype)
-        data = self._texts(name, dataset) if is_text else dataset[() if row is None else row]
-        dimensions = _dimensions_of(dataset, name)
-        return Variable(dimensions, np.asarray(data), *self.description(dataset))
+        if _is_text(dataset.dtype):
+            data = self._texts(name, dataset)
+        else:
+            data = _whole(dataset) if row is None else np.asarray(dataset[row])
+        return Variable(_dimensions_of(dataset, name), data, *self.description(dataset))
 
     def array(self, name: str) -> h5py.Dataset:
         """Return an array without reading it; reading it is safe.
@@ -125,22 +126,27 @@ class Hdf5Reader:
         group, _, short_name = name.rpartition("/")
         parent = self.hdf5[group] if group else self.hdf5
         # Low-level calls, because creating h5py objects takes most of the time of reading a file.
-        dataset = parent[short_name] if _is_hard_link(parent, short_name) else None
-        if not isinstance(dataset, h5py.Dataset):
+        found = None
+        if _is_hard_link(parent, short_name):
+            found = h5py.h5o.open(parent.id, short_name.encode())
+        if not isinstance(found, h5py.h5d.DatasetID):
             raise self._no_array(name)
-        plan = dataset.id.get_create_plist()
-        if plan.get_layout() == h5py.h5d.VIRTUAL or plan.get_external_count():
+        plan = found.get_create_plist()
+        layout = plan.get_layout()
+        if layout == h5py.h5d.VIRTUAL or plan.get_external_count():
             # rbstab never writes links to other files, and does not follow them.
             raise self._no_array(name)
+        dataset = h5py.Dataset(found)
         dtype = dataset.dtype
-        if not _is_text(dtype) and dtype.kind not in "fiuS":
+        is_text = _is_text(dtype)
+        if not is_text and dtype.kind not in "fiuS":
             raise NotAResultError(f"{self.path}: {name} holds neither numbers nor texts")
-        if plan.get_layout() != h5py.h5d.CONTIGUOUS or plan.get_nfilters():
+        if layout != h5py.h5d.CONTIGUOUS or plan.get_nfilters():
             raise NotAResultError(
                 f"{self.path}: {name} is stored in chunks or with a filter, which rbstab never does"
             )
-        size = dataset.size * (_TEXT_REFERENCE if _is_text(dtype) else dtype).itemsize
-        offset = dataset.id.get_offset()
+        size = dataset.size * (_TEXT_REFERENCE if is_text else dtype).itemsize
+        offset = found.get_offset()
         if size and (offset is None or offset + size > self.hdf5.id.get_filesize()):
             raise self._damaged(f"its array {name} is larger than the file")
         return dataset
@@ -255,6 +261,14 @@ def _open_raw(path: Path) -> Iterator[BinaryIO]:
             file.close()
         except OSError as error:
             raise _unreadable(path, error) from error
+
+
+def _whole(dataset: h5py.Dataset) -> NDArray[Any]:
+    """Read all of an array of numbers, as `dataset[()]` does, in a third of the time."""
+    data = np.empty(dataset.shape, dataset.dtype)
+    if data.size:
+        dataset.id.read(h5py.h5s.ALL, h5py.h5s.ALL, data)
+    return data
 
 
 def _is_text(dtype: np.dtype[Any]) -> bool:

@@ -10,6 +10,8 @@ from support.made_runs import made_file, made_result
 from support.results import result
 from support.sweeps import FakeEngine, plan_of
 
+from rbstab.experiment.summary import summary_of
+from rbstab.report.reading import read_results, sources
 from rbstab.report.reading.sources import MAX_LABEL_LENGTH, read_sources, unique_labels
 from rbstab.store.run_file import write_result
 from rbstab.store.table import TableHeader
@@ -252,3 +254,23 @@ def test_labels_are_short_and_their_own_whatever_the_files_are_called():
 def test_files_of_one_name_with_other_endings():
     labels = unique_labels([Path("/r/x.h5"), Path("/r/x.nc")])
     assert len(set(labels)) == 2
+
+
+def test_summaries_come_with_the_runs(good, monkeypatch):
+    """They are computed where runs are read side by side, not one after the other."""
+    [run] = read_sources([good]).runs
+    expected = summary_of(run.result)
+    monkeypatch.setattr(sources, "summary_of", None)
+    assert run.summary == expected
+
+
+def test_a_run_without_a_summary_is_read(good, monkeypatch):
+    """Its error comes where the summary is needed."""
+
+    def fail(result):
+        raise ArithmeticError
+
+    monkeypatch.setattr(read_results, "summary_of", fail)
+    read = read_results.read_file(good)
+    assert isinstance(read, read_results.ReadRun)
+    assert read.summary is None

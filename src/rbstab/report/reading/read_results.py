@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rbstab.experiment.stored_config import StoredConfig, stored_config
+from rbstab.experiment.summary import Summary, summary_of
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.untrusted import SWEEP, content_of, file_of
@@ -17,11 +18,12 @@ from rbstab.store.result import Result
 
 
 class ReadRun(NamedTuple):
-    """A run that was read: its file, its content, and its config."""
+    """A run that was read: its file, its content, its config, and its summary if there is one."""
 
     file: Path
     result: Result
     stored: StoredConfig
+    summary: Summary | None
 
 
 class ReadSweep(NamedTuple):
@@ -42,7 +44,19 @@ def read_file(file: Path) -> Read:
     content = content_of(file)
     if content == SWEEP:
         return ReadSweep(file)
-    return ReadRun(file, content, stored_config(content))
+    return ReadRun(file, content, stored_config(content), _summary_of(content))
+
+
+def _summary_of(content: Result) -> Summary | None:
+    """Return the summary of a run, which takes long; None if it has none.
+
+    It is computed here because runs are read side by side.
+    """
+    try:
+        return summary_of(content)
+    except Exception:
+        # Where the summary is needed, it is computed again, with its error.
+        return None
 
 
 def read_one(path: Path, reader: Callable[[Path], Read] = read_file) -> Read | Unread:

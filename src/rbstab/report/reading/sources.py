@@ -38,6 +38,7 @@ class Run:
         result: The content of the file.
         config: Its config; None if this version of the program cannot read it.
         data: The stored config as plain data, not validated; empty if it is not YAML.
+        known_summary: Its summary, if it was computed already.
     """
 
     number: int
@@ -47,11 +48,12 @@ class Run:
     result: Result
     config: Config | None
     data: Mapping[str, Any] = field(default_factory=dict)
+    known_summary: Summary | None = None
 
     @cached_property
     def summary(self) -> Summary:
         """Its summary: first and last values of v, energy residual, peaks."""
-        return summary_of(self.result)
+        return self.known_summary or summary_of(self.result)
 
     @property
     def stores_v_minus_work(self) -> bool:
@@ -135,7 +137,15 @@ def _identity(path: Path) -> str:
 def _runs(found: list[ReadRun]) -> tuple[Run, ...]:
     labels = unique_labels([read.file for read in found])
     return tuple(
-        Run(number, f"run-{number + 1}", label, read.file, read.result, *read.stored)
+        Run(
+            number,
+            f"run-{number + 1}",
+            label,
+            read.file,
+            read.result,
+            *read.stored,
+            known_summary=read.summary,
+        )
         for number, (label, read) in enumerate(zip(labels, found, strict=True))
     )
 

@@ -6,13 +6,15 @@ from functools import cached_property
 import numpy as np
 
 from rbstab.elements.inputs.loads import Input
+from rbstab.integrate.modes.phases import depend_on_loads
+from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.states import PITCH
 from rbstab.systems.coordinates import CentreCoordinates, ReducedCoordinates
-from rbstab.systems.modes import with_modes_at
+from rbstab.systems.modes import Modes, guards_at, has_modes, with_modes, with_modes_at
 from rbstab.systems.system import System
 
 ORIENTATION = slice(0, 3)
@@ -82,13 +84,22 @@ class Configurations:
 
     def energy(self, q: Array) -> Number:
         """Return the energy stored in the elements, J."""
+        if q.dtype.kind in "fc" and self._fast_energies is not None:
+            return sum(self._fast_energies(self.placed(q)))
         y = self.state(q)
         return with_modes_at(self.system, y).potential_energy(y)
 
     def energies(self, q: Array) -> Array:
         """Return the energy stored in each element, shape (elements,), J."""
+        if q.dtype.kind in "fc" and self._fast_energies is not None:
+            return self._fast_energies(self.placed(q))
         system = with_modes_at(self.system, self.state(q))
         return np.array(stored_energies(system, self.motion(q), q[self.pose_size :]))
+
+    @cached_property
+    def _fast_energies(self) -> "_FastEnergies | None":
+        """The energies at floats and complex numbers; None if the modes depend on loads."""
+        return None if depend_on_loads(self.system) else _FastEnergies(self.system, self.size)
 
     def gradient(self, q: Array) -> Array:
         """Return the derivatives of the energy, shape (size,): N m, then N."""
@@ -124,6 +135,39 @@ class TouchingConfigurations(Configurations):
     def energy(self, q: Array) -> Number:
         """Return the energy stored in the elements and in the spring of θ2, J."""
         return super().energy(q) + self.spring(q)
+
+
+class _FastEnergies:
+    """The energy stored in each element as a function of q: the equations as `StraightLine`.
+
+    Args:
+        system: The system of `Configurations`; its modes do not depend on the loads.
+        size: The number of entries of q.
+    """
+
+    def __init__(self, system: System, size: int) -> None:
+        self._system = system
+        self._energies = StraightLine(_energies_at, system, size)
+        self._guards = StraightLine(_guards_at, system, size) if has_modes(system) else None
+        self._in_modes: dict[Modes, StraightLine] = {}
+
+    def __call__(self, q: Array) -> Array:
+        """Return the energies in the modes that belong to q, shape (elements,), J."""
+        if self._guards is None:
+            return self._energies(q)
+        modes = tuple([float(g.real > 0) for g in self._guards(q).tolist()])
+        if modes not in self._in_modes:
+            self._in_modes[modes] = self._energies.in_modes_of(with_modes(self._system, modes))
+        return self._in_modes[modes](q)
+
+
+def _energies_at(system: System, q: Array) -> Array:
+    at_rest = Configurations(system)
+    return np.array(stored_energies(system, at_rest.motion(q), q[at_rest.pose_size :]))
+
+
+def _guards_at(system: System, q: Array) -> Array:
+    return guards_at(system, Configurations(system).state(q))
 
 
 def stored_energies(system: System, motion: Motion, own: Array) -> list[Number]:

@@ -33,6 +33,7 @@ class EquationsInTime:
         equations: A function of a system, an audited state and a time.
         system: The system.
         timed: Whether they depend on the time; default: whether the system does.
+        size: The length of the state; default that of the audited one.
     """
 
     def __init__(
@@ -40,9 +41,10 @@ class EquationsInTime:
         equations: Callable[..., Array],
         system: System,
         timed: bool | None = None,
+        size: int | None = None,
     ) -> None:
         self._timed = system.timed if timed is None else timed
-        size = system.audited_size
+        size = system.audited_size if size is None else size
         # The time is one more variable, but only of equations that depend on it.
         self._of = (
             StraightLine(_WithTime(equations), system, size + 1)

@@ -118,13 +118,15 @@ def drive(
     driver = make_driver(problem)
     samples: list[Sample] = []
     systems: list[System] = []
+    known: dict[Modes, System] = {}
     chatter_energies: list[float] = []
     try:
         for sample in driver.samples():
             state = sample.driver_state
-            # Most samples have the modes of the sample before.
-            if not samples or state.modes is not samples[-1].driver_state.modes:
-                system = system_for_modes(problem.system, state.modes)
+            # Samples in the same modes share one system: what is made for it serves all of them.
+            if state.modes not in known:
+                known[state.modes] = system_for_modes(problem.system, state.modes)
+            system = known[state.modes]
             systems.append(system)
             chatter_energies.append(
                 chatter_energy(system, state.state[BODY]) if problem.diagnosed else np.nan

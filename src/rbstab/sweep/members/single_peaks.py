@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,11 +17,13 @@ from rbstab.analysis.peak_search import (
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
+from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
 from rbstab.sweep.members.outcome import THETA_ROWS
 from rbstab.sweep.members.refinement import MAX_SAMPLES, PARTS, refined, refinements
 from rbstab.systems.impact import stop_of
+from rbstab.systems.system import System
 
 STEPS_OF_SLIDING = 2
 """As `STEPS_PER_INTERVAL`, for Taylor steps of a sliding member: a step ends at each sample and at
@@ -114,16 +117,20 @@ class SinglePeaks:
     def _samples(self, times: Array, states: Array) -> Samples:
         """Return the samples of E and Θ at states of shape (m, n, size)."""
         shape = states.shape[:2]
-        found = np.array([self._observed(state) for state in states.reshape(-1, states.shape[2])])
+        observe = self._values_and_rates
+        found = np.array([observe(state) for state in states.reshape(-1, states.shape[2])])
         values, rates = np.moveaxis(found, 0, -1).reshape(2, 6, *shape)
         return Samples(times, values, rates, self._divider(times, states))
 
-    def _observed(self, state: Array) -> Array:
-        """Return E and Θ, and then their rates, shape (12,)."""
-        if not np.isfinite(state).all():
-            return np.full(12, np.nan)
-        motion = self.problem.system.motion(state)
-        return np.concatenate([motion.E, motion.Theta, motion.F, motion.B @ motion.Omega])
+    @cached_property
+    def _values_and_rates(self) -> StraightLine:
+        """E and Θ, and then their rates, as a function of the state, shape (12,)."""
+        return StraightLine(_values_and_rates_at, self.problem.system, len(self.problem.start))
+
+
+def _values_and_rates_at(system: System, state: Array) -> Array:
+    motion = system.motion(state)
+    return np.concatenate([motion.E, motion.Theta, motion.F, motion.B @ motion.Omega])
 
 
 def _at_stop(found: Peaks, trajectory: Trajectory) -> Peaks:

@@ -125,7 +125,10 @@ def test_a_run_builds_only_the_models_of_its_variant(folder: Path) -> None:
 
 def test_a_run_reads_a_stored_proof_if_there_is_one(folder: Path) -> None:
     (folder / "results" / "proofs").mkdir(parents=True)
-    assert "rbstab.experiment.proof" in imported_by_run("good.yaml", "-q")
+    modules = imported_by_run("good.yaml", "-q")
+    assert "rbstab.experiment.stored_proof.identity" in modules
+    # It is read, and no proof is made.
+    assert "rbstab.experiment.proof" not in modules
 
 
 def test_the_modules_that_a_run_imports_are_excluded_from_garbage_collection(folder: Path) -> None:

@@ -9,7 +9,7 @@ from html.parser import HTMLParser
 import pytest
 from support.pages import HOSTILE, hostile_report, report
 
-from rbstab.report.model.document import Report, Section
+from rbstab.report.model.document import Cell, Head, Report, Section, Table
 from rbstab.report.writers.html import page
 
 
@@ -110,3 +110,12 @@ def test_the_same_report_makes_the_same_page(whole: str) -> None:
 def test_a_name_that_is_no_text_can_be_written() -> None:
     odd = Report("\udcff", "c", "c", ())
     assert page(odd).encode()
+
+
+def test_names_break_only_at_their_joints() -> None:
+    name = "initial.angular_velocity[0] over 0.5 <b>"
+    table = Table("t", name, (Head(name),), ((Cell(name),),))
+    text = page(Report(name, "c", "c", (Section("s", name, (table,)),)))
+    whole = "initial.<wbr>angular_<wbr>velocity[0] over 0.5 &lt;b&gt;"
+    # The title of the report, the link to the section, its heading, and three in the table.
+    assert text.count(whole) == 6

@@ -33,7 +33,7 @@ SYMBOLS = {
     "state; v(0): v at the start.",
     MARGIN: "c*: a level of v below which every motion is proved to converge. So v(0)/c* below 1 "
     "is a start with that proof; above 1, nothing follows from it.",
-    "peak |E|": "E: the way of the contact point from its anchor.",
+    "peak |E|": "E: the displacement of the contact point from its anchor.",
     "peak |θ2|": "θ2: the second Euler angle; its range ends at ±π/2 rad, a right angle.",
 }
 """What the symbols on the cards mean."""

@@ -13,7 +13,7 @@ from rbstab.report.sweeps.sketches import rest_sketch
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
 
 SYMBOLS = (
-    "E: the way of the contact point from its anchor, by axis. "
+    "E: the displacement of the contact point from its anchor, by axis. "
     "θ2: the second Euler angle; its range ends at ±π/2 rad, a right angle."
 )
 """What the symbols on the card mean."""

@@ -175,11 +175,15 @@ def test_labels_of_categories_do_not_cover_the_title_on_a_phone(opened: Opened) 
     box = page.locator(".drawing")
     box.scroll_into_view_if_needed()
     expect(box.locator(".xtitle")).to_be_visible()
-    title = box.locator(".xtitle").bounding_box()
-    ticks = [tick.bounding_box() for tick in box.locator(".xtick text").all()]
+    place = """(all) => all.map((e) => {
+        const { left, right, top, bottom } = e.getBoundingClientRect();
+        return { left, right, top, bottom };
+    })"""
+    (title,) = box.locator(".xtitle").evaluate_all(place)
+    ticks = box.locator(".xtick text").evaluate_all(place)
     assert len(ticks) == 4
-    assert all(tick["y"] + tick["height"] <= title["y"] + 1 for tick in ticks)
-    edges = sorted((tick["x"], tick["x"] + tick["width"]) for tick in ticks)
+    assert all(tick["bottom"] <= title["top"] + 1 for tick in ticks)
+    edges = sorted((tick["left"], tick["right"]) for tick in ticks)
     assert all(end <= begin for (_, end), (begin, _) in pairwise(edges))
 
 

@@ -1,14 +1,17 @@
 """Protects the page at the widths of a desktop and of a phone: cards, tables, details that fold."""
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright.sync_api import expect
 from support.browser import Opened
 from support.made_sweeps import SPIN, write_sweep
 
 from rbstab.report.model.document import Cell, Head, Report, Section, Table
+from rbstab.report.model.figure import Axis, Figure, Line, Panel, Points
 from rbstab.report.sweeps.sections import sweep_sections
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -161,3 +164,51 @@ def contrast(one: str, other: str) -> float:
 
     high, low = sorted((luminance(one), luminance(other)), reverse=True)
     return (high + 0.05) / (low + 0.05)
+
+
+def test_labels_of_categories_do_not_cover_the_title_on_a_phone(opened: Opened) -> None:
+    labels = ("completed", "completed, settled", "completed, |E| below 1 mm", "proved to converge")
+    points = Points(np.arange(4.0), np.ones(4))
+    panel = Panel(Axis("outcome", categories=labels), Axis("share"), (points,))
+    section = Section("s", "Section", (Figure("f", "Figure", (panel,)),))
+    page = opened(Report("Figure", "2026-01-02", "rbstab report", (section,)), **PHONE)
+    box = page.locator(".drawing")
+    box.scroll_into_view_if_needed()
+    expect(box.locator(".xtitle")).to_be_visible()
+    place = """(all) => all.map((e) => {
+        const { left, right, top, bottom } = e.getBoundingClientRect();
+        return { left, right, top, bottom };
+    })"""
+    (title,) = box.locator(".xtitle").evaluate_all(place)
+    ticks = box.locator(".xtick text").evaluate_all(place)
+    assert len(ticks) == 4
+    assert all(tick["bottom"] <= title["top"] + 1 for tick in ticks)
+    edges = sorted((tick["left"], tick["right"]) for tick in ticks)
+    assert all(end <= begin for (_, end), (begin, _) in pairwise(edges))
+
+
+@WIDTHS
+def test_powers_of_ten_have_the_size_of_other_tick_labels(opened: Opened, size: dict) -> None:
+    line = Line(np.arange(4.0), 10.0 ** -np.arange(4.0))
+    panel = Panel(Axis("t"), Axis("v", log=True), (line,))
+    section = Section("s", "Section", (Figure("f", "Figure", (panel,)),))
+    page = opened(Report("Figure", "2026-01-02", "rbstab report", (section,)), **size)
+    box = page.locator(".drawing")
+    box.scroll_into_view_if_needed()
+    expect(box.locator(".ytick text").first).to_be_visible()
+    ticks = box.locator(".xtick text, .ytick text")
+    assert set(ticks.evaluate_all("all => all.map(e => getComputedStyle(e).fontSize)")) == {"11px"}
+
+
+def test_the_mark_of_a_folded_section_stands_beside_its_heading_on_a_phone(
+    opened: Opened, compared: Report
+) -> None:
+    page = opened(compared, **PHONE)
+    summary = page.locator("section[id$='-plan'] summary")
+    # A heading on the line below the mark would begin at the left edge.
+    assert summary.evaluate(
+        """(e) => {
+            const left = (one) => one.getClientRects()[0].left;
+            return left(e.querySelector("h2")) > left(e) + 5;
+        }"""
+    )

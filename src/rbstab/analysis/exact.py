@@ -1,8 +1,9 @@
-"""Energies and powers at a state without round-off: the same equations in balls of 1024 bits.
+"""Energies and powers without round-off: the equations in numbers of 1024 bits with error bounds.
 
-A ball is a number with a proved bound on its error (python-flint's `arb`). States and parameters
-are doubles, and each double is an exact ball. So the certificate can tell a wrong equation from
-terms that cancel in double precision. Proofs take the numbers of a config as decimals instead.
+Such a number is a ball: it has a proved bound on its error (python-flint's `arb`). States and
+parameters are doubles, and each double is an exact ball. So the certificate can tell a wrong
+equation from terms that cancel in double precision. Proofs take the numbers of a config as decimals
+instead.
 """
 
 import math

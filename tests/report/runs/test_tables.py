@@ -157,6 +157,11 @@ def test_a_card_shows_the_margin_to_the_region(path, tmp_path):
     *_, cards = answer_blocks(facts(path))
     assert isinstance(cards, Cards)
     assert dict(cards.cards[0].facts)["v(0)/c*"] == "0.25"
+    assert "v(0)/c* below 1 is a start with that proof" in cards.note
+    (_, without) = answer_blocks(facts(made_file(tmp_path / "other" / "unproved.h5")))
+    assert isinstance(without, Cards)
+    assert "c*" not in without.note
+    assert all(f" {symbol}: " in without.note for symbol in ("v", "v(0)", "E", "θ2"))
 
 
 @pytest.mark.parametrize(

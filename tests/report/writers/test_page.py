@@ -9,7 +9,16 @@ from html.parser import HTMLParser
 import pytest
 from support.pages import HOSTILE, hostile_report, report
 
-from rbstab.report.model.document import Report, Section
+from rbstab.report.model.document import (
+    Card,
+    Cards,
+    Cell,
+    Head,
+    Report,
+    Section,
+    Sketch,
+    Table,
+)
 from rbstab.report.writers.html import page
 
 
@@ -110,3 +119,19 @@ def test_the_same_report_makes_the_same_page(whole: str) -> None:
 def test_a_name_that_is_no_text_can_be_written() -> None:
     odd = Report("\udcff", "c", "c", ())
     assert page(odd).encode()
+
+
+def test_names_break_only_at_their_joints() -> None:
+    name = "initial.angular_velocity[0] over 0.5 <b>"
+    table = Table("t", name, (Head(name),), ((Cell(name),),))
+    text = page(Report(name, "c", "c", (Section("s", name, (table,)),)))
+    whole = "initial.<wbr>angular_<wbr>velocity[0] over 0.5 &lt;b&gt;"
+    # The title of the report, the link to the section, its heading, and three in the table.
+    assert text.count(whole) == 6
+
+
+def test_a_caption_of_several_sketches_stands_once_in_rows() -> None:
+    sketches = (Sketch("from 0 to 1", ()), None, Sketch("from 0 to 1", ()), Sketch("other", ()))
+    cards = tuple(Card(str(k), (), sketch=sketch) for k, sketch in enumerate(sketches))
+    text = page(Report("t", "c", "c", (Section("s", "S", (Cards("c", cards),)),)))
+    assert text.count('<p class="again">') == 1

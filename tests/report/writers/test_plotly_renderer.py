@@ -26,7 +26,7 @@ from rbstab.report.model.palette import COLOURS, colour
 from rbstab.report.model.split_time import SplitTime
 from rbstab.report.writers.plotly_figures.page_data import page_data
 from rbstab.report.writers.plotly_figures.renderer import plotly_data
-from rbstab.report.writers.plotly_figures.text import packed_array, packed_integers
+from rbstab.report.writers.plotly_figures.text import packed_array, packed_integers, tick_lines
 
 
 def unpacked(array: dict[str, Any]) -> Any:
@@ -372,3 +372,41 @@ def test_a_logarithmic_axis_has_room_for_its_labels() -> None:
     layout = plotly_data(Figure("f", "F", panels))["layout"]
     assert layout["yaxis"]["nticks"] <= 4
     assert "nticks" not in layout["yaxis2"]
+
+
+def category_axis(name: str, *labels: str) -> tuple[dict[str, Any], int]:
+    """Return a horizontal axis of categories in a layout, and the space below the panel, px."""
+    points = Points(np.arange(float(len(labels))), np.zeros(len(labels)))
+    layout = drawing_of(points, x=Axis("outcome", categories=labels))[name]
+    return layout["xaxis"], layout["margin"]["b"]
+
+
+def test_words_of_categories_are_lines_with_room_below() -> None:
+    labels = (
+        "completed",
+        "completed, settled",
+        "|E| below 1 mm from some time on",
+        "visco-elastic",
+    )
+    axis, below = category_axis("narrow", *labels)
+    assert axis["tickangle"] == 0
+    assert [text.replace("<br>", " ") for text in axis["ticktext"]] == [
+        *labels[:3],
+        "visco- elastic",
+    ]
+    lines = [text.split("<br>") for text in axis["ticktext"]]
+    assert max(len(line) for label in lines for line in label) <= 11
+    wide, shallow = category_axis("layout", *labels)
+    assert max(text.count("<br>") for text in wide["ticktext"]) < max(map(len, lines)) - 1
+    assert below >= shallow + 14 > shallow
+
+
+def test_words_too_long_for_their_categories_stand_upright() -> None:
+    axis, below = category_axis("narrow", *[f"{n}ncommonlylonglabel" for n in range(8)])
+    assert axis["tickangle"] == 90
+    assert below > 100
+    assert axis["ticktext"][0] == "0ncommonlylonglabel"
+
+
+def test_a_label_of_many_words_is_cut() -> None:
+    assert tick_lines("one two three four", 4, 2) == ["one", "two …"]

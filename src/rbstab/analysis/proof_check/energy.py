@@ -1,4 +1,4 @@
-"""The reduced energy U of a proof in balls, and its Taylor expansion over a box.
+"""The reduced energy U of a proof in balls, numbers with an error bound; its Taylor expansion.
 
     U = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3),    t = [1, cos θ, sin θ, cos 2θ, ...]
 

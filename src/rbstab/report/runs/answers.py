@@ -25,6 +25,20 @@ QUESTIONS = {
 """What a run is asked; the names are those of `RunAnswer`."""
 
 
+MARGIN = "v(0)/c*"
+"""Name of the number that compares a start with the certified region."""
+
+SYMBOLS = {
+    "v(0)": "v: the Lyapunov function, an energy that damping takes away, zero at the lowest rest "
+    "state; v(0): v at the start.",
+    MARGIN: "c*: a level of v below which every motion is proved to converge. So v(0)/c* below 1 "
+    "is a start with that proof; above 1, nothing follows from it.",
+    "peak |E|": "E: the displacement of the contact point from its anchor.",
+    "peak |θ2|": "θ2: the second Euler angle; its range ends at ±π/2 rad, a right angle.",
+}
+"""What the symbols on the cards mean."""
+
+
 def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
     """Return the sentence, the cards, and what the words mean."""
     sentences = answer_sentence(facts), *_first_at_rest(facts)
@@ -32,7 +46,13 @@ def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
         return (*sentences, meanings())
     sketches = decay_sketches([entry.run for entry in facts])
     cards = tuple(_card(entry, sketch) for entry, sketch in zip(facts, sketches, strict=True))
-    return (*sentences, Cards("answers", cards, meanings()))
+    return (*sentences, Cards("answers", cards, f"{meanings()} {_symbols(cards)}"))
+
+
+def _symbols(cards: Sequence[Card]) -> str:
+    """Return what the symbols of the cards mean, those that stand on one of them."""
+    shown = {name for card in cards for name, _ in card.facts}
+    return " ".join(text for name, text in SYMBOLS.items() if name in shown)
 
 
 def answer_sentence(facts: Sequence[RunFacts]) -> str:
@@ -84,7 +104,7 @@ def _card(facts: RunFacts, sketch: Sketch | None) -> Card:
     numbers = {
         "at rest from": settled if settled == NO_VALUE else f"{settled} s",
         "v(0)": f"{number(s.lyapunov_start)} J",
-        "v(0)/c*": _margin(facts),
+        MARGIN: _margin(facts),
         "peak |E|": f"{at_least(s.displacement_resolved)}{number(s.peak_distance)} m",
         "peak |θ2|": f"{at_least(s.pitch_resolved)}{number(s.largest_pitch)} rad",
         "ended": status if status != RunStatus.COMPLETED else "",

@@ -7,6 +7,7 @@ comes from stored results and the proofs stored beside them.
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import compress
 
 from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
@@ -31,6 +32,9 @@ HEADS = (
     Head("the paper's claim"),
 )
 """What is known comes before what is claimed: a narrow page shows only the first columns."""
+
+OF_BARE = HEADS[1], HEADS[3]
+"""The columns that only bodies without a barrier have."""
 
 NOTE = (
     "Globally stable means here: every motion that starts in the range of the Euler angles, "
@@ -72,7 +76,12 @@ def claims_section(facts: Sequence[RunFacts]) -> Section | None:
     sentences = (
         [f"Shown: {len(shown)} of {len(bodies)} bodies."] if len(shown) < len(bodies) else []
     )
-    table = Table("claims", "Claims, counterexamples and proofs", HEADS, rows, NOTE)
+    # A narrow page shows only the first columns: none of them may be empty.
+    left_out = () if any(body.bare for body in shown) else OF_BARE
+    kept = [head not in left_out for head in HEADS]
+    rows = tuple(tuple(compress(row, kept)) for row in rows)
+    heads = tuple(compress(HEADS, kept))
+    table = Table("claims", "Claims, counterexamples and proofs", heads, rows, NOTE)
     figure = landscape_figure([_landscape(body) for body in shown])
     return Section("stability", "Globally stable?", (*sentences, table, figure))
 

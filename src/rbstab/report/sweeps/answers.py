@@ -12,6 +12,12 @@ from rbstab.report.sweeps.quantities import peak_displacement, settling_time
 from rbstab.report.sweeps.sketches import rest_sketch
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
 
+SYMBOLS = (
+    "E: the displacement of the contact point from its anchor, by axis. "
+    "θ2: the second Euler angle; its range ends at ±π/2 rad, a right angle."
+)
+"""What the symbols on the card mean."""
+
 
 def answer_blocks(name: str, label: str, members: Members) -> list[Block]:
     """Return a sentence on each comparison of conditions, and the card of a sweep.
@@ -28,7 +34,7 @@ def answer_blocks(name: str, label: str, members: Members) -> list[Block]:
         target=f"{name}-members",
         sketch=rest_sketch(members, paired_conditions_of(members)),
     )
-    cards = Cards(f"{name}-answer", (card,), meanings())
+    cards = Cards(f"{name}-answer", (card,), f"{meanings()} {SYMBOLS}")
     return [*ranking(members, compared_quantities(members)), cards]
 
 

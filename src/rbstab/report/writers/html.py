@@ -8,6 +8,7 @@ script; it lists the digests of the allowed scripts. So even an unescaped text c
 import base64
 import gzip
 import hashlib
+import re
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -26,6 +27,10 @@ SCRIPTS = (
     *("scene", "motions", "start"),
 )
 """Names of the scripts of the page, in the order in which they run."""
+
+
+JOINTS = re.compile(r"(?<=_)|(?<=[A-Za-z]\.)(?=[A-Za-z])")
+"""Where a name may be broken: after an underscore, or a dot between words."""
 
 
 def page(report: Report) -> str:
@@ -67,9 +72,9 @@ def page(report: Report) -> str:
 
 
 def _breakable(text: str) -> Markup:
-    """Return a label that may be broken after an underscore, rather than anywhere."""
+    """Return a text whose names may be broken at their joints, rather than anywhere."""
     # `join` escapes the parts.
-    return Markup("_<wbr>").join(text.split("_"))
+    return Markup("<wbr>").join(JOINTS.split(text))
 
 
 def _animation_data(animation: Animation) -> JSON:

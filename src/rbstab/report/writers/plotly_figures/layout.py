@@ -1,14 +1,20 @@
 """Layout of a figure in plotly: the positions of its panels, and their axes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Mark, Panel
 from rbstab.report.writers.colour_scale import cell_edges
-from rbstab.report.writers.plotly_figures.text import escaped, tick_label
+from rbstab.report.writers.plotly_figures.text import (
+    MAX_TICK_LENGTH,
+    escaped,
+    tick_label,
+    tick_lines,
+)
 
 JSON = dict[str, Any]
 
@@ -34,7 +40,49 @@ TICK_SIZE, TITLE_SIZE = 11, 13
 HEIGHTS = {True: 320, False: 210}
 """Heights of a panel, px: in a figure with one row of panels (True), or with more (False)."""
 
+LETTER, LINE = 6, 14
+"""Width of a letter of a tick label, and height of a line, px."""
+
+NARROWEST = 0.75
+"""The smallest width of a figure in which its layout is used, as a part of the layout's width."""
+
+MAX_TICK_LINES = 5
+"""Maximum number of lines of a tick label."""
+
 TITLE_FONT = {"font": {"size": TITLE_SIZE}}
+
+
+class TickWords(NamedTuple):
+    """The labels of a horizontal axis of categories.
+
+    texts are their lines, escaped. angle is that of the labels, degrees, and height the space that
+    they need, px.
+    """
+
+    texts: tuple[str, ...]
+    angle: int
+    height: int
+
+
+def tick_words(labels: Sequence[str], room: int) -> TickWords:
+    """Lay out the labels of categories: in lines if their words fit, or else upright.
+
+    Args:
+        labels: The labels.
+        room: Characters that fit between two categories.
+    """
+    lines = [tick_lines(label, min(room, MAX_TICK_LENGTH), MAX_TICK_LINES) for label in labels]
+    upright = max(len(line) for label in lines for line in label) > room + 1
+    if upright:
+        most = 2 if room * LETTER >= 2 * LINE else 1
+        length = MAX_TICK_LENGTH // most
+        lines = [tick_lines(label, length, most) for label in labels]
+        longest = max(len(line) for label in lines for line in label)
+        height = 10 + LETTER * min(longest, MAX_TICK_LENGTH)
+    else:
+        height = TICKS + LINE * (max(map(len, lines)) - 1)
+    texts = tuple("<br>".join(map(tick_label, label)) for label in lines)
+    return TickWords(texts, 90 if upright else 0, height)
 
 
 def axis_name(letter: str, number: int) -> str:
@@ -110,6 +158,17 @@ class PanelGrid:
         end = begin + pitch - gap - (0 if self.figure.shares_scale else self._bar_width(number))
         return [begin / inner, end / inner]
 
+    def words(self, number: int) -> TickWords | None:
+        """Return the labels of the horizontal axis of a panel; None for an axis of numbers."""
+        labels = self.figure.panels[number].x.categories
+        if not labels:
+            return None
+        begin, end = self.x_domain(number)
+        width = (end - begin) * (self.width - LEFT - RIGHT)
+        # The narrow layout is as wide as a small phone; a wide one may be scaled down.
+        width *= 1.0 if self.columns == 1 else NARROWEST
+        return tick_words(labels, int(width / len(labels) / LETTER))
+
     def y_domain(self, number: int) -> list[float]:
         """Return the vertical domain of a panel, in fractions of the height inside the margins."""
         row = number // self.columns
@@ -145,8 +204,9 @@ class PanelGrid:
         first, found = self.figure.panels[0], []
         common: JSON = {"xref": "paper", "yref": "paper", "showarrow": False} | TITLE_FONT
         if "x" in self.titles:
+            ticks = self._tick_height(self.rows - 1)
             place = {"x": self._right / 2, "xanchor": "center", "y": 0, "yanchor": "top"}
-            found.append(common | place | {"text": escaped(first.x.text), "yshift": -TICKS + 2})
+            found.append(common | place | {"text": escaped(first.x.text), "yshift": 2 - ticks})
         if "y" in self.titles and self.rows > 1:
             place = {"x": 0, "xanchor": "center", "y": 0.5, "yanchor": "middle", "textangle": -90}
             found.append(common | place | {"text": escaped(first.y.text), "xshift": -LEFT + 12})
@@ -175,7 +235,13 @@ class PanelGrid:
         height = HEIGHTS[len(self.figure.panels) <= self.columns]
         if any(panel.equal for panel in panels):
             height = min(int(self.width / self.columns), 420)
-        return above, height, TICKS + (LABEL if labelled else 0)
+        return above, height, self._tick_height(row) + (LABEL if labelled else 0)
+
+    def _tick_height(self, row: int) -> int:
+        """Return the space for the tick labels below the panels of a row, px."""
+        begin = row * self.columns
+        found = (self.words(begin + n) for n in range(len(self._panels(row))))
+        return max((words.height for words in found if words), default=TICKS)
 
     @property
     def below(self) -> int:
@@ -203,6 +269,10 @@ def panel_layout(grid: PanelGrid) -> JSON:
         for letter, axis in (("x", panel.x), ("y", panel.y)):
             key = f"{letter}axis{number + 1 if number else ''}"
             layout[key] = _axis(axis, _ends(panel, letter)) | _position(grid, panel, number, letter)
+        words = grid.words(number)
+        if words:
+            key = f"xaxis{number + 1 if number else ''}"
+            layout[key] |= {"ticktext": list(words.texts), "tickangle": words.angle}
     return layout
 
 

@@ -330,6 +330,54 @@ def test_words_as_ticks_stand_apart_and_inside(columns):
     assert labels[0].get_rotation() or no_overlap(drawing, labels)
 
 
+def test_long_categories_are_put_on_several_lines():
+    words = ("completed", "completed, settled", "completed, |E| below 1 mm from some time on")
+    axis = Axis("outcome", categories=words)
+    drawing = draw_figure(figure_of(Points(np.arange(3.0), np.arange(3.0), "a"), x=axis))
+    labels = drawing.axes[0].get_xticklabels()
+    assert [" ".join(label.get_text().split()) for label in labels] == list(words)
+    assert not any(label.get_rotation() for label in labels)
+    assert no_overlap(drawing, labels)
+
+
+def test_labels_of_low_panels_are_not_longer_than_their_axes():
+    panel = Panel(Axis("x"), Axis("share of members"), (Line(X, Y, "a"),))
+    drawing = draw_figure(Figure("f", "F", (panel,) * 8, columns=2))
+    FigureCanvasAgg(drawing).draw()
+    for axes in drawing.axes:
+        assert axes.yaxis.label.get_window_extent().height <= axes.get_window_extent().height
+
+
+@pytest.mark.parametrize("begin", [0.6, 0.8, 1.0, 2.1, 4.1, 7.0])
+@pytest.mark.parametrize("span", [1.4, 1.6, 2.4, 2.6, 4.8, 9.0, 30.0])
+def test_labels_of_a_short_logarithmic_axis_of_x_do_not_overlap(begin, span):
+    low, high = 1e-14 * begin, 1e-14 * begin * span
+    panel = Panel(Axis("r", log=True), PLAIN, (Line(np.array([low, high]), np.ones(2)),))
+    drawing = draw_figure(Figure("f", "F", (panel,) * 8, columns=2))
+    axis = drawing.axes[0].xaxis
+    FigureCanvasAgg(drawing).draw()
+    ends = axis.get_view_interval()
+    labels = [
+        label
+        for label in axis.get_ticklabels(which="both")
+        if label.get_text() and ends[0] <= label.get_position()[0] <= ends[1]
+    ]
+    assert labels
+    assert no_overlap(drawing, labels)
+
+
+def test_points_at_the_ends_are_whole():
+    share = Axis("share", ends=(-0.03, 1.03))
+    one = np.array([1.0])
+    drawing = draw_figure(figure_of(Intervals(one, one, 0.9 * one, one), y=share))
+    (middle,) = [line for line in drawing.axes[0].lines if line.get_marker() == "o"]
+    assert not middle.get_clip_on()
+    axes = axes_of(figure_of(Points(np.array([0.0, 1.0]), np.array([0.0, 1.0]), "eigenvalues")))
+    low, high = axes.get_xlim()
+    assert -low >= 0.045
+    assert high - 1 >= 0.045
+
+
 def test_a_figure_is_as_wide_as_a_page_and_no_taller():
     panel = Panel(Axis("x"), Axis("y"), (Line(X, Y, "a"),))
     for count, columns in ((1, 1), (3, 1), (6, 2), (8, 3), (20, 2)):
@@ -439,3 +487,9 @@ def test_labels_of_a_logarithmic_axis_do_not_overlap():
     )
     assert len(boxes) >= 3
     assert all(below[1] <= above[0] for below, above in pairwise(boxes))
+
+
+def test_a_curve_of_which_nothing_is_drawn_is_not_in_the_legend():
+    zeros = Line(X, np.zeros(7), "nothing")
+    drawing = draw_figure(figure_of(Line(X, X, "energy"), zeros, y=Axis("e", "J", log=True)))
+    assert legend_of(drawing) == ["energy"]

@@ -160,6 +160,32 @@ def test_a_table_stands_with_its_title():
         assert any("A table" in page and "r0-0" in page for page in pages)
 
 
+def test_a_low_table_is_not_broken_between_pages():
+    for lines in range(16, 40, 3):
+        sections = (
+            Section("a", "Before", ("Line.",) * lines),
+            Section("b", "The heading", ("A sentence.", table_of(3, 8))),
+        )
+        pages = [page.extract_text() for page in read(replace(report(), sections=sections)).pages]
+        (page,) = [page for page in pages if "A table" in page]
+        assert "r0-0" in page
+        assert "r7-0" in page
+        assert "The heading" in page
+        assert "A sentence." in page
+
+
+def test_a_long_text_in_a_wide_table_gets_a_wide_column():
+    """Eight columns leave 28 mm for a text of 340 characters: some 14 lines in each row."""
+    long = "; ".join(f"angular velocity[{n}] = 0.12345" for n in range(11))
+    table = table_of(9, 3, width=10)
+    heads = (*table.heads, Head("parameters"))
+    rows = tuple((*row, Cell(long)) for row in table.rows)
+    (page, *_) = read(report(replace(table, heads=heads, rows=rows))).pages
+    lines = [line for line in page.extract_text().splitlines() if "angular" in line]
+    assert 3 <= len(lines) <= 15
+    assert page.extract_text().count("r0-0") == 2
+
+
 def test_cells_that_no_page_could_hold_are_cut():
     table = Table("t", "T", (Head("a"), Head("b")), ((Cell("x" * 100_000), Cell("y " * 9000)),))
     assert "xxx" in text_of(read(report(table)))

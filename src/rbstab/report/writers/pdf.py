@@ -1,5 +1,6 @@
 """A report as PDF: A4, with an outline, tables over several pages, and figures in the text."""
 
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 
@@ -12,8 +13,8 @@ from rbstab.report.writers.matplotlib_figures.stills import stills_png
 from rbstab.report.writers.motion_caption import stills_caption
 from rbstab.report.writers.pdf_cards import write_cards
 from rbstab.report.writers.pdf_figures import MILLIMETRES_PER_INCH, FigureQueue, Heading
-from rbstab.report.writers.pdf_pages import GREY, SMALL, Picture, ReportPdf
-from rbstab.report.writers.pdf_tables import needs_landscape, write_table
+from rbstab.report.writers.pdf_pages import GREY, HEADING, SMALL, Picture, ReportPdf
+from rbstab.report.writers.pdf_tables import MIN_HEIGHT, height_needed, needs_landscape, write_table
 from rbstab.store.disk.atomic import write_atomically
 
 
@@ -64,13 +65,28 @@ def _write_section(pdf: ReportPdf, section: Section, figures: FigureQueue) -> No
         figures.add(first, Heading(section.title, section.name))
     else:
         figures.flush()
-        picture = _stills(first) if isinstance(first, Animation) else None
         landscape = isinstance(first, Table) and needs_landscape(pdf, first)
-        height = {} if picture is None else {"height": pdf.height_of(picture)}
-        pdf.heading(section.title, anchor=section.name, landscape=landscape, **height)
+        height = _height_of_start(pdf, section.blocks)
+        pdf.heading(section.title, anchor=section.name, landscape=landscape, height=height)
         _write(pdf, first, figures)
     for block in others:
         _write(pdf, block, figures)
+
+
+def _height_of_start(pdf: ReportPdf, blocks: Sequence[Block]) -> float:
+    """Return the height of the texts at the start of a section and the table below them, mm."""
+    height = 0.0
+    for block in blocks:
+        if isinstance(block, str):
+            height += pdf.text_height(block)
+            continue
+        if isinstance(block, Table):
+            height += height_needed(pdf, block)
+        elif isinstance(block, Animation) and (picture := _stills(block)) is not None:
+            height += pdf.height_of(picture)
+        break
+    # A section as high as a page begins where there is room for some lines.
+    return max(height, MIN_HEIGHT) if height <= pdf.eph - HEADING else MIN_HEIGHT
 
 
 def _write(pdf: ReportPdf, block: Block, figures: FigureQueue) -> None:

@@ -157,6 +157,10 @@ class ReportPdf(FPDF):
         """Return the height of a heading, with the space around it, mm."""
         return self._height_of_text(text, "B", HEADING) + 3 + 0.25 * HEADING
 
+    def text_height(self, text: str, style: str = "", size: float = TEXT) -> float:
+        """Return the height of a paragraph, with the space below it, mm."""
+        return self._height_of_text(text, style, size) + 0.25 * size
+
     def _height_of_text(self, text: str, style: str, size: float) -> float:
         self.set_font(FAMILY, style, size)
         height = self.multi_cell(

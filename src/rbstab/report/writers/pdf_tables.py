@@ -1,10 +1,10 @@
 """Tables of a PDF: each page repeats the headers, and no table is wider than its page."""
 
-from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from fpdf import FontFace
-from fpdf.enums import Align, TableBordersLayout, TableHeadingsDisplay
+from fpdf.enums import Align, MethodReturnValue, TableBordersLayout, TableHeadingsDisplay
 
 from rbstab.report.model.document import Cell, Table
 from rbstab.report.writers.pdf_pages import BLACK, FAMILY, GREY, LEADING, MARGIN, SMALL, ReportPdf
@@ -30,8 +30,21 @@ SPLIT_SETTING = SETTINGS[1]
 SHORT_TABLE = 24
 """A table with at most this many rows never gets a landscape page of its own."""
 
+WIDE_TEXT = 100.0
+"""Width of a text of many lines in a table that is split by columns, mm."""
+
+KEPT_HEIGHT = 70.0
+"""A table of at most this height is not broken between two pages, mm; a higher one would leave too
+much of a page empty."""
+
+MOST_LINES = 5
+"""A short table is split by columns if a text would need more lines than this."""
+
 PADDING = 1.2
 """Space to the left and right of a text, mm."""
+
+ROW_PADDING = 0.6
+"""Space above and below a text, mm."""
 
 MAX_LENGTH = 400
 """Maximum number of characters of a cell; a row must fit on a page."""
@@ -57,19 +70,65 @@ def write_table(pdf: ReportPdf, table: Table) -> None:
     """
     fit = _fit(pdf, table)
     pdf.ensure_orientation(landscape=fit.landscape)
-    if pdf.will_page_break(MIN_HEIGHT):
+    if pdf.will_page_break(_height_needed(pdf, table, fit)):
         pdf.add_page(same=True)
     pdf.paragraph(table.title, style="B", size=SMALL + 1)
     if table.note:
         pdf.paragraph(table.note, size=SMALL, colour=GREY)
-    for columns in _split_columns(fit.widths, LANDSCAPE if fit.landscape else PORTRAIT):
-        _write_part(pdf, table, columns, fit)
+    for part in _parts(pdf, table, fit):
+        _write_part(pdf, table, part, fit.size)
     pdf.ln(2)
 
 
 def needs_landscape(pdf: ReportPdf, table: Table) -> bool:
     """Return whether a table needs landscape pages."""
     return _fit(pdf, table).landscape
+
+
+def height_needed(pdf: ReportPdf, table: Table) -> float:
+    """Return the height that must be left on the page where a table begins, mm.
+
+    It is the whole height of a low table; of others that of the title, the headers and two rows.
+    """
+    return _height_needed(pdf, table, _fit(pdf, table))
+
+
+def _height_needed(pdf: ReportPdf, table: Table, fit: Fit) -> float:
+    titles = pdf.text_height(table.title, "B", SMALL + 1)
+    if table.note:
+        titles += pdf.text_height(table.note, "", SMALL)
+    parts = _parts(pdf, table, fit)
+    if len(table.rows) <= SHORT_TABLE:
+        # Below each part is a space of 2 mm.
+        height = titles + sum(_part_height(pdf, table, part, fit.size) + 2 for part in parts)
+        if height <= KEPT_HEIGHT:
+            return height
+    begin = replace(table, rows=table.rows[:2])
+    height = titles + _part_height(pdf, begin, parts[0], fit.size)
+    return min(max(height, MIN_HEIGHT), KEPT_HEIGHT)
+
+
+def _part_height(pdf: ReportPdf, table: Table, part: dict[int, float], size: float) -> float:
+    """Return the height of the header and the rows of a part, mm."""
+    texts = [[_text(pdf, row[c]) for c in part] for row in table.rows]
+    pdf.set_font(FAMILY, "B", size)
+    lines = max(_lines(pdf, pdf.plain(table.heads[c].text), part[c]) for c in part)
+    pdf.set_font(FAMILY, size=size)
+    lines += sum(max(map(_lines, [pdf] * len(row), row, part.values())) for row in texts)
+    return lines * LEADING * size + 2 * ROW_PADDING * (1 + len(texts))
+
+
+def _lines(pdf: ReportPdf, text: str, width: float) -> int:
+    """Return the number of lines of a text in a column, in the current font."""
+    inner = width - 2 * PADDING
+    if pdf.get_string_width(text) <= inner:
+        return 1
+    # fpdf2 leaves a margin of its own within the width, unlike the cells of a table.
+    lines = pdf.multi_cell(
+        inner + 2 * pdf.c_margin, text=text, dry_run=True, output=MethodReturnValue.LINES
+    )
+    assert isinstance(lines, list)
+    return len(lines)
 
 
 def _fit(pdf: ReportPdf, table: Table) -> Fit:
@@ -82,10 +141,17 @@ def _fit(pdf: ReportPdf, table: Table) -> Fit:
     for landscape, max_width in ((False, PORTRAIT), (True, LANDSCAPE))[: 1 + is_long]:
         for size, longest in SETTINGS:
             fit = Fit(landscape, size, _widths(pdf, table, size, longest))
-            if sum(fit.widths) <= max_width:
-                return fit._replace(widths=_widened(pdf, table, fit, max_width))
+            if sum(fit.widths) > max_width:
+                continue
+            fit = fit._replace(widths=_widened(pdf, table, fit, max_width))
+            if is_long or not _crowds(pdf, table, fit):
+                return fit
     size, longest = SPLIT_SETTING
-    return Fit(is_long, size, _widths(pdf, table, size, longest))
+    fit = Fit(is_long, size, _widths(pdf, table, size, longest))
+    if not _crowds(pdf, table, fit):
+        return fit
+    # A text of many lines gets most of the width of its part; each part has the first column.
+    return fit._replace(widths=[fit.widths[0], *_widths(pdf, table, size, WIDE_TEXT)[1:]])
 
 
 def _widened(pdf: ReportPdf, table: Table, fit: Fit, max_width: float) -> list[float]:
@@ -97,18 +163,46 @@ def _widened(pdf: ReportPdf, table: Table, fit: Fit, max_width: float) -> list[f
     return [width + share * more for width, more in zip(fit.widths, wanted, strict=True)]
 
 
-def _write_part(pdf: ReportPdf, table: Table, columns: Sequence[int], fit: Fit) -> None:
-    _, size, widths = fit
+def _crowds(pdf: ReportPdf, table: Table, fit: Fit) -> bool:
+    """Return whether a text of a table needs too many lines."""
+    pdf.set_font(FAMILY, size=fit.size)
+    return any(
+        pdf.get_string_width(_text(pdf, cell)) > MOST_LINES * width
+        for row in table.rows
+        for cell, width in zip(row, fit.widths, strict=True)
+    )
+
+
+def _parts(pdf: ReportPdf, table: Table, fit: Fit) -> list[dict[int, float]]:
+    """Return the parts of a table that fit on a page: the columns of each, with their widths."""
+    max_width = LANDSCAPE if fit.landscape else PORTRAIT
+    parts = _split_columns(fit.widths, max_width)
+    if len(parts) == 1:
+        return [dict(enumerate(fit.widths))]
+    result = []
+    for columns in parts:
+        heads = tuple(table.heads[c] for c in columns)
+        rows = tuple(tuple(row[c] for c in columns) for row in table.rows)
+        own = fit._replace(widths=[fit.widths[c] for c in columns])
+        widths = own.widths
+        if sum(widths) < max_width:
+            widths = _widened(pdf, replace(table, heads=heads, rows=rows), own, max_width)
+        result.append(dict(zip(columns, widths, strict=True)))
+    return result
+
+
+def _write_part(pdf: ReportPdf, table: Table, part: dict[int, float], size: float) -> None:
+    columns, widths = tuple(part), tuple(part.values())
     pdf.set_font(FAMILY, size=size)
     pdf.set_text_color(*BLACK)
     pdf.set_draw_color(*LINE_COLOUR)
     with pdf.table(
-        width=sum(widths[c] for c in columns),
-        col_widths=tuple(widths[c] for c in columns),
+        width=sum(widths),
+        col_widths=widths,
         text_align=tuple(Align.R if table.heads[c].numbers else Align.L for c in columns),
         align=Align.L,
         line_height=LEADING * size,
-        padding=(0.6, PADDING),
+        padding=(ROW_PADDING, PADDING),
         borders_layout=TableBordersLayout.HORIZONTAL_LINES,
         headings_style=FontFace(emphasis="BOLD"),
         repeat_headings=TableHeadingsDisplay.ON_TOP_OF_EVERY_PAGE,

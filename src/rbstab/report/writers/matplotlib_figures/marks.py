@@ -54,17 +54,18 @@ EMPTY = "#f4f4f4"
 def _line(line: Line, axes: Axes, panel: Panel) -> dict[str, Artist]:
     x, y = _drawable(line.x, panel.x), _drawable(line.y, panel.y)
     # A curve of one point would be invisible without a marker.
-    is_single = np.isfinite(x * 0 + y * 0).sum() == 1
+    drawn = np.isfinite(x * 0 + y * 0).sum()
     (curve,) = axes.plot(
         x,
         y,
         color=colour(line.colour),
         linestyle=DASHES[line.dash % len(DASHES)],
         drawstyle="steps-post" if line.step else "default",
-        marker="o" if is_single else "",
+        marker="o" if drawn == 1 else "",
         markersize=3.0,
     )
-    return {line.label: curve}
+    # Of zeros on a logarithmic axis nothing is seen: no entry in the legend.
+    return {line.label: curve} if drawn else {}
 
 
 def _points(points: Points, axes: Axes, panel: Panel) -> dict[str, Artist]:
@@ -116,7 +117,10 @@ def _intervals(intervals: Intervals, axes: Axes, panel: Panel) -> dict[str, Arti
     axes.vlines(x, np.where(np.isnan(low), y, low), np.where(np.isnan(high), y, high), color=tint)
     for end in (low, high):
         axes.plot(x, end, color=tint, linestyle="none", marker="_", markersize=6)
-    (middle,) = axes.plot(x, y, color=tint, linestyle="none", marker="o", markersize=4)
+    # Whole at the ends of its axis: a share of 1 is often there.
+    (middle,) = axes.plot(
+        x, y, color=tint, linestyle="none", marker="o", markersize=4, clip_on=panel.y.ends is None
+    )
     return {intervals.label: middle}
 
 

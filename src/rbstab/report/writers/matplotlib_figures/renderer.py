@@ -20,7 +20,7 @@ from matplotlib.ticker import (
     MaxNLocator,
 )
 
-from rbstab.report.model.figure import Axis, Cells, Figure, Level, Panel
+from rbstab.report.model.figure import Axis, Cells, Figure, Level, Panel, Points
 from rbstab.report.model.split_time import FIRST_SHARE, SplitTime
 from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.matplotlib_figures.marks import draw, draw_colour_bar
@@ -144,7 +144,10 @@ def _draw(figure: Figure) -> Drawing:
             sharey=first if "y" in figure.shared else None,
         )
         every.append(axes)
-        handles = handles | _draw_panel(axes, panel, (WIDTH / columns, height)) | handles
+        # The label of y must not be longer than the panel is high, without the labels of x.
+        label_length = 0.92 * height - (0.0 if figure.shares_time else 0.25)
+        size = (WIDTH / columns, label_length)
+        handles = handles | _draw_panel(axes, panel, size) | handles
         if figure.shares_time and number + columns < len(figure.panels):
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
@@ -201,7 +204,8 @@ def _panel_height(figure: Figure, rows: int, columns: int) -> float:
 
 
 def _draw_panel(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str, Artist]:
-    width, height = size
+    """Draw a panel; size is its width, and the greatest length of its label of y, in."""
+    width, label_length = size
     _set_scales(axes, panel, 0.8 * width)
     handles = {
         label: handle
@@ -210,28 +214,49 @@ def _draw_panel(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str
         if label
     }
     axes.set_xlabel(_wrap(panel.x.text, 2.6))
-    # The label must not be longer than the panel is high.
-    axes.set_ylabel(_wrap(panel.y.text, 0.92 * height))
+    axes.set_ylabel(_wrap(panel.y.text, label_length))
     if panel.title:
         axes.set_title(escape_math(panel.title))
     if panel.equal:
         axes.set_aspect("equal", adjustable="datalim")
     if panel.x.split is None:
-        axes.margins(x=0.02)
+        # Points at the ends must not be cut in half.
+        axes.margins(x=0.05 if any(isinstance(mark, Points) for mark in panel.marks) else 0.02)
     return handles
 
 
+LABELLED = ((8.0, (1, 2, 4)), (2.5, (1, 2, 4, 6)), (1.5, (1, 2, 3, 4, 6, 8)))
+"""The first digits with a label, if the upper end of a logarithmic axis is at least so many times
+the lower one."""
+
+
 class FewMinorLabels(LogFormatterSciNotation):
-    """Labels of 2 and 4 between powers of ten; on a decade or more, 3 and 6 overlap them."""
+    """So few labels between powers of ten that they do not overlap on an axis of any length."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         """Return the label of a position; "" for none."""
         assert self.axis is not None
         low, high = self.axis.get_view_interval()
-        leading = round(x / 10.0 ** np.floor(np.log10(x)))
-        if high >= 10.0 * low and leading not in (2, 4):
+        leading = _first_digit(x)
+        labelled = next((some for span, some in LABELLED if high >= span * low), None)
+        if labelled is not None and leading.is_integer() and leading not in labelled:
             return ""
         return str(super().__call__(x, pos))
+
+    def format_ticks(self, values: list[float]) -> list[str]:
+        """Return the labels of all positions.
+
+        On short axes matplotlib has ticks such as 2.2, 2.4, 2.6: every third one gets a label.
+        """
+        labels = list(super().format_ticks(values))
+        if all(_first_digit(value).is_integer() for value in values):
+            return labels
+        return ["" if number % 3 else label for number, label in enumerate(labels)]
+
+
+def _first_digit(x: float) -> float:
+    """Return a positive number over its power of ten, without round-off."""
+    return round(float(x / 10.0 ** np.floor(np.log10(x) + 1e-9)), 6)
 
 
 def _set_scales(axes: Axes, panel: Panel, width: float) -> None:
@@ -243,6 +268,7 @@ def _set_scales(axes: Axes, panel: Panel, width: float) -> None:
             _set_split_scale(axes, axis.split, width)
         elif axis.log:
             getattr(axes, f"set_{name}scale")("log")
+            matplotlib_axis.set_major_formatter(FewMinorLabels())
             matplotlib_axis.set_minor_formatter(FewMinorLabels())
         elif axis.categories:
             _set_category_ticks(axes, name, axis, width)
@@ -268,7 +294,10 @@ def _set_split_scale(axes: Axes, split: SplitTime, width: float) -> None:
 
 
 def _set_category_ticks(axes: Axes, name: str, axis: Axis, width: float) -> None:
-    """Set categories as tick labels; slant them if they would overlap (width in inches)."""
+    """Set categories as tick labels (width in inches).
+
+    If they would overlap, they are put on several lines; if a word is too long for that, slanted.
+    """
     matplotlib_axis = getattr(axes, f"{name}axis")
     labels = [escape_math(label) for label in axis.categories]
     matplotlib_axis.set_ticks(range(len(labels)), labels)
@@ -276,7 +305,14 @@ def _set_category_ticks(axes: Axes, name: str, axis: Axis, width: float) -> None
     if name == "y":
         return
     characters = (max(map(len, axis.categories)) + 1) * len(axis.categories)
-    if characters * CHARACTER_WIDTH * mpl.rcParams["xtick.labelsize"] / 72 > width:
+    letter = CHARACTER_WIDTH * mpl.rcParams["xtick.labelsize"] / 72
+    if characters * letter <= width:
+        return
+    room = int(width / len(labels) / letter) - 1
+    if max(len(word) for category in axis.categories for word in category.split()) <= room:
+        wrapped = [textwrap.fill(category, room) for category in axis.categories]
+        matplotlib_axis.set_ticklabels([escape_math(label) for label in wrapped])
+    else:
         for label in matplotlib_axis.get_ticklabels():
             label.set(rotation=25, ha="right", rotation_mode="anchor")
 

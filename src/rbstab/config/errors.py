@@ -62,6 +62,8 @@ def printable(text: str) -> str:
     Names of files in it are made readable first.
     """
     shown = readable_name(text)
+    if shown.isprintable():
+        return shown
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in shown)
 
 

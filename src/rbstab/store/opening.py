@@ -4,9 +4,10 @@ The program writes simple files: arrays of numbers or texts in one piece, withou
 else is refused before it is read. So reading never needs much more memory than the file has bytes.
 """
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -41,11 +42,15 @@ class Hdf5Reader:
         path: The file.
         hdf5: The file, opened by h5py.
         raw: The same file as bytes.
+
+    Attributes:
+        scale_names: The names of the scales of dimensions that were read already, by address.
     """
 
     path: Path
     hdf5: h5py.File
     raw: BinaryIO
+    scale_names: dict[int, str] = field(default_factory=dict, init=False)
 
     def check_version(self, newest: int) -> None:
         """Refuse a file that is not a result of rbstab, or has a newer format.
@@ -115,7 +120,7 @@ class Hdf5Reader:
             data = self._texts(name, dataset)
         else:
             data = _whole(dataset) if row is None else np.asarray(dataset[row])
-        return Variable(_dimensions_of(dataset, name), data, *self.description(dataset))
+        return Variable(self._dimensions_of(dataset, name), data, *self.description(dataset))
 
     def array(self, name: str) -> h5py.Dataset:
         """Return an array without reading it; reading it is safe.
@@ -136,8 +141,7 @@ class Hdf5Reader:
         if layout == h5py.h5d.VIRTUAL or plan.get_external_count():
             # rbstab never writes links to other files, and does not follow them.
             raise self._no_array(name)
-        dataset = h5py.Dataset(found)
-        dtype = dataset.dtype
+        dtype = found.dtype
         is_text = _is_text(dtype)
         if not is_text and dtype.kind not in "fiuS":
             raise NotAResultError(f"{self.path}: {name} holds neither numbers nor texts")
@@ -145,15 +149,30 @@ class Hdf5Reader:
             raise NotAResultError(
                 f"{self.path}: {name} is stored in chunks or with a filter, which rbstab never does"
             )
-        size = dataset.size * (_TEXT_REFERENCE if is_text else dtype).itemsize
+        size = math.prod(found.shape) * (_TEXT_REFERENCE if is_text else dtype).itemsize
         offset = found.get_offset()
         if size and (offset is None or offset + size > self.hdf5.id.get_filesize()):
             raise self._damaged(f"its array {name} is larger than the file")
-        return dataset
+        return h5py.Dataset(found)
 
     def dimensions(self, name: str) -> tuple[str, ...]:
         """Return the names of the dimensions of an array: the first scale of each axis."""
-        return _dimensions_of(self.hdf5[name], name)
+        return self._dimensions_of(self.hdf5[name], name)
+
+    def _dimensions_of(self, dataset: h5py.Dataset, name: str) -> tuple[str, ...]:
+        if h5py.h5ds.is_scale(dataset.id):
+            return (name.rpartition("/")[2],)
+        return tuple(self._scale_name(dataset.id, axis) for axis in range(dataset.id.rank))
+
+    def _scale_name(self, dataset: h5py.h5d.DatasetID, axis: int) -> str:
+        found: list[h5py.h5d.DatasetID] = []
+        h5py.h5ds.iterate(dataset, axis, found.append)
+        # HDF5 takes long to find the name of an object.
+        address = h5py.h5o.get_info(found[0]).addr
+        if address not in self.scale_names:
+            name = h5py.h5i.get_name(found[0]).decode()
+            self.scale_names[address] = name.rpartition("/")[2]
+        return self.scale_names[address]
 
     def description(self, dataset: h5py.Dataset) -> tuple[str, str]:
         """Return the unit and the meaning of an array; "" if they are missing."""
@@ -179,10 +198,11 @@ class Hdf5Reader:
 
     def _attribute(self, owner: h5py.File | h5py.Dataset, name: str) -> str | int | float | None:
         """Return an attribute; None if it is missing, or is neither a number nor a text."""
-        if not h5py.h5a.exists(owner.id, name.encode()):
+        of, key = owner.id, name.encode()
+        if not h5py.h5a.exists(of, key):
             return None
         # Opened once, at the low level: a file has some eighty attributes.
-        attribute = h5py.h5a.open(owner.id, name.encode())
+        attribute = h5py.h5a.open(of, key)
         dtype = attribute.dtype
         is_text = _is_text(dtype)
         if attribute.shape != () or not (is_text or dtype.kind in "fiu"):
@@ -265,9 +285,10 @@ def _open_raw(path: Path) -> Iterator[BinaryIO]:
 
 def _whole(dataset: h5py.Dataset) -> NDArray[Any]:
     """Read all of an array of numbers, as `dataset[()]` does, in a third of the time."""
-    data = np.empty(dataset.shape, dataset.dtype)
+    found = dataset.id
+    data = np.empty(found.shape, found.dtype)
     if data.size:
-        dataset.id.read(h5py.h5s.ALL, h5py.h5s.ALL, data)
+        found.read(h5py.h5s.ALL, h5py.h5s.ALL, data)
     return data
 
 
@@ -282,15 +303,3 @@ def _is_hard_link(parent: h5py.Group, name: str) -> bool:
         return bool(parent.id.links.get_info(name.encode()).type == h5py.h5l.TYPE_HARD)
     except KeyError:
         return False
-
-
-def _dimensions_of(dataset: h5py.Dataset, name: str) -> tuple[str, ...]:
-    if h5py.h5ds.is_scale(dataset.id):
-        return (name.rpartition("/")[2],)
-    return tuple(_scale_name(dataset, axis) for axis in range(dataset.ndim))
-
-
-def _scale_name(dataset: h5py.Dataset, axis: int) -> str:
-    names: list[bytes] = []
-    h5py.h5ds.iterate(dataset.id, axis, lambda scale: names.append(h5py.h5i.get_name(scale)))
-    return names[0].decode().rpartition("/")[2]

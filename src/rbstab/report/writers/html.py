@@ -13,9 +13,9 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
-from rbstab.report.model.document import Animation, Cards, Report, Table
+from rbstab.report.model.document import Animation, Cards, Cell, Head, Report, Table
 from rbstab.report.model.figure import Figure
 from rbstab.report.model.palette import colour
 from rbstab.report.writers.plotly_figures.renderer import JSON, plotly_data
@@ -31,6 +31,9 @@ SCRIPTS = (
 
 JOINTS = re.compile(r"(?<=_)|(?<=[A-Za-z]\.)(?=[A-Za-z])")
 """Where a name may be broken: after an underscore, or a dot between words."""
+
+MAX_SHORT, MAX_ONE_LINE = 28, 80
+"""Characters of an entry that is not broken into lines, and of one that has a column of its own."""
 
 
 def page(report: Report) -> str:
@@ -52,6 +55,7 @@ def page(report: Report) -> str:
     # The SVG escapes its texts itself.
     environment.globals["sketch_svg"] = lambda sketch: Markup(svg(sketch))  # noqa: S704
     environment.globals["sketch_colour"] = colour
+    environment.globals["entry_classes"] = _entry_classes
     environment.tests["animation"] = lambda block: isinstance(block, Animation)
     blocks = [block for section in report.sections for block in section.blocks]
     script = "".join(_template(f"{name}.js") for name in SCRIPTS)
@@ -73,8 +77,20 @@ def page(report: Report) -> str:
 
 def _breakable(text: str) -> Markup:
     """Return a text whose names may be broken at their joints, rather than anywhere."""
-    # `join` escapes the parts.
-    return Markup("<wbr>").join(JOINTS.split(text))
+    parts = JOINTS.split(text)
+    # `join` escapes the parts. Most texts of a table have one part.
+    return Markup("<wbr>").join(parts) if len(parts) > 1 else escape(text)
+
+
+def _entry_classes(cell: Cell, head: Head, first: bool) -> str:
+    """Return the classes of an entry of a table. A page may have a hundred thousand entries."""
+    length = len(cell.text)
+    classes = ["number"] if head.numbers else []
+    if length <= MAX_SHORT and not first:
+        classes.append("short")
+    if length > MAX_ONE_LINE:
+        classes.append("long")
+    return " ".join([*classes, cell.tone] if cell.tone else classes)
 
 
 def _animation_data(animation: Animation) -> JSON:

@@ -18,6 +18,7 @@ CASE = "configs/paper/case2_visco_elastic.yaml"
 ROUNDS = {"heyoka": 60, "scipy": 4}
 MEMBERS = 512
 MEMBER_ROUNDS = 4
+MEMBERS_ONE_BY_ONE = 128
 
 POINT, ANCHOR = [0.15, 0.10, -0.30], [0.15, 0.30, -0.50]
 LENGTH = 0.28
@@ -61,6 +62,10 @@ def _measure_members() -> None:
     bare, *others = least_by_turns(MEMBER_ROUNDS, *actions)
     for kind, seconds in zip(SMOOTH, others, strict=True):
         line(f"batches: one more {kind} beside the case, ratio", seconds / bare, "", "")
+    for kind, element in SWITCHING.items():
+        one_by_one = _members(element)
+        (seconds,) = least_by_turns(1, partial(one_by_one.compute, 0, MEMBERS_ONE_BY_ONE))
+        line(f"members one by one, with a {kind}", MEMBERS_ONE_BY_ONE / seconds, "1/s", "")
 
 
 def _data(element: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -348,6 +348,17 @@ def test_warnings_once_for_all_runs_that_have_them(tmp_path):
     assert warnings_section(facts(made_file(tmp_path / "c.h5"))) is None
 
 
+def test_numbers_of_a_proof_are_readable(tmp_path):
+    proved: dict[str, Any] = {
+        "convergence_bound": float("inf"),
+        "convergence_energy_low": 5427.1999999999998,
+    }
+    section = provenance_section(facts(made_file(tmp_path / "a.h5", **proved)))
+    shown = {row[0].text: row[1].text for row in table_of(section, "versions").rows}
+    assert shown["level of that region [J]"] == "no bound"
+    assert shown["v there, at least [J]"] == "5427.2"
+
+
 def test_where_runs_come_from(tmp_path):
     proved: dict[str, Any] = {"convergence_time": 0.25, "convergence_bound": 7.0}
     a = made_file(tmp_path / "a.h5", numpy_version="2.0", **proved)
@@ -356,8 +367,8 @@ def test_where_runs_come_from(tmp_path):
     shared = {row[0].text: row[1].text for row in table_of(section, "versions").rows}
     assert shared["rbstab version"] == "0.1.0"
     assert shared["rtol"] == "1e-12"
-    assert shared["convergence time [s]"] == "0.25"
-    assert shared["convergence bound [J]"] == "7.0"
+    assert shared["it is in a certified region from [s]"] == "0.25"
+    assert shared["level of that region [J]"] == "7"
     assert "commit" not in shared
     own = table_of(section, "origins")
     assert column(own, "commit")["b"].text == "d" * 40

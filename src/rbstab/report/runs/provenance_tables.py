@@ -1,5 +1,6 @@
 """Report sections on warnings, provenance and the commands that repeat runs."""
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,14 +21,19 @@ PER_RUN_ATTRIBUTES = ("steps", "evaluations", "wall_time")
 SHOWN_ELSEWHERE = ("title", "variant", "status", "status_detail", "verdict", "warnings", "run_id")
 """Attributes that other tables of the report show."""
 
-UNITS = {
-    "convergence_time": "s",
-    "convergence_wall_time": "s",
-    "convergence_energy_low": "J",
-    "convergence_energy_high": "J",
-    "convergence_bound": "J",
+TITLES = {
+    "convergence": "exact motion converges",
+    "convergence_rest_state": "it converges to rest state",
+    "convergence_time": "it is in a certified region from [s]",
+    "convergence_energy_low": "v there, at least [J]",
+    "convergence_energy_high": "v there, at most [J]",
+    "convergence_bound": "level of that region [J]",
+    "convergence_wall_time": "time of the enclosure [s]",
 }
-"""Units of the attributes that have one."""
+"""Words for attributes whose names do not say what they are."""
+
+UNBOUNDED = "no bound"
+"""The level of a region without one: every start converges."""
 
 
 def warnings_section(facts: Sequence[RunFacts]) -> Section | None:
@@ -61,7 +67,7 @@ def _origin(facts: RunFacts) -> dict[str, str]:
     """Return the origin of a run, as texts by name: its attributes and integrator settings."""
     attributes: dict[str, Any] = dict(facts.run.result.attributes)
     origin = {
-        _title(name): str(value) or NO_VALUE
+        TITLES.get(name, name.replace("_", " ")): _text(value)
         for name, value in attributes.items()
         if name not in (*SHOWN_ELSEWHERE, *PER_RUN_ATTRIBUTES)
     }
@@ -74,10 +80,11 @@ def _origin(facts: RunFacts) -> dict[str, str]:
     return origin
 
 
-def _title(name: str) -> str:
-    """Return the name of an attribute as words, with its unit."""
-    words = name.replace("_", " ")
-    return f"{words} [{UNITS[name]}]" if name in UNITS else words
+def _text(value: Any) -> str:
+    """Return the value of an attribute as text."""
+    if isinstance(value, float):
+        return UNBOUNDED if value == math.inf else number(value, 12)
+    return str(value) or NO_VALUE
 
 
 def _shared(facts: Sequence[RunFacts]) -> Table | None:

@@ -7,6 +7,7 @@ import pytest
 from support.made_runs import made_result
 from support.made_sweeps import GRID, write_sweep
 
+from rbstab.report.model.document import Report
 from rbstab.report.produce import produce
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.writers.write import write_report
@@ -107,3 +108,14 @@ def test_error_without_a_wrong_result_is_raised(files, error):
 
     with pytest.raises(type(error)):
         produce(read_sources(files[:1]), "a command", None, "text", write)
+
+
+@pytest.mark.parametrize(
+    ("created", "made"),
+    [
+        ("2026-11-23T21:20:24+00:00", "2026-11-23 21:20 UTC"),
+        ("2026-01-02T03:04:05", "2026-01-02 03:04"),
+    ],
+)
+def test_when_a_report_was_made_is_readable(created, made):
+    assert Report("", created, "", ()).made == made

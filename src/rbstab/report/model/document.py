@@ -4,6 +4,7 @@ All texts are plain text. Each writer escapes them for its own format.
 """
 
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from typing import NamedTuple
 
 from rbstab.mechanics.numbers import Array
@@ -230,3 +231,12 @@ class Report:
     command: str
     sections: tuple[Section, ...]
     unread: tuple[Unread, ...] = field(default=())
+
+    @property
+    def made(self) -> str:
+        """When it was created, for people: date, hours and minutes; as it is if it is no date."""
+        try:
+            moment = datetime.fromisoformat(self.created)
+        except ValueError:
+            return self.created
+        return f"{moment:%Y-%m-%d %H:%M}{' UTC' if moment.tzinfo is UTC else ''}"

@@ -53,7 +53,7 @@ def _render(pdf: ReportPdf, report: Report) -> bytes:
             pdf.paragraph(f"{path}: {reason}")
     pdf.ensure_orientation()
     pdf.ln(3)
-    pdf.paragraph(f"Made {report.created} by", size=SMALL, colour=GREY)
+    pdf.paragraph(f"Made {report.made} by", size=SMALL, colour=GREY)
     pdf.paragraph(report.command, size=SMALL, colour=GREY)
     return pdf.to_bytes()
 

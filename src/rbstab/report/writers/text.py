@@ -33,7 +33,7 @@ def print_report(report: Report, console: Console) -> None:
     rows.
     """
     console.print(_text(report.title, "bold"))
-    console.print(_text(f"{report.created}, made by"))
+    console.print(_text(f"{report.made}, made by"))
     console.print(_text(report.command))
     for section in report.sections:
         console.print()
